@@ -1,0 +1,250 @@
+"""The commands: list, evaluate, bench. Results go to stdout, all else to stderr."""
+
+import json
+import logging
+import os
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from enum import StrEnum
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+
+if TYPE_CHECKING:
+    from baselines.evaluation.episode import Episode
+    from baselines.evaluation.runner import Plan
+
+app = typer.Typer(
+    name="swarm-forage",
+    help="Multi-robot foraging: hand-written controllers, evaluated and compared.",
+    epilog="Start with: swarm-forage evaluate es1 nc ssgikf ssgiff",
+    rich_markup_mode="markdown",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+class Format(StrEnum):
+    """How a command writes its result."""
+
+    TABLE = "table"
+    JSON = "json"
+    CSV = "csv"
+
+
+class ListFormat(StrEnum):
+    """How names and measures are written."""
+
+    TABLE = "table"
+    JSON = "json"
+
+
+ListedFormat = Annotated[ListFormat, typer.Option("--format", help="How to write the result.")]
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; the exit status. What goes wrong is one line on stderr."""
+    try:
+        status = app(arguments, standalone_mode=False)
+        sys.stdout.flush()
+    except (ConfigError, UnknownNameError) as error:
+        return _refuse(str(error), 2)
+    except BrokenPipeError:  # the reader of our output has had enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except OSError as error:
+        return _refuse(str(error), 1)
+    except Exception as error:
+        if not hasattr(error, "format_message"):  # the parser's complaints have one
+            raise
+        return _refuse(f"{error.format_message()} See: swarm-forage --help", 2)
+    return status if isinstance(status, int) else 0
+
+
+@app.callback(invoke_without_command=True)
+def root(
+    context: typer.Context,
+    show_version: Annotated[
+        bool, typer.Option("--version", help="Print the version and stop.")
+    ] = False,
+) -> None:
+    """Multi-robot foraging: hand-written controllers, evaluated and compared."""
+    logging.basicConfig(format="swarm-forage: %(message)s", level=logging.WARNING)
+    if show_version:
+        try:
+            typer.echo(version("swarm-forage"))
+        except PackageNotFoundError:
+            typer.echo("not installed")
+    elif context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+@app.command("list")
+def list_names(
+    name: Annotated[
+        str | None,
+        typer.Argument(help="A scenario, a .toml file or a controller: shows all its numbers."),
+    ] = None,
+    form: ListedFormat = ListFormat.TABLE,
+) -> None:
+    """Show the scenarios, controllers and engines there are, or every number of one of them."""
+    from baselines.evaluation import catalogue
+
+    if form is ListFormat.JSON:
+        found = catalogue.describe(name) if name else catalogue.overview()
+        typer.echo(json.dumps(found, indent=1))
+    else:
+        table = catalogue.detail_table(name) if name else catalogue.overview_tables()
+        Console().print(table)
+
+
+@app.command()
+def evaluate(  # noqa: PLR0913 the options of a command
+    scenario: Annotated[
+        str, typer.Argument(help="A name (see `swarm-forage list`) or a .toml file.")
+    ],
+    controllers: Annotated[
+        list[str],
+        typer.Argument(help="Names, with parameters if need be: ssgiff:beta=0.02,refractory=10"),
+    ],
+    episodes: Annotated[int, typer.Option(help="Episodes for each controller.")] = 30,
+    seed: Annotated[int, typer.Option(help="Seed of the first; the others count up from it.")] = 0,
+    workers: Annotated[int, typer.Option(help="Processes to run them in.")] = 2,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the dataset (Parquet).", show_default="runs/<scenario>"),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change a number of the scenario."),
+    ] = None,
+    physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
+    form: Annotated[
+        Format, typer.Option("--format", help="How to write the result.")
+    ] = Format.TABLE,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the round trips to a .png, .pdf or .svg file.")
+    ] = None,
+) -> None:
+    """Run controllers on a scenario and compare their round trips.
+
+    All controllers meet the same seeds. Every episode is kept in the folder --out as soon as
+    it has been run; the same command later uses what is there and runs only what is missing,
+    so that a run that was stopped goes on where it was.
+    """
+    with _stoppable():
+        from baselines.evaluation.request import Request, check_count
+
+        request = Request(scenario, controllers, episodes, seed, settings or [], physics)
+        check_count("--workers", workers)
+        if plot:
+            _check_plot(plot, out)
+        plan = request.plan(out)
+        _carry_out(plan, workers)
+        results = plan.results()
+        if plot:
+            _draw(results, plot, request.command)
+        _write(results, form)
+
+
+@app.command()
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="A short run, less exact.")] = False,
+    form: ListedFormat = ListFormat.TABLE,
+) -> None:
+    """Measure speed and memory against the budgets; takes a few minutes."""
+    with _stoppable():
+        from baselines.evaluation.bench.measures import measure
+        from baselines.evaluation.bench.tables import report
+
+        console = Console(stderr=True)
+        with console.status("") as status:
+            tell = status.update if console.is_terminal else lambda _: None
+            found = measure(quick, tell)
+        if form is ListFormat.JSON:
+            typer.echo(json.dumps(found, indent=1))
+        else:
+            Console().print(report(found))
+
+
+def _carry_out(plan: "Plan", workers: int) -> None:
+    """Run what is missing, and tell the reader on stderr how it goes."""
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    console, begin = Console(stderr=True, highlight=False), time.monotonic()
+    total = len(plan.configurations) * len(plan.seeds)
+    _say(
+        f"{plan.configurations[0].scenario.name}: {total - plan.n_todo} of {total} episodes"
+        f" found in {plan.dataset.folder}, {plan.n_todo} to run"
+    )
+    columns = (
+        "episodes", BarColumn(), MofNCompleteColumn(),
+        "elapsed", TimeElapsedColumn(), "left", TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        bar = progress.add_task("", total=plan.n_todo)
+        for done in plan.run(workers):
+            progress.advance(bar, done)
+    _say(f"done in {time.monotonic() - begin:.0f} s")
+
+
+def _check_plot(file: Path, out: Path | None) -> None:
+    from baselines.evaluation.plots import check_plot
+
+    check_plot(file)
+    if out and out.resolve() in file.resolve().parents:
+        _say(f"--plot lies inside --out: read the dataset as {out}/scenario=*/**/*.parquet")
+
+
+def _draw(results: "Sequence[Episode]", file: Path, command: str) -> None:
+    from baselines.evaluation import plots
+    from baselines.evaluation.tables import by_controller
+
+    samples = {
+        name: [episode.round_trips for episode in episodes]
+        for name, episodes in by_controller(results).items()
+    }
+    head = results[0]
+    axis = f"{head.scenario}: round trips of {head.n_robots} robots in {head.duration_s:g} s"
+    plots.save(plots.boxplot(samples, axis, command), file, command)
+
+
+def _write(results: "Sequence[Episode]", form: Format) -> None:
+    from baselines.evaluation import tables
+
+    if form is Format.TABLE:
+        Console().print(tables.report(results))
+    else:
+        typer.echo(tables.to_json(results) if form is Format.JSON else tables.to_csv(results))
+
+
+@contextmanager
+def _stoppable() -> Iterator[None]:
+    """Ctrl-C ends the command with status 130 and one line."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        _say("stopped; the same command goes on from here")
+        raise typer.Exit(130) from None
+
+
+def _refuse(complaint: str, status: int) -> int:
+    _say(" ".join(complaint.split()))
+    return status
+
+
+def _say(line: str) -> None:
+    sys.stderr.write(f"swarm-forage: {line}\n")

@@ -1,0 +1,98 @@
+"""The worlds that are timed, and how they are brought to a usual state first."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from baselines.evaluation.configuration import find_recipe
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.scenarios import find_scenario
+
+CONTROLLER = "ssgikf"
+
+
+@dataclass(frozen=True)
+class Case:
+    """A block of worlds whose ticks are timed."""
+
+    name: str
+    scenario: Scenario
+    n_worlds: int = 1
+    is_spread: bool = False
+    """Robots are placed all over the arena, not in the start circle."""
+    warm_up: int = 3000
+    """Ticks before the clock starts, in which robots spread, find the areas and talk."""
+
+    @property
+    def rows(self) -> int:
+        """Robots in the block."""
+        return self.n_worlds * self.scenario.task.n_robots
+
+    def start(self, physics: str, quick: bool) -> ControlLoop:
+        """The block in the state in which it is timed."""
+        loop = ControlLoop(self.scenario, find_recipe(CONTROLLER), range(self.n_worlds), physics)
+        if self.is_spread:
+            loop.world.state.pose[:] = uniform_poses(self.scenario, self.n_worlds)
+        for _ in range(self.warm_up // 5 if quick else self.warm_up):
+            loop.step()
+        return loop
+
+
+def all_cases() -> list[Case]:
+    """The scenarios of the budgets, and es3 at 1, 10 and 100 times its size.
+
+    A large swarm would take hours to leave its start circle: the last three start all over
+    the arena, and warm up for 300 ticks.
+    """
+    es1, es3 = find_scenario("es1"), find_scenario("es3")
+    spread = [
+        Case(f"{n:,} spread", enlarged(es3, n // 100), is_spread=True, warm_up=300)
+        for n in (100, 1000, 10_000)
+    ]
+    return [
+        Case("es1", es1),
+        Case("es1 x 30", es1, n_worlds=30),
+        Case("es2", find_scenario("es2")),
+        Case("es3", es3),
+        *spread,
+    ]
+
+
+def enlarged(scenario: Scenario, factor: int) -> Scenario:
+    """The scenario with `factor` times the robots at the same density: every length grows."""
+    side = math.sqrt(factor)
+    task, arena = scenario.task, scenario.arena
+    lengths = {
+        "arena.length": side * arena.length,
+        "arena.width": side * arena.width,
+        "task.area_radius": side * task.area_radius,
+        "task.area_distance": side * task.area_distance,
+        "task.start_radius": side * task.start_radius,
+    }
+    name = f"{scenario.name} x {factor}"
+    robots = {"name": name, "task.n_robots": factor * task.n_robots}
+    return find_scenario(scenario, {**lengths, **robots})
+
+
+def uniform_poses(scenario: Scenario, n_worlds: int) -> Float64[Array, "rows 3"]:
+    """Robots all over the arena, one in each field of a grid, none touching another."""
+    rng = np.random.default_rng(0)
+    arena, n_robots = scenario.arena, scenario.task.n_robots
+    columns = math.ceil(math.sqrt(n_robots * arena.length / arena.width))
+    field = np.array([arena.length / columns, arena.width / math.ceil(n_robots / columns)])
+    free = np.maximum(field - 2.0 * scenario.robot.radius, 0.0)
+    place = np.arange(n_robots)
+    corner = np.stack([place % columns, place // columns], axis=1) + 0.5
+    middle = corner * field - 0.5 * np.array([arena.length, arena.width])
+    pose = np.empty((n_worlds, n_robots, 3))
+    pose[..., :2] = middle + free * rng.uniform(-0.5, 0.5, (n_worlds, n_robots, 2))
+    pose[..., 2] = rng.uniform(-math.pi, math.pi, (n_worlds, n_robots))
+    return pose.reshape(-1, 3)
+
+
+Tick = Callable[[], object]
+"""Something that is timed: one tick of a block."""

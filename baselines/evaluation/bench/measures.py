@@ -1,0 +1,63 @@
+"""All measures in their order, as one dictionary that JSON can hold."""
+
+import os
+import platform
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import Any
+
+from baselines.evaluation.bench import processes
+from baselines.evaluation.bench.budgets import check
+from baselines.evaluation.bench.cases import all_cases
+from baselines.evaluation.bench.speed import case_speeds, dictionary_speed
+from baselines.evaluation.bench.stages import stage_shares
+
+ENGINES = ("rigid", "kinematic")
+STAGED = ("es1 x 30", "es3", "10,000 spread")
+"""Cases whose stages are timed."""
+
+MEMORY_TICKS, QUICK_MEMORY_TICKS = 100_000, 5_000
+
+Tell = Callable[[str], None]
+
+
+def measure(quick: bool, tell: Tell) -> dict[str, Any]:
+    """Measure everything; `tell` hears what is measured next."""
+    found: dict[str, Any] = {"quick": quick, "machine": _machine()}
+    found |= _processes(quick, tell)
+    found["speeds"], found["stages"] = [], []
+    for case in all_cases():
+        tell(f"speed of {case.name}")
+        found["speeds"].append(case_speeds(case, quick))
+        for physics in ENGINES if case.name in STAGED else ():
+            tell(f"stages of {case.name}, {physics}")
+            shares = stage_shares(case, physics, quick)
+            found["stages"].append({"case": case.name, "physics": physics, "shares": shares})
+    found["dictionaries"] = {}
+    for physics in ENGINES:
+        tell(f"PettingZoo dictionaries, {physics}")
+        found["dictionaries"][physics] = dictionary_speed(physics, quick)
+    found["peak_memory_mb"] = processes.peak_memory()
+    found["budgets"] = check(found)
+    return found
+
+
+def _processes(quick: bool, tell: Tell) -> dict[str, Any]:
+    """Start-up, first run and memory: each in new processes."""
+    tell("the first run, which compiles")
+    first_run = processes.first_run()
+    tell("start-up")
+    start_up = processes.start_up(quick)
+    ticks = QUICK_MEMORY_TICKS if quick else MEMORY_TICKS
+    tell(f"memory over {ticks:,} ticks")
+    peak, growth = processes.memory_growth(ticks)
+    return {
+        "start_up_s": start_up | {"first_run": first_run},
+        "memory": {"ticks": ticks, "peak_mb": peak, "growth_mb": growth},
+    }
+
+
+def _machine() -> dict[str, Any]:
+    """What the numbers were measured on."""
+    libraries = {library: version(library) for library in ("numba", "numpy", "pymunk")}
+    return {"python": platform.python_version(), "cores": os.cpu_count()} | libraries

@@ -1,0 +1,76 @@
+"""Where a tick's time goes: clocks around its stages, in a pass of their own."""
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+from baselines.evaluation.bench.cases import Case
+from swarm_forage_env.loop import ControlLoop
+
+TICKS, QUICK_TICKS = 600, 100
+
+STAGES = (
+    "physics",
+    "contacts",
+    "sensors",
+    "radio",
+    "estimator",
+    "weighting",
+    "motion",
+    "rest",
+)
+"""contacts: finding neighbours and pushing them apart; estimator: what it takes in and says;
+weighting: the rule and the merge; rest: scoring and Python between the stages."""
+
+
+def stage_shares(case: Case, physics: str, quick: bool) -> dict[str, float]:
+    """Share of a tick's time that each stage takes; the clocks' own cost falls to the rest."""
+    loop = case.start(physics, quick)
+    spent: Counter[str] = Counter()
+    _put_clocks(loop, spent)
+    loop.step()
+    spent.clear()
+    ticks = max(10, (QUICK_TICKS if quick else TICKS) * 100 // max(100, case.rows))
+    start = time.perf_counter()
+    for _ in range(ticks):
+        loop.step()
+    whole = time.perf_counter() - start
+    spent["rest"] = max(0.0, whole - sum(spent.values()))
+    return {stage: spent[stage] / whole for stage in STAGES}
+
+
+def _put_clocks(loop: ControlLoop, spent: Counter[str]) -> None:
+    """Replace each stage of this loop by one that books its time."""
+    world, controller = loop.world, loop.controller
+    for owner, name, stage in (
+        (world._physics, "move", "physics"),
+        (world, "_settle", "contacts"),
+        (world, "_sense", "sensors"),
+        (world, "_radio", "radio"),
+        (controller.estimator, "observe", "estimator"),
+        (controller.estimator, "say", "estimator"),
+        (controller.estimator, "merge", "weighting"),
+        (controller, "weighting", "weighting"),
+        (controller, "motion", "motion"),
+    ):
+        setattr(owner, name, Clocked(getattr(owner, name), stage, spent))
+
+
+class Clocked:
+    """A callable that books the time of every call under a stage."""
+
+    def __init__(self, inner: Callable[..., Any], stage: str, spent: Counter[str]) -> None:
+        """Stand in for `inner`."""
+        self._inner, self._stage, self._spent = inner, stage, spent
+
+    def __call__(self, *arguments: Any) -> Any:  # noqa: ANN401 whatever the stage takes
+        """Call, and book the time."""
+        start = time.perf_counter()
+        result = self._inner(*arguments)
+        self._spent[self._stage] += time.perf_counter() - start  # type: ignore[assignment]
+        return result
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 whatever the stage has
+        """Everything else is the stage's own."""
+        return getattr(self._inner, name)

@@ -1,0 +1,188 @@
+"""What there is: scenarios, controllers and engines, with every field, unit and origin."""
+
+import inspect
+import re
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from baselines.controller import Recipe
+from baselines.estimators import ESTIMATORS
+from baselines.evaluation.configuration import find_recipe
+from baselines.motion import MOTIONS
+from baselines.weighting import WEIGHTING_RULES
+from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.physics import ENGINES
+from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
+from swarm_forage_env.scenario import Part, Scenario
+from swarm_forage_env.scenarios import find_scenario
+
+LAYERS = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
+
+UNIT = re.compile(r"\s*\[([^\]]+)\]")
+ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen)\b\)?")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A field of a scenario or of a controller."""
+
+    name: str
+    value: Any
+    unit: str
+    origin: str
+    """published, derived or chosen; empty where the description does not say."""
+    meaning: str
+
+
+def overview() -> dict[str, list[dict[str, Any]]]:
+    """Everything there is, as nested dictionaries."""
+    return {
+        "scenarios": [describe(name) for name in SCENARIOS],
+        "controllers": [describe(name) for name in CONTROLLERS],
+        "engines": [{"name": name, "about": _first_line(ENGINES[name])} for name in ENGINES],
+    }
+
+
+def describe(name: str) -> dict[str, Any]:
+    """A scenario, by name or TOML file, or a controller, as nested dictionaries."""
+    found = find(name)
+    groups = {group: [asdict(each) for each in listed] for group, _, listed in _groups(found)}
+    if isinstance(found, Scenario):
+        return {"name": found.name, "kind": "scenario", "parameters": groups}
+    layers = {layer: layer_name(layer, part) for layer, part in found.layers.items()}
+    return {"name": name, "kind": "controller", "layers": layers, "parameters": groups}
+
+
+def find(name: str) -> Scenario | Recipe:
+    """The scenario (name or TOML file) or controller (`ssgiff:beta=0.02`) of that name."""
+    if name.endswith(".toml") or name in set(SCENARIOS):
+        return find_scenario(name)
+    bare = name.partition(":")[0]
+    if bare not in set(CONTROLLERS):
+        raise UnknownNameError("scenario or controller", bare, [*SCENARIOS, *CONTROLLERS])
+    return find_recipe(name)
+
+
+def overview_tables() -> Group:
+    """The names, for a reader."""
+    return Group(
+        _scenarios(), Text(), _controllers(), Text(), _engines(), Text(),
+        Text("Every number of one of them: swarm-forage list es1, swarm-forage list ssgiff"),
+    )  # fmt: skip
+
+
+def detail_table(name: str) -> Group:
+    """Every parameter of one scenario or controller, for a reader."""
+    found = find(name)
+    parts: list[Any] = []
+    for group, about, parameters in _groups(found):
+        heading = Text(group, style="bold").append(f"  {about}", style="not bold")
+        table = _table("parameter", "value", "unit", "origin", "meaning")
+        for each in parameters:
+            cells = each.name, _shown(each.value), each.unit, each.origin, each.meaning
+            table.add_row(*map(Text, cells))
+        parts += [heading, table, Text()]
+    way = f"--set {_example(found)}" if isinstance(found, Scenario) else f"{name}:name=value"
+    return Group(*parts, Text(f"Change one in evaluate with {way}"))
+
+
+def layer_name(layer: str, part: Part) -> str:
+    """The name under which a layer's rule is registered."""
+    registry = LAYERS[layer]
+    names = [name for name in registry if registry[name] is type(part)]
+    return names[0] if names else type(part).__name__
+
+
+def _groups(found: Scenario | Recipe) -> Iterator[tuple[str, str, list[Parameter]]]:
+    """Name, purpose and parameters of each part of a scenario or controller."""
+    if isinstance(found, Scenario):
+        yield found.name, _first_line(found), list(_parameters(found, ""))
+        for name, value in found:
+            if isinstance(value, Part):
+                yield name, _first_line(value), list(_parameters(value, f"{name}."))
+        return
+    for layer, part in found.layers.items():
+        about = f"{layer_name(layer, part)}: {_first_line(part)}"
+        yield layer, about, list(_parameters(part, f"{layer}."))
+
+
+def _parameters(part: Part, prefix: str) -> Iterator[Parameter]:
+    for name, field in type(part).model_fields.items():
+        value = getattr(part, name)
+        if isinstance(value, Part):
+            continue
+        text = field.description or ""
+        unit, origin = UNIT.search(text), ORIGIN.findall(text)
+        meaning = re.sub(rf"\s*\({origin[-1]}\)$", "", text) if origin else text
+        yield Parameter(
+            prefix + name,
+            value,
+            unit[1] if unit else "",
+            origin[-1] if origin else "",
+            UNIT.sub("", meaning, count=1),
+        )
+
+
+def _scenarios() -> Table:
+    table = _table("scenario", "robots", "arena [m]", "areas apart [m]", "duration [s]")
+    for name in SCENARIOS:
+        scenario: Scenario = SCENARIOS[name]
+        task, arena = scenario.task, scenario.arena
+        table.add_row(
+            name,
+            str(task.n_robots),
+            f"{arena.length:g} x {arena.width:g}",
+            f"{task.area_distance:g}",
+            f"{task.duration:g}",
+        )
+    return table
+
+
+def _controllers() -> Table:
+    table = _table("controller", *LAYERS, "differs from the defaults in")
+    for name in CONTROLLERS:
+        recipe: Recipe = CONTROLLERS[name]
+        layers = [layer_name(layer, part) for layer, part in recipe.layers.items()]
+        table.add_row(name, *layers, ", ".join(_set(recipe)))
+    return table
+
+
+def _set(recipe: Recipe) -> Iterator[str]:
+    for part in recipe.layers.values():
+        for name, field in type(part).model_fields.items():
+            if getattr(part, name) != field.default:
+                yield f"{name}={_shown(getattr(part, name))}"
+
+
+def _engines() -> Table:
+    table = _table("engine", "")
+    for name in ENGINES:
+        table.add_row(name, _first_line(ENGINES[name]))
+    return table
+
+
+def _table(*headings: str) -> Table:
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for heading in headings:
+        table.add_column(Text(heading), overflow="fold")
+    return table
+
+
+def _example(scenario: Scenario) -> str:
+    return f"radio.max_range={scenario.radio.max_range:g}"
+
+
+def _first_line(thing: object) -> str:
+    """The first sentence of a docstring."""
+    return (inspect.getdoc(thing) or "").partition("\n")[0]
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)

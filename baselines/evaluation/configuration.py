@@ -1,0 +1,135 @@
+"""A configuration: all that fixes an episode but its seed, with a key to find it by."""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import version
+from inspect import getfile
+from pathlib import Path
+from typing import Any
+
+import baselines.recipes
+import swarm_forage_env
+from baselines.controller import Recipe
+from baselines.evaluation import episode
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
+from swarm_forage_env.scenario import Scenario, leaves
+
+BYSTANDERS = {"envs", "rendering"}
+"""Folders of the world that no evaluated episode passes through."""
+
+LIBRARIES = ("numba", "numpy", "pymunk")
+"""What the world calculates with; another version may round differently."""
+
+NAMED_RECIPES = baselines.recipes.RECIPES
+"""The named baselines; importing their module has entered them in the registry."""
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """A scenario, a controller with its parameters, an engine, and the code they run on."""
+
+    label: str
+    """The controller as it was asked for."""
+
+    scenario: Scenario
+    recipe: Recipe
+    physics: str = "rigid"
+
+    @cached_property
+    def key(self) -> str:
+        """A hash of everything that an episode depends on but its seed."""
+        parts = [f"{type(part).__module__}.{type(part).__name__}" for part in self._layers]
+        text = json.dumps([self.recipe.name, parts, self.settings, self.physics, self.code])
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    @cached_property
+    def settings(self) -> str:
+        """Every number of the scenario and of the controller, as JSON text."""
+        scenario = self.scenario.model_dump()
+        return _json({"scenario": scenario, "controller": self.recipe.parameters})
+
+    @cached_property
+    def overrides(self) -> str:
+        """What differs from the scenario of that name, or else from the defaults, as JSON text."""
+        named = self.scenario.name in set(SCENARIOS)
+        base = SCENARIOS[self.scenario.name] if named else Scenario()
+        return _json(_changes(leaves(base.model_dump()), leaves(self.scenario.model_dump())))
+
+    @cached_property
+    def parameters(self) -> str:
+        """What differs from the controller of that name, as JSON text."""
+        base = CONTROLLERS[self.recipe.name].parameters
+        return _json(_changes(base, self.recipe.parameters))
+
+    @cached_property
+    def code(self) -> str:
+        """A hash of the source text behind an episode, and of the libraries' versions.
+
+        The text is that of the world, of every file beside a layer of the controller, and of
+        what puts the layers together and measures.
+        """
+        world = Path(swarm_forage_env.__file__).parent
+        inside = (file.relative_to(world) for file in world.rglob("*.py"))
+        files = {world / file for file in inside if BYSTANDERS.isdisjoint(file.parts)}
+        files |= {file for part in self._layers for file in _folder(part).glob("*.py")}
+        files |= {Path(getfile(type(self.recipe))), Path(episode.__file__)}
+        text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())
+        for file in sorted(files):
+            text.update(f"\n{file.parent.name}/{file.name}\n".encode() + file.read_bytes())
+        return text.hexdigest()[:16]
+
+    @property
+    def _layers(self) -> list[Any]:
+        return list(self.recipe.layers.values())
+
+
+def find_recipe(controller: str) -> Recipe:
+    """The recipe of `name` or `name:parameter=value,parameter=value`.
+
+    UnknownNameError for a name or parameter that stands for nothing, ConfigError for a value
+    that does not fit and for a controller that is not made of layers.
+    """
+    recipe = find_controller(controller)
+    if not isinstance(recipe, Recipe):
+        raise ConfigError(f"controller '{controller}': only a Recipe of layers can be evaluated")
+    return recipe
+
+
+def parse_settings(texts: Iterable[str]) -> dict[str, str]:
+    """Names and values of texts like `radio.max_range=0.2`.
+
+    >>> parse_settings(["radio.max_range=0.2"])
+    {'radio.max_range': '0.2'}
+    """
+    values: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise ConfigError(f"--set '{text}': must be name=value, as in radio.max_range=0.2")
+        if name in values:
+            raise ConfigError(f"--set '{text}': {name} is given twice")
+        values[name] = value
+    return values
+
+
+def _changes(base: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers that differ, by dotted name; what a configuration is called is not one."""
+    missing = object()
+    return {
+        name: value
+        for name, value in now.items()
+        if name != "name" and base.get(name, missing) != value
+    }
+
+
+def _json(tree: Mapping[str, Any]) -> str:
+    return json.dumps(tree, sort_keys=True)
+
+
+def _folder(part: object) -> Path:
+    return Path(getfile(type(part))).parent

@@ -1,0 +1,173 @@
+"""The dataset: one Parquet file for each episode, found again by configuration and seed.
+
+    OUT/scenario=es1/controller=ssgiff/<configuration>-seed00000003.parquet
+
+The folders are hive partitions: pandas, polars and DuckDB read OUT as one table. A file is
+written beside its place and moved there in one step, so that a run killed at any moment leaves
+whole files only.
+"""
+
+import contextlib
+import logging
+import os
+import socket
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from baselines.evaluation.configuration import Configuration
+from baselines.evaluation.episode import Episode
+from swarm_forage_env.errors import ConfigError
+
+LOGGER = logging.getLogger("swarm-forage")
+
+SCHEMA = pa.schema(
+    [
+        pa.field("seed", pa.uint64(), nullable=False),
+        pa.field("physics", pa.string(), nullable=False),
+        pa.field("n_robots", pa.int64(), nullable=False),
+        pa.field("duration_s", pa.float64(), nullable=False),
+        pa.field("round_trips", pa.int64(), nullable=False),
+        pa.field("recruitment_time_s", pa.float64()),
+        pa.field("on_path_share", pa.float64(), nullable=False),
+        pa.field("lost_events", pa.int64(), nullable=False),
+        pa.field("messages", pa.int64(), nullable=False),
+        pa.field("localisation_error_m", pa.float64()),
+        pa.field("wall_s", pa.float64(), nullable=False),
+        pa.field("overrides", pa.string(), nullable=False),
+        pa.field("parameters", pa.string(), nullable=False),
+        pa.field("settings", pa.string(), nullable=False),
+        pa.field("code", pa.string(), nullable=False),
+        pa.field("configuration", pa.string(), nullable=False),
+    ]
+)
+"""Columns of a file; scenario and controller stand in the names of its folders."""
+
+IDENTITY = ("overrides", "parameters", "settings", "code")
+"""Columns by which a reader tells configurations apart, beside their key."""
+
+TEMPORARY, DAMAGED = ".tmp", ".damaged"
+"""Ends of the names of files that are no episodes; they start with `_`, which readers skip."""
+
+SWEPT = 5
+"""How often a file is written again whose temporary another run has swept away."""
+
+
+class DamagedFileError(Exception):
+    """A file that stands in the place of an episode and is none."""
+
+
+class Dataset:
+    """The episodes kept in a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        """The folder may be missing until `open`."""
+        self.folder = folder
+
+    def open(self) -> None:
+        """Make the folder, see that it can be written, and sweep what a killed run left."""
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            trial = self.folder / _temporary("trial")
+            trial.write_bytes(b"")
+            trial.unlink(missing_ok=True)
+        except OSError as error:
+            raise ConfigError(
+                f"--out {self.folder}: cannot be written ({error.strerror}); name another folder"
+            ) from None
+        for leftover in self.folder.rglob(f"_*{TEMPORARY}"):
+            leftover.unlink(missing_ok=True)
+
+    def place(self, configuration: Configuration, seed: int) -> Path:
+        """The file of an episode, whether it is there or not."""
+        folder = self.folder / f"scenario={_quoted(configuration.scenario.name)}"
+        folder /= f"controller={_quoted(configuration.recipe.name)}"
+        return folder / f"{configuration.key}-seed{seed:08d}.parquet"
+
+    def find(self, configuration: Configuration, seed: int) -> Episode | None:
+        """The kept episode, None if there is none; a damaged file is set aside."""
+        file = self.place(configuration, seed)
+        try:
+            return _episode(_row(file.read_bytes(), configuration, seed), configuration)
+        except FileNotFoundError:
+            return None
+        except DamagedFileError as damage:
+            aside = file.with_name(f"_{file.name}{DAMAGED}")
+            file.replace(aside)
+            LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
+            return None
+
+    def keep(self, configuration: Configuration, episodes: Iterable[Episode]) -> None:
+        """Write each episode to its file; it appears whole or not at all."""
+        for episode in episodes:
+            file = self.place(configuration, episode.seed)
+            file.parent.mkdir(parents=True, exist_ok=True)
+            _write(pa.Table.from_pylist([_columns(episode, configuration)], SCHEMA), file)
+
+
+def _columns(episode: Episode, configuration: Configuration) -> dict[str, Any]:
+    columns = {name: value for name, value in asdict(episode).items() if name in SCHEMA.names}
+    columns |= {name: getattr(configuration, name) for name in IDENTITY}
+    return columns | {"configuration": configuration.key}
+
+
+def _episode(row: dict[str, Any], configuration: Configuration) -> Episode:
+    numbers = {name: row[name] for name in Episode.__dataclass_fields__ if name in row}
+    return Episode(
+        scenario=configuration.scenario.name, controller=configuration.recipe.name, **numbers
+    )
+
+
+def _row(content: bytes, configuration: Configuration, seed: int) -> dict[str, Any]:
+    """The one row in a file's content; DamagedFileError if it is not the one looked for."""
+    try:
+        table = pq.read_table(pa.BufferReader(content), page_checksum_verification=True)
+    except (pa.ArrowException, OSError, ValueError):
+        raise DamagedFileError("not a readable Parquet file") from None
+    if not table.schema.equals(SCHEMA) or table.num_rows != 1:
+        raise DamagedFileError("not one row with the columns of an episode")
+    row: dict[str, Any] = table.to_pylist()[0]
+    if (row["configuration"], row["seed"]) != (configuration.key, seed):
+        raise DamagedFileError("the episode of another configuration or seed")
+    return row
+
+
+def _write(table: pa.Table, file: Path) -> None:
+    """Write a temporary file to the disk and move it to its place in one step."""
+    for attempt in range(SWEPT):
+        temporary = file.with_name(_temporary(file.name))
+        with temporary.open("wb") as stream:
+            pq.write_table(table, stream, write_page_checksum=True)
+            stream.flush()
+            os.fsync(stream.fileno())
+        try:
+            temporary.replace(file)
+            break
+        except FileNotFoundError:  # swept by a run that has just started on the same folder
+            if attempt == SWEPT - 1:
+                raise
+    _settle(file.parent)
+
+
+def _settle(folder: Path) -> None:
+    """Bring a folder's list of names to the disk, where the system can."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _temporary(name: str) -> str:
+    return f"_{name}.{quote(socket.gethostname(), safe='')}-{os.getpid()}{TEMPORARY}"
+
+
+def _quoted(name: str) -> str:
+    """A name as readers of hive partitions decode it."""
+    return quote(name, safe="")

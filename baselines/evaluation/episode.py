@@ -1,0 +1,132 @@
+"""One episode: a swarm forages from reset to the end, and is judged."""
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from baselines.controller import Recipe
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.metrics import localisation_error, on_path_share, recruitment_time, total
+from swarm_forage_env.scenario import Scenario
+
+SAMPLE_EVERY = 1.0
+"""Time between two samples of the localisation error [s]."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """What is kept of an episode. `swarm_forage_env.metrics` defines each number."""
+
+    scenario: str
+    """Name of the scenario."""
+
+    controller: str
+    """The controller as it was asked for: `ssgiff`, or `ssgiff:beta=0.02`."""
+
+    seed: int
+    """Seed of the world; controllers under one seed meet the same world."""
+
+    physics: str
+    """Engine that moved the robots."""
+
+    n_robots: int
+    """Robots."""
+
+    duration_s: float
+    """Length of the episode [s]."""
+
+    round_trips: int
+    """Round trips of all robots."""
+
+    recruitment_time_s: float | None
+    """Time until every robot had visited both areas [s]; None if not all did."""
+
+    on_path_share: float
+    """Share of the robots on the path, mean over the second half."""
+
+    lost_events: int
+    """How often robots found themselves lost."""
+
+    messages: int
+    """Messages heard."""
+
+    localisation_error_m: float | None
+    """Mean over robots, areas they know of, and time [m]; None if nothing was ever known."""
+
+    wall_s: float
+    """Computing time: an equal share of that of the block the episode ran in [s]."""
+
+
+class ErrorMeter:
+    """The localisation error of each world, summed over robots, known areas and samples."""
+
+    def __init__(self, n_worlds: int) -> None:
+        """Nothing measured yet."""
+        self._sum: Float64[Array, " worlds"] = np.zeros(n_worlds)
+        self._count: Float64[Array, " worlds"] = np.zeros(n_worlds)
+
+    def sample(self, loop: ControlLoop) -> None:
+        """Compare what is believed now with what is true."""
+        world, situation = loop.world, loop.controller.estimator.situation
+        error = localisation_error(world.state.pose, situation.areas, situation.known, world.areas)
+        self._sum += error.reshape(len(self._sum), -1).sum(axis=1)
+        self._count += situation.known.reshape(len(self._sum), -1).sum(axis=1)
+
+    def mean(self, world: int) -> float | None:
+        """Mean error of one world [m]; None if nothing was known at any sample."""
+        return float(self._sum[world] / self._count[world]) if self._count[world] else None
+
+
+def run_episodes(
+    scenario: Scenario, recipe: Recipe, seeds: Sequence[int], physics: str = "rigid"
+) -> list[Episode]:
+    """One whole episode for each seed, run side by side; each is what it is when run alone."""
+    start = time.perf_counter()
+    loop = ControlLoop(scenario, recipe, seeds, physics)
+    meter = ErrorMeter(len(seeds))
+    period = max(1, round(SAMPLE_EVERY / scenario.tick))
+    for tick in range(1, scenario.n_ticks + 1):
+        loop.step()
+        if tick % period == 0:
+            meter.sample(loop)
+    wall = (time.perf_counter() - start) / len(seeds)
+    return _judge(loop, recipe, seeds, physics, meter, wall)
+
+
+def _judge(
+    loop: ControlLoop,
+    recipe: Recipe,
+    seeds: Sequence[int],
+    physics: str,
+    meter: ErrorMeter,
+    wall: float,
+) -> list[Episode]:
+    """The episodes of a finished block of worlds."""
+    scenario, state, worlds = loop.world.scenario, loop.world.state, len(seeds)
+    recruited = recruitment_time(state.first_visit, worlds, scenario.tick)
+    on_path = on_path_share(state.path_ticks, worlds, scenario.n_ticks)
+    trips = total(state.round_trips, worlds)
+    lost = total(state.lost_events, worlds)
+    messages = total(state.messages, worlds)
+    return [
+        Episode(
+            scenario=scenario.name,
+            controller=recipe.name,
+            seed=seed,
+            physics=physics,
+            n_robots=scenario.task.n_robots,
+            duration_s=scenario.n_ticks * scenario.tick,
+            round_trips=int(trips[world]),
+            recruitment_time_s=float(recruited[world]) if math.isfinite(recruited[world]) else None,
+            on_path_share=float(on_path[world]),
+            lost_events=int(lost[world]),
+            messages=int(messages[world]),
+            localisation_error_m=meter.mean(world),
+            wall_s=wall,
+        )
+        for world, seed in enumerate(seeds)
+    ]

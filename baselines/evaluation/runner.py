@@ -1,0 +1,149 @@
+"""From configurations and seeds to episodes: those kept are used, the others are run.
+
+Episodes run in blocks of worlds, spread over worker processes; a worker writes the episodes of
+a block as soon as the block ends. How they are cut into blocks never changes a result.
+"""
+
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+from joblib import Parallel, delayed
+
+from baselines.evaluation.configuration import Configuration
+from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.episode import Episode, ErrorMeter, run_episodes
+from swarm_forage_env.loop import ControlLoop
+
+MAX_ROWS = 300
+"""Robots in a block, about: more rows hardly share Python's cost per tick any further."""
+
+ROUNDS = 2
+"""Blocks for each worker, at least, so that all have work until near the end."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """Episodes of one configuration that run side by side."""
+
+    configuration: Configuration
+    seeds: tuple[int, ...]
+
+
+class Plan:
+    """The episodes that are wanted, those found in the dataset, and those still to run."""
+
+    def __init__(
+        self, configurations: Sequence[Configuration], seeds: Sequence[int], dataset: Dataset
+    ) -> None:
+        """Look for every episode in the dataset; nothing runs yet."""
+        self.configurations = list(configurations)
+        self.seeds = list(seeds)
+        self.dataset = dataset
+        self.episodes: dict[tuple[str, int], Episode] = {}
+        self.todo: dict[str, list[int]] = {}
+        self._named = {each.key: each for each in configurations}
+        for key, configuration in self._named.items():
+            for seed in seeds:
+                episode = dataset.find(configuration, seed)
+                if episode is None:
+                    self.todo.setdefault(key, []).append(seed)
+                else:
+                    self.episodes[key, seed] = episode
+
+    @property
+    def n_todo(self) -> int:
+        """Episodes still to run."""
+        return sum(map(len, self.todo.values()))
+
+    def blocks(self, workers: int) -> list[Block]:
+        """What is still to run, cut into blocks of nearly equal size."""
+        share = -(-self.n_todo // (ROUNDS * workers))
+        return [
+            Block(self._named[key], tuple(seeds.tolist()))
+            for key, todo in self.todo.items()
+            for seeds in _cut(todo, min(share, self._room(key)))
+        ]
+
+    def run(self, workers: int) -> Iterator[int]:
+        """Run what is still to run; after each block, how many episodes it held."""
+        blocks = self.blocks(workers)
+        if not blocks:
+            return
+        for block in {block.configuration.key: block for block in blocks}.values():
+            warm_up(block.configuration)
+        workers = min(workers, len(blocks))
+        parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
+        with _deaf_to_interrupts():
+            finished = parallel(delayed(_run_block)(block, self.dataset) for block in blocks)
+        for key, episodes in finished:
+            for episode in episodes:
+                self.episodes[key, episode.seed] = episode
+            yield len(episodes)
+
+    def results(self) -> list[Episode]:
+        """All episodes, controller by controller and seed by seed, under the asked-for names."""
+        return [
+            replace(self.episodes[each.key, seed], controller=each.label)
+            for each in self.configurations
+            for seed in self.seeds
+        ]
+
+    def _room(self, key: str) -> int:
+        """Worlds of this configuration that a block has room for."""
+        return max(1, MAX_ROWS // self._named[key].scenario.task.n_robots)
+
+
+def evaluate(
+    configurations: Sequence[Configuration],
+    seeds: Sequence[int],
+    dataset: Dataset,
+    workers: int = 1,
+    progress: Callable[[int], None] = lambda _: None,
+) -> list[Episode]:
+    """The episodes of all configurations under all seeds, kept in the dataset."""
+    plan = Plan(configurations, seeds, dataset)
+    for done in plan.run(workers):
+        progress(done)
+    return plan.results()
+
+
+def warm_up(configuration: Configuration) -> None:
+    """Go through every kernel once, so that workers find them compiled."""
+    scenario = configuration.scenario
+    loop = ControlLoop(scenario, configuration.recipe, (0,), configuration.physics)
+    loop.step()
+    rows = scenario.task.n_robots
+    loop.controller.estimator.merge(np.zeros((rows, 2), np.float32), 0.0)
+    ErrorMeter(1).sample(loop)
+
+
+def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
+    """The seeds in parts of nearly equal size, none larger than `size`."""
+    return np.array_split(np.asarray(seeds, dtype=np.uint64), -(-len(seeds) // size))
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Start processes that ignore Ctrl-C: it is for the one that ends them all."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _run_block(block: Block, dataset: Dataset) -> tuple[str, list[Episode]]:
+    """Run a block and keep its episodes; the work of one process."""
+    configuration = block.configuration
+    episodes = run_episodes(
+        configuration.scenario, configuration.recipe, block.seeds, configuration.physics
+    )
+    dataset.keep(configuration, episodes)
+    return configuration.key, episodes

@@ -1,0 +1,155 @@
+"""Episodes as a table with intervals, as JSON and as CSV."""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, fields
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from baselines.evaluation.episode import Episode
+from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
+
+COLUMNS = {
+    "round_trips": ("round\ntrips", 1.0),
+    "recruitment_time_s": ("recruit-\nment [s]", 1.0),
+    "on_path_share": ("on path\n[%]", 100.0),
+    "lost_events": ("lost\nevents", 1.0),
+    "messages": ("messages\n[1000]", 0.001),
+    "localisation_error_m": ("location\nerror [cm]", 100.0),
+}
+"""Metrics in the order of the table, with their headings and the factor to their units."""
+
+NOT_APPLICABLE = "n/a"
+
+Groups = Mapping[str, Sequence[Episode]]
+"""Episodes by controller, the seeds in the same order for each."""
+
+
+def by_controller(episodes: Sequence[Episode]) -> dict[str, list[Episode]]:
+    """The episodes of each controller, in the order of their first appearance."""
+    groups: dict[str, list[Episode]] = {}
+    for episode in episodes:
+        groups.setdefault(episode.controller, []).append(episode)
+    return groups
+
+
+def to_json(episodes: Sequence[Episode]) -> str:
+    """One JSON array, an episode to a line."""
+    lines = (json.dumps(asdict(episode), allow_nan=False) for episode in episodes)
+    return "[\n" + ",\n".join(lines) + "\n]"
+
+
+def to_csv(episodes: Sequence[Episode]) -> str:
+    """A line of column names, and an episode to a line; what is missing is empty."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, [each.name for each in fields(Episode)], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(asdict(episode) for episode in episodes)
+    return text.getvalue().rstrip("\n")
+
+
+def report(episodes: Sequence[Episode]) -> Group:
+    """The table of means and, for several controllers, the table of comparisons."""
+    groups = by_controller(episodes)
+    first = next(iter(groups.values()))
+    head = first[0]
+    parts: list[Text | Table] = [
+        Text(
+            f"{head.scenario}: {head.n_robots} robots, {head.duration_s:g} s, {head.physics}"
+            f" physics, seeds {first[0].seed} to {first[-1].seed}",
+            style="bold",
+        ),
+        summary(groups),
+        Text(f"n = {len(first)}: mean over its 95 % bootstrap interval.", style="dim"),
+    ]
+    if len(groups) > 1:
+        parts += [
+            Text(f"\nRound trips against {next(iter(groups))}", style="bold"),
+            comparison(groups),
+            Text(
+                "On the same seeds, with 95 % bootstrap intervals; p: Mann-Whitney U, two-sided.",
+                style="dim",
+            ),
+        ]
+    return Group(*parts)
+
+
+def summary(groups: Groups) -> Table:
+    """Mean of every metric of every controller, over its 95 % bootstrap interval."""
+    table = _table()
+    for heading, _ in COLUMNS.values():
+        table.add_column(heading, justify="right")
+    for name, episodes in groups.items():
+        cells = [_cell(episodes, metric) for metric in COLUMNS]
+        table.add_row(_lines(name), *cells)
+    return table
+
+
+def comparison(groups: Groups) -> Table:
+    """Round trips of every controller against the first, seed by seed."""
+    (_, base), *others = groups.items()
+    table = _table()
+    for heading in ("difference of means", "ratio of means", "p"):
+        table.add_column(heading, justify="right")
+    for name, episodes in others:
+        found = compare(_trips(episodes), _trips(base))
+        table.add_row(Text(name), *_verdict(found))
+    return table
+
+
+def _lines(name: str) -> Text:
+    """A controller's name, its parameters below it."""
+    return Text(name.replace(":", ":\n ").replace(",", ",\n "))
+
+
+def _trips(episodes: Sequence[Episode]) -> list[int]:
+    return [episode.round_trips for episode in episodes]
+
+
+def _verdict(found: Comparison) -> tuple[str, str, str]:
+    p = NOT_APPLICABLE if found.p is None else _p_value(found.p)
+    return _in_line(found.difference), _in_line(found.ratio), p
+
+
+def _cell(episodes: Sequence[Episode], metric: str) -> Text:
+    """Mean over interval; how many episodes it speaks for, if not for all."""
+    factor = COLUMNS[metric][1]
+    values = [getattr(episode, metric) for episode in episodes]
+    found = mean_interval([factor * value for value in values if value is not None])
+    if found is None:
+        return Text(NOT_APPLICABLE)
+    number = _formatter(found.value)
+    interval = "-".join(map(number, found.interval)) if found.interval else NOT_APPLICABLE
+    partly = f"\nn = {found.n}" if found.n < len(values) else ""
+    return Text(number(found.value)).append(f"\n{interval}{partly}", style="dim")
+
+
+def _in_line(found: Estimate | None) -> str:
+    if found is None:
+        return NOT_APPLICABLE
+    number = _formatter(found.value)
+    interval = " to ".join(map(number, found.interval)) if found.interval else NOT_APPLICABLE
+    return f"{number(found.value)} ({interval})"
+
+
+def _formatter(value: float) -> Callable[[float], str]:
+    """Writes numbers with as many decimals as this one needs for three digits; 0.01 gets two."""
+    size = abs(value)
+    whole = math.floor(math.log10(size)) + 1 if size else 3
+    decimals = 2 if 0.01 <= size < 1.0 else max(0, 3 - whole)
+    return lambda number: f"{number:.{decimals}f}"
+
+
+def _p_value(p: float) -> str:
+    return "< 0.0001" if p < 1e-4 else f"{p:.2g}"
+
+
+def _table() -> Table:
+    table = Table(box=None, padding=(0, 1, 0, 0))
+    table.add_column("controller", overflow="fold")
+    return table

@@ -1,0 +1,8 @@
+"""Motion rules: from a situation to wheels."""
+
+from baselines.motion.base import MOTIONS
+from swarm_forage_env.registry import load_folder
+
+__all__ = ["MOTIONS"]
+
+load_folder(__name__, __path__)

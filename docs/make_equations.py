@@ -1,0 +1,129 @@
+"""Write docs/equations.md: which function implements which equation of which paper.
+
+Every docstring under the packages may hold lines such as
+
+    Source: TR, Eq. 33; ANTS, Eq. 3.
+
+A citation runs to the blank line below it, several are separated by semicolons. The code is
+parsed, never imported.
+"""
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("swarm_forage_env", "baselines")
+PAPERS = {
+    "TR": "Gutiérrez et al. (2009), *Social Odometry: A Self-Organized Distributed Location"
+    " Algorithm*, TR/IRIDIA/2009-014",
+    "ANTS": "Gutiérrez et al. (2008), *Social Odometry in Populations of Autonomous Robots*,"
+    " ANTS 2008",
+    "BOIDS": "Smith et al. (2021), *Cooperative and Coordinated Localization of Swarm Robots"
+    " using Adaptive Boids Rules*",
+}
+OTHER = "Other sources"
+HEAD = """\
+<!-- Made by `make docs-equations` from the `Source:` lines of the docstrings: edit those. -->
+
+# Equations and where they live
+"""
+
+CITATION = re.compile(rf"(?P<paper>{'|'.join(PAPERS)})\b[,\s]*(?P<place>.*)")
+SENTENCE = re.compile(r"(.+?)\.(?:\s|$)")
+Documented = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One citation by one function, class or module."""
+
+    paper: str
+    place: str
+    name: str
+    file: str
+    says: str
+
+    def order(self) -> tuple[Any, ...]:
+        """By paper, equations before sections, numbers as numbers."""
+        papers = [*PAPERS, OTHER]
+        is_prose = not self.place.startswith("Eq")
+        return papers.index(self.paper), is_prose, _natural(self.place), self.name
+
+    def row(self) -> str:
+        """The entry as a row of a Markdown table."""
+        cells = self.place or "-", f"[`{self.name}`](../{self.file})", self.says
+        return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |"
+
+
+def _natural(text: str) -> list[tuple[int, str]]:
+    """Sort key under which Eq. 9 comes before Eq. 10."""
+    return [(int(part), "") if part.isdigit() else (0, part) for part in re.split(r"(\d+)", text)]
+
+
+def citations(docstring: str) -> Iterator[tuple[str, str]]:
+    """Paper and place of every citation in a docstring.
+
+    >>> list(citations("Blend.\\n\\nSource: TR, Eq. 33;\\n    ANTS, Eq. 3.\\n\\nMore."))
+    [('TR', 'Eq. 33'), ('ANTS', 'Eq. 3')]
+    >>> list(citations("Blend.\\n\\nSource: textbook (scalar Kalman gain)."))
+    [('Other sources', 'textbook (scalar Kalman gain)')]
+    """
+    for paragraph in docstring.split("\n\n"):
+        _, *sources = re.split(r"^\s*Source:", paragraph, flags=re.MULTILINE)
+        for source in sources:
+            for citation in " ".join(source.split()).rstrip(".").split("; "):
+                match = CITATION.match(citation)
+                yield (match["paper"], match["place"]) if match else (OTHER, citation)
+
+
+def first_sentence(docstring: str) -> str:
+    """The first sentence of the first paragraph.
+
+    >>> first_sentence("A robot is 0.07 m\\nwide. It has two wheels.")
+    'A robot is 0.07 m wide'
+    """
+    paragraph = " ".join(docstring.split("\n\n", 1)[0].split())
+    match = SENTENCE.match(paragraph)
+    return match[1] if match else paragraph
+
+
+def documented(tree: ast.Module, module: str) -> Iterator[tuple[str, str]]:
+    """Dotted name and docstring of a module and of everything documented inside it."""
+    pending: list[tuple[str, Documented]] = [(module, tree)]
+    while pending:
+        name, node = pending.pop(0)
+        if docstring := ast.get_docstring(node):
+            yield name, docstring
+        pending += [
+            (f"{name}.{child.name}", child) for child in node.body if isinstance(child, Documented)
+        ]
+
+
+def entries(root: Path) -> Iterator[Entry]:
+    """Every citation in the packages under a root."""
+    for path in sorted(p for package in PACKAGES for p in (root / package).rglob("*.py")):
+        relative = path.relative_to(root)
+        module = ".".join(relative.with_suffix("").parts).removesuffix(".__init__")
+        for name, docstring in documented(ast.parse(path.read_text(encoding="utf-8")), module):
+            for paper, place in citations(docstring):
+                says = first_sentence(docstring)
+                yield Entry(paper, place, name, relative.as_posix(), says)
+
+
+def page(root: Path = ROOT) -> str:
+    """The whole of docs/equations.md."""
+    found = sorted(entries(root), key=Entry.order)
+    lines = [HEAD]
+    for paper, title in {**PAPERS, OTHER: ""}.items():
+        if rows := [entry.row() for entry in found if entry.paper == paper]:
+            lines += [f"## {paper}", "", *([f"{title}.", ""] if title else [])]
+            lines += ["| where | code | what |", "|---|---|---|", *rows, ""]
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    (ROOT / "docs" / "equations.md").write_text(page(), encoding="utf-8")

@@ -1,0 +1,43 @@
+"""A multi-robot foraging world: e-pucks, drifting odometry, a short-range lossy radio.
+
+>>> from swarm_forage_env import parallel_env
+>>> env = parallel_env("es1", learn="weighting")
+>>> observations, infos = env.reset(seed=0)
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from swarm_forage_env.envs.parallel import env, parallel_env, raw_env
+    from swarm_forage_env.errors import ConfigError, UnknownNameError
+    from swarm_forage_env.scenarios import find_scenario
+    from swarm_forage_env.world import World
+
+__all__ = [
+    "ConfigError",
+    "UnknownNameError",
+    "World",
+    "env",
+    "find_scenario",
+    "parallel_env",
+    "raw_env",
+]
+
+_WHERE = {
+    "ConfigError": "swarm_forage_env.errors",
+    "UnknownNameError": "swarm_forage_env.errors",
+    "World": "swarm_forage_env.world",
+    "env": "swarm_forage_env.envs.parallel",
+    "find_scenario": "swarm_forage_env.scenarios",
+    "parallel_env": "swarm_forage_env.envs.parallel",
+    "raw_env": "swarm_forage_env.envs.parallel",
+}
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401 whatever the module holds
+    """Import a public name when it is first asked for, so that importing the package is quick."""
+    from importlib import import_module
+
+    if name not in _WHERE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_WHERE[name]), name)

@@ -1,0 +1,83 @@
+"""Actions as the policies give them, checked before anything moves."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.envs.layout import Layout
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.kernels.compiler import kernel
+
+
+class Actions:
+    """Turns a dictionary of actions into a matrix, or says what is wrong with it."""
+
+    def __init__(self, agents: Sequence[str], layout: Layout) -> None:
+        """Actions of this layout, one for each of these agents."""
+        self._agents = tuple(agents)
+        self._layout = layout
+        box = layout.box()
+        self._low, self._high = box.low, box.high
+        self._shape = (len(agents), len(layout))
+
+    def matrix(self, actions: Mapping[str, Any]) -> Float32[Array, "rows numbers"]:
+        """A row for each agent. ConfigError or UnknownNameError for what cannot be used."""
+        try:
+            given = np.array([actions[agent] for agent in self._agents])
+            if (
+                given.shape == self._shape
+                and given.dtype.kind in "fiu"
+                and len(actions) == len(self._agents)
+                and is_within(given, self._low, self._high)
+            ):
+                return given.astype(np.float32, copy=False)
+        except (KeyError, TypeError, ValueError):
+            pass  # found out below
+        raise self._complaint(actions)
+
+    def _complaint(self, actions: Any) -> Exception:  # noqa: ANN401 whatever was passed
+        """The first thing that is wrong."""
+        if not isinstance(actions, Mapping):
+            return ConfigError(f"actions={actions!r}: must be a dictionary, agent to action")
+        for agent in actions:
+            if agent not in self._agents:
+                return UnknownNameError("agent", str(agent), self._agents)
+        for agent in self._agents:
+            if agent not in actions:
+                return ConfigError(f"actions: {agent} has none; every agent needs one")
+            complaint = self._complaint_about(agent, actions[agent])
+            if complaint:
+                return ConfigError(f"action of {agent}: {complaint}")
+        return ConfigError("actions: must be arrays of one and the same kind of number")
+
+    def _complaint_about(self, agent: str, action: Any) -> str:  # noqa: ANN401
+        try:
+            given = np.asarray(action, dtype=np.float64)
+        except (TypeError, ValueError):
+            return f"{action!r}: must be numbers, {', '.join(self._layout.names)}"
+        if given.shape != self._shape[1:]:
+            return (
+                f"shape {given.shape}: must be {self._shape[1:]},"
+                f" for {', '.join(self._layout.names)}"
+            )
+        for slot, value in zip(self._layout, given, strict=True):
+            if not slot.low <= value <= slot.high:
+                return (
+                    f"{slot.name}={value:g}: must be from {slot.low:g} to {slot.high:g}"
+                    f" [{slot.unit}]; clip it first, as numpy.clip does"
+                )
+        return ""
+
+
+@kernel
+def is_within(
+    given: Array, low: Float32[Array, " numbers"], high: Float32[Array, " numbers"]
+) -> bool:
+    """Every number of every row is within its bounds; NaN is not."""
+    for i in range(given.shape[0]):
+        for k in range(given.shape[1]):
+            if not low[k] <= given[i, k] <= high[k]:
+                return False
+    return True

@@ -1,0 +1,93 @@
+"""The environment on arrays: W worlds side by side. Every API in this folder wraps it."""
+
+from collections.abc import Sequence
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.envs.bounds import Bounds
+from swarm_forage_env.envs.cuts import CUTS, Cut
+from swarm_forage_env.envs.layout import ObservationLayout, Sheet
+from swarm_forage_env.envs.rewards import REWARDS, Potential
+from swarm_forage_env.envs.truth import Truth
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import ControllerRecipe
+from swarm_forage_env.scenario import Count, NotNegative, Part, Scenario, Share
+
+
+class Terms(Part):
+    """What is learned, and for what reward."""
+
+    learn: str = Field("motion", description="Layer that the policy takes the place of")
+    reward: str = Field("own", description="Who is credited with a round trip")
+    shaping: NotNegative = Field(0.0, description="Weight of the potential-based shaping; 0: none")
+    discount: Share = Field(0.99, description="The learner's discount, for the shaping")
+    decision_period: Count = Field(1, description="Ticks for which an action is held")
+    max_cycles: Annotated[int, Field(ge=1)] | None = Field(
+        None, description="Decisions in an episode; none: as many as fit into the scenario's time"
+    )
+
+
+class Batch:
+    """Worlds, controllers, spaces and rewards; a row of every array is a robot.
+
+    With a decision period of k ticks an action is held for k ticks, and the rewards of all k
+    are added up. A weight g held so applies to every exchange that ends in these ticks, while
+    the observation shows the last tick only: for `learn="weighting"` k = 1 is what the
+    hand-written rules have.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        terms: Terms,
+        controller: str | ControllerRecipe,
+        seeds: Sequence[int],
+        physics: str,
+    ) -> None:
+        """One world for each seed, ready to step."""
+        self.n_cycles = cycles_of(scenario, terms)
+        recipe = find_controller(controller)
+        self._reward = REWARDS[terms.reward]
+        self._period = terms.decision_period
+        self.cut: Cut = CUTS[terms.learn](scenario, recipe, seeds, physics)
+        self.world = self.cut.world
+        self.agents = [f"epuck_{k}" for k in range(self.world.n_robots)]
+        bounds = Bounds(scenario, max(scenario.n_ticks, self.n_cycles * self._period))
+        self.observation_layout = ObservationLayout(self.cut.fields(bounds))
+        self.action_layout = self.cut.action_layout
+        self.truth = Truth(self.world, self.agents, bounds)
+        self._sheet = Sheet(self.observation_layout, self.world.rows)
+        self._potential = Potential(scenario, terms.discount, terms.shaping)
+        self._shaped = terms.shaping > 0.0
+
+    def reset(self, seeds: Sequence[int]) -> Float32[Array, "rows numbers"]:
+        """Start every world anew, each from its seed; what every robot observes."""
+        self.cut.reset(seeds)
+        return self._sheet.write(self.cut.parts)
+
+    def step(
+        self, action: Float32[Array, "rows numbers"]
+    ) -> tuple[Float32[Array, "rows numbers"], Float64[Array, " rows"]]:
+        """Hold an action, known to be within its space, for a decision period."""
+        before = self._potential(self.world.state) if self._shaped else None
+        earned = self.cut.tick(action).reward.astype(np.float64)
+        for _ in range(self._period - 1):
+            earned += self.cut.tick(action).reward
+        if before is not None:
+            earned += self._potential.shaping(before, self._potential(self.world.state))
+        reward = self._reward(earned.reshape(self.world.n_worlds, -1)).ravel()
+        return self._sheet.write(self.cut.parts), reward
+
+
+def cycles_of(scenario: Scenario, terms: Terms) -> int:
+    """Decisions in an episode: `max_cycles`, or as many as fit into the scenario's time."""
+    if terms.decision_period > scenario.n_ticks:
+        raise ConfigError(
+            f"decision_period={terms.decision_period}: must be at most the"
+            f" {scenario.n_ticks} ticks of an episode"
+        )
+    return terms.max_cycles or scenario.n_ticks // terms.decision_period

@@ -1,0 +1,189 @@
+"""The environment as PettingZoo wants it: `parallel_env`, `raw_env`, `env`."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.spaces import Box
+from gymnasium.utils import EzPickle
+from pettingzoo import AECEnv, ParallelEnv
+from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, parallel_to_aec
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.envs.actions import Actions
+from swarm_forage_env.envs.batch import Batch, Terms
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.interface import ControllerRecipe
+from swarm_forage_env.scenario import Scenario, leaves, resolve, validated
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.streams import checked_seed
+
+Observations = dict[str, Float32[Array, " numbers"]]
+Infos = dict[str, dict[str, float]]
+
+
+class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 PettingZoo's name
+    """Foraging e-pucks of which a policy is one layer, or all.
+
+    `learn` cuts the control loop: "weighting", "motion", "both" or "everything". The rest is
+    done by `controller`, a name with parameters if wanted (`ssgiff:beta=0.01`) or a recipe.
+    `scenario` is a name, a TOML file or a Scenario; further keywords change single numbers of
+    it, by dotted name: `parallel_env("es1", **{"radio.max_range": 0.2})`.
+
+    `reward` is "own" or "team"; `shaping` weighs a potential with the learner's `discount`. An
+    action is held for `decision_period` ticks and the rewards of these ticks are added up.
+    Nobody dies; after `max_cycles` steps (by default the scenario's time) all are truncated
+    together. `observation_layout`, `action_layout` and `state_layout` say what each number is:
+    print them. Bounds hold for the longer of the scenario's time and `max_cycles` as given.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {
+        "name": "swarm_forage_v0",
+        "render_modes": [],
+        "is_parallelizable": True,
+        "render_fps": 10,
+    }
+
+    def __init__(  # noqa: PLR0913 PettingZoo's habit: all options are keywords
+        self,
+        scenario: str | Path | Scenario = "es1",
+        learn: str = "motion",
+        controller: str | ControllerRecipe = "ssgikf",
+        reward: str = "own",
+        shaping: float = 0.0,
+        discount: float = 0.99,
+        decision_period: int = 1,
+        physics: str = "rigid",
+        render_mode: None = None,
+        max_cycles: int | None = None,
+        **overrides: Any,  # noqa: ANN401 numbers of the scenario, checked there
+    ) -> None:
+        """Make the environment; `reset` starts an episode."""
+        options = {
+            "learn": learn, "reward": reward, "shaping": shaping, "discount": discount,
+            "decision_period": decision_period, "max_cycles": max_cycles,
+        }  # fmt: skip
+        rest = {"controller": controller, "physics": physics, "render_mode": render_mode}
+        EzPickle.__init__(self, scenario, **options, **rest, **overrides)
+        check_render_mode(render_mode)
+        terms = validated(Terms, options)
+        chosen = _scenario(scenario, overrides, {*options, *rest})
+        self.render_mode = render_mode
+        self._batch = batch = Batch(chosen, terms, controller, (0,), physics)
+        self.scenario = chosen
+        self.world = batch.world
+        self.max_cycles = batch.n_cycles
+        self.possible_agents = batch.agents
+        self.agents: list[str] = []
+        self.observation_layout = batch.observation_layout
+        self.action_layout = batch.action_layout
+        self.state_layout = batch.truth.layout
+        self.state_space = batch.truth.space
+        self.observation_spaces = dict.fromkeys(batch.agents, batch.observation_layout.box())
+        self.action_spaces = dict.fromkeys(batch.agents, batch.action_layout.box())
+        self._actions = Actions(batch.agents, batch.action_layout)
+        self._rng: np.random.Generator | None = None
+        self._cycles: int | None = None
+
+    def reset(
+        self, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Observations, Infos]:
+        """Start an episode; a seed fixes it and all that follow without one."""
+        observations = self._batch.reset([self._draw_seed(seed)])
+        self.agents = self.possible_agents[:]
+        self._cycles = 0
+        return dict(zip(self.agents, observations, strict=True)), self._infos()
+
+    def step(
+        self, actions: Mapping[str, Any]
+    ) -> tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos]:
+        """One decision period; a refused action leaves everything as it was."""
+        cycles = self._started()
+        if not self.agents:
+            raise ResetNeeded(f"step after the end, at {cycles} cycles: call reset() first")
+        observations, rewards = self._batch.step(self._actions.matrix(actions))
+        self._cycles = cycles + 1
+        agents, over = self.agents, self._cycles >= self.max_cycles
+        if over:
+            self.agents = []
+        return (
+            dict(zip(agents, observations, strict=True)),
+            dict(zip(agents, rewards.tolist(), strict=True)),
+            dict.fromkeys(agents, False),
+            dict.fromkeys(agents, over),
+            self._infos(),
+        )
+
+    def state(self) -> Float32[Array, " numbers"]:
+        """The truth and all beliefs, as `state_layout` says; for centralised critics."""
+        share_gone = self._started() / self.max_cycles
+        batch = self._batch
+        return np.asarray(batch.truth.state(batch.cut.beliefs, share_gone)[0])
+
+    def observation_space(self, agent: str) -> Box:
+        """The space of an agent's observations, the same object each time."""
+        return self._space_of(agent, self.observation_spaces)
+
+    def action_space(self, agent: str) -> Box:
+        """The space of an agent's actions, the same object each time."""
+        return self._space_of(agent, self.action_spaces)
+
+    def render(self) -> None:
+        """There is nothing to see; ConfigError."""
+        raise ConfigError("render(): rendering is not available")
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+    def _space_of(self, agent: str, spaces: Mapping[str, Box]) -> Box:
+        if agent not in spaces:
+            raise UnknownNameError("agent", str(agent), spaces)
+        return spaces[agent]
+
+    def _infos(self) -> Infos:
+        infos = self._batch.truth.infos(self._batch.cut.beliefs)
+        return dict(zip(self.possible_agents, infos, strict=True))
+
+    def _started(self) -> int:
+        if self._cycles is None:
+            raise ResetNeeded("the episode has not begun: call reset() first")
+        return self._cycles
+
+    def _draw_seed(self, seed: int | None) -> int:
+        """The world's seed: the given one, else the next of the sequence that it began."""
+        if seed is not None:
+            seed = checked_seed(seed)
+            self._rng = np.random.default_rng(seed)
+            return seed
+        if self._rng is None:
+            self._rng = np.random.default_rng()
+        return int(self._rng.integers(2**63))
+
+
+def raw_env(**options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
+    """The environment with agents acting in turn, as bare as `parallel_env`."""
+    return parallel_to_aec(parallel_env(**options))
+
+
+def env(**options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
+    """The environment with agents acting in turn: actions clipped, order of calls checked."""
+    return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(raw_env(**options)))
+
+
+def check_render_mode(render_mode: object) -> None:
+    """ConfigError for any render mode but none."""
+    if render_mode is not None:
+        raise ConfigError(f"render_mode={render_mode!r}: rendering is not available; leave it out")
+
+
+def _scenario(
+    scenario: str | Path | Scenario, overrides: Mapping[str, Any], keywords: set[str]
+) -> Scenario:
+    """The scenario with its overrides; a misspelt keyword is told from a misspelt parameter."""
+    chosen = find_scenario(scenario)
+    known = {**leaves(chosen.model_dump()), **dict.fromkeys(keywords)}
+    for name in overrides:
+        resolve(name, known, "keyword or scenario parameter")
+    return find_scenario(chosen, overrides)

@@ -1,0 +1,43 @@
+"""Angles and frames. World frame: x along the arena's long side. Body frame: x ahead, y left."""
+
+import math
+
+from swarm_forage_env.kernels.compiler import kernel
+
+
+@kernel
+def wrap(angle: float) -> float:
+    """The same angle in [-pi, pi) [rad]."""
+    if -math.pi <= angle < math.pi:
+        return angle
+    wrapped = angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
+    return wrapped if wrapped < math.pi else -math.pi
+
+
+@kernel
+def range_and_bearing(dx: float, dy: float, theta: float) -> tuple[float, float]:
+    """Where a robot of heading theta sees a point at (dx, dy): range [m], body bearing [rad].
+
+        r = |(dx, dy)|
+        b = atan2(dy, dx) - theta
+
+    (dx, dy) from the robot to the point, world frame [m]; b in [-pi, pi).
+
+    >>> range_and_bearing(0.0, 2.0, math.pi / 2)
+    (2.0, 0.0)
+    """
+    return math.hypot(dx, dy), wrap(math.atan2(dy, dx) - theta)
+
+
+@kernel
+def to_body(dx: float, dy: float, theta: float) -> tuple[float, float]:
+    """A displacement of the outer frame as the body of heading theta sees it [m]."""
+    c, s = math.cos(theta), math.sin(theta)
+    return c * dx + s * dy, c * dy - s * dx
+
+
+@kernel
+def to_outer(ahead: float, left: float, theta: float) -> tuple[float, float]:
+    """A displacement in the body frame of heading theta, in the outer frame [m]."""
+    c, s = math.cos(theta), math.sin(theta)
+    return c * ahead - s * left, s * ahead + c * left

@@ -1,0 +1,119 @@
+"""Infrared proximity: eight rays from the rim of the body, and the response to distance."""
+
+import math
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32, Float64, Int32, UInt64
+from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.kernels.frames import to_body
+from swarm_forage_env.kernels.rng import symmetric
+
+PROXIMITY_ANGLES = np.radians([-17.0, -50.0, -90.0, -150.0, 150.0, 90.0, 50.0, 17.0])
+"""Directions of the sensors ps0 .. ps7 in the body frame [rad], counter-clockwise positive.
+
+Source: ARGoS3-epuck, ci_epuck_proximity_sensor.cpp.
+"""
+
+SENSING_RANGE = 0.05
+"""Beyond this distance from the rim a sensor reads 0 [m]."""
+
+_COS, _SIN = np.cos(PROXIMITY_ANGLES), np.sin(PROXIMITY_ANGLES)
+
+
+@kernel
+def response(d: float) -> float:
+    """What an infrared sensor reads at distance d from its rim [m], without noise.
+
+        298.701 d^2 - 36.8961 d + 1.08212,  in [0, 1],  0 beyond 5 cm
+
+    Source: ARGoS3-epuck, CalculateReading.
+    """
+    if d > SENSING_RANGE:
+        return 0.0
+    return min(max((298.701 * d - 36.8961) * d + 1.08212, 0.0), 1.0)
+
+
+@kernel
+def ray_to_disc(ahead: float, left: float, ray: int, radius: float) -> float:
+    """Distance [m] from the rim along sensor `ray` to a disc at (ahead, left), body frame [m].
+
+    Both bodies have this radius [m]; infinite if the ray misses.
+    """
+    along = ahead * _COS[ray] + left * _SIN[ray]
+    across = left * _COS[ray] - ahead * _SIN[ray]
+    if along <= 0.0 or abs(across) >= radius:
+        return math.inf
+    return max(along - math.sqrt(radius * radius - across * across) - radius, 0.0)
+
+
+@kernel
+def ray_to_walls(
+    x: float, y: float, direction: float, arena: Float64[Array, "2"], radius: float
+) -> float:
+    """Distance [m] from the rim to the walls, along a direction of the world frame [rad].
+
+    (x, y) is the centre of the body [m], inside the arena [m].
+    """
+    c, s = math.cos(direction), math.sin(direction)
+    to_x = (0.5 * arena[0] - math.copysign(x, x * c)) / abs(c) if c != 0.0 else math.inf
+    to_y = (0.5 * arena[1] - math.copysign(y, y * s)) / abs(s) if s != 0.0 else math.inf
+    return max(min(to_x, to_y) - radius, 0.0)
+
+
+@kernel
+def sense_robots(
+    pose: Float64[Array, "rows 3"],
+    pairs: Int32[Array, "capacity 2"],
+    n_pairs: int,
+    radius: float,
+    out_distance: Float64[Array, "rows 8"],
+) -> None:
+    """Shorten each ray to the nearest robot in its way."""
+    reach = 2.0 * radius + SENSING_RANGE
+    for k in range(n_pairs):
+        for side in range(2):
+            i, j = pairs[k, side], pairs[k, 1 - side]
+            dx, dy = pose[j, 0] - pose[i, 0], pose[j, 1] - pose[i, 1]
+            if dx * dx + dy * dy < reach * reach:
+                ahead, left = to_body(dx, dy, pose[i, 2])
+                for ray in range(8):
+                    d = ray_to_disc(ahead, left, ray, radius)
+                    out_distance[i, ray] = min(out_distance[i, ray], d)
+
+
+@kernel
+def sense_walls(
+    pose: Float64[Array, "rows 3"],
+    arena: Float64[Array, "2"],
+    radius: float,
+    out_distance: Float64[Array, "rows 8"],
+) -> None:
+    """The length of each ray to the walls; infinite for robots far from all of them."""
+    near_x = 0.5 * arena[0] - radius - SENSING_RANGE
+    near_y = 0.5 * arena[1] - radius - SENSING_RANGE
+    for i in range(pose.shape[0]):
+        x, y, theta = pose[i]
+        near = abs(x) > near_x or abs(y) > near_y
+        for ray in range(8):
+            out_distance[i, ray] = (
+                ray_to_walls(x, y, theta + PROXIMITY_ANGLES[ray], arena, radius)
+                if near
+                else math.inf
+            )
+
+
+@kernel
+def read_proximity(
+    distance: Float64[Array, "rows 8"],
+    noise: float,
+    streams: UInt64[Array, " rows"],
+    out_reading: Float32[Array, "rows 8"],
+) -> None:
+    """Response times 1 +- noise; a sensor in contact saturates at 1."""
+    for i in range(distance.shape[0]):
+        for ray in range(8):
+            reading = response(distance[i, ray])
+            if reading > 0.0:
+                reading = min(reading * (1.0 + noise * symmetric(streams, i)), 1.0)
+            out_reading[i, ray] = reading

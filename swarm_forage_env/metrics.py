@@ -1,0 +1,77 @@
+"""What an episode is judged by: pure functions of the state, one number for each world.
+
+Each takes arrays over all rows and the number of worlds W; robots of a world are consecutive.
+"""
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int32, Int64
+from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.kernels.frames import to_outer
+
+
+def total(count: Int32[Array, " rows"], n_worlds: int) -> Int64[Array, " worlds"]:
+    """Sum over the robots of each world: of round trips, lost events or messages heard.
+
+    A round trip is nest -> prey -> nest, counted when the middle ground sensor truly stands
+    over the nest again (TR 6.1.2). A lost event is one report of a controller that it reset
+    its estimates (TR 5.1). A message counts once for each robot that hears it.
+    """
+    return np.asarray(count.reshape(n_worlds, -1).sum(axis=1, dtype=np.int64))
+
+
+def recruitment_time(
+    first_visit: Int64[Array, "rows areas"], n_worlds: int, tick: float
+) -> Float64[Array, " worlds"]:
+    """Time until every robot of the world has visited both areas [s]; infinite if not all did.
+
+    Source: TR, Section 6.1.1.
+    """
+    visits = first_visit.reshape(n_worlds, -1)
+    return np.where((visits >= 0).all(axis=1), visits.max(axis=1) * tick, np.inf)
+
+
+def on_path_share(
+    path_ticks: Int64[Array, " rows"], n_worlds: int, n_ticks: int
+) -> Float64[Array, " worlds"]:
+    """Share of the robots that is on the path, mean over the second half of the episode.
+
+    A robot is on the path while it has visited both areas since it last reported itself
+    lost. `n_ticks` is the length of the episode so far, or of the whole one [ticks].
+
+    Source: TR, Section 6.1.3; the definition is chosen, the TR gives none.
+    """
+    counted = max(1, n_ticks - n_ticks // 2)
+    return np.asarray(path_ticks.reshape(n_worlds, -1).mean(axis=1) / counted)
+
+
+def localisation_error(
+    pose: Float64[Array, "rows 3"],
+    believed: Float32[Array, "rows areas 2"],
+    known: Bool[Array, "rows areas"],
+    areas: Float64[Array, "areas 2"],
+) -> Float64[Array, "rows areas"]:
+    """Distance between where a robot believes an area to be and where it is [m].
+
+    `believed` is in the body frame of the robot at its true pose; 0 where `known` is false.
+    """
+    error = np.zeros(known.shape)
+    localisation_errors(pose, believed, known, areas, error)
+    return error
+
+
+@kernel
+def localisation_errors(
+    pose: Float64[Array, "rows 3"],
+    believed: Float32[Array, "rows areas 2"],
+    known: Bool[Array, "rows areas"],
+    areas: Float64[Array, "areas 2"],
+    out_error: Float64[Array, "rows areas"],
+) -> None:
+    """The loop of localisation_error; leaves alone what is not known."""
+    for i in range(pose.shape[0]):
+        for area in range(2):
+            if known[i, area]:
+                dx, dy = to_outer(believed[i, area, 0], believed[i, area, 1], pose[i, 2])
+                x, y = pose[i, 0] + dx - areas[area, 0], pose[i, 1] + dy - areas[area, 1]
+                out_error[i, area] = np.hypot(x, y)

@@ -1,0 +1,100 @@
+"""Rigid discs that push, slide and turn each other: pymunk, moved in and out in one call."""
+
+import numpy as np
+import pymunk
+from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
+
+from swarm_forage_env.arrays import Array, Bool, Float64
+from swarm_forage_env.kernels.bodies import may_touch, read_bodies, write_bodies
+from swarm_forage_env.neighbours import Neighbours
+from swarm_forage_env.physics.base import ENGINES
+from swarm_forage_env.scenario import Scenario
+
+SUBSTEPS = 2
+MASS = 0.15
+"""Mass of an e-puck [kg]. GCtronic e-puck specification."""
+FRICTION = 0.2
+"""Between bodies, and between a body and a wall (chosen)."""
+
+_WRITTEN = (
+    BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
+)
+_READ = BodyFields.POSITION | BodyFields.ANGLE
+
+
+@ENGINES.register("rigid")
+class Rigid:
+    """One pymunk space for each world; poses and velocities are written, poses read back.
+
+    In a tick in which no body of a world can reach another or a wall, its space would only
+    carry each robot along its chord; that is done here without asking it.
+    """
+
+    def __init__(self, scenario: Scenario, n_worlds: int) -> None:
+        """Spaces with the robots and walls of this scenario."""
+        self._dt = scenario.tick
+        self._axle = scenario.robot.axle
+        self._radius = scenario.robot.radius
+        self._touching: Bool[Array, " worlds"] = np.zeros(n_worlds, np.bool_)
+        n_bodies = scenario.task.n_robots + 1  # the walls' static body comes last
+        self._written: Float64[Array, "worlds bodies 6"] = np.zeros((n_worlds, n_bodies, 6))
+        # pymunk reallocates a buffer it finds full, which must not happen to NumPy's memory
+        self._read: Float64[Array, "worlds numbers"] = np.zeros((n_worlds, 6 * n_bodies + 16))
+        self._worlds = [
+            (_space(scenario), _buffer(self._written[w]), _buffer(self._read[w]))
+            for w in range(n_worlds)
+        ]
+
+    def move(
+        self,
+        pose: Float64[Array, "rows 3"],
+        wheels: Float64[Array, "rows 2"],
+        neighbours: Neighbours,
+    ) -> None:
+        """Advance the poses by one tick, in place."""
+        dt, axle, touching = self._dt, self._axle, self._touching
+        may_touch(
+            pose,
+            wheels,
+            neighbours.pairs,
+            neighbours.start,
+            neighbours.arena,
+            self._radius,
+            dt,
+            touching,
+        )
+        write_bodies(pose, wheels, dt, axle, self._written)
+        for w in np.flatnonzero(touching):
+            space, written, read = self._worlds[w]
+            set_space_bodies(space, _WRITTEN, written)
+            for _ in range(SUBSTEPS):
+                space.step(dt / SUBSTEPS)
+            read.clear()
+            get_space_bodies(space, _READ, read)
+        read_bodies(touching, self._read, wheels, dt, axle, pose)
+
+
+def _space(scenario: Scenario) -> pymunk.Space:
+    """A space with the robots of one world, in order, and its four walls."""
+    space = pymunk.Space()
+    space.collision_slop = 1e-4
+    radius = scenario.robot.radius
+    for _ in range(scenario.task.n_robots):
+        body = pymunk.Body(MASS, pymunk.moment_for_circle(MASS, 0.0, radius))
+        shape = pymunk.Circle(body, radius)
+        shape.friction = FRICTION
+        space.add(body, shape)
+    x, y = 0.5 * scenario.arena.length, 0.5 * scenario.arena.width
+    corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
+    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+        wall = pymunk.Segment(space.static_body, a, b, 0.0)
+        wall.friction = FRICTION
+        space.add(wall)
+    return space
+
+
+def _buffer(memory: Array) -> Buffer:
+    """A buffer of pymunk that reads and writes NumPy's memory."""
+    buffer = Buffer()
+    buffer.set_float_buf(memory)
+    return buffer

@@ -1,0 +1,70 @@
+"""Name -> part. A part enters by decorator; parts of other packages enter by entry point."""
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Iterable, Iterator
+from importlib.metadata import entry_points
+from typing import Any, Generic, TypeVar
+
+from swarm_forage_env.errors import UnknownNameError
+
+PartT = TypeVar("PartT")
+
+PLUGIN_GROUP = "swarm_forage_env.controllers"
+"""Entry points of this group name modules; importing one registers the parts in it."""
+
+
+class Registry(Generic[PartT]):
+    """The parts of one kind, by name.
+
+    A name that is not known yet makes the registry import the modules that installed
+    packages list under the entry-point group `swarm_forage_env.controllers`.
+    """
+
+    def __init__(self, kind: str) -> None:
+        """Start empty; `kind` is the word for a part in error messages."""
+        self.kind = kind
+        self._parts: dict[str, PartT] = {}
+
+    def register(self, name: str) -> Callable[[PartT], PartT]:
+        """Enter the decorated part under a name; a name taken twice is an error."""
+
+        def enter(part: PartT) -> PartT:
+            if name in self._parts:
+                raise ValueError(f"two {self.kind}s are named '{name}'")
+            self._parts[name] = part
+            return part
+
+        return enter
+
+    def __getitem__(self, name: str) -> PartT:
+        """The part of that name; UnknownNameError, with the nearest name, if there is none."""
+        if name not in self._parts:
+            load_plugins()
+        if name not in self._parts:
+            raise UnknownNameError(self.kind, name, self._parts)
+        return self._parts[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """All names, those of installed plug-ins included."""
+        load_plugins()
+        return iter(sorted(self._parts))
+
+
+CONTROLLERS: Registry[Any] = Registry("controller")
+"""Recipes of whole controllers; the world itself knows none."""
+
+SCENARIOS: Registry[Any] = Registry("scenario")
+"""Scenarios that a name stands for."""
+
+
+def load_plugins() -> None:
+    """Import every module listed under the entry-point group; a second call does nothing new."""
+    for point in entry_points(group=PLUGIN_GROUP):
+        point.load()
+
+
+def load_folder(package: str, path: Iterable[str]) -> None:
+    """Import every module of a folder, so that no part in it can be missed."""
+    for module in pkgutil.iter_modules(path):
+        importlib.import_module(f"{package}.{module.name}")

@@ -1,0 +1,42 @@
+"""Scenarios by name, from a file, and with single numbers changed."""
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.registry import SCENARIOS, load_folder
+from swarm_forage_env.scenario import Scenario, leaves, override
+
+load_folder(__name__, __path__)
+
+
+def find_scenario(
+    scenario: str | Path | Scenario, overrides: Mapping[str, Any] | None = None
+) -> Scenario:
+    """The scenario of a name (`es1`), a TOML file (`mine.toml`), or the given one, overridden.
+
+    Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for a name that
+    stands for nothing, ConfigError for a number that does not fit.
+    """
+    if isinstance(scenario, str | Path):
+        is_file = str(scenario).endswith(".toml")
+        scenario = from_toml(Path(scenario)) if is_file else SCENARIOS[str(scenario)]
+    if not isinstance(scenario, Scenario):
+        raise ConfigError(f"scenario={scenario!r}: must be a name, a TOML file or a Scenario")
+    return override(scenario, overrides or {}, "scenario parameter")
+
+
+def from_toml(file: Path) -> Scenario:
+    """A scenario of the user's own: tables arena, robot, sensors, radio and task of a TOML file.
+
+    `base = "es1"` at the top starts from a named scenario; without it, from the defaults.
+    """
+    try:
+        tree = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError(f"scenario file {file}: {error}") from None
+    base = tree.pop("base", None)
+    start = Scenario() if base is None else find_scenario(base)
+    return override(start, {"name": file.stem, **leaves(tree)}, "scenario parameter")

@@ -1,0 +1,44 @@
+"""Chance: one stream for each world, robot and cause, all from the seed of the world.
+
+Two controllers under one seed meet the same world; a world in a block draws what it
+draws alone; and drawing more for one cause does not move another.
+"""
+
+from collections.abc import Mapping, Sequence
+from enum import IntEnum
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, UInt64
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.kernels.rng import seed_streams
+
+
+class Cause(IntEnum):
+    """What a draw is for. The number enters the stream's seed: never change one, only add."""
+
+    PLACE = 0
+    ENCODER = 1
+    PROXIMITY = 2
+    GROUND = 3
+    LOSS = 4
+    SLOT = 5
+    RADIO = 6
+    WANDER = 64
+
+
+Streams = Mapping[Cause, UInt64[Array, " rows"]]
+"""The streams of a block of worlds, by cause."""
+
+
+def streams(seeds: Sequence[int], n_robots: int, cause: Cause) -> UInt64[Array, " rows"]:
+    """Fresh streams of one cause: a word for each row, `n_robots` rows for each seed."""
+    return seed_streams(np.asarray(seeds, dtype=np.uint64), n_robots, int(cause))
+
+
+def checked_seed(seed: object) -> int:
+    """The seed as a whole number from 0 to 2^64 - 1; ConfigError for anything else."""
+    whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
+    if not whole or not 0 <= int(seed) < 2**64:  # type: ignore[call-overload]
+        raise ConfigError(f"seed={seed!r}: must be a whole number from 0 to 2^64 - 1")
+    return int(seed)  # type: ignore[call-overload]

@@ -1,0 +1,1 @@
+"""Learning: networks in the place of a layer; and the console script."""

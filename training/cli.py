@@ -1,0 +1,47 @@
+"""The console script: the commands of the baselines."""
+
+import sys
+
+EXTRAS = {
+    "evaluate": {
+        "joblib",
+        "matplotlib",
+        "pandas",
+        "pyarrow",
+        "rich",
+        "scipy",
+        "seaborn",
+        "typer",
+    },
+}
+"""What each extra brings."""
+
+
+def main() -> None:
+    """Run one command; one line on stderr if a package it needs is missing."""
+    try:
+        from baselines.cli import run
+
+        status = run()
+    except ModuleNotFoundError as error:
+        extra = _extra(error.name)
+        if extra is None:
+            raise
+        sys.stderr.write(
+            f"swarm-forage: this command needs '{error.name}':"
+            f" pip install 'swarm-forage[{extra}]'\n"
+        )
+        status = 1
+    except KeyboardInterrupt:
+        status = 130
+    sys.exit(status)
+
+
+def _extra(module: str | None) -> str | None:
+    """The extra that brings a module; None if no extra does."""
+    package = (module or "").partition(".")[0]
+    return next((extra for extra, brought in EXTRAS.items() if package in brought), None)
+
+
+if __name__ == "__main__":
+    main()
