@@ -20,7 +20,7 @@ install: $(READY)  ## make .venv with the tested set; quick when nothing changed
 
 demo: $(READY)  ## evaluate three baselines on es1: table, boxplot, dataset
 	$(BIN)/swarm-forage evaluate es1 nc ssgikf ssgiff --episodes 30 --workers $(WORKERS) \
-		--out runs/demo --plot runs/demo/round_trips.png
+		--out runs/demo --plot runs/demo.png
 
 test: $(READY)  ## the tests, without those marked slow or reproduces
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m 'not slow and not reproduces'

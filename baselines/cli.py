@@ -4,8 +4,8 @@ import json
 import logging
 import os
 import sys
-import time
 from collections.abc import Iterator, Sequence
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from enum import StrEnum
 from importlib.metadata import PackageNotFoundError, version
@@ -19,7 +19,6 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 if TYPE_CHECKING:
     from baselines.evaluation.episode import Episode
-    from baselines.evaluation.runner import Plan
 
 app = typer.Typer(
     name="swarm-forage",
@@ -49,6 +48,14 @@ class ListFormat(StrEnum):
 ListedFormat = Annotated[ListFormat, typer.Option("--format", help="How to write the result.")]
 
 
+class _ToStderr(logging.Handler):
+    """Each message is a line on stderr."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write one line."""
+        _say(record.getMessage())
+
+
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit status. What goes wrong is one line on stderr."""
     try:
@@ -59,6 +66,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output has had enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
+    except BrokenExecutor:
+        return _refuse("a worker was ended from outside; the same command goes on from here", 1)
     except OSError as error:
         return _refuse(str(error), 1)
     except Exception as error:
@@ -76,7 +85,9 @@ def root(
     ] = False,
 ) -> None:
     """Multi-robot foraging: hand-written controllers, evaluated and compared."""
-    logging.basicConfig(format="swarm-forage: %(message)s", level=logging.WARNING)
+    logger = logging.getLogger("swarm-forage")
+    if not logger.handlers:
+        logger.addHandler(_ToStderr())
     if show_version:
         try:
             typer.echo(version("swarm-forage"))
@@ -140,6 +151,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
     so that a run that was stopped goes on where it was.
     """
     with _stoppable():
+        from baselines.evaluation.progress import carry_out
         from baselines.evaluation.request import Request, check_count
 
         request = Request(scenario, controllers, episodes, seed, settings or [], physics)
@@ -147,7 +159,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
         if plot:
             _check_plot(plot, out)
         plan = request.plan(out)
-        _carry_out(plan, workers)
+        carry_out(plan, workers, _say)
         results = plan.results()
         if plot:
             _draw(results, plot, request.command)
@@ -172,33 +184,6 @@ def bench(
             typer.echo(json.dumps(found, indent=1))
         else:
             Console().print(report(found))
-
-
-def _carry_out(plan: "Plan", workers: int) -> None:
-    """Run what is missing, and tell the reader on stderr how it goes."""
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    console, begin = Console(stderr=True, highlight=False), time.monotonic()
-    total = len(plan.configurations) * len(plan.seeds)
-    _say(
-        f"{plan.configurations[0].scenario.name}: {total - plan.n_todo} of {total} episodes"
-        f" found in {plan.dataset.folder}, {plan.n_todo} to run"
-    )
-    columns = (
-        "episodes", BarColumn(), MofNCompleteColumn(),
-        "elapsed", TimeElapsedColumn(), "left", TimeRemainingColumn(),
-    )  # fmt: skip
-    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
-        bar = progress.add_task("", total=plan.n_todo)
-        for done in plan.run(workers):
-            progress.advance(bar, done)
-    _say(f"done in {time.monotonic() - begin:.0f} s")
 
 
 def _check_plot(file: Path, out: Path | None) -> None:

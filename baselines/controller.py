@@ -62,6 +62,7 @@ class Controller:
         self.estimator.reset(world, seed)
         self.motion.reset(world, seed)
         if self._wheels is not None:
+            self._wheels = self._wheels.copy()  # it may be the caller's
             self._wheels[world * self._n_robots : (world + 1) * self._n_robots] = 0.0
 
 
@@ -95,7 +96,9 @@ class Recipe:
             path = resolve(name, self.parameters, f"parameter of {self.name}")
             layer, _, field = path.partition(".")
             changes.setdefault(layer, {})[field] = value
-        parts = {layer: override(self.layers[layer], to) for layer, to in changes.items()}
+        parts: dict[str, Any] = {
+            layer: override(self.layers[layer], to) for layer, to in changes.items()
+        }
         return replace(self, **parts)
 
     def build(self, scenario: Scenario, seeds: Sequence[int]) -> Controller:

@@ -14,7 +14,9 @@ class UnknownNameError(KeyError):
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         """Say which kind of thing is unknown, under which name, and which names are known."""
         names = sorted(known)
-        near = get_close_matches(name, names, n=1, cutoff=0.5)
+        near = get_close_matches(name, names, n=1, cutoff=0.5) or [
+            path for path in names if get_close_matches(name, [path.rpartition(".")[2]])
+        ]
         advice = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names) or 'none'}"
         self.message = f"no {kind} named '{name}', {advice}"
         super().__init__(self.message)

@@ -39,6 +39,8 @@ class Registry(Generic[PartT]):
 
     def __getitem__(self, name: str) -> PartT:
         """The part of that name; UnknownNameError, with the nearest name, if there is none."""
+        if not isinstance(name, str):
+            raise UnknownNameError(self.kind, repr(name), self)
         if name not in self._parts:
             load_plugins()
         if name not in self._parts:

@@ -54,7 +54,7 @@ class Robot(Part):
         description="Wheel speed the motors reach [m/s]: 1 turn/s, 41 mm wheel. TR 3.1 (published)",
     )
     cruise_speed: Positive = Field(
-        0.06, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
+        0.04, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
     )
 
     @model_validator(mode="after")
@@ -82,7 +82,7 @@ class Sensors(Part):
         0.009, description="Ground sensors to the left and right [m]. ARGoS e-puck (published)"
     )
     wheel_noise: Share = Field(
-        0.04,
+        0.07,
         description="Each turning wheel's path is misread by +- this share of the cruise speed's"
         " path in a tick, uniform. ANTS 4.1 gives the form; the size is derived",
     )
@@ -153,7 +153,7 @@ class Task(Part):
         0.1, description="Radius of the nest and of the prey area [m]. TR Table 2 (published)"
     )
     area_distance: Positive = Field(
-        0.8,
+        1.0,
         description="Distance between the centres of nest and prey [m], which lie on the long"
         " axis, symmetric about the centre. Not in the papers (derived)",
     )
@@ -294,7 +294,7 @@ def _complaint(model: type[Part], error: Mapping[str, Any], where: str) -> str:
     if error["type"] == "extra_forbidden":
         known = leaves(model().model_dump())
         return prefix + str(UnknownNameError("parameter", path, known))
-    message = error["msg"].removeprefix("Value error, ")
+    message = str(error["msg"]).removeprefix("Value error, ")
     if not path or error["type"] == "value_error":
         return prefix + message
     return f"{prefix}{path}={error['input']!r}: {message[0].lower()}{message[1:]}"

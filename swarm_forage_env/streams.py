@@ -38,7 +38,8 @@ def streams(seeds: Sequence[int], n_robots: int, cause: Cause) -> UInt64[Array, 
 
 def checked_seed(seed: object) -> int:
     """The seed as a whole number from 0 to 2^64 - 1; ConfigError for anything else."""
-    whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
-    if not whole or not 0 <= int(seed) < 2**64:  # type: ignore[call-overload]
-        raise ConfigError(f"seed={seed!r}: must be a whole number from 0 to 2^64 - 1")
-    return int(seed)  # type: ignore[call-overload]
+    if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
+        number = int(seed)
+        if 0 <= number < 2**64:
+            return number
+    raise ConfigError(f"seed={seed!r}: must be a whole number from 0 to 2^64 - 1")

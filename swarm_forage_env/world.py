@@ -10,6 +10,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Command, Feedback, Heard, Readings
+from swarm_forage_env.kernels.compiler import announce
 from swarm_forage_env.kernels.neighbours import push_apart
 from swarm_forage_env.kernels.task import place_in_circle, score
 from swarm_forage_env.neighbours import Neighbours
@@ -45,6 +46,7 @@ class World:
         self, scenario: Scenario, seeds: Sequence[int] = (0,), physics: str = "rigid"
     ) -> None:
         """One world for each seed, reset and ready; `feedback` holds what the robots sense."""
+        announce()
         self.scenario = scenario
         self.n_worlds = len(seeds)
         self.n_robots = scenario.task.n_robots
@@ -138,6 +140,7 @@ class World:
         rows = slice(world * self.n_robots, (world + 1) * self.n_robots)
         for cause, words in self.streams.items():
             words[rows] = streams([seed], self.n_robots, cause)
+        self._physics.reset(world)
         fresh = empty_state(1, self.n_robots)
         places = streams([seed], self.n_robots, Cause.PLACE)
         task, diameter = self.scenario.task, 2.0 * self.scenario.robot.radius

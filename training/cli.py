@@ -1,5 +1,6 @@
 """The console script: the commands of the baselines."""
 
+import os
 import sys
 
 EXTRAS = {
@@ -15,6 +16,9 @@ EXTRAS = {
     },
 }
 """What each extra brings."""
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, as shells have it."""
 
 
 def main() -> None:
@@ -33,7 +37,9 @@ def main() -> None:
         )
         status = 1
     except KeyboardInterrupt:
-        status = 130
+        status = INTERRUPTED
+    if status == INTERRUPTED:  # a compiler stopped half-way complains while it is taken down
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
     sys.exit(status)
 
 

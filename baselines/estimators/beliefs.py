@@ -44,7 +44,7 @@ class Beliefs:
     while still on the way."""
 
     deaf: Int32[Array, " rows"]
-    """Ticks for which messages are still ignored after getting lost."""
+    """Ticks for which messages are still ignored, after getting lost or after an exchange."""
 
     lost: Bool[Array, " rows"]
     """The robot found itself lost in this tick."""

@@ -121,7 +121,7 @@ def find_partner(  # noqa: PLR0913 one row of many arrays
     for slot in range(valid.shape[0]):
         fresh = valid[slot] and not recently_met(sender[slot], met, met_for)
         if fresh and is_useful(words[slot], known, goal, double):
-            return sender[slot]
+            return int(sender[slot])
     return NOBODY
 
 
@@ -184,6 +184,7 @@ def converse(  # noqa: PLR0913 inputs first, then what is updated
         if talk_left[i] == 0:
             remember(partner[i], int(parameters[0]["refractory_ticks"]), met[i], met_for[i])
             partner[i] = NOBODY
+            deaf[i] = int(parameters[0]["pause_ticks"])
             out_ended[i] = True
             n_ended += 1
         talk_left[i] -= 1

@@ -5,7 +5,8 @@ Gutierrez et al. 2009 (TR), Sections 4 and 5; Gutierrez et al. 2008 (ANTS), Sect
 Not in the paper, and chosen here:
 - an exchange lasts the radio's exchange time and averages what the partner says in it, each
   message weighted by its frames; one partner at a time, drawn by the radio's random slots;
-- after an exchange the same partner is ignored for `refractory`;
+- after an exchange everybody is ignored for `pause`, and the same partner for `refractory`:
+  a filter that shrinks p at each of many exchanges makes a crowd sure of a wrong place;
 - a robot does not stop for a message that tells it nothing it could use;
 - on its way a single filter sends only the estimate of the area it comes from (TR 6.1.2 says
   why the other one harms);
@@ -43,6 +44,9 @@ class SocialOdometryParameters(Part):
     refractory: NotNegative = Field(
         20.0, description="A partner is not talked to again for this long [s] (derived)"
     )
+    pause: NotNegative = Field(
+        0.0, description="After an exchange nobody is listened to for this long [s] (derived)"
+    )
     deaf_when_lost: NotNegative = Field(
         5.0, description="A robot that got lost ignores messages for this long [s] (derived)"
     )
@@ -50,7 +54,7 @@ class SocialOdometryParameters(Part):
         0.05, description="This near to the believed centre is there [m] (derived)"
     )
     overshoot: NotNegative = Field(
-        0.2, description="Being there, it looks straight on for this path [m] (derived)"
+        0.1, le=1.0, description="Being there, it looks straight on for this path [m] (derived)"
     )
 
     def start(self, scenario: Scenario, n_worlds: int) -> "SocialOdometry":
@@ -165,6 +169,7 @@ def _record(parameters: SocialOdometryParameters, scenario: Scenario) -> Array:
         overshoot=parameters.overshoot,
         talk_ticks=max(1, round(scenario.radio.exchange_time / scenario.tick)),
         refractory_ticks=round(parameters.refractory / scenario.tick),
+        pause_ticks=round(parameters.pause / scenario.tick),
         deaf_ticks=round(parameters.deaf_when_lost / scenario.tick),
     )
 

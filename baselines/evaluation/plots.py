@@ -7,19 +7,23 @@ from pathlib import Path
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from swarm_forage_env.errors import ConfigError
 
 FORMATS = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
 """Endings of a figure's file, and the field of its metadata that holds the command."""
 
-PALETTE = ("#56B4E9", "#E69F00", "#009E73", "#F0E442", "#CC79A7", "#D55E00", "#0072B2")
-"""Fills that colour-blind readers tell apart. Okabe and Ito 2008."""
+PALETTE = ("#56B4E9", "#D55E00", "#009E73", "#F0E442", "#CC79A7", "#0072B2", "#E69F00")
+"""Fills that colour-blind readers tell apart; neighbours differ in lightness too.
+
+Source: Okabe and Ito 2008.
+"""
 
 INK, FAINT = "#222222", "#666666"
 
-BOX_WIDTH = 0.85
-"""Width of a box with its margin [inch]; more than fits are set at a slant."""
+BOX_WIDTH, LETTER_WIDTH = 0.85, 0.105
+"""Least width of a box with its margin, and width of a letter of its label [inch]."""
 
 
 def check_plot(file: Path) -> None:
@@ -39,17 +43,14 @@ def check_plot(file: Path) -> None:
 
 def boxplot(samples: Mapping[str, Sequence[float]], axis: str, caption: str) -> Figure:
     """One box for each sample; the caption, which names the command, stands below."""
-    widest = max(len(name) for name in samples)
-    figure = Figure(figsize=(max(4.8, BOX_WIDTH * len(samples) + 1.2), 4.2), layout="constrained")
+    labels = [_label(name, sample) for name, sample in samples.items()]
+    longest = max(len(line) for label in labels for line in label.splitlines())
+    width = 1.2 + len(samples) * max(BOX_WIDTH, LETTER_WIDTH * longest)
+    figure = Figure(figsize=(max(4.8, width), 4.2), layout="constrained")
     axes = figure.subplots()
     _draw(axes, samples)
     axes.set_ylabel(axis)
-    axes.set_xticks(range(1, len(samples) + 1), [_label(name, samples[name]) for name in samples])
-    if widest * len(samples) > 12 * figure.get_figwidth():
-        axes.tick_params(axis="x", rotation=30)
-        for label in axes.get_xticklabels():
-            label.set_horizontalalignment("right")
-            label.set_rotation_mode("anchor")
+    axes.set_xticks(range(1, len(samples) + 1), labels)
     wrapped = textwrap.fill(caption, int(16 * figure.get_figwidth()), break_on_hyphens=False)
     figure.supxlabel(wrapped, fontsize=6.5, color=FAINT, family="monospace")
     return figure
@@ -82,6 +83,7 @@ def _draw(axes: Axes, samples: Mapping[str, Sequence[float]]) -> None:
     for number, box in enumerate(boxes["boxes"]):
         box.set_facecolor(PALETTE[number % len(PALETTE)])
     axes.set_ylim(bottom=0.0)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.yaxis.grid(visible=True, color="#dddddd", linewidth=0.7)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)

@@ -7,7 +7,7 @@ a block as soon as the block ends. How they are cut into blocks never changes a 
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -79,10 +79,11 @@ class Plan:
         parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
         with _deaf_to_interrupts():
             finished = parallel(delayed(_run_block)(block, self.dataset) for block in blocks)
-        for key, episodes in finished:
-            for episode in episodes:
-                self.episodes[key, episode.seed] = episode
-            yield len(episodes)
+        with closing(finished):  # ends the workers, whatever happens
+            for key, episodes in finished:
+                for episode in episodes:
+                    self.episodes[key, episode.seed] = episode
+                yield len(episodes)
 
     def results(self) -> list[Episode]:
         """All episodes, controller by controller and seed by seed, under the asked-for names."""

@@ -83,7 +83,7 @@ def summary(groups: Groups) -> Table:
     """Mean of every metric of every controller, over its 95 % bootstrap interval."""
     table = _table()
     for heading, _ in COLUMNS.values():
-        table.add_column(heading, justify="right")
+        table.add_column(Text(heading), justify="right", no_wrap=True)
     for name, episodes in groups.items():
         cells = [_cell(episodes, metric) for metric in COLUMNS]
         table.add_row(_lines(name), *cells)
@@ -95,7 +95,7 @@ def comparison(groups: Groups) -> Table:
     (_, base), *others = groups.items()
     table = _table()
     for heading in ("difference of means", "ratio of means", "p"):
-        table.add_column(heading, justify="right")
+        table.add_column(Text(heading), justify="right", no_wrap=True)
     for name, episodes in others:
         found = compare(_trips(episodes), _trips(base))
         table.add_row(Text(name), *_verdict(found))

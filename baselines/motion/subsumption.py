@@ -60,7 +60,7 @@ class SubsumptionParameters(Part):
         0.15, description="Least forward share of the speed while avoiding (derived)"
     )
     mean_run: Positive = Field(
-        3.0, description="Mean straight run of the random walk [m] (derived)"
+        0.3, description="Mean straight run of the random walk [m] (derived)"
     )
 
     def start(self, scenario: Scenario, seeds: Sequence[int]) -> "Subsumption":

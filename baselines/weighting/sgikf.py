@@ -28,5 +28,6 @@ class SGIKF(Part):
     def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
         """g for each row and area."""
         own, total = encounter.own_p, encounter.own_p + encounter.heard_p
-        half = np.full_like(own, 0.5)
-        return np.divide(own, total, out=half, where=total > 0.0)
+        g = np.full_like(own, 0.5)
+        np.divide(own, total, out=g, where=total > 0.0)
+        return g

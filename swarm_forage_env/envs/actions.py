@@ -26,14 +26,16 @@ class Actions:
         """A row for each agent. ConfigError or UnknownNameError for what cannot be used."""
         try:
             given = np.array([actions[agent] for agent in self._agents])
+            if given.dtype != np.float32 and given.dtype.kind in "fiu":
+                given = given.astype(np.float64)
             if (
                 given.shape == self._shape
-                and given.dtype.kind in "fiu"
+                and given.dtype.kind == "f"
                 and len(actions) == len(self._agents)
                 and is_within(given, self._low, self._high)
             ):
                 return given.astype(np.float32, copy=False)
-        except (KeyError, TypeError, ValueError):
+        except (IndexError, KeyError, TypeError, ValueError):
             pass  # found out below
         raise self._complaint(actions)
 

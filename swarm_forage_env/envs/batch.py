@@ -19,13 +19,14 @@ from swarm_forage_env.scenario import Count, NotNegative, Part, Scenario, Share
 
 
 class Terms(Part):
-    """What is learned, and for what reward."""
+    """What is learned, for what reward, and how the world runs."""
 
     learn: str = Field("motion", description="Layer that the policy takes the place of")
     reward: str = Field("own", description="Who is credited with a round trip")
     shaping: NotNegative = Field(0.0, description="Weight of the potential-based shaping; 0: none")
     discount: Share = Field(0.99, description="The learner's discount, for the shaping")
     decision_period: Count = Field(1, description="Ticks for which an action is held")
+    physics: str = Field("rigid", description="Engine that moves the robots")
     max_cycles: Annotated[int, Field(ge=1)] | None = Field(
         None, description="Decisions in an episode; none: as many as fit into the scenario's time"
     )
@@ -46,14 +47,13 @@ class Batch:
         terms: Terms,
         controller: str | ControllerRecipe,
         seeds: Sequence[int],
-        physics: str,
     ) -> None:
         """One world for each seed, ready to step."""
         self.n_cycles = cycles_of(scenario, terms)
         recipe = find_controller(controller)
         self._reward = REWARDS[terms.reward]
         self._period = terms.decision_period
-        self.cut: Cut = CUTS[terms.learn](scenario, recipe, seeds, physics)
+        self.cut: Cut = CUTS[terms.learn](scenario, recipe, seeds, terms.physics)
         self.world = self.cut.world
         self.agents = [f"epuck_{k}" for k in range(self.world.n_robots)]
         bounds = Bounds(scenario, max(scenario.n_ticks, self.n_cycles * self._period))

@@ -182,7 +182,7 @@ class Sheet:
 
 def goal_slots(goal: Int8[Array, " rows"]) -> Float32[Array, "rows goals"]:
     """A goal (0 nest, 1 prey, -1 none) as three slots, one of which is 1."""
-    return np.asarray(_ONE_OF_GOALS[goal])
+    return _ONE_OF_GOALS.take(goal, axis=0, mode="wrap")  # -1 is the last, none
 
 
 def _fields(parts: Mapping[str, tuple[Field, ...]]) -> Iterator[tuple[str, Field]]:

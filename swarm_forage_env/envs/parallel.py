@@ -63,15 +63,15 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         """Make the environment; `reset` starts an episode."""
         options = {
             "learn": learn, "reward": reward, "shaping": shaping, "discount": discount,
-            "decision_period": decision_period, "max_cycles": max_cycles,
+            "decision_period": decision_period, "physics": physics, "max_cycles": max_cycles,
         }  # fmt: skip
-        rest = {"controller": controller, "physics": physics, "render_mode": render_mode}
+        rest = {"controller": controller, "render_mode": render_mode}
         EzPickle.__init__(self, scenario, **options, **rest, **overrides)
         check_render_mode(render_mode)
         terms = validated(Terms, options)
         chosen = _scenario(scenario, overrides, {*options, *rest})
         self.render_mode = render_mode
-        self._batch = batch = Batch(chosen, terms, controller, (0,), physics)
+        self._batch = batch = Batch(chosen, terms, controller, (0,))
         self.scenario = chosen
         self.world = batch.world
         self.max_cycles = batch.n_cycles
@@ -143,8 +143,20 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         return spaces[agent]
 
     def _infos(self) -> Infos:
-        infos = self._batch.truth.infos(self._batch.cut.beliefs)
-        return dict(zip(self.possible_agents, infos, strict=True))
+        rows = self._batch.truth.log(self._batch.cut.beliefs).tolist()
+        return {  # literal, as that is twice as fast as zipping the names in
+            agent: {
+                "round_trips": trips,
+                "lost_events": lost,
+                "on_path": on_path,
+                "messages": messages,
+                "known_areas": known,
+                "localisation_error_m": error,
+            }
+            for agent, (trips, lost, on_path, messages, known, error) in zip(
+                self.possible_agents, rows, strict=True
+            )
+        }
 
     def _started(self) -> int:
         if self._cycles is None:

@@ -12,6 +12,17 @@ from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.metrics import localisation_errors
 from swarm_forage_env.world import World
 
+INFOS = (
+    "round_trips",
+    "lost_events",
+    "on_path",
+    "messages",
+    "known_areas",
+    "localisation_error_m",
+)
+"""What is logged of each robot: counts of the episode so far, and how it stands. The error is
+the mean over the areas that it knows, 0 if none."""
+
 
 class Truth:
     """What is true in a block of worlds, flat: each robot, then the areas and the time.
@@ -38,29 +49,15 @@ class Truth:
         rests = np.broadcast_to(rest, (world.n_worlds, len(rest)))
         return np.concatenate([robots, rests], axis=1, dtype=np.float32)
 
-    def infos(self, beliefs: Situation | None) -> list[dict[str, float]]:
-        """The numbers that are logged, one dictionary for each robot; keys never change.
-
-        Counts are those of the episode so far. `localisation_error_m` is the mean over the areas
-        that the robot knows, 0 if none.
-        """
-        state, numbers = self._world.state, np.empty((self._world.rows, 6))
-        log(
+    def log(self, beliefs: Situation | None) -> Float64[Array, "rows infos"]:
+        """The numbers that are logged, a row for each robot, in the order of INFOS."""
+        state, numbers = self._world.state, np.empty((self._world.rows, len(INFOS)))
+        write_log(
             state.round_trips, state.lost_events, state.seen_since_lost, state.messages,
             state.pose, self._nowhere if beliefs is None else beliefs.areas,
             self._nothing if beliefs is None else beliefs.known, self._world.areas, numbers,
         )  # fmt: skip
-        return [  # a literal, as it is made faster than a dict of pairs
-            {
-                "round_trips": trips,
-                "lost_events": lost,
-                "on_path": on_path,
-                "messages": messages,
-                "known_areas": known,
-                "localisation_error_m": error,
-            }
-            for trips, lost, on_path, messages, known, error in numbers.tolist()
-        ]
+        return numbers
 
     def _robots(self, beliefs: Situation | None) -> Float32[Array, "rows numbers"]:
         """Pose, then beliefs in the world frame."""
@@ -80,7 +77,7 @@ class Truth:
 
 
 @kernel
-def log(  # noqa: PLR0913 inputs first, then the output
+def write_log(  # noqa: PLR0913 inputs first, then the output
     round_trips: Int32[Array, " rows"],
     lost_events: Int32[Array, " rows"],
     seen_since_lost: Bool[Array, "rows areas"],
@@ -91,10 +88,7 @@ def log(  # noqa: PLR0913 inputs first, then the output
     areas: Float64[Array, "areas 2"],
     out_numbers: Float64[Array, "rows infos"],
 ) -> None:
-    """What is logged, a row for each robot, in the order of `infos`.
-
-    The error is the mean over the areas that the robot knows, 0 if none.
-    """
+    """What is logged, a row for each robot, in the order of INFOS."""
     error = np.zeros(known.shape)
     localisation_errors(pose, believed, known, areas, error)
     for i in range(pose.shape[0]):

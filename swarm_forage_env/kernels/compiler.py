@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+import numpy as np
 from numba.core import config
 
 FunctionT = TypeVar("FunctionT")
@@ -21,6 +22,8 @@ def kernel(function: FunctionT) -> FunctionT:
     edited in another. Here the key is the text of all files in the folder of the kernels
     and in the folder of the function.
     """
+    if config.DISABLE_JIT:  # whole numbers wrap around in machine code, and warn in NumPy
+        return cast(FunctionT, np.errstate(over="ignore")(function))
     file = Path(getfile(cast(Any, function)))
     before = config.CACHE_DIR
     config.CACHE_DIR = str(cache_folder(file.parent))
@@ -31,12 +34,16 @@ def kernel(function: FunctionT) -> FunctionT:
         config.CACHE_DIR = before
 
 
+_missing: list[Path] = []
+"""Folders that did not exist yet when their kernels were imported."""
+
+
 @cache
 def cache_folder(*folders: Path) -> Path:
-    """Where the machine code of these folders' kernels is kept; says so when it must be made."""
+    """Where the machine code of these folders' kernels is kept."""
     folder = _cache_root() / fingerprint(Path(__file__).parent, *folders)
     if not folder.exists():
-        _announce()
+        _missing.append(folder)
     return folder
 
 
@@ -55,6 +62,7 @@ def _cache_root() -> Path:
 
 
 @cache
-def _announce() -> None:
-    if not config.DISABLE_JIT:
-        sys.stderr.write("swarm-forage: compiling, once, for this version: under a minute\n")
+def announce() -> None:
+    """Tell the user, once, that kernels are about to be compiled, if they are."""
+    if _missing:
+        sys.stderr.write("swarm-forage: compiling, once for this version: about a minute\n")

@@ -11,7 +11,7 @@ def wrap(angle: float) -> float:
     if -math.pi <= angle < math.pi:
         return angle
     wrapped = angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
-    return wrapped if wrapped < math.pi else -math.pi
+    return max(wrapped, -math.pi) if wrapped < math.pi else -math.pi
 
 
 @kernel

@@ -40,8 +40,8 @@ def ray_to_disc(ahead: float, left: float, ray: int, radius: float) -> float:
 
     Both bodies have this radius [m]; infinite if the ray misses.
     """
-    along = ahead * _COS[ray] + left * _SIN[ray]
-    across = left * _COS[ray] - ahead * _SIN[ray]
+    c, s = float(_COS[ray]), float(_SIN[ray])
+    along, across = ahead * c + left * s, left * c - ahead * s
     if along <= 0.0 or abs(across) >= radius:
         return math.inf
     return max(along - math.sqrt(radius * radius - across * across) - radius, 0.0)

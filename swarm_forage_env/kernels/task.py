@@ -45,7 +45,7 @@ def place_in_circle(
                 break
         else:
             return i
-    return out_pose.shape[0]
+    return int(out_pose.shape[0])
 
 
 @kernel

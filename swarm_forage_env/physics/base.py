@@ -27,6 +27,10 @@ class Physics(Protocol):
         """
         ...
 
+    def reset(self, world: int) -> None:
+        """Forget what the engine remembers of one world's past."""
+        ...
+
 
 ENGINES: Registry[Callable[[Scenario, int], Physics]] = Registry("physics engine")
 """Engines by name; each is made from a scenario and the number of worlds."""

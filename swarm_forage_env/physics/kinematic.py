@@ -24,3 +24,6 @@ class Kinematic:
     ) -> None:
         """Advance the poses by one tick, in place."""
         drive(pose, wheels, self._dt, self._axle)
+
+    def reset(self, world: int) -> None:
+        """There is nothing to forget."""

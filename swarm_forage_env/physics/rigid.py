@@ -40,9 +40,10 @@ class Rigid:
         self._written: Float64[Array, "worlds bodies 6"] = np.zeros((n_worlds, n_bodies, 6))
         # pymunk reallocates a buffer it finds full, which must not happen to NumPy's memory
         self._read: Float64[Array, "worlds numbers"] = np.zeros((n_worlds, 6 * n_bodies + 16))
-        self._worlds = [
-            (_space(scenario), _buffer(self._written[w]), _buffer(self._read[w]))
-            for w in range(n_worlds)
+        self._scenario = scenario
+        self._spaces = [_space(scenario) for _ in range(n_worlds)]
+        self._buffers = [
+            (_buffer(self._written[w]), _buffer(self._read[w])) for w in range(n_worlds)
         ]
 
     def move(
@@ -65,7 +66,7 @@ class Rigid:
         )
         write_bodies(pose, wheels, dt, axle, self._written)
         for w in np.flatnonzero(touching):
-            space, written, read = self._worlds[w]
+            space, (written, read) = self._spaces[w], self._buffers[w]
             set_space_bodies(space, _WRITTEN, written)
             for _ in range(SUBSTEPS):
                 space.step(dt / SUBSTEPS)
@@ -73,14 +74,19 @@ class Rigid:
             get_space_bodies(space, _READ, read)
         read_bodies(touching, self._read, wheels, dt, axle, pose)
 
+    def reset(self, world: int) -> None:
+        """Start from a new space: the old one keeps the impulses of its last contacts."""
+        self._spaces[world] = _space(self._scenario)
+
 
 def _space(scenario: Scenario) -> pymunk.Space:
     """A space with the robots of one world, in order, and its four walls."""
     space = pymunk.Space()
     space.collision_slop = 1e-4
     radius = scenario.robot.radius
-    for _ in range(scenario.task.n_robots):
+    for i in range(scenario.task.n_robots):
         body = pymunk.Body(MASS, pymunk.moment_for_circle(MASS, 0.0, radius))
+        body.position = 4.0 * radius * i, 0.0  # in one place, each would pair with each
         shape = pymunk.Circle(body, radius)
         shape.friction = FRICTION
         space.add(body, shape)

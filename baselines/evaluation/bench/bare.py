@@ -20,8 +20,8 @@ def bare_pymunk(case: Case) -> Tick:
     places, every world is stepped, and overlaps stay as pymunk leaves them.
     """
     scenario = case.scenario
-    spaces = [_space(scenario) for _ in range(case.n_worlds)]
     written = _bodies(case)
+    spaces = [_space(scenario, world[:, :2]) for world in written]
     buffers = [_buffer(world) for world in written]
     reads = [_buffer(np.zeros(6 * written.shape[1] + 16)) for _ in spaces]
 
@@ -51,11 +51,13 @@ def _bodies(case: Case) -> Float64[Array, "worlds bodies 6"]:
     return bodies
 
 
-def _space(scenario: Scenario) -> pymunk.Space:
+def _space(scenario: Scenario, places: Float64[Array, "bodies 2"]) -> pymunk.Space:
+    """A space with robots at their places: at one place, each would be paired with each."""
     space = pymunk.Space()
-    for _ in range(scenario.task.n_robots):
+    for number in range(scenario.task.n_robots):
         radius = scenario.robot.radius
         body = pymunk.Body(MASS, pymunk.moment_for_circle(MASS, 0.0, radius))
+        body.position = tuple(places[number].tolist())
         shape = pymunk.Circle(body, radius)
         shape.friction = FRICTION
         space.add(body, shape)

@@ -66,12 +66,13 @@ def verdicts(found: Mapping[str, Any]) -> list[Verdict]:
         for engine, budget in DICTIONARY_SPEEDS.items()
     ]
     for engine in ("rigid", "kinematic"):
-        ratio = speeds["100 spread"][engine] / speeds["10,000 spread"][engine]
+        ratio = speeds["es3 spread"][engine] / speeds["es3 x 100"][engine]
         name = f"cost of a robot, 10,000 : 100, {engine}"
         listed.append(_at_most(name, ratio, COST_RATIO, ""))
     listed += [
         _at_most(START_UP_NAMES[name], found["start_up_s"][name], budget, "s")
         for name, budget in START_UP.items()
+        if name in found["start_up_s"]
     ]
     memory = found["memory"]
     name = f"memory growth, {memory['ticks']:,} ticks"

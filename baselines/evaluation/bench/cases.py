@@ -50,8 +50,8 @@ def all_cases() -> list[Case]:
     """
     es1, es3 = find_scenario("es1"), find_scenario("es3")
     spread = [
-        Case(f"{n:,} spread", enlarged(es3, n // 100), is_spread=True, warm_up=300)
-        for n in (100, 1000, 10_000)
+        Case(name, enlarged(es3, factor), is_spread=True, warm_up=300)
+        for name, factor in (("es3 spread", 1), ("es3 x 10", 10), ("es3 x 100", 100))
     ]
     return [
         Case("es1", es1),

@@ -1,7 +1,7 @@
 """Where a tick's time goes: clocks around its stages, in a pass of their own."""
 
 import time
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable
 from typing import Any
 
@@ -15,19 +15,19 @@ STAGES = (
     "contacts",
     "sensors",
     "radio",
-    "estimator",
-    "weighting",
+    "estimate",
+    "weigh",
     "motion",
     "rest",
 )
-"""contacts: finding neighbours and pushing them apart; estimator: what it takes in and says;
-weighting: the rule and the merge; rest: scoring and Python between the stages."""
+"""contacts: finding neighbours and pushing them apart; estimate: what the estimator
+takes in and says; weigh: the rule and the merge; rest: scoring and Python between the stages."""
 
 
 def stage_shares(case: Case, physics: str, quick: bool) -> dict[str, float]:
     """Share of a tick's time that each stage takes; the clocks' own cost falls to the rest."""
     loop = case.start(physics, quick)
-    spent: Counter[str] = Counter()
+    spent: defaultdict[str, float] = defaultdict(float)
     _put_clocks(loop, spent)
     loop.step()
     spent.clear()
@@ -40,7 +40,7 @@ def stage_shares(case: Case, physics: str, quick: bool) -> dict[str, float]:
     return {stage: spent[stage] / whole for stage in STAGES}
 
 
-def _put_clocks(loop: ControlLoop, spent: Counter[str]) -> None:
+def _put_clocks(loop: ControlLoop, spent: defaultdict[str, float]) -> None:
     """Replace each stage of this loop by one that books its time."""
     world, controller = loop.world, loop.controller
     for owner, name, stage in (
@@ -48,10 +48,10 @@ def _put_clocks(loop: ControlLoop, spent: Counter[str]) -> None:
         (world, "_settle", "contacts"),
         (world, "_sense", "sensors"),
         (world, "_radio", "radio"),
-        (controller.estimator, "observe", "estimator"),
-        (controller.estimator, "say", "estimator"),
-        (controller.estimator, "merge", "weighting"),
-        (controller, "weighting", "weighting"),
+        (controller.estimator, "observe", "estimate"),
+        (controller.estimator, "say", "estimate"),
+        (controller.estimator, "merge", "weigh"),
+        (controller, "weighting", "weigh"),
         (controller, "motion", "motion"),
     ):
         setattr(owner, name, Clocked(getattr(owner, name), stage, spent))
@@ -60,7 +60,9 @@ def _put_clocks(loop: ControlLoop, spent: Counter[str]) -> None:
 class Clocked:
     """A callable that books the time of every call under a stage."""
 
-    def __init__(self, inner: Callable[..., Any], stage: str, spent: Counter[str]) -> None:
+    def __init__(
+        self, inner: Callable[..., Any], stage: str, spent: defaultdict[str, float]
+    ) -> None:
         """Stand in for `inner`."""
         self._inner, self._stage, self._spent = inner, stage, spent
 
@@ -68,7 +70,7 @@ class Clocked:
         """Call, and book the time."""
         start = time.perf_counter()
         result = self._inner(*arguments)
-        self._spent[self._stage] += time.perf_counter() - start  # type: ignore[assignment]
+        self._spent[self._stage] += time.perf_counter() - start
         return result
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401 whatever the stage has

@@ -17,7 +17,9 @@ def report(found: Mapping[str, Any]) -> Group:
     hurried = " (quick: less exact)" if found["quick"] else ""
     return Group(
         Text(f"Million robot-steps per second, one core{hurried}", style="bold"),
-        _speeds(found), _note("spread: robots start all over the arena, at the density of es3."),
+        _speeds(found), _note(
+            "es3 spread, x 10, x 100: robots start all over an arena of so many times the size."
+        ),
         Text("\nShare of a tick [%]", style="bold"),
         _stages(found),
         Text("\nBudgets", style="bold"),
@@ -40,10 +42,10 @@ def _speeds(found: Mapping[str, Any]) -> Table:
 
 
 def _stages(found: Mapping[str, Any]) -> Table:
-    table = _table("", *STAGES)
+    table = _table("", "engine", *STAGES)
     for row in found["stages"]:
         shares = (f"{100.0 * row['shares'][stage]:.0f}" for stage in STAGES)
-        table.add_row(f"{row['case']}, {row['physics']}", *shares)
+        table.add_row(row["case"], row["physics"], *shares)
     return table
 
 

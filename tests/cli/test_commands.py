@@ -1,0 +1,166 @@
+"""What the commands print and leave behind."""
+
+import csv
+import io
+import json
+import os
+import signal
+import sys
+import time
+
+import pandas as pd
+import pytest
+
+SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
+
+
+def test_help_is_shown_without_a_command(command):
+    status, stdout, stderr = command()
+    assert (status, stderr) == (0, "")
+    for name in ("list", "evaluate", "bench"):
+        assert name in stdout
+
+
+@pytest.mark.parametrize("name", ["list", "evaluate", "bench"])
+def test_every_command_explains_itself(command, name):
+    status, stdout, _ = command(name, "--help")
+    assert status == 0
+    assert "Usage" in stdout
+    assert max(map(len, stdout.splitlines())) <= 80
+
+
+def test_the_version_is_told(command):
+    status, stdout, _ = command("--version")
+    assert status == 0
+    assert len(stdout.split()) in (1, 2)
+
+
+def test_json_is_all_that_goes_to_stdout(command):
+    status, stdout, stderr = command(
+        "evaluate", "es1", "nc", "ssgiff:beta=0.02", "--episodes=2", "--seed=5", "--format=json",
+        *SHORT,
+    )  # fmt: skip
+    assert status == 0
+    episodes = json.loads(stdout)
+    assert [(each["controller"], each["seed"]) for each in episodes] == [
+        ("nc", 5), ("nc", 6), ("ssgiff:beta=0.02", 5), ("ssgiff:beta=0.02", 6),
+    ]  # fmt: skip
+    assert {
+        "scenario", "controller", "seed", "round_trips", "recruitment_time_s", "on_path_share",
+        "lost_events", "messages", "localisation_error_m", "n_robots", "duration_s", "physics",
+        "wall_s",
+    } == set(episodes[0])  # fmt: skip
+    assert len(stderr.splitlines()) == 2, "one line at the start and one at the end"
+
+
+def test_csv_holds_the_same_episodes_and_they_are_not_run_again(command):
+    told = "evaluate", "es1", "nc", "--episodes=2", *SHORT
+    episodes = json.loads(command(*told, "--format=json")[1])
+    status, stdout, stderr = command(*told, "--format=csv")
+    lines = list(csv.DictReader(io.StringIO(stdout)))
+    assert status == 0
+    assert "2 of 2 episodes found in runs/es1, 0 to run" in stderr
+    assert [float(line["wall_s"]) for line in lines] == [each["wall_s"] for each in episodes]
+
+
+def test_the_data_go_to_a_folder_named_after_the_scenario(command, tmp_path):
+    command("evaluate", "es1", "nc", "--episodes=2", *SHORT)
+    assert len(pd.read_parquet(tmp_path / "runs" / "es1")) == 2
+
+
+def test_the_table_compares_with_the_first_controller_and_the_plot_is_drawn(command, tmp_path):
+    status, stdout, _ = command(
+        "evaluate", "es1", "nc", "ssgikf", "--episodes=3", "--plot=figures/trips.svg", *SHORT
+    )
+    assert status == 0
+    assert "Round trips against nc" in stdout
+    assert max(map(len, stdout.splitlines())) <= 80
+    figure = (tmp_path / "figures" / "trips.svg").read_text()
+    assert "swarm-forage evaluate es1 nc ssgikf --set=task.duration=20 --episodes=3" in figure
+
+
+def test_one_episode_is_enough(command):
+    status, stdout, _ = command("evaluate", "es1", "nc", "ssgikf", "--episodes=1", *SHORT)
+    assert status == 0
+    assert "n/a" in stdout
+    assert "nan" not in stdout.lower()
+
+
+def test_a_scenario_file_is_evaluated_under_its_name(command, tmp_path):
+    (tmp_path / "mine.toml").write_text('base = "es1"\n[task]\nn_robots = 4\n')
+    _, stdout, _ = command("evaluate", "mine.toml", "nc", "--episodes=1", "--format=json", *SHORT)
+    (episode,) = json.loads(stdout)
+    assert (episode["scenario"], episode["n_robots"]) == ("mine", 4)
+
+
+def test_a_plot_inside_the_dataset_is_drawn_with_a_hint(command):
+    status, _, stderr = command(
+        "evaluate", "es1", "nc", "--episodes=1", "--out=out", "--plot=out/trips.png", *SHORT
+    )
+    assert status == 0
+    assert "--plot lies inside --out" in stderr
+
+
+def test_list_tells_names_and_numbers(command):
+    _, stdout, _ = command("list")
+    assert {"es1", "es3", "ssgikf", "dsgiff", "rigid", "kinematic"} <= set(stdout.split())
+    _, stdout, _ = command("list", "ssgiff")
+    assert "weighting.beta" in stdout
+    assert "rad" in stdout, "a unit"
+    _, stdout, _ = command("list", "es1", "--format=json")
+    assert json.loads(stdout)["name"] == "es1"
+    _, stdout, _ = command("list", "--format=json")
+    assert set(json.loads(stdout)) == {"scenarios", "controllers", "engines"}
+
+
+def test_a_reader_that_stops_reading_ends_the_command_in_silence(process):
+    reader, writer = os.pipe()
+    run = process("list", "es1", stdout=writer)
+    os.close(writer)
+    os.close(reader)
+    _, stderr = run.communicate(timeout=60)
+    assert run.returncode == 1
+    assert stderr == ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+@pytest.mark.parametrize("workers", [1, 2])
+def test_ctrl_c_ends_with_one_line_and_the_run_can_go_on(process, workers):
+    """To the whole group, as a terminal does."""
+    run = process(
+        "evaluate", "es1", "nc", "--episodes=8", "--set=task.duration=7200", f"--workers={workers}",
+        start_new_session=True,
+    )  # fmt: skip
+    assert "8 to run" in run.stderr.readline()
+    time.sleep(2.0)
+    os.killpg(run.pid, signal.SIGINT)  # `start_new_session`: its group is its own
+    _, stderr = run.communicate(timeout=60)
+    assert run.returncode == 130
+    assert stderr == "swarm-forage: stopped; the same command goes on from here\n"
+
+
+@pytest.mark.parametrize("missing", ["typer", "rich", "scipy", "pyarrow", "joblib", "matplotlib"])
+def test_a_missing_extra_is_named_in_one_line(process, missing):
+    code = f"""
+import sys
+
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] == {missing!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Missing())
+sys.argv = [
+    "swarm-forage", "evaluate", "es1", "nc", "--episodes=1", "--set=task.duration=1",
+    "--physics=kinematic", "--plot=x.png", "--workers=1",
+]
+from training.cli import main
+main()
+"""
+    run = process(code=code)
+    stdout, stderr = run.communicate(timeout=120)
+    assert (run.returncode, stdout) == (1, "")
+    (line,) = [line for line in stderr.splitlines() if "pip install" in line]
+    assert f"'{missing}" in line
+    assert "swarm-forage[evaluate]" in line
+    assert "Traceback" not in stderr

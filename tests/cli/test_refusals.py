@@ -1,0 +1,106 @@
+"""Bad input gets one clear line on stderr, before anything runs."""
+
+from concurrent.futures.process import BrokenProcessPool
+
+import pytest
+
+
+@pytest.fixture(autouse=True)
+def _runs_nothing(monkeypatch):
+    def run(*_):
+        raise AssertionError("an episode was run")
+
+    monkeypatch.setattr("baselines.evaluation.runner.warm_up", run)
+    monkeypatch.setattr("baselines.evaluation.runner._run_block", run)
+
+
+EVALUATE = "evaluate", "es1", "nc"
+
+REFUSED = [
+    (("evaluate", "es4", "nc"), "no scenario named 'es4', did you mean 'es"),
+    (("evaluate", "missing.toml", "nc"), "missing.toml"),
+    (("evaluate", "es1", "ssgikff"), "no controller named 'ssgikff', did you mean 'ssgikf'?"),
+    (("evaluate", "es1", "ssgiff:weighting.bet=1"), "did you mean 'weighting.beta'?"),
+    (("evaluate", "es1", "ssgiff:beta"), "must be parameter=value"),
+    (("evaluate", "es1", "ssgiff:"), "must be parameter=value"),
+    (("evaluate", "es1", "ssgiff:beta=-1"), "beta='-1'"),
+    (("evaluate", "es1", "ssgiff:beta=nan"), "beta='nan'"),
+    (("evaluate", "es1", "ssgiff:beta=inf"), "beta='inf'"),
+    (("evaluate", "es1", "ssgiff:beta=steep"), "beta='steep'"),
+    (("evaluate", "es1", "nc", "nc"), "controller 'nc' is named twice"),
+    (("evaluate", "es1"), "Missing argument 'controllers"),
+    ((*EVALUATE, "--set", "radio.max_rnge=0.2"), "did you mean 'radio.max_range'?"),
+    ((*EVALUATE, "--set", "radio.max_range"), "must be name=value, as in radio.max_range=0.2"),
+    ((*EVALUATE, "--set", "radio.max_range=-1"), "radio.max_range='-1'"),
+    ((*EVALUATE, "--set", "radio.max_range=NaN"), "radio.max_range='NaN'"),
+    ((*EVALUATE, "--set", "task.duration=inf"), "task.duration='inf'"),
+    ((*EVALUATE, "--set", "task.n_robots=1000"), "at most"),
+    ((*EVALUATE, "--set", "task.area_distance=9"), "outside the arena"),
+    ((*EVALUATE, "--set", "tick=0.1", "--set", "tick=0.2"), "given twice"),
+    ((*EVALUATE, "--physics", "rigd"), "no physics engine named 'rigd', did you mean 'rigid'?"),
+    ((*EVALUATE, "--format", "xml"), "'table', 'json', 'csv'"),
+    ((*EVALUATE, "--episodes", "0"), "--episodes=0: must be at least 1"),
+    ((*EVALUATE, "--episodes", "-3"), "--episodes=-3: must be at least 1"),
+    ((*EVALUATE, "--episodes", "many"), "--episodes"),
+    ((*EVALUATE, "--episodes", "1.5"), "--episodes"),
+    ((*EVALUATE, "--workers", "0"), "--workers=0: must be at least 1"),
+    ((*EVALUATE, "--seed", "-1"), "must be a whole number from 0 to 2^64 - 1"),
+    ((*EVALUATE, "--seed", str(2**64 - 1)), "must be a whole number from 0 to 2^64 - 1"),
+    ((*EVALUATE, "--out", "taken"), "--out taken: cannot be written"),
+    ((*EVALUATE, "--out", "taken/below"), "--out taken/below: cannot be written"),
+    ((*EVALUATE, "--plot", "trips.jpeg"), "--plot trips.jpeg: the name must end in"),
+    ((*EVALUATE, "--plot", "taken/trips.png"), "--plot taken/trips.png: cannot be written"),
+    ((*EVALUATE, "--episode", "3"), "--episode"),
+    (("evaluat", "es1", "nc"), "evaluat"),
+    (("list", "es11"), "no scenario or controller named 'es11', did you mean 'es1'?"),
+    (("list", "missing.toml"), "missing.toml"),
+    (("list", "--format", "csv"), "'table', 'json'"),
+    (("bench", "--fast"), "--fast"),
+]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"), REFUSED, ids=[" ".join(each[0]) for each in REFUSED]
+)
+def test_bad_input_gets_one_line_and_a_status(command, tmp_path, arguments, told):
+    (tmp_path / "taken").write_text("")
+    status, stdout, stderr = command(*arguments)
+    assert status == 2
+    assert stdout == ""
+    assert told in stderr
+    assert len(stderr.splitlines()) == 1
+    assert stderr.startswith("swarm-forage: ")
+
+
+@pytest.mark.parametrize(
+    "text", ["[radio\n", "[radio]\nmax_rnge = 1\n", "base = 'es9'\n", "radio = 3\n", "\x00"]
+)
+def test_a_damaged_scenario_file_gets_one_line(command, tmp_path, text):
+    (tmp_path / "mine.toml").write_text(text)
+    status, stdout, stderr = command("evaluate", "mine.toml", "nc")
+    assert (status, stdout, len(stderr.splitlines())) == (2, "", 1)
+
+
+@pytest.mark.parametrize(
+    ("fault", "told"),
+    [
+        (BrokenProcessPool("a process"), "a worker was ended from outside"),
+        (OSError(28, "No space left on device", "x"), "No space left on device: 'x'"),
+    ],
+)
+def test_what_goes_wrong_on_the_way_gets_one_line(command, monkeypatch, fault, told):
+    def fail(*_):
+        raise fault
+
+    monkeypatch.setattr("baselines.evaluation.runner.warm_up", fail)
+    status, stdout, stderr = command(*EVALUATE)
+    assert (status, stdout) == (1, "")
+    assert told in stderr.splitlines()[-1]
+    assert len(stderr.splitlines()) == 2, "the run had begun with a line of its own"
+
+
+def test_a_refused_command_leaves_no_folder(command, tmp_path):
+    command(*EVALUATE, "--set", "tick=0")
+    command(*EVALUATE, "--episodes", "0")
+    command("evaluate", "es1", "none-such")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,89 @@
+"""Rewards: round trips, shared or not, and the potential that may shape them."""
+
+import numpy as np
+import pytest
+
+from swarm_forage_env import parallel_env
+from swarm_forage_env.envs.rewards import Potential
+from swarm_forage_env.scenario import Arena, Scenario, Task
+from swarm_forage_env.state import empty_state
+
+STEPS = 1500
+
+SCENARIO = Scenario(arena=Arena(length=1.7, width=1.2), task=Task(area_distance=0.8))
+"""Nest at (-0.4, 0), prey at (0.4, 0)."""
+
+
+def rewards_of(scenario, constant, **options):
+    """What a hand-written swarm earns, (steps, robots), and the environment afterwards."""
+    env = parallel_env(scenario, learn="weighting", **options)
+    env.reset(seed=1)
+    half = constant(env, 0.5, 0.5)
+    steps = STEPS // options.get("decision_period", 1)
+    return np.array([list(env.step(half)[1].values()) for _ in range(steps)]), env
+
+
+def test_own_gives_each_robot_its_round_trips(busy, constant):
+    rewards, env = rewards_of(busy, constant)
+    assert rewards.sum() > 0
+    assert set(np.unique(rewards)) == {0.0, 1.0}
+    np.testing.assert_array_equal(rewards.sum(axis=0), env.world.state.round_trips)
+
+
+def test_team_gives_everyone_the_mean(busy, constant):
+    own, _ = rewards_of(busy, constant, reward="own")
+    team, _ = rewards_of(busy, constant, reward="team")
+    np.testing.assert_allclose(team, np.repeat(own.mean(axis=1, keepdims=True), 10, axis=1))
+
+
+def test_rewards_of_a_decision_period_are_added_up(busy, constant):
+    slow, _ = rewards_of(busy, constant, decision_period=3)
+    fast, _ = rewards_of(busy, constant)
+    np.testing.assert_array_equal(slow, fast.reshape(-1, 3, 10).sum(axis=1))
+
+
+@pytest.mark.parametrize("reward", ["own", "team"])
+@pytest.mark.parametrize("period", [1, 5])
+def test_the_discounted_shaping_of_an_episode_depends_on_its_ends_only(
+    busy, constant, reward, period
+):
+    """sum_t d^t w (d Phi_t+1 - Phi_t) = w (d^T Phi_T - Phi_0)."""
+    discount, weight = 0.97, 2.5
+    options = {"reward": reward, "decision_period": period}
+    plain, env = rewards_of(busy, constant, **options)
+    shaped, again = rewards_of(busy, constant, shaping=weight, discount=discount, **options)
+    powers = discount ** np.arange(len(plain))
+    added = ((shaped - plain) * powers[:, None]).sum(axis=0)
+    potential = Potential(env.scenario, discount, weight)
+    last = potential(again.world.state)
+    again.reset(seed=1)
+    first = potential(again.world.state)
+    expected = weight * (discount ** len(plain) * last - first)
+    expected = np.full(10, expected.mean()) if reward == "team" else expected
+    np.testing.assert_allclose(added, expected, atol=1e-9)
+    assert np.abs(shaped - plain).max() > 0.0
+
+
+def standing(leg, x, y):
+    state = empty_state(1, 1)
+    state.leg[:] = leg
+    state.pose[0] = x, y, 0.0
+    return Potential(SCENARIO, 0.99, 1.0)(state)[0]
+
+
+def test_the_potential_rises_along_the_trip():
+    trip = [(0, 0.3), (0, -0.4), (1, -0.4), (1, 0.0), (1, 0.4), (2, 0.4), (2, 0.0), (2, -0.4)]
+    rising = [standing(leg, x, 0.0) for leg, x in trip]
+    assert rising == sorted(rising)
+    assert rising[1] == pytest.approx(1 / 3)
+    assert rising[4] == pytest.approx(2 / 3)
+    assert rising[-1] == pytest.approx(1.0)
+
+
+def test_the_potential_is_a_share():
+    rng = np.random.default_rng(0)
+    for leg in range(3):
+        for _ in range(100):
+            x, y = rng.uniform([-0.85, -0.6], [0.85, 0.6])
+            assert leg / 3 <= standing(leg, x, y) <= (leg + 1) / 3
+    assert standing(1, -0.85, 0.6) == pytest.approx(1 / 3)

@@ -1,0 +1,116 @@
+"""Every number stays within its bounds, whatever the policy does."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from swarm_forage_env import parallel_env
+from swarm_forage_env.envs.bounds import BOARD_RANGE, Bounds
+from swarm_forage_env.envs.cuts import CUTS
+from swarm_forage_env.kernels.radio import board_range
+from swarm_forage_env.scenario import Radio, Robot, Scenario, Sensors
+
+every_layer = pytest.mark.parametrize("learn", list(CUTS))
+
+
+def assert_within(space, value):
+    assert not np.isnan(value).any()
+    outside = (value < space.low) | (value > space.high)
+    assert not outside.any(), np.flatnonzero(outside)
+    assert space.contains(value)
+
+
+def assert_all_within(env, observations):
+    for agent, observation in observations.items():
+        assert_within(env.observation_space(agent), observation)
+    assert_within(env.state_space, env.state())
+
+
+@every_layer
+@pytest.mark.parametrize("scenario", ["es1", "real"])
+def test_observations_and_state_stay_within_their_spaces(learn, scenario):
+    env = parallel_env(scenario, learn=learn)
+    box, rng = env.action_space("epuck_0"), np.random.default_rng(1)
+    observations, _ = env.reset(seed=1)
+    for step in range(300):
+        assert_all_within(env, observations)
+        if step % 20 == 0:  # full speed for a while: what the bounds are made for
+            ends = rng.random((len(env.agents), *box.shape)) < 0.5
+            actions = dict(zip(env.agents, np.where(ends, box.low, box.high), strict=True))
+        observations, *_ = env.step(actions)
+
+
+@given(
+    learn=st.sampled_from(list(CUTS)),
+    seed=st.integers(0, 2**64 - 1),
+    decision_period=st.integers(1, 4),
+    physics=st.sampled_from(["rigid", "kinematic"]),
+    options=st.fixed_dictionaries(
+        {
+            "task.n_robots": st.integers(1, 12),
+            "task.duration": st.floats(5.0, 100.0),
+            "radio.max_range": st.floats(0.02, 1.0),
+            "radio.range_noise": st.floats(0.0, 0.2),
+            "radio.bearing_noise": st.floats(0.0, math.pi),
+            "radio.range_model": st.sampled_from(["uniform", "board"]),
+            "radio.frames": st.integers(1, 30),
+            "radio.slots": st.integers(1, 8),
+            "radio.exchange_time": st.floats(0.01, 2.0),
+            "sensors.wheel_noise": st.floats(0.0, 1.0),
+            "sensors.ground_noise": st.floats(0.0, 1.0),
+            "sensors.proximity_noise": st.floats(0.0, 1.0),
+            "robot.cruise_speed": st.floats(0.01, 0.129),
+            "area_distance": st.floats(0.62, 1.4),
+        }
+    ),
+)
+@settings(max_examples=25)
+def test_whatever_the_scenario_nothing_is_nan_and_all_is_within_bounds(
+    learn, seed, decision_period, physics, options
+):
+    env = parallel_env(
+        "es1", learn=learn, controller="dsgikf", reward="team", shaping=0.5,
+        decision_period=decision_period, physics=physics, **options,
+    )  # fmt: skip
+    box, rng = env.action_space("epuck_0"), np.random.default_rng(seed)
+    observations, _ = env.reset(seed=seed)
+    for _ in range(12):
+        assert_all_within(env, observations)
+        actions = rng.uniform(box.low, box.high, (len(env.agents), *box.shape))
+        given_to = dict(zip(env.agents, actions.astype(np.float32), strict=True))
+        observations, rewards, *_, infos = env.step(given_to)
+        numbers = [*rewards.values(), *(n for info in infos.values() for n in info.values())]
+        assert np.isfinite(numbers).all()
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.03, 0.2, 1.0])
+def test_the_board_measures_no_gap_beyond_its_bound(gap):
+    streams = np.arange(1000, dtype=np.uint64)
+    gaps = [board_range(gap, streams, i) for i in range(1000)]
+    assert min(gaps) > 0.0
+    assert max(gaps) < BOARD_RANGE
+
+
+def test_the_bounds_follow_from_the_scenario():
+    scenario = Scenario(
+        robot=Robot(max_speed=0.129, cruise_speed=0.06),
+        sensors=Sensors(wheel_noise=0.05),
+        radio=Radio(max_range=0.15, range_noise=0.025, frames=10, exchange_time=0.5),
+        tick=0.1,
+    )
+    bounds = Bounds(scenario, 1000)
+    assert bounds.step == pytest.approx(1.01 * (0.0129 + 0.05 * 0.006))
+    assert bounds.beam == pytest.approx(1.01 * 0.175)
+    assert bounds.frames == 60
+    assert 1001 * 0.0132 < bounds.path < 1.03 * 1001 * 0.0132
+    assert 1000 * (0.0132 + 0.175) < bounds.believed < 2.0 * 1000 * (0.0132 + 0.175)
+
+
+def test_the_spaces_are_the_same_objects_each_time():
+    env = parallel_env()
+    assert env.observation_space("epuck_3") is env.observation_space("epuck_3")
+    assert env.action_space("epuck_3") is env.action_space("epuck_3")
+    assert set(env.observation_spaces) == set(env.action_spaces) == set(env.possible_agents)

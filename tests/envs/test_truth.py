@@ -1,0 +1,107 @@
+"""The state for centralised critics, and the numbers that are logged."""
+
+import numpy as np
+import pytest
+
+from swarm_forage_env import parallel_env
+from swarm_forage_env.envs.cuts import CUTS
+from swarm_forage_env.envs.truth import INFOS
+from swarm_forage_env.metrics import localisation_error
+
+
+@pytest.fixture(scope="module")
+def after_a_while(busy):
+    env = parallel_env(busy, learn="weighting", max_cycles=2000)
+    env.reset(seed=1)
+    half = dict.fromkeys(env.agents, np.full(2, 0.5, np.float32))
+    for _ in range(1500):
+        last = env.step(half)
+    return env, last
+
+
+def named(env):
+    return dict(zip(env.state_layout.names, env.state().tolist(), strict=True))
+
+
+def test_the_state_holds_the_true_poses_areas_and_time(after_a_while):
+    env, _ = after_a_while
+    state = named(env)
+    for k, (x, y, theta) in enumerate(env.world.state.pose):
+        pose = [state[f"epuck_{k}.{name}"] for name in ("pose.x", "pose.y")]
+        heading = [state[f"epuck_{k}.heading.{name}"] for name in ("cos", "sin")]
+        assert pose == pytest.approx([x, y], abs=1e-6)
+        assert heading == pytest.approx([np.cos(theta), np.sin(theta)], abs=1e-6)
+    areas = [state[f"areas.{area}.{axis}"] for area in ("nest", "prey") for axis in "xy"]
+    assert areas == pytest.approx([-0.35, 0.0, 0.35, 0.0])
+    assert state["share_gone"] == pytest.approx(0.75)
+
+
+def test_the_state_holds_the_beliefs_in_the_world_frame(busy, constant):
+    env = parallel_env(busy, learn="weighting")
+    env.reset(seed=1)
+    while env._batch.cut.beliefs.known.mean() < 0.5:
+        env.step(constant(env, 0.5, 0.5))
+    state, beliefs = named(env), env._batch.cut.beliefs
+    error = localisation_error(env.world.state.pose, beliefs.areas, beliefs.known, env.world.areas)
+    assert not beliefs.known.all()
+    for k in range(10):
+        for area, name in enumerate(("nest", "prey")):
+            believed = [state[f"epuck_{k}.believed.{name}.{axis}"] for axis in "xy"]
+            assert state[f"epuck_{k}.known.{name}"] == beliefs.known[k, area]
+            assert state[f"epuck_{k}.p.{name}"] == pytest.approx(beliefs.p[k, area])
+            if beliefs.known[k, area]:
+                off = np.hypot(*(believed - env.world.areas[area]))
+                assert off == pytest.approx(error[k, area], abs=1e-5)
+            else:
+                assert believed == [0.0, 0.0]
+        goals = [state[f"epuck_{k}.goal.{goal}"] for goal in ("nest", "prey", "none")]
+        assert goals.index(1.0) == (2 if beliefs.goal[k] < 0 else beliefs.goal[k])
+        assert sum(goals) == 1.0
+
+
+def test_infos_are_what_the_world_knows(after_a_while):
+    env, (*_, infos) = after_a_while
+    state, beliefs = env.world.state, env._batch.cut.beliefs
+    error = localisation_error(state.pose, beliefs.areas, beliefs.known, env.world.areas)
+    for k, info in enumerate(infos.values()):
+        known = beliefs.known[k].sum()
+        assert info == {
+            "round_trips": state.round_trips[k],
+            "lost_events": state.lost_events[k],
+            "on_path": state.seen_since_lost[k].all(),
+            "messages": state.messages[k],
+            "known_areas": known,
+            "localisation_error_m": pytest.approx(error[k].sum() / max(known, 1)),
+        }
+    assert sum(info["round_trips"] for info in infos.values()) > 0
+
+
+@pytest.mark.parametrize("learn", list(CUTS))
+def test_infos_are_numbers_under_the_same_keys_from_reset_on(learn, sampler):
+    env = parallel_env(learn=learn)
+    _, infos = env.reset(seed=0)
+    act = sampler(env, 0)
+    for _ in range(50):
+        assert list(infos) == env.possible_agents
+        for info in infos.values():
+            assert tuple(info) == INFOS
+            assert all(type(number) is float for number in info.values())
+        *_, infos = env.step(act())
+
+
+def test_a_learner_of_everything_has_no_beliefs_but_the_same_state(sampler):
+    env = parallel_env(learn="everything")
+    assert env.state_layout == parallel_env(learn="motion").state_layout
+    env.reset(seed=0)
+    act = sampler(env, 0)
+    for _ in range(50):
+        *_, infos = env.step(act())
+    believed = [
+        n
+        for name, n in named(env).items()
+        if any(w in name for w in ("known", "believed", ".p.", "goal"))
+    ]
+    assert len(believed) == 10 * 11
+    assert not any(believed)
+    assert {info["localisation_error_m"] for info in infos.values()} == {0.0}
+    assert sum(info["messages"] for info in infos.values()) > 0

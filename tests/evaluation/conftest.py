@@ -1,0 +1,76 @@
+"""Small episodes: es1, cut short; and one that was never run."""
+
+import pytest
+
+from baselines.evaluation.configuration import Configuration, find_recipe
+from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.episode import Episode
+from swarm_forage_env.scenarios import find_scenario
+
+
+@pytest.fixture
+def configuration():
+    return configure()
+
+
+@pytest.fixture
+def dataset(tmp_path):
+    kept = Dataset(tmp_path / "kept")
+    kept.open()
+    return kept
+
+
+def configure(controller="ssgikf", physics="kinematic", **settings):
+    """A configuration of es1 over 20 s, with settings like task_duration=30."""
+    values = {"task.duration": 20.0}
+    values |= {name.replace("_", ".", 1): value for name, value in settings.items()}
+    scenario = find_scenario("es1", values)
+    return Configuration(controller, scenario, find_recipe(controller), physics)
+
+
+@pytest.fixture(name="configure")
+def _configure():
+    return configure
+
+
+@pytest.fixture
+def episode():
+    """A made-up one."""
+    return Episode(
+        scenario="es1",
+        controller="ssgikf",
+        seed=3,
+        physics="kinematic",
+        n_robots=10,
+        duration_s=20.0,
+        round_trips=12,
+        recruitment_time_s=None,
+        on_path_share=1 / 3,
+        lost_events=4,
+        messages=567,
+        localisation_error_m=0.1 + 0.2,
+        wall_s=1.5,
+    )
+
+
+@pytest.fixture
+def measures():
+    """What the bench may have found."""
+    from baselines.evaluation.bench.budgets import check
+    from baselines.evaluation.bench.cases import all_cases
+    from baselines.evaluation.bench.stages import STAGES
+
+    speeds = {"rigid": 1e6, "kinematic": 1e6, "bare_pymunk": 2e6, "rigid_over_bare": 2.0}
+    cases = [{"case": case.name, "rows": case.rows, **speeds} for case in all_cases()]
+    shares = dict.fromkeys(STAGES, 1.0 / len(STAGES))
+    found = {
+        "quick": True,
+        "machine": {"python": "3.11", "cores": 2},
+        "speeds": cases,
+        "stages": [{"case": "es1 x 30", "physics": "kinematic", "shares": shares}],
+        "dictionaries": {"rigid": 2e5, "kinematic": 1e5},
+        "start_up_s": {"import": 0.5, "help": 0.5, "list": 3.0},
+        "memory": {"ticks": 1000, "peak_mb": 200.0, "growth_mb": 0.0},
+        "peak_memory_mb": 300.0,
+    }
+    return found | {"budgets": check(found)}

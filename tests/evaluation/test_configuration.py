@@ -1,0 +1,70 @@
+"""What tells configurations apart."""
+
+import json
+
+import pytest
+
+from baselines.evaluation.configuration import Configuration, find_recipe, parse_settings
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.scenarios import find_scenario
+
+
+def test_everything_but_the_seed_changes_the_key(configure):
+    variants = [
+        configure(),
+        configure("ssgiff"),
+        configure("dsgikf"),
+        configure("ssgiff:beta=0.02"),
+        configure(physics="rigid"),
+        configure(task_duration=30.0),
+        configure(radio_loss_far=0.6),
+    ]
+    assert len({each.key for each in variants}) == len(variants)
+
+
+def test_a_default_that_is_spelt_out_changes_nothing(configure):
+    beta = configure("ssgiff").recipe.parameters["weighting.beta"]
+    assert configure(f"ssgiff:beta={beta}").key == configure("ssgiff").key
+    assert configure("ssgiff:weighting.beta=0.02").key == configure("ssgiff:beta=0.020").key
+
+
+def test_what_was_changed_is_told_as_json(configure):
+    configuration = configure("ssgiff:beta=0.02", radio_loss_far=0.6)
+    assert json.loads(configuration.parameters) == {"weighting.beta": 0.02}
+    assert json.loads(configuration.overrides) == {"radio.loss_far": 0.6, "task.duration": 20.0}
+    assert json.loads(configuration.settings)["scenario"]["radio"]["loss_far"] == 0.6
+
+
+def test_a_named_scenario_and_controller_change_nothing():
+    configuration = Configuration("ssgiff", find_scenario("es2"), find_recipe("ssgiff"))
+    assert (configuration.overrides, configuration.parameters) == ("{}", "{}")
+
+
+def test_other_code_is_another_configuration(configure, monkeypatch, tmp_path):
+    before = configure()
+    assert before.key == configure().key
+    rule = tmp_path / "rule.py"
+    rule.write_text("GAIN = 1\n")
+    monkeypatch.setattr("baselines.evaluation.configuration.getfile", lambda _: str(rule))
+    one = configure()
+    assert one.code == configure().code
+    one_code, one_key = one.code, one.key
+    rule.write_text("GAIN = 2\n")
+    two = configure()
+    assert two.code != one_code
+    assert two.key != one_key
+
+
+def test_settings_are_names_and_values():
+    assert parse_settings([" radio.max_range = 0.2 "]) == {"radio.max_range": "0.2"}
+
+
+@pytest.mark.parametrize("text", ["radio.max_range", "=0.2", "radio.max_range=", "", "="])
+def test_a_setting_of_another_form_is_refused(text):
+    with pytest.raises(ConfigError, match=r"must be name=value, as in radio\.max_range=0\.2"):
+        parse_settings([text])
+
+
+def test_a_setting_given_twice_is_refused():
+    with pytest.raises(ConfigError, match="given twice"):
+        parse_settings(["tick=0.1", "tick=0.2"])

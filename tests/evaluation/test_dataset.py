@@ -1,0 +1,190 @@
+"""The dataset: whole files only, found again, read by others as one table."""
+
+import logging
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from baselines.evaluation.configuration import Configuration, find_recipe
+from baselines.evaluation.dataset import SCHEMA, Dataset
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.scenario import Scenario
+
+
+@pytest.fixture
+def file(dataset, configuration, episode):
+    """The file of a kept episode."""
+    dataset.keep(configuration, [episode])
+    return dataset.place(configuration, episode.seed)
+
+
+def test_an_episode_is_found_as_it_was_kept(dataset, configuration, file, episode):
+    assert dataset.find(configuration, 3) == episode
+    assert dataset.find(configuration, 4) is None
+
+
+def test_a_file_is_where_readers_of_hive_partitions_look(dataset, configuration, file):
+    inside = file.relative_to(dataset.folder)
+    assert inside.parts[:2] == ("scenario=es1", "controller=ssgikf")
+    assert inside.name == f"{configuration.key}-seed00000003.parquet"
+
+
+def test_the_largest_seed_is_kept(dataset, configuration, episode):
+    largest = replace(episode, seed=2**64 - 1)
+    dataset.keep(configuration, [largest])
+    assert dataset.find(configuration, 2**64 - 1) == largest
+
+
+def test_a_name_cannot_lead_out_of_the_folder(dataset, episode):
+    recipe = find_recipe("nc")
+    configuration = Configuration("nc", Scenario(name="../../a=b/ä"), recipe)
+    dataset.keep(configuration, [episode])
+    assert dataset.find(configuration, 3)
+    table = pd.read_parquet(dataset.folder)
+    assert table["scenario"].tolist() == ["../../a=b/ä"]
+    assert dataset.place(configuration, 3).resolve().is_relative_to(dataset.folder.resolve())
+
+
+def test_pandas_reads_the_folder_as_one_table(dataset, configure, file, episode):
+    dataset.keep(configure("ssgiff:beta=0.02"), [replace(episode, seed=9)])
+    table = pd.read_parquet(dataset.folder).sort_values("seed")
+    assert set(table.columns) == {*SCHEMA.names, "scenario", "controller"}
+    assert table["controller"].tolist() == ["ssgikf", "ssgiff"]
+    assert table["seed"].tolist() == [3, 9]
+    assert table["recruitment_time_s"].isna().all()
+    assert table["parameters"].tolist() == ["{}", '{"weighting.beta": 0.02}']
+    assert table["overrides"].unique().tolist() == ['{"task.duration": 20.0}']
+
+
+def test_polars_and_duckdb_read_the_folder_as_one_table(dataset, configure, file, episode):
+    polars, duckdb = pytest.importorskip("polars"), pytest.importorskip("duckdb")
+    dataset.keep(configure("nc"), [episode])
+    files = str(dataset.folder / "**/*.parquet")
+    tables = (
+        polars.read_parquet(files, hive_partitioning=True),
+        duckdb.sql(f"select * from '{files}'").pl(),
+    )
+    for table in tables:
+        assert sorted(table["controller"].to_list()) == ["nc", "ssgikf"]
+        assert table["round_trips"].to_list() == [12, 12]
+
+
+def truncated(content, row):
+    return content[: len(content) // 2]
+
+
+def empty(content, row):
+    return b""
+
+
+def text(content, row):
+    return b"seed,round_trips\n3,12\n"
+
+
+def flipped(content, row):
+    """One bit of the stored numbers is another."""
+    at = content.index(b"kinematic")
+    return content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
+
+
+def table_of(**columns):
+    def damage(content, row):
+        changed = pa.Table.from_pylist([row | columns], SCHEMA)
+        sink = pa.BufferOutputStream()
+        pq.write_table(changed, sink)
+        return sink.getvalue().to_pybytes()
+
+    return damage
+
+
+def without_column(content, row):
+    sink = pa.BufferOutputStream()
+    pq.write_table(pa.Table.from_pylist([row], SCHEMA).drop_columns("messages"), sink)
+    return sink.getvalue().to_pybytes()
+
+
+def two_rows(content, row):
+    sink = pa.BufferOutputStream()
+    pq.write_table(pa.Table.from_pylist([row, row], SCHEMA), sink)
+    return sink.getvalue().to_pybytes()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        truncated,
+        empty,
+        text,
+        flipped,
+        without_column,
+        two_rows,
+        table_of(seed=4),
+        table_of(configuration="0" * 16),
+    ],
+)
+def test_a_damaged_file_is_set_aside_with_one_line(
+    dataset, configuration, file, damage, caplog, episode
+):
+    row = pq.read_table(pa.BufferReader(file.read_bytes())).to_pylist()[0]
+    file.write_bytes(damage(file.read_bytes(), row))
+    with caplog.at_level(logging.WARNING):
+        assert dataset.find(configuration, 3) is None
+    assert not file.exists()
+    (aside,) = file.parent.glob("*.damaged")
+    (line,) = caplog.messages
+    assert str(aside) in line
+    assert "run again" in line
+    assert "\n" not in line
+    dataset.keep(configuration, [episode])
+    assert dataset.find(configuration, 3) == episode
+    assert len(pd.read_parquet(dataset.folder)) == 1, "readers pass over what was set aside"
+
+
+def test_what_a_killed_run_left_is_ignored_and_swept(dataset, configuration, file):
+    leftover = file.with_name(f"_{file.name}.elsewhere-1.tmp")
+    leftover.write_bytes(b"PAR1 half of")
+    assert len(pd.read_parquet(dataset.folder)) == 1
+    dataset.open()
+    assert not leftover.exists()
+    assert file.exists()
+
+
+def test_a_file_is_written_again_if_another_run_sweeps_its_temporary(
+    dataset, configuration, monkeypatch, episode
+):
+    replace_file, swept = Path.replace, []
+
+    def sweep_first(self, target):
+        if not swept and target.suffix == ".parquet":
+            swept.append(self)
+            self.unlink()
+        return replace_file(self, target)
+
+    monkeypatch.setattr(Path, "replace", sweep_first)
+    dataset.keep(configuration, [episode])
+    assert swept
+    assert dataset.find(configuration, 3) == episode
+
+
+def test_nothing_but_episodes_stays_in_the_folder(dataset, file):
+    assert [path for path in dataset.folder.rglob("*") if path.is_file()] == [file]
+
+
+def test_a_folder_that_is_a_file_is_refused(tmp_path):
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(ConfigError, match="cannot be written"):
+        Dataset(tmp_path / "taken").open()
+    with pytest.raises(ConfigError, match="cannot be written"):
+        Dataset(tmp_path / "taken" / "below").open()
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_without_permission_is_refused(tmp_path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(ConfigError, match="cannot be written"):
+        Dataset(tmp_path).open()

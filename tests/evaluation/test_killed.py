@@ -1,0 +1,82 @@
+"""A run killed at any moment and started again gives the data of an unbroken one."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = "evaluate", "es1", "nc", "ssgikf", "--episodes=6", "--set=task.duration=40"
+
+
+def start(out, workers):
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    environment.pop("SWARM_CHECK_SHAPES", None)
+    program = sys.executable, "-m", "training.cli", *COMMAND
+    return subprocess.Popen(
+        [*program, f"--out={out}", f"--workers={workers}"],
+        env=environment,
+        cwd=out.parent,
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def finish(out, workers):
+    run = start(out, workers)
+    stdout, stderr = run.communicate(timeout=300)
+    assert run.returncode == 0, stderr
+    return stdout
+
+
+def files(out):
+    return {file: file.stat().st_mtime_ns for file in out.rglob("*.parquet")}
+
+
+def kill_when(run, out, n_files, delay):
+    """Kill the run and its workers a moment after so many episodes are there."""
+    until = time.monotonic() + 120.0
+    while run.poll() is None and len(files(out)) < n_files and time.monotonic() < until:
+        time.sleep(0.005)
+    time.sleep(delay)
+    if run.poll() is None:  # else its number may be another's by now
+        os.killpg(run.pid, signal.SIGKILL)
+    run.communicate()
+
+
+def table(out):
+    columns = ["controller", "seed"]
+    read = pd.read_parquet(out).astype({"controller": str, "scenario": str})
+    return read.drop(columns="wall_s").sort_values(columns, ignore_index=True)
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory):
+    out = tmp_path_factory.mktemp("unbroken") / "out"
+    return finish(out, 2), table(out)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="process groups")
+def test_a_run_killed_and_started_again_gives_the_data_of_an_unbroken_run(unbroken, tmp_path):
+    moments, out = random.Random(1), tmp_path / "out"
+    for n_files in (0, 1, 5, 9):
+        run = start(out, workers=2)
+        before = files(out)
+        kill_when(run, out, n_files, 1.5 * moments.random() if n_files == 0 else 0.0)
+        time.sleep(0.3)
+        now = files(out)
+        assert {file: now[file] for file in before} == before, "nothing is repeated"
+    told = finish(out, workers=1)
+    stdout, expected = unbroken
+    assert told == stdout
+    pd.testing.assert_frame_equal(table(out), expected, check_exact=True)
+    assert not list(out.rglob("*.tmp"))
+    assert not list(out.rglob("*.damaged"))

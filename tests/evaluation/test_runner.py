@@ -1,0 +1,84 @@
+"""From configurations and seeds to episodes: each once, the same however they are spread."""
+
+from dataclasses import replace
+
+import pytest
+
+from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.runner import MAX_ROWS, Plan, evaluate
+
+
+def timeless(episodes):
+    return [replace(episode, wall_s=0.0) for episode in episodes]
+
+
+def fresh(folder):
+    dataset = Dataset(folder)
+    dataset.open()
+    return dataset
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_the_number_of_workers_changes_nothing(configure, tmp_path, workers):
+    configurations = [configure("nc"), configure("ssgikf")]
+    alone = evaluate(configurations, range(4), fresh(tmp_path / "alone"), 1)
+    spread = evaluate(configurations, range(4), fresh(tmp_path / "spread"), workers)
+    assert timeless(spread) == timeless(alone)
+    assert [(each.controller, each.seed) for each in spread] == [
+        (name, seed) for name in ("nc", "ssgikf") for seed in range(4)
+    ]
+
+
+def test_what_is_kept_is_not_run_again(configure, dataset, monkeypatch):
+    first = evaluate([configure()], range(3), dataset)
+    progress = []
+    more = evaluate([configure()], range(5), dataset, progress=progress.append)
+    assert more[:3] == first, "computing times included"
+    assert sum(progress) == 2
+
+    def refuse(*_):
+        raise AssertionError("nothing is left to run")
+
+    monkeypatch.setattr("baselines.evaluation.runner._run_block", refuse)
+    assert evaluate([configure()], range(5), dataset) == more
+
+
+def test_every_episode_is_kept(configure, dataset):
+    episodes = evaluate([configure("nc")], range(3), dataset)
+    assert [dataset.find(configure("nc"), seed) for seed in range(3)] == episodes
+
+
+def test_one_configuration_under_two_names_runs_once(configure, dataset):
+    beta = configure("ssgiff").recipe.parameters["weighting.beta"]
+    progress = []
+    episodes = evaluate(
+        [configure("ssgiff"), configure(f"ssgiff:beta={beta}")],
+        range(2),
+        dataset,
+        progress=progress.append,
+    )
+    assert sum(progress) == 2
+    assert [each.controller for each in episodes] == ["ssgiff"] * 2 + [f"ssgiff:beta={beta}"] * 2
+
+
+def test_a_damaged_file_is_run_again(configure, dataset):
+    before = evaluate([configure()], range(2), dataset)
+    dataset.place(configure(), 1).write_bytes(b"not an episode")
+    again = evaluate([configure()], range(2), dataset)
+    assert timeless(again) == timeless(before)
+    assert again[0] == before[0]
+
+
+@pytest.mark.parametrize(("robots", "episodes"), [(10, 90), (100, 7), (3, 1), (1000, 4)])
+@pytest.mark.parametrize("workers", [1, 2, 8])
+def test_blocks_hold_each_seed_once_and_leave_nobody_idle(
+    configure, dataset, robots, episodes, workers
+):
+    room = {"arena_length": 9.0, "arena_width": 9.0, "task_start_radius": 1.8}
+    configuration = configure(task_n_robots=robots, task_area_distance=5.0, **room)
+    blocks = Plan([configuration], range(episodes), dataset).blocks(workers)
+    assert sorted(seed for block in blocks for seed in block.seeds) == list(range(episodes))
+    assert len(blocks) >= min(workers, episodes)
+    assert all(len(block.seeds) == 1 or len(block.seeds) * robots <= MAX_ROWS for block in blocks)
+    sizes = {len(block.seeds) for block in blocks}
+    assert max(sizes) - min(sizes) <= 1

@@ -1,0 +1,105 @@
+"""Intervals and comparisons against closed forms and cases worked by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from baselines.evaluation.statistics import compare, mann_whitney_p, mean_interval
+
+
+def test_the_interval_is_that_of_normal_theory_for_many_normal_values():
+    values = np.random.default_rng(0).normal(10.0, 2.0, 400)
+    found = mean_interval(values.tolist())
+    half = 1.96 * values.std(ddof=1) / math.sqrt(len(values))
+    low, high = found.interval
+    assert found.value == pytest.approx(values.mean())
+    assert low == pytest.approx(values.mean() - half, abs=0.05 * half)
+    assert high == pytest.approx(values.mean() + half, abs=0.05 * half)
+
+
+def test_the_interval_covers_the_true_mean_as_often_as_it_says():
+    rng = np.random.default_rng(1)
+    intervals = [mean_interval(rng.normal(size=30).tolist()).interval for _ in range(200)]
+    covered = np.mean([low <= 0.0 <= high for low, high in intervals])
+    assert 0.90 <= covered <= 0.99
+
+
+def test_the_interval_shifts_and_scales_with_its_values():
+    values = [3.0, 1.0, 4.0, 1.0, 5.0, 9.0, 2.0, 6.0]
+    low, high = mean_interval(values).interval
+    changed = mean_interval([10.0 * value - 7.0 for value in values]).interval
+    assert changed == pytest.approx((10.0 * low - 7.0, 10.0 * high - 7.0))
+
+
+def test_one_seed_one_interval():
+    values = np.random.default_rng(0).normal(size=20).tolist()
+    assert mean_interval(values, seed=3) == mean_interval(values, seed=3)
+    assert mean_interval(values, seed=3) != mean_interval(values, seed=4)
+
+
+@pytest.mark.parametrize("values", [[7.0], [7.0, 7.0, 7.0], [0.0] * 30])
+def test_one_value_and_equal_values_have_a_mean_and_no_interval(values):
+    found = mean_interval(values)
+    assert (found.value, found.interval, found.n) == (values[0], None, len(values))
+
+
+def test_no_values_have_no_mean():
+    assert mean_interval([]) is None
+
+
+def test_mann_whitney_of_two_separate_triples_is_a_tenth():
+    # 2 of the 20 ways to rank three among six are as extreme
+    assert mann_whitney_p([1, 2, 3], [4, 5, 6]) == pytest.approx(0.1)
+    assert mann_whitney_p([4, 5, 6], [1, 2, 3]) == pytest.approx(0.1)
+
+
+def test_mann_whitney_of_interleaved_pairs_by_hand():
+    # ranks 1, 3 against 2, 4: U = 1; of the 6 ways 4 have U <= 1 or U >= 3
+    assert mann_whitney_p([1, 3], [2, 4]) == pytest.approx(4 / 6)
+
+
+@pytest.mark.parametrize(("values", "base"), [([1], [2]), ([], [1, 2]), ([5, 5], [5, 5])])
+def test_mann_whitney_says_nothing_of_single_or_equal_values(values, base):
+    assert mann_whitney_p(values, base) is None
+
+
+def test_a_comparison_pairs_the_seeds():
+    base = [10.0, 200.0, 3000.0]
+    found = compare([base_k + 1.0 + 0.1 * k for k, base_k in enumerate(base)], base)
+    assert found.difference.value == pytest.approx(1.1)
+    low, high = found.difference.interval
+    assert 1.0 <= low < 1.1 < high <= 1.2, "the spread between seeds cancels"
+
+
+def test_twice_the_base_is_a_ratio_of_two():
+    found = compare([20.0, 24.0, 30.0, 18.0], [10.0, 12.0, 15.0, 9.0])
+    assert found.ratio.value == pytest.approx(2.0)
+    assert found.ratio.interval is None or found.ratio.interval == pytest.approx((2.0, 2.0))
+
+
+def test_the_interval_of_a_ratio_holds_it():
+    rng = np.random.default_rng(2)
+    base = rng.normal(100.0, 10.0, 30)
+    found = compare((base * rng.normal(2.0, 0.1, 30)).tolist(), base.tolist())
+    low, high = found.ratio.interval
+    assert low < 2.0 < high
+    assert high - low < 0.15
+
+
+def test_a_base_of_zeros_has_no_ratio():
+    found = compare([1.0, 2.0, 3.0], [0.0, 0.0, 0.0])
+    assert found.ratio is None
+    assert found.difference.value == 2.0
+
+
+def test_a_base_that_may_be_resampled_to_zero_has_a_ratio_without_interval():
+    found = compare([1.0, 2.0, 3.0], [0.0, 0.0, 3.0])
+    assert found.ratio.value == pytest.approx(2.0)
+    assert found.ratio.interval is None
+
+
+def test_equal_controllers_differ_by_nothing():
+    found = compare([4.0, 5.0, 6.0], [4.0, 5.0, 6.0])
+    assert (found.difference.value, found.difference.interval) == (0.0, None)
+    assert found.p == pytest.approx(1.0)

@@ -1,0 +1,84 @@
+"""The differential drive against TR, Eq. 3, 4 and 7."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm_forage_env.kernels.diff_drive import advance, drive, path_length, wheels_to_arc
+
+AXLE = 0.053
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "distance", "turn"),
+    [
+        (0.01, 0.01, 0.01, 0.0),
+        (-0.01, -0.01, -0.01, 0.0),
+        (-0.01, 0.01, 0.0, 0.02 / AXLE),
+        (0.01, -0.01, 0.0, -0.02 / AXLE),
+        (0.0, AXLE * math.pi / 2, AXLE * math.pi / 4, math.pi / 2),
+    ],
+)
+def test_two_wheels_make_a_distance_and_a_turn(left, right, distance, turn):
+    assert wheels_to_arc(left, right, AXLE) == pytest.approx((distance, turn))
+
+
+def test_straight_on_leads_along_the_heading():
+    assert advance(1.0, 2.0, math.pi / 6, 0.2, 0.0) == pytest.approx(
+        (1.0 + 0.1 * math.sqrt(3.0), 2.1, math.pi / 6)
+    )
+
+
+def test_a_spin_in_place_turns_and_leads_nowhere():
+    assert advance(1.0, 2.0, 0.5, 0.0, -1.25) == pytest.approx((1.0, 2.0, -0.75))
+
+
+def test_an_arc_worked_by_hand():
+    # A quarter turn to the left over 0.1 m: the chord points half a quarter to the left.
+    x, y, theta = advance(0.0, 0.0, 0.0, 0.1, math.pi / 2)
+    assert (x, y, theta) == pytest.approx((0.0707106781, 0.0707106781, math.pi / 2))
+
+
+def test_the_heading_is_wrapped():
+    assert advance(0.0, 0.0, 3.0, 0.0, 1.0)[2] == pytest.approx(4.0 - 2.0 * math.pi)
+
+
+def test_many_short_chords_are_the_circle():
+    radius, turns = 0.2, 1000
+    pose = (radius, 0.0, math.pi / 2)
+    for _ in range(turns):
+        pose = advance(*pose, 2.0 * math.pi * radius / turns, 2.0 * math.pi / turns)
+    assert pose == pytest.approx((radius, 0.0, math.pi / 2), abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("distance", "turn", "path"),
+    [
+        (0.1, 0.0, 0.1),
+        (-0.1, 0.0, 0.1),
+        (0.0, 2.0, AXLE),
+        (0.0, -2.0, AXLE),
+        (0.1, 2.0, 0.1 + AXLE),
+    ],
+)
+def test_a_turn_on_the_spot_is_a_path_too(distance, turn, path):
+    assert path_length(distance, turn, AXLE) == pytest.approx(path)
+
+
+@given(st.floats(-0.129, 0.129), st.floats(-0.129, 0.129), st.floats(-3.0, 3.0))
+def test_backwards_along_the_same_arc_leads_back(left, right, theta):
+    pose = np.array([[0.3, -0.2, theta]])
+    drive(pose, np.array([[left, right]]), 0.1, AXLE)
+    drive(pose, np.array([[-left, -right]]), 0.1, AXLE)
+    np.testing.assert_allclose(pose, [[0.3, -0.2, theta]], atol=1e-12)
+
+
+def test_every_robot_goes_where_its_own_wheels_take_it():
+    pose = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, math.pi / 2], [2.0, 0.0, 0.0]])
+    wheels = np.array([[0.1, 0.1], [0.1, 0.1], [-0.0265, 0.0265]])
+    drive(pose, wheels, 0.5, AXLE)
+    expected = [[0.05, 0.0, 0.0], [1.0, 0.05, math.pi / 2], [2.0, 0.0, 0.5]]
+    np.testing.assert_allclose(pose, expected, atol=1e-15)

@@ -1,0 +1,75 @@
+"""Angles and frames."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm_forage_env.kernels.frames import range_and_bearing, to_body, to_outer, wrap
+
+ANGLES = st.floats(-1e4, 1e4)
+LENGTHS = st.floats(-10.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("angle", "wrapped"),
+    [
+        (0.0, 0.0),
+        (math.pi, -math.pi),
+        (-math.pi, -math.pi),
+        (math.nextafter(math.pi, 0.0), math.nextafter(math.pi, 0.0)),
+        (1.5 * math.pi, -0.5 * math.pi),
+        (-1.5 * math.pi, 0.5 * math.pi),
+        (3.0 * math.pi, -math.pi),
+        (2.0 * math.pi, 0.0),
+    ],
+)
+def test_an_angle_is_wrapped_into_its_half_open_circle(angle, wrapped):
+    assert wrap(angle) == pytest.approx(wrapped, abs=1e-15)
+
+
+@given(ANGLES)
+def test_a_wrapped_angle_is_the_same_direction_in_range(angle):
+    wrapped = wrap(angle)
+    assert -math.pi <= wrapped < math.pi
+    assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-11)
+    assert math.sin(wrapped) == pytest.approx(math.sin(angle), abs=1e-11)
+
+
+@given(st.integers(-1000, 1000), st.integers(-4, 4))
+def test_angles_within_rounding_of_the_border_stay_in_range(turns, steps):
+    border = math.pi + 2.0 * math.pi * turns
+    for _ in range(abs(steps)):
+        border = math.nextafter(border, math.copysign(math.inf, steps))
+    assert -math.pi <= wrap(border) < math.pi
+
+
+@given(ANGLES)
+def test_wrapping_twice_is_wrapping_once(angle):
+    assert wrap(wrap(angle)) == wrap(angle)
+
+
+@pytest.mark.parametrize(
+    ("theta", "ahead", "left"),
+    [(0.0, 3.0, 4.0), (math.pi / 2, 4.0, -3.0), (-math.pi / 2, -4.0, 3.0), (math.pi, -3.0, -4.0)],
+)
+def test_a_point_is_ahead_and_to_the_left_as_drawn_on_paper(theta, ahead, left):
+    assert to_body(3.0, 4.0, theta) == pytest.approx((ahead, left))
+
+
+@given(LENGTHS, LENGTHS, ANGLES)
+def test_into_the_body_frame_and_back_is_where_one_was(dx, dy, theta):
+    ahead, left = to_body(dx, dy, theta)
+    assert to_outer(ahead, left, theta) == pytest.approx((dx, dy), abs=1e-12)
+    assert math.hypot(ahead, left) == pytest.approx(math.hypot(dx, dy), abs=1e-12)
+
+
+@given(st.floats(0.01, 10.0), st.floats(-3.1, 3.1), ANGLES)
+def test_range_and_bearing_are_the_polar_form_of_the_body_frame(r, bearing, theta):
+    dx, dy = to_outer(r * math.cos(bearing), r * math.sin(bearing), theta)
+    assert range_and_bearing(dx, dy, theta) == pytest.approx((r, bearing), abs=1e-9)
+
+
+def test_a_point_on_the_robot_has_no_range():
+    assert range_and_bearing(0.0, 0.0, 1.0)[0] == 0.0

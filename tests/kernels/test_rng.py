@@ -1,0 +1,157 @@
+"""Chance: the published generator, its distributions, and streams that know nothing of others."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.kernels.rng import GOLDEN, below, exponential, mix, normal, symmetric, unit
+from swarm_forage_env.streams import Cause, checked_seed, streams
+
+# SplitMix64 from seed 0: prng.di.unimi.it/splitmix64.c, and JDK's SplittableRandom(0).
+PUBLISHED = (
+    0xE220A8397B1DCDAF,
+    0x6E789E6AA1B965F4,
+    0x06C45D188009454F,
+    0xF88BB8A8724C81EC,
+    0x1B39896A51A8749B,
+)
+
+
+def drawn(draw, stream, n, *arguments):
+    return np.array([draw(stream, 0, *arguments) for _ in range(n)])
+
+
+def test_the_generator_gives_the_published_outputs():
+    states = [(k * int(GOLDEN)) % 2**64 for k in range(1, 6)]
+    assert tuple(int(mix(np.uint64(state))) for state in states) == PUBLISHED
+
+
+def test_a_unit_draw_is_the_high_53_bits_of_the_published_output():
+    stream = np.zeros(1, np.uint64)
+    expected = [(output >> 11) * 2.0**-53 for output in PUBLISHED]
+    assert drawn(unit, stream, 5).tolist() == expected
+
+
+def test_unit_draws_are_uniform_below_one(fresh, believable):
+    draws = drawn(unit, fresh(1), 30_000)
+    assert draws.min() >= 0.0
+    assert draws.max() < 1.0
+    believable(stats.kstest(draws, "uniform").pvalue)
+
+
+def test_symmetric_draws_are_uniform_between_minus_one_and_one(fresh, believable):
+    draws = drawn(symmetric, fresh(1), 30_000)
+    assert np.abs(draws).max() <= 1.0
+    believable(stats.kstest(draws, stats.uniform(-1.0, 2.0).cdf).pvalue)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 7, 10])
+def test_whole_numbers_below_n_are_equally_likely(n, fresh, believable):
+    draws = drawn(below, fresh(1), 20_000, n)
+    counts = np.bincount(draws, minlength=n)
+    assert len(counts) == n
+    believable(stats.chisquare(counts).pvalue if n > 1 else 1.0)
+
+
+def test_the_largest_unit_draw_stays_below_n():
+    # The state before the one that mix sends to all ones: the worst case of rounding.
+    stream = np.array([inverse_mix(2**64 - 1) - int(GOLDEN)], dtype=np.uint64)
+    assert unit(stream.copy(), 0) == 1.0 - 2.0**-53
+    assert below(stream, 0, 3) == 2
+
+
+def inverse_mix(z):
+    """The word that `mix` scrambles into z: its steps undone, last first."""
+    for shift, factor in ((31, 0x94D049BB133111EB), (27, 0xBF58476D1CE4E5B9), (30, 1)):
+        word = z
+        for _ in range(64 // shift + 1):
+            word = z ^ (word >> shift)
+        z = (word * pow(factor, -1, 2**64)) % 2**64
+    return z
+
+
+def test_normal_draws_are_standard_normal(fresh, believable):
+    draws = drawn(normal, fresh(1), 30_000)
+    believable(stats.kstest(draws, "norm").pvalue)
+    believable(stats.normaltest(draws).pvalue)
+
+
+@pytest.mark.parametrize("mean", [0.5, 3.0])
+def test_exponential_draws_have_their_mean(mean, fresh, believable):
+    draws = drawn(exponential, fresh(1), 30_000, mean)
+    assert draws.min() >= 0.0
+    believable(stats.kstest(draws, stats.expon(scale=mean).cdf).pvalue)
+
+
+def test_successive_draws_of_a_stream_are_not_correlated(fresh, believable):
+    draws = drawn(unit, fresh(1), 30_000)
+    believable([stats.pearsonr(draws[:-lag], draws[lag:]).pvalue for lag in (1, 2, 3, 10)])
+
+
+def first_draws(words, n=1):
+    """The n-th draw of every stream."""
+    for _ in range(n):
+        draws = np.array([unit(words, i) for i in range(len(words))])
+    return draws
+
+
+def over_rows(n):
+    return streams([7], n, Cause.LOSS)
+
+
+def over_seeds(n):
+    return streams(range(n), 1, Cause.LOSS)
+
+
+@pytest.mark.parametrize("neighbours", [over_rows, over_seeds])
+def test_draws_of_neighbouring_streams_are_uniform_and_independent(neighbours, believable):
+    words = neighbours(20_000)
+    for draws in (first_draws(words), first_draws(words, n=5)):
+        believable(stats.kstest(draws, "uniform").pvalue)
+        believable(stats.pearsonr(draws[:-1], draws[1:]).pvalue)
+        table, *_ = np.histogram2d(draws[:-1], draws[1:], bins=10, range=[[0, 1], [0, 1]])
+        believable(stats.chisquare(table.ravel()).pvalue)
+
+
+def test_draws_for_different_causes_are_independent(believable):
+    draws = [first_draws(streams([7], 10_000, cause)) for cause in Cause]
+    correlation = [
+        stats.pearsonr(draws[a], draws[b]).pvalue for a in range(len(draws)) for b in range(a)
+    ]
+    believable(correlation)
+
+
+def test_no_two_streams_meet_within_ten_million_draws():
+    words = np.concatenate([streams(range(60), 60, cause) for cause in Cause])
+    inverse = np.uint64(pow(int(GOLDEN), -1, 2**64))
+    places = np.sort(words * inverse)  # all streams walk the same circle, one step to a draw
+    assert np.diff(places).min() > 10_000_000
+
+
+def test_a_row_draws_without_moving_the_others(fresh):
+    words = fresh(5)
+    before = words.copy()
+    unit(words, 2)
+    assert (words != before).tolist() == [False, False, True, False, False]
+
+
+def test_a_robot_has_the_same_stream_in_a_swarm_of_any_size():
+    np.testing.assert_array_equal(streams([3], 5, Cause.SLOT), streams([3], 50, Cause.SLOT)[:5])
+
+
+def test_a_world_has_the_same_streams_at_any_place_in_a_block():
+    block = streams([9, 3, 5], 4, Cause.SLOT)
+    np.testing.assert_array_equal(block[4:8], streams([3], 4, Cause.SLOT))
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2**64 - 1, np.int64(5), np.uint64(2**63)])
+def test_a_seed_is_a_whole_number_of_64_bits(seed):
+    assert checked_seed(seed) == int(seed)
+    assert len(streams([checked_seed(seed)], 3, Cause.PLACE)) == 3
+
+
+@pytest.mark.parametrize("seed", [-1, 2**64, 0.5, "0", None, True, float("nan")])
+def test_any_other_seed_is_refused_by_name(seed):
+    with pytest.raises(ConfigError, match=r"seed=.*whole number from 0 to 2"):
+        checked_seed(seed)

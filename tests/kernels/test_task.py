@@ -1,0 +1,160 @@
+"""Foraging: the start, the round trip as an automaton, and the books."""
+
+import itertools
+import re
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.kernels.ground import FLOOR
+from swarm_forage_env.kernels.task import TO_FIRST_NEST, next_leg, place_in_circle, score
+from swarm_forage_env.state import empty_state
+from swarm_forage_env.streams import Cause, streams
+
+RADIUS, APART = 0.2, 0.07
+AREAS = np.array([[-0.4, 0.0], [0.4, 0.0]])
+LETTER = {NEST: "N", PREY: "P", FLOOR: "-"}
+
+
+def placed(n_robots, seed, radius=RADIUS):
+    pose = np.full((n_robots, 3), np.nan)
+    n = place_in_circle(radius, APART, streams([seed], n_robots, Cause.PLACE), pose)
+    return n, pose
+
+
+def test_robots_start_inside_the_circle_and_apart():
+    for seed in range(100):
+        n, pose = placed(10, seed)
+        assert n == 10
+        assert np.hypot(pose[:, 0], pose[:, 1]).max() <= RADIUS
+        assert np.all((pose[:, 2] >= -np.pi) & (pose[:, 2] < np.pi))
+        d = np.hypot(*(pose[:, None, :2] - pose[None, :, :2]).transpose(2, 0, 1))
+        assert d[np.triu_indices(10, 1)].min() >= APART
+
+
+def test_places_and_headings_are_uniform(believable):
+    x, y, heading = np.array([placed(1, seed)[1][0] for seed in range(5000)]).T
+    believable(stats.kstest((x * x + y * y) / RADIUS**2, "uniform").pvalue)
+    believable(stats.kstest(np.arctan2(y, x), stats.uniform(-np.pi, 2.0 * np.pi).cdf).pvalue)
+    believable(stats.kstest(heading, stats.uniform(-np.pi, 2.0 * np.pi).cdf).pvalue)
+
+
+def test_the_last_robot_placed_is_uniform_among_the_free_places(believable):
+    # By symmetry: relative to the first, its direction is uniform.
+    pose = np.array([placed(2, seed)[1] for seed in range(3000)])
+    first = np.arctan2(pose[:, 0, 1], pose[:, 0, 0])
+    last = np.arctan2(pose[:, 1, 1], pose[:, 1, 0])
+    mirrored = np.sin(last - first)
+    believable(stats.binomtest(int(np.sum(mirrored > 0.0)), len(mirrored)).pvalue)
+
+
+def test_a_full_circle_tells_how_many_it_holds():
+    n, pose = placed(50, 0, radius=0.1)
+    assert 1 < n < 10
+    assert np.isfinite(pose[:n]).all()
+    assert np.isnan(pose[n:]).all()
+
+
+def trips_by_the_book(visits):
+    """How often nest, prey, nest stand in a row, repeats and floor left out."""
+    word = re.sub(r"(.)\1+", r"\1", "".join(LETTER[area] for area in visits).replace("-", ""))
+    return len(re.findall("(?=NPN)", word))
+
+
+def test_the_automaton_counts_what_stands_in_the_string_of_visits():
+    for length in range(1, 7):
+        for visits in itertools.product((NEST, PREY, FLOOR), repeat=length):
+            leg, trips = TO_FIRST_NEST, 0
+            for area in visits:
+                leg, completed = next_leg(leg, area)
+                trips += completed
+            assert trips == trips_by_the_book(visits), visits
+
+
+@pytest.fixture
+def book():
+    """The score of one robot that is put down somewhere at each tick."""
+
+    class Book:
+        def __init__(self, half_time=4):
+            self.state = empty_state(1, 1)
+            self.half_time = half_time
+
+        def tick(self, place, lost=False):
+            s = self.state
+            x, y, theta = {
+                "nest": (-0.4 - 0.03, 0.0, 0.0),
+                "prey": (0.4, 0.03, -np.pi / 2),
+                "floor": (0.0, 0.0, 0.0),
+                "beside": (-0.4, 0.0, np.pi / 2),
+            }[place]
+            if place == "beside":  # the centre on the nest, the sensor not
+                y = 0.08
+            s.pose[0] = x, y, theta
+            s.ticks[0] += 1
+            reward = np.empty(1, np.float32)
+            score(
+                s.pose,
+                np.array([lost]),
+                AREAS,
+                0.1,
+                0.03,
+                self.half_time,
+                s.ticks,
+                s.leg,
+                s.round_trips,
+                s.first_visit,
+                s.seen_since_lost,
+                s.path_ticks,
+                s.lost_events,
+                reward,
+            )
+            return float(reward[0])
+
+    return Book()
+
+
+def test_a_round_trip_is_rewarded_in_the_tick_it_is_completed(book):
+    way = ["floor", "nest", "floor", "prey", "prey", "floor", "nest", "nest", "prey", "nest"]
+    rewards = [book.tick(place) for place in way]
+    assert rewards == [0, 0, 0, 0, 0, 0, 1, 0, 0, 1]
+    assert book.state.round_trips[0] == 2
+
+
+def test_only_the_first_visit_of_each_area_is_booked(book):
+    for place in ("floor", "prey", "nest", "prey", "nest"):
+        book.tick(place)
+    assert book.state.first_visit[0].tolist() == [3, 2]
+
+
+def test_the_sensor_counts_and_not_the_centre(book):
+    book.tick("beside")
+    assert book.state.first_visit[0].tolist() == [-1, -1]
+
+
+def test_a_robot_is_on_the_path_after_both_areas_in_the_second_half_until_lost(book):
+    for place in ("nest", "prey", "floor", "floor"):
+        book.tick(place)
+    assert book.state.path_ticks[0] == 0  # the first half does not count
+    book.tick("floor")
+    book.tick("floor")
+    assert book.state.path_ticks[0] == 2
+    book.tick("floor", lost=True)
+    book.tick("nest")
+    assert book.state.path_ticks[0] == 2
+    book.tick("prey")
+    assert book.state.path_ticks[0] == 3
+    assert book.state.lost_events[0] == 1
+
+
+def test_a_robot_that_reports_itself_lost_on_an_area_has_seen_that_area(book):
+    book.tick("nest", lost=True)
+    assert book.state.seen_since_lost[0].tolist() == [True, False]
+
+
+def test_getting_lost_does_not_undo_the_leg(book):
+    for place, lost in (("nest", False), ("prey", False), ("floor", True)):
+        book.tick(place, lost)
+    assert book.tick("nest") == 1.0

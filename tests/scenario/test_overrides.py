@@ -1,0 +1,174 @@
+"""Single numbers changed by name, and what happens to those that cannot be."""
+
+import math
+from bisect import bisect_left
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.scenario import Part, Scenario, leaves, override, resolve
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.world import World
+
+
+@pytest.mark.parametrize("name", ["radio.max_range", "max_range"])
+@pytest.mark.parametrize("value", [0.2, "0.2"])
+def test_a_number_is_changed_by_its_path_or_by_its_last_word(name, value):
+    changed = find_scenario("es1", {name: value})
+    assert changed.radio.max_range == 0.2
+    assert changed.radio.slots == find_scenario("es1").radio.slots
+
+
+def test_the_original_stays_as_it_was():
+    before = find_scenario("es1").model_copy(deep=True)
+    find_scenario("es1", {"n_robots": 5, "radius": 0.03})
+    assert find_scenario("es1") == before
+
+
+def test_nothing_changed_is_the_same_scenario():
+    assert find_scenario("es1", {}) == find_scenario("es1")
+    assert find_scenario(find_scenario("es2")) == find_scenario("es2")
+
+
+def test_numbers_that_fit_only_together_may_be_given_together():
+    changed = find_scenario("es1", {"start_radius": 0.4, "area_distance": 1.2, "n_robots": 40})
+    assert changed.task.n_robots == 40
+
+
+def test_every_field_can_be_set_to_what_it_is():
+    scenario = find_scenario("es2")
+    tree = leaves(scenario.model_dump())
+    assert find_scenario("es1", tree) == scenario
+
+
+class Twin(Part):
+    size: float = 1.0
+
+
+class Two(Part):
+    left: Twin = Twin()
+    right: Twin = Twin()
+
+
+def test_a_word_that_two_fields_end_in_is_refused_with_both():
+    with pytest.raises(ConfigError, match=r"'size' is ambiguous: say left\.size or right\.size"):
+        override(Two(), {"size": 2.0})
+    assert override(Two(), {"left.size": 2.0}) == Two(left=Twin(size=2.0))
+
+
+@pytest.mark.parametrize(
+    ("typo", "meant"),
+    [
+        ("radio.maxrange", "radio.max_range"),
+        ("max_rnge", "radio.max_range"),
+        ("task.nrobots", "task.n_robots"),
+        ("arena.lenght", "arena.length"),
+        ("sensor.wheel_noise", "sensors.wheel_noise"),
+        ("tik", "tick"),
+    ],
+)
+def test_a_typo_is_refused_with_the_nearest_name(typo, meant):
+    with pytest.raises(UnknownNameError) as error:
+        find_scenario("es1", {typo: 1.0})
+    assert str(error.value) == f"no scenario parameter named '{typo}', did you mean '{meant}'?"
+
+
+def test_a_name_like_no_other_is_refused_with_all_known():
+    with pytest.raises(
+        UnknownNameError, match=r"no scenario parameter named 'xyzzy', known: arena"
+    ):
+        find_scenario("es1", {"xyzzy": 1.0})
+
+
+@pytest.mark.parametrize("name", ["es1", "es2", "es3", "real", "ants2008"])
+def test_a_scenario_is_found_by_name(name):
+    assert find_scenario(name).name == name
+
+
+@pytest.mark.parametrize(("typo", "advice"), [("ess1", "did you mean 'es1'"), ("?", "known: ants")])
+def test_an_unknown_scenario_is_refused_with_a_name_that_exists(typo, advice):
+    with pytest.raises(UnknownNameError) as error:
+        find_scenario(typo)
+    assert str(error.value).startswith(f"no scenario named '{typo}', {advice}")
+
+
+NUMBERS = [
+    path
+    for path, value in leaves(Scenario().model_dump()).items()
+    if isinstance(value, int | float) and not isinstance(value, bool)
+]
+
+
+@pytest.mark.parametrize("path", NUMBERS)
+@pytest.mark.parametrize(
+    "value", [math.nan, math.inf, -math.inf, "nan", "-inf", -1.0, "many", None]
+)
+def test_no_number_may_be_negative_infinite_or_none_at_all(path, value):
+    with pytest.raises(ConfigError) as error:
+        find_scenario("es1", {path: value})
+    message = str(error.value)
+    assert message.startswith(f"{path}={value!r}: ")
+    assert "should be" in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"area_distance": 1.6}, ["task.area_distance=1.6", "outside the arena", "at most 1.5"]),
+        ({"area_radius": 0.7}, ["task.area_radius=0.7", "outside the arena", "at most 0.6"]),
+        ({"area_distance": 0.5}, ["task.area_distance=0.5", "start circle", "at least 0.6"]),
+        ({"start_radius": 0.45}, ["task.area_distance", "start circle of radius 0.45", "1.1"]),
+        ({"arena.width": 0.4}, ["task.start_radius=0.2", "outside the arena", "at most 0.165"]),
+        ({"n_robots": 500}, ["task.n_robots=500", "at most", "enlarge task.start_radius"]),
+        ({"radius": 0.1}, ["task.n_robots=10", "at most", "radius 0.1"]),
+        ({"cruise_speed": 0.2}, ["cruise_speed=0.2", "at most", "0.129"]),
+        ({"near": 0.2}, ["near=0.2", "below max_range=0.15"]),
+        ({"loss_near": 0.9}, ["loss_near=0.9", "at most loss_far=0.5"]),
+        ({"loss_near": 1.5}, ["radio.loss_near=1.5", "less than or equal to 1"]),
+        ({"bearing_noise": 4.0}, ["radio.bearing_noise=4.0", "less than or equal to 3.14"]),
+        ({"range_model": "bord"}, ["radio.range_model='bord'", "'uniform' or 'board'"]),
+        ({"n_robots": 2.5}, ["task.n_robots=2.5", "integer"]),
+        ({"n_robots": 0}, ["task.n_robots=0", "greater than or equal to 1"]),
+        ({"duration": 0.01}, ["task.duration=0.01", "at least one tick of 0.1 s"]),
+        ({"tick": 0.0}, ["tick=0.0", "greater than 0"]),
+    ],
+)
+def test_a_message_names_the_field_the_value_and_what_is_allowed(changes, parts):
+    with pytest.raises(ConfigError) as error:
+        find_scenario("es1", changes)
+    message = str(error.value)
+    assert [part for part in parts if part not in message] == []
+    assert "\n" not in message
+
+
+def test_two_wrong_numbers_are_both_named():
+    with pytest.raises(ConfigError, match=r"radio.max_range=-1.*; .*task.n_robots=0"):
+        find_scenario("es1", {"max_range": -1, "n_robots": 0})
+
+
+def crowd(n_robots, start_radius, radius):
+    """A scenario with so many robots in a start circle, None if it is refused."""
+    changes = {"n_robots": n_robots, "start_radius": start_radius, "radius": radius,
+               "length": 3.0, "width": 3.0, "area_distance": 2.0}  # fmt: skip
+    try:
+        return find_scenario("es1", changes)
+    except ConfigError:
+        return None
+
+
+@settings(max_examples=50)
+@given(st.integers(0, 1000), st.floats(0.2, 15.0), st.floats(0.005, 0.1))
+def test_the_largest_swarm_that_is_not_refused_finds_room(seed, ratio, radius):
+    start_radius = min(ratio * radius, 0.8)
+    refused = bisect_left(range(1, 400), True, key=lambda n: not crowd(n, start_radius, radius))
+    largest = range(1, 400)[refused - 1]
+    world = World(crowd(largest, start_radius, radius), [seed], "kinematic")
+    assert world.n_robots == largest
+    assert largest < 400
+
+
+def test_a_whole_path_wins_over_a_last_word():
+    assert resolve("tick", {"tick": 0, "inner.tick": 0}, "parameter") == "tick"

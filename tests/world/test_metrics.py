@@ -1,0 +1,63 @@
+"""What an episode is judged by, in cases worked by hand."""
+
+import numpy as np
+
+from swarm_forage_env.metrics import localisation_error, on_path_share, recruitment_time, total
+
+
+def test_a_total_sums_the_robots_of_each_world():
+    assert total(np.array([1, 2, 3, 10, 20, 30], np.int32), 2).tolist() == [6, 60]
+
+
+def test_a_total_does_not_overflow():
+    assert total(np.full(4, 2**31 - 1, np.int32), 1)[0] == 4 * (2**31 - 1)
+
+
+def test_recruitment_takes_until_the_last_robot_has_visited_both_areas():
+    first_visit = np.array([[10, 40], [30, 20]], np.int64)
+    np.testing.assert_allclose(recruitment_time(first_visit, 1, 0.1), [4.0])
+
+
+def test_recruitment_never_ends_while_one_visit_is_missing():
+    first_visit = np.array([[10, 40], [30, -1], [5, 6], [7, 8]], np.int64)
+    assert recruitment_time(first_visit, 2, 0.5).tolist() == [np.inf, 4.0]
+
+
+def test_the_share_on_the_path_is_the_mean_over_the_second_half():
+    # Ten ticks, of which five count; two robots on the path for all and for one of them.
+    path_ticks = np.array([5, 1, 0, 0], np.int64)
+    np.testing.assert_allclose(on_path_share(path_ticks, 2, 10), [0.6, 0.0])
+
+
+def test_the_second_half_of_an_odd_episode_is_the_longer_one():
+    np.testing.assert_allclose(on_path_share(np.array([6], np.int64), 1, 11), [1.0])
+
+
+def test_no_ticks_is_no_share():
+    assert on_path_share(np.zeros(2, np.int64), 1, 0).tolist() == [0.0]
+
+
+def test_all_ticks_of_the_second_half_on_the_path_are_a_share_of_one(running):
+    loop = running("es1", [0], duration=1.5, n_robots=1)
+    loop.world.state.seen_since_lost[:] = True
+    for _ in range(15):
+        loop.step()
+    assert loop.world.state.path_ticks[0] == 8
+    assert on_path_share(loop.world.state.path_ticks, 1, 15).tolist() == [1.0]
+
+
+def test_the_localisation_error_is_the_distance_from_the_true_area():
+    # The robot looks north from (1, 1): 2 m ahead of it is (1, 3), 1 m to its right (2, 1).
+    pose = np.array([[1.0, 1.0, np.pi / 2]])
+    believed = np.array([[[2.0, 0.0], [0.0, -1.0]]], np.float32)
+    areas = np.array([[1.0, 3.0], [2.0, 1.5]])
+    error = localisation_error(pose, believed, np.array([[True, True]]), areas)
+    np.testing.assert_allclose(error, [[0.0, 0.5]], atol=1e-9)
+
+
+def test_what_is_not_known_has_no_error():
+    pose = np.array([[1.0, 1.0, 0.0]])
+    believed = np.ones((1, 2, 2), np.float32)
+    error = localisation_error(pose, believed, np.array([[False, True]]), np.zeros((2, 2)))
+    assert error[0, 0] == 0.0
+    assert error[0, 1] > 0.0
