@@ -5,7 +5,9 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+import duckdb
 import pandas as pd
+import polars
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -62,7 +64,6 @@ def test_pandas_reads_the_folder_as_one_table(dataset, configure, file, episode)
 
 
 def test_polars_and_duckdb_read_the_folder_as_one_table(dataset, configure, file, episode):
-    polars, duckdb = pytest.importorskip("polars"), pytest.importorskip("duckdb")
     dataset.keep(configure("nc"), [episode])
     files = str(dataset.folder / "**/*.parquet")
     tables = (
