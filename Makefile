@@ -1,12 +1,12 @@
 # Every target makes .venv where it is missing, so each works on a fresh clone.
 PYTHON  ?= python3
 WORKERS ?= 2
-EXTRAS  := evaluate,dev
+EXTRAS  := evaluate,calibrate,dev
 BIN     := .venv/bin
 READY   := .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check lint coverage bench docs-equations clean
+.PHONY: help install demo test check lint coverage bench reproduce docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -40,6 +40,11 @@ coverage: $(READY)  ## line and branch coverage, kernels run as plain Python (sl
 
 bench: $(READY)  ## robot-steps per second against the budgets
 	$(BIN)/swarm-forage bench
+
+reproduce: $(READY)  ## the claims and figures of both papers on social odometry (hours)
+	$(BIN)/swarm-forage reproduce social-odometry --workers $(WORKERS) \
+		--page docs/papers/social_odometry.md
+	$(BIN)/swarm-forage reproduce ants2008 --workers $(WORKERS) --page docs/papers/ants2008.md
 
 docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings
 	$(BIN)/python docs/make_equations.py

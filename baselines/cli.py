@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from baselines.papers.commands_calibrate import calibrate
+from baselines.papers.commands_reproduce import reproduce
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 if TYPE_CHECKING:
@@ -140,6 +142,9 @@ def evaluate(  # noqa: PLR0913 the options of a command
     form: Annotated[
         Format, typer.Option("--format", help="How to write the result.")
     ] = Format.TABLE,
+    series: Annotated[
+        bool, typer.Option("--series", help="In JSON, tell what is known over time as well.")
+    ] = False,
     plot: Annotated[
         Path | None, typer.Option(help="Draw the round trips to a .png, .pdf or .svg file.")
     ] = None,
@@ -163,7 +168,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
         results = plan.results()
         if plot:
             _draw(results, plot, request.command)
-        _write(results, form)
+        _write(results, form, series)
 
 
 @app.command()
@@ -207,13 +212,15 @@ def _draw(results: "Sequence[Episode]", file: Path, command: str) -> None:
     plots.save(plots.boxplot(samples, axis, command), file, command)
 
 
-def _write(results: "Sequence[Episode]", form: Format) -> None:
+def _write(results: "Sequence[Episode]", form: Format, series: bool) -> None:
     from baselines.evaluation import tables
 
     if form is Format.TABLE:
         Console().print(tables.report(results))
+    elif form is Format.JSON:
+        typer.echo(tables.to_json(results, series))
     else:
-        typer.echo(tables.to_json(results) if form is Format.JSON else tables.to_csv(results))
+        typer.echo(tables.to_csv(results))
 
 
 @contextmanager
@@ -233,3 +240,7 @@ def _refuse(complaint: str, status: int) -> int:
 
 def _say(line: str) -> None:
     sys.stderr.write(f"swarm-forage: {line}\n")
+
+
+app.command()(_stoppable()(calibrate))
+app.command()(_stoppable()(reproduce))

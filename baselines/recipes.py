@@ -1,10 +1,14 @@
 """The named baselines, one line each. A name takes parameters: `ssgiff:beta=0.01`."""
 
 from baselines.controller import Recipe
+from baselines.estimators.covariance import CovarianceParameters
+from baselines.estimators.sikf import SIKFParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.motion.subsumption import SubsumptionParameters
+from baselines.weighting.covariance import Covariance
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
+from baselines.weighting.sikf import SIKF
 from swarm_forage_env.registry import CONTROLLERS
 
 ALONE = SocialOdometryParameters(speaks=False)
@@ -18,8 +22,11 @@ RECIPES = (
     Recipe("dsgikf", DOUBLE, SGIKF(), SUBSUMPTION),
     Recipe("ssgiff", SINGLE, SGIFF(), SUBSUMPTION),
     Recipe("dsgiff", DOUBLE, SGIFF(), SUBSUMPTION),
+    Recipe("sikf", SIKFParameters(**SINGLE.model_dump()), SIKF(), SUBSUMPTION),
+    Recipe("covariance", CovarianceParameters(**SINGLE.model_dump()), Covariance(), SUBSUMPTION),
 )
-"""The strategies of TR 6.1: no communication, and the single and double filters."""
+"""The strategies of TR 6.1: no communication, and the single and double filters; then the
+filters of covariances that they simplify (TR 4.2, ANTS 5)."""
 
 for recipe in RECIPES:
     CONTROLLERS.register(recipe.name)(recipe)

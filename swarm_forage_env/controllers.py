@@ -1,23 +1,52 @@
 """Controllers by name, with parameters: `ssgiff` or `ssgiff:beta=0.01,refractory=10`."""
 
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.ground_truth import is_reference
 from swarm_forage_env.interface import ControllerRecipe
-from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 
 
-def find_controller(controller: str | ControllerRecipe) -> ControllerRecipe:
+def find_controller(
+    controller: str | ControllerRecipe, references: bool = False
+) -> ControllerRecipe:
     """The recipe of a name, of a name with parameters (`ssgiff:beta=0.01`), or the given one.
 
     UnknownNameError for a name or a parameter that stands for nothing, ConfigError for a text
-    of another form or a value that does not fit.
+    of another form or a value that does not fit; also for a reference, which knows the ground
+    truth, unless `references` are wanted.
     """
     if not isinstance(controller, str):
         if not hasattr(controller, "build") or not hasattr(controller, "with_parameters"):
             raise ConfigError(f"controller={controller!r}: must be a name or a recipe")
-        return controller
+        return _admitted(controller, references)
     name, parameters = parse_controller(controller)
-    recipe: ControllerRecipe = CONTROLLERS[name]
+    recipe = _admitted(_named(name, references), references)
     return recipe.with_parameters(parameters) if parameters else recipe
+
+
+def _named(name: str, references: bool) -> ControllerRecipe:
+    """The recipe of a name; one that stands for nothing is answered with the nearest allowed."""
+    ordinary = set(CONTROLLERS)
+    if name in ordinary:
+        recipe: ControllerRecipe = CONTROLLERS[name]
+        return recipe
+    privileged = set(REFERENCES)
+    if name not in privileged:
+        known = ordinary | privileged if references else ordinary
+        raise UnknownNameError("controller", name, known)
+    reference: ControllerRecipe = REFERENCES[name]
+    return reference
+
+
+def _admitted(recipe: ControllerRecipe, references: bool) -> ControllerRecipe:
+    """The recipe, or a ConfigError if it is a reference where none may be."""
+    if is_reference(recipe) and not references:
+        name = getattr(recipe, "name", repr(recipe))
+        raise ConfigError(
+            f"controller '{name}' is a reference that knows the ground truth: it can be evaluated"
+            " (swarm-forage evaluate), but no environment runs it"
+        )
+    return recipe
 
 
 def parse_controller(text: str) -> tuple[str, dict[str, str]]:

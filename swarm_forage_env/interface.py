@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int32, checked
 from swarm_forage_env.scenario import Scenario
 
-WORDS = 8
+WORDS = 12
 """Numbers in a message."""
 
 

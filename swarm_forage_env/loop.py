@@ -8,7 +8,8 @@ Between `observe` and `command` lies the cut where a policy takes the place of a
 from collections.abc import Sequence
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.interface import ControllerRecipe, Feedback
+from swarm_forage_env.ground_truth import GroundTruth, is_reference, read_only
+from swarm_forage_env.interface import Controller, ControllerRecipe, Feedback
 from swarm_forage_env.scenario import Scenario
 from swarm_forage_env.world import World
 
@@ -25,7 +26,7 @@ class ControlLoop:
     ) -> None:
         """One world for each seed, sensed and about to move."""
         self.world = World(scenario, seeds, physics)
-        self.controller = recipe.build(scenario, seeds)
+        self.controller = _controller(recipe, self.world, seeds)
         self.controller.observe(self.world.feedback)
 
     def reset(self, seeds: Sequence[int]) -> None:
@@ -48,3 +49,11 @@ class ControlLoop:
         feedback = self.world.tick(self.controller.command(g, wheels))
         self.controller.observe(feedback)
         return feedback
+
+
+def _controller(recipe: ControllerRecipe, world: World, seeds: Sequence[int]) -> Controller:
+    """The running controller; a reference, and nobody else, is shown the truth."""
+    if not is_reference(recipe):
+        return recipe.build(world.scenario, seeds)
+    truth = GroundTruth(read_only(world.state.pose), read_only(world.areas))
+    return recipe.build_knowing(world.scenario, seeds, truth)

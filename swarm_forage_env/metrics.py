@@ -45,6 +45,23 @@ def on_path_share(
     return np.asarray(path_ticks.reshape(n_worlds, -1).mean(axis=1) / counted)
 
 
+def on_path_now(
+    seen_since_lost: Bool[Array, "rows areas"], n_worlds: int
+) -> Float64[Array, " worlds"]:
+    """Share of the robots that is on the path at this moment, as `on_path_share` defines it."""
+    return np.asarray(seen_since_lost.all(axis=1).reshape(n_worlds, -1).mean(axis=1))
+
+
+def recruited_at(
+    first_visit: Int64[Array, "robots areas"], tick: float
+) -> Float64[Array, " recruited"]:
+    """When the robots of one world had visited both areas [s], earliest first.
+
+    Robots that have not visited both are left out.
+    """
+    return np.sort(first_visit[(first_visit >= 0).all(axis=1)].max(axis=1)) * tick
+
+
 def localisation_error(
     pose: Float64[Array, "rows 3"],
     believed: Float32[Array, "rows areas 2"],

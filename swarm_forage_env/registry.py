@@ -56,6 +56,9 @@ class Registry(Generic[PartT]):
 CONTROLLERS: Registry[Any] = Registry("controller")
 """Recipes of whole controllers; the world itself knows none."""
 
+REFERENCES: Registry[Any] = Registry("reference")
+"""Recipes that know the ground truth: for comparison only, never beside a learner."""
+
 SCENARIOS: Registry[Any] = Registry("scenario")
 """Scenarios that a name stands for."""
 

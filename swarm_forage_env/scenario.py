@@ -54,7 +54,7 @@ class Robot(Part):
         description="Wheel speed the motors reach [m/s]: 1 turn/s, 41 mm wheel. TR 3.1 (published)",
     )
     cruise_speed: Positive = Field(
-        0.04, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
+        0.045, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
     )
 
     @model_validator(mode="after")
@@ -82,7 +82,7 @@ class Sensors(Part):
         0.009, description="Ground sensors to the left and right [m]. ARGoS e-puck (published)"
     )
     wheel_noise: Share = Field(
-        0.07,
+        0.08,
         description="Each turning wheel's path is misread by +- this share of the cruise speed's"
         " path in a tick, uniform. ANTS 4.1 gives the form; the size is derived",
     )
@@ -123,7 +123,7 @@ class Radio(Part):
         4, description="Messages heard in a tick, at most, drawn at random. ARGoS: up to 5 (chosen)"
     )
     exchange_time: Positive = Field(
-        0.5, description="How long an exchange takes [s]. Not in the papers (derived)"
+        0.4, description="How long an exchange takes [s]. Not in the papers (derived)"
     )
 
     @property
@@ -153,7 +153,7 @@ class Task(Part):
         0.1, description="Radius of the nest and of the prey area [m]. TR Table 2 (published)"
     )
     area_distance: Positive = Field(
-        1.0,
+        1.2,
         description="Distance between the centres of nest and prey [m], which lie on the long"
         " axis, symmetric about the centre. Not in the papers (derived)",
     )
@@ -197,7 +197,7 @@ class Scenario(Part):
         return np.array([[-half, 0.0], [half, 0.0]])
 
 
-MAX_START_DENSITY = 0.5
+MAX_START_DENSITY = 0.45
 """Share of the start circle that robots may cover; random placement jams at 0.547."""
 
 

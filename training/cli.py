@@ -14,6 +14,7 @@ EXTRAS = {
         "seaborn",
         "typer",
     },
+    "calibrate": {"optuna"},
 }
 """What each extra brings."""
 

@@ -45,7 +45,7 @@ class SocialOdometryParameters(Part):
         20.0, description="A partner is not talked to again for this long [s] (derived)"
     )
     pause: NotNegative = Field(
-        0.0, description="After an exchange nobody is listened to for this long [s] (derived)"
+        15.0, description="After an exchange nobody is listened to for this long [s] (derived)"
     )
     deaf_when_lost: NotNegative = Field(
         5.0, description="A robot that got lost ignores messages for this long [s] (derived)"
@@ -54,7 +54,7 @@ class SocialOdometryParameters(Part):
         0.05, description="This near to the believed centre is there [m] (derived)"
     )
     overshoot: NotNegative = Field(
-        0.1, le=1.0, description="Being there, it looks straight on for this path [m] (derived)"
+        0.18, le=1.0, description="Being there, it looks straight on for this path [m] (derived)"
     )
 
     def start(self, scenario: Scenario, n_worlds: int) -> "SocialOdometry":
@@ -82,24 +82,14 @@ class SocialOdometry:
 
     def observe(self, readings: Readings, heard: Heard, wheels: Float32[Array, "rows 2"]) -> None:
         """Take in one tick: move, find, get lost, choose where to go, talk."""
-        b, parameters = self.beliefs, self._record
-        dead_reckon(readings.odometry, self._axle, b.pose, b.p)
-        find_areas(
-            readings.ground, self._to_centre,
-            b.pose, b.location, b.p, b.known, b.on_area, b.came_from, b.look_on,
-        )  # fmt: skip
+        b = self.beliefs
+        readings = self._reckon(readings)
         notice_loss(
-            readings.odometry, parameters,
+            readings.odometry, self._record,
             b.pose, b.location, b.known, b.came_from, b.goal, b.look_on, b.deaf, b.partner, b.lost,
         )  # fmt: skip
         choose_goal(b.pose, b.location, b.known, b.came_from, b.goal, b.look_on)
-        ended = np.empty(len(b.pose), np.bool_)
-        converse(
-            heard.valid, heard.sender, heard.words, heard.beam, heard.frames, parameters,
-            b.pose, b.known, b.goal, b.deaf, b.partner, b.talk_left,
-            b.heard_sum, b.heard_weight, b.heard_p, b.range_sum, b.frames, b.met, b.met_for, ended,
-        )  # fmt: skip
-        self._describe(readings, heard, wheels, ended)
+        self._describe(readings, heard, wheels, self._talk(heard))
 
     def merge(self, g: Float32[Array, "rows areas"], heard_p_share: float) -> None:
         """Blend what the conversations that just ended brought, with weight g."""
@@ -124,6 +114,27 @@ class SocialOdometry:
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world."""
         forget(self.beliefs, world, self._n_robots)
+
+    def _reckon(self, readings: Readings) -> Readings:
+        """Move, and find areas; what the rest of the tick goes by."""
+        b = self.beliefs
+        dead_reckon(readings.odometry, self._axle, b.pose, b.p)
+        find_areas(
+            readings.ground, self._to_centre,
+            b.pose, b.location, b.p, b.known, b.on_area, b.came_from, b.look_on,
+        )  # fmt: skip
+        return readings
+
+    def _talk(self, heard: Heard) -> Bool[Array, " rows"]:
+        """Listen to the partners; which conversations ended."""
+        b = self.beliefs
+        ended = np.empty(len(b.pose), np.bool_)
+        converse(
+            heard.valid, heard.sender, heard.words, heard.beam, heard.frames, self._record,
+            b.pose, b.known, b.goal, b.deaf, b.partner, b.talk_left,
+            b.heard_sum, b.heard_weight, b.heard_p, b.range_sum, b.frames, b.met, b.met_for, ended,
+        )  # fmt: skip
+        return ended
 
     def _describe(
         self,

@@ -17,7 +17,7 @@ from baselines.motion import MOTIONS
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
+from swarm_forage_env.registry import CONTROLLERS, REFERENCES, SCENARIOS, Registry
 from swarm_forage_env.scenario import Part, Scenario
 from swarm_forage_env.scenarios import find_scenario
 
@@ -44,6 +44,7 @@ def overview() -> dict[str, list[dict[str, Any]]]:
     return {
         "scenarios": [describe(name) for name in SCENARIOS],
         "controllers": [describe(name) for name in CONTROLLERS],
+        "references": [describe(name) for name in REFERENCES],
         "engines": [{"name": name, "about": _first_line(ENGINES[name])} for name in ENGINES],
     }
 
@@ -63,15 +64,17 @@ def find(name: str) -> Scenario | Recipe:
     if name.endswith(".toml") or name in set(SCENARIOS):
         return find_scenario(name)
     bare = name.partition(":")[0]
-    if bare not in set(CONTROLLERS):
-        raise UnknownNameError("scenario or controller", bare, [*SCENARIOS, *CONTROLLERS])
+    controllers = {*CONTROLLERS, *REFERENCES}
+    if bare not in controllers:
+        raise UnknownNameError("scenario or controller", bare, [*SCENARIOS, *controllers])
     return find_recipe(name)
 
 
 def overview_tables() -> Group:
     """The names, for a reader."""
     return Group(
-        _scenarios(), Text(), _controllers(), Text(), _engines(), Text(),
+        _scenarios(), Text(), _controllers("controller", CONTROLLERS), Text(),
+        _controllers("reference (knows the truth)", REFERENCES), Text(), _engines(), Text(),
         Text("Every number of one of them: swarm-forage list es1, swarm-forage list ssgiff"),
     )  # fmt: skip
 
@@ -143,10 +146,10 @@ def _scenarios() -> Table:
     return table
 
 
-def _controllers() -> Table:
-    table = _table("controller", *LAYERS, "differs from the defaults in")
-    for name in CONTROLLERS:
-        recipe: Recipe = CONTROLLERS[name]
+def _controllers(kind: str, registry: Registry[Any]) -> Table:
+    table = _table(kind, *LAYERS, "differs from the defaults in")
+    for name in registry:
+        recipe: Recipe = registry[name]
         layers = [layer_name(layer, part) for layer, part in recipe.layers.items()]
         table.add_row(name, *layers, ", ".join(_set(recipe)))
     return table

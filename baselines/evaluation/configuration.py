@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import baselines.recipes
+import baselines.references.recipes
 import swarm_forage_env
 from baselines.controller import Recipe
 from baselines.evaluation import episode
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
-from swarm_forage_env.scenario import Scenario, leaves
+from swarm_forage_env.registry import SCENARIOS
+from swarm_forage_env.scenario import Part, Scenario, leaves
 
 BYSTANDERS = {"envs", "rendering"}
 """Folders of the world that no evaluated episode passes through."""
@@ -27,6 +28,9 @@ LIBRARIES = ("numba", "numpy", "pymunk")
 
 NAMED_RECIPES = baselines.recipes.RECIPES
 """The named baselines; importing their module has entered them in the registry."""
+
+NAMED_REFERENCES = baselines.references.recipes.RECIPES
+"""The references that know the ground truth, entered in a registry of their own."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,7 @@ class Configuration:
     @cached_property
     def parameters(self) -> str:
         """What differs from the controller of that name, as JSON text."""
-        base = CONTROLLERS[self.recipe.name].parameters
+        base = find_recipe(self.recipe.name).parameters
         return _json(_changes(base, self.recipe.parameters))
 
     @cached_property
@@ -76,8 +80,9 @@ class Configuration:
         world = Path(swarm_forage_env.__file__).parent
         inside = (file.relative_to(world) for file in world.rglob("*.py"))
         files = {world / file for file in inside if BYSTANDERS.isdisjoint(file.parts)}
-        files |= {file for part in self._layers for file in _folder(part).glob("*.py")}
-        files |= {Path(getfile(type(self.recipe))), Path(episode.__file__)}
+        for part in self._layers:
+            files |= {file for home in _files(part, Part) for file in home.parent.glob("*.py")}
+        files |= {*_files(self.recipe, Recipe), Path(episode.__file__)}
         text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())
         for file in sorted(files):
             text.update(f"\n{file.parent.name}/{file.name}\n".encode() + file.read_bytes())
@@ -89,12 +94,12 @@ class Configuration:
 
 
 def find_recipe(controller: str) -> Recipe:
-    """The recipe of `name` or `name:parameter=value,parameter=value`.
+    """The recipe of `name` or `name:parameter=value,parameter=value`, references included.
 
     UnknownNameError for a name or parameter that stands for nothing, ConfigError for a value
     that does not fit and for a controller that is not made of layers.
     """
-    recipe = find_controller(controller)
+    recipe = find_controller(controller, references=True)
     if not isinstance(recipe, Recipe):
         raise ConfigError(f"controller '{controller}': only a Recipe of layers can be evaluated")
     return recipe
@@ -131,5 +136,7 @@ def _json(tree: Mapping[str, Any]) -> str:
     return json.dumps(tree, sort_keys=True)
 
 
-def _folder(part: object) -> Path:
-    return Path(getfile(type(part))).parent
+def _files(thing: object, base: type) -> set[Path]:
+    """Where the class of a thing and those that it builds on are written, down to the base."""
+    classes = [each for each in type(thing).__mro__ if issubclass(each, base)]
+    return {Path(getfile(each)) for each in classes if each is not Part}

@@ -21,7 +21,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from baselines.evaluation.configuration import Configuration
-from baselines.evaluation.episode import Episode
+from baselines.evaluation.episode import SERIES, Episode
 from swarm_forage_env.errors import ConfigError
 
 LOGGER = logging.getLogger("swarm-forage")
@@ -39,6 +39,8 @@ SCHEMA = pa.schema(
         pa.field("messages", pa.int64(), nullable=False),
         pa.field("localisation_error_m", pa.float64()),
         pa.field("wall_s", pa.float64(), nullable=False),
+        pa.field("on_path_over_time", pa.list_(pa.float64()), nullable=False),
+        pa.field("recruited_at_s", pa.list_(pa.float64()), nullable=False),
         pa.field("overrides", pa.string(), nullable=False),
         pa.field("parameters", pa.string(), nullable=False),
         pa.field("settings", pa.string(), nullable=False),
@@ -118,6 +120,7 @@ def _columns(episode: Episode, configuration: Configuration) -> dict[str, Any]:
 
 def _episode(row: dict[str, Any], configuration: Configuration) -> Episode:
     numbers = {name: row[name] for name in Episode.__dataclass_fields__ if name in row}
+    numbers |= {name: tuple(row[name]) for name in SERIES}
     return Episode(
         scenario=configuration.scenario.name, controller=configuration.recipe.name, **numbers
     )

@@ -3,18 +3,31 @@
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from baselines.controller import Recipe
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.loop import ControlLoop
-from swarm_forage_env.metrics import localisation_error, on_path_share, recruitment_time, total
+from swarm_forage_env.metrics import (
+    localisation_error,
+    on_path_now,
+    on_path_share,
+    recruited_at,
+    recruitment_time,
+    total,
+)
 from swarm_forage_env.scenario import Scenario
 
 SAMPLE_EVERY = 1.0
 """Time between two samples of the localisation error [s]."""
+
+SERIES_LENGTH = 100
+"""Samples in a series over an episode."""
+
+SERIES = ("on_path_over_time", "recruited_at_s")
+"""Fields of an episode that are lists."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +73,12 @@ class Episode:
     wall_s: float
     """Computing time: an equal share of that of the block the episode ran in [s]."""
 
+    on_path_over_time: tuple[float, ...] = ()
+    """Share of the robots on the path at the end of each hundredth of the episode."""
+
+    recruited_at_s: tuple[float, ...] = ()
+    """When the robots had visited both areas, earliest first; the others are left out [s]."""
+
 
 class ErrorMeter:
     """The localisation error of each world, summed over robots, known areas and samples."""
@@ -81,20 +100,49 @@ class ErrorMeter:
         return float(self._sum[world] / self._count[world]) if self._count[world] else None
 
 
+class PathMeter:
+    """The share of the robots on the path in each world, sampled evenly over the episode."""
+
+    def __init__(self, n_ticks: int) -> None:
+        """Nothing sampled yet; an episode shorter than the series has a sample a tick."""
+        self._n_ticks = n_ticks
+        self._samples: list[Float64[Array, " worlds"]] = []
+
+    def sample(self, loop: ControlLoop, tick: int) -> None:
+        """Take a sample if a hundredth of the episode ends with this tick."""
+        if tick * SERIES_LENGTH // self._n_ticks > (tick - 1) * SERIES_LENGTH // self._n_ticks:
+            world = loop.world
+            self._samples.append(on_path_now(world.state.seen_since_lost, world.n_worlds))
+
+    def series(self, world: int) -> tuple[float, ...]:
+        """The samples of one world."""
+        return tuple(float(sample[world]) for sample in self._samples)
+
+
 def run_episodes(
     scenario: Scenario, recipe: Recipe, seeds: Sequence[int], physics: str = "rigid"
 ) -> list[Episode]:
     """One whole episode for each seed, run side by side; each is what it is when run alone."""
     start = time.perf_counter()
     loop = ControlLoop(scenario, recipe, seeds, physics)
-    meter = ErrorMeter(len(seeds))
+    meter, path = ErrorMeter(len(seeds)), PathMeter(scenario.n_ticks)
     period = max(1, round(SAMPLE_EVERY / scenario.tick))
     for tick in range(1, scenario.n_ticks + 1):
         loop.step()
         if tick % period == 0:
             meter.sample(loop)
+        path.sample(loop, tick)
     wall = (time.perf_counter() - start) / len(seeds)
-    return _judge(loop, recipe, seeds, physics, meter, wall)
+    episodes = _judge(loop, recipe, seeds, physics, wall)
+    return [
+        replace(
+            episode,
+            localisation_error_m=meter.mean(world),
+            on_path_over_time=path.series(world),
+            recruited_at_s=_recruited(loop, world),
+        )
+        for world, episode in enumerate(episodes)
+    ]
 
 
 def _judge(
@@ -102,10 +150,9 @@ def _judge(
     recipe: Recipe,
     seeds: Sequence[int],
     physics: str,
-    meter: ErrorMeter,
     wall: float,
 ) -> list[Episode]:
-    """The episodes of a finished block of worlds."""
+    """The episodes of a finished block of worlds, as the final state tells them."""
     scenario, state, worlds = loop.world.scenario, loop.world.state, len(seeds)
     recruited = recruitment_time(state.first_visit, worlds, scenario.tick)
     on_path = on_path_share(state.path_ticks, worlds, scenario.n_ticks)
@@ -125,8 +172,15 @@ def _judge(
             on_path_share=float(on_path[world]),
             lost_events=int(lost[world]),
             messages=int(messages[world]),
-            localisation_error_m=meter.mean(world),
+            localisation_error_m=None,
             wall_s=wall,
         )
         for world, seed in enumerate(seeds)
     ]
+
+
+def _recruited(loop: ControlLoop, world: int) -> tuple[float, ...]:
+    """When the robots of one world had visited both areas [s]."""
+    robots = loop.world.n_robots
+    first_visit = loop.world.state.first_visit[world * robots : (world + 1) * robots]
+    return tuple(recruited_at(first_visit, loop.world.scenario.tick).tolist())

@@ -56,10 +56,10 @@ def boxplot(samples: Mapping[str, Sequence[float]], axis: str, caption: str) -> 
     return figure
 
 
-def save(figure: Figure, file: Path, command: str) -> None:
+def save(figure: Figure, file: Path, command: str, title: str = "Round trips") -> None:
     """Write the figure; its metadata name the command and hold no date."""
     ending = file.suffix.lower()
-    metadata: dict[str, str | None] = {FORMATS[ending]: command, "Title": "Round trips"}
+    metadata: dict[str, str | None] = {FORMATS[ending]: command, "Title": title}
     if ending == ".pdf":
         metadata["CreationDate"] = None
     if ending == ".svg":

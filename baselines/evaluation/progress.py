@@ -19,8 +19,9 @@ def carry_out(plan: Plan, workers: int, say: Callable[[str], None]) -> None:
     """Run what is missing: a line at the start and at the end, a bar if stderr is a terminal."""
     console, begin = Console(stderr=True), time.monotonic()
     total = len(plan.configurations) * len(plan.seeds)
+    scenarios = ", ".join(dict.fromkeys(each.scenario.name for each in plan.configurations))
     say(
-        f"{plan.configurations[0].scenario.name}: {total - plan.n_todo} of {total} episodes"
+        f"{scenarios}: {total - plan.n_todo} of {total} episodes"
         f" found in {plan.dataset.folder}, {plan.n_todo} to run"
     )
     columns = (

@@ -6,12 +6,13 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, fields
+from typing import Any
 
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.episode import Episode
+from baselines.evaluation.episode import SERIES, Episode
 from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
 
 COLUMNS = {
@@ -38,19 +39,25 @@ def by_controller(episodes: Sequence[Episode]) -> dict[str, list[Episode]]:
     return groups
 
 
-def to_json(episodes: Sequence[Episode]) -> str:
-    """One JSON array, an episode to a line."""
-    lines = (json.dumps(asdict(episode), allow_nan=False) for episode in episodes)
+def to_json(episodes: Sequence[Episode], series: bool = False) -> str:
+    """One JSON array, an episode to a line; the series over time only if asked for."""
+    left_out = () if series else SERIES
+    lines = (json.dumps(_without(left_out, episode), allow_nan=False) for episode in episodes)
     return "[\n" + ",\n".join(lines) + "\n]"
 
 
 def to_csv(episodes: Sequence[Episode]) -> str:
-    """A line of column names, and an episode to a line; what is missing is empty."""
+    """A line of column names, and an episode to a line, without series; missing is empty."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, [each.name for each in fields(Episode)], lineterminator="\n")
+    names = [each.name for each in fields(Episode) if each.name not in SERIES]
+    writer = csv.DictWriter(text, names, lineterminator="\n")
     writer.writeheader()
-    writer.writerows(asdict(episode) for episode in episodes)
+    writer.writerows(_without(SERIES, episode) for episode in episodes)
     return text.getvalue().rstrip("\n")
+
+
+def _without(left_out: Sequence[str], episode: Episode) -> dict[str, Any]:
+    return {name: value for name, value in asdict(episode).items() if name not in left_out}
 
 
 def report(episodes: Sequence[Episode]) -> Group:

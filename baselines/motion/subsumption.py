@@ -43,7 +43,7 @@ class SubsumptionParameters(Part):
         "tangential", description="Around the obstacle, or opposite to it as TR 5.1 says"
     )
     gap: Positive = Field(
-        0.04, le=0.05, description="Obstacles nearer than this are avoided [m] (derived)"
+        0.015, le=0.05, description="Obstacles nearer than this are avoided [m] (derived)"
     )
     sector: Positive = Field(
         math.radians(100.0),
@@ -55,12 +55,12 @@ class SubsumptionParameters(Part):
         le=math.pi,
         description="New course, measured from the obstacle's bearing [rad] (derived)",
     )
-    hold: NotNegative = Field(0.5, description="The new course is held for this long [s] (derived)")
+    hold: NotNegative = Field(0.0, description="The new course is held for this long [s] (derived)")
     creep: Share = Field(
         0.15, description="Least forward share of the speed while avoiding (derived)"
     )
     mean_run: Positive = Field(
-        0.3, description="Mean straight run of the random walk [m] (derived)"
+        0.5, description="Mean straight run of the random walk [m] (derived)"
     )
 
     def start(self, scenario: Scenario, seeds: Sequence[int]) -> "Subsumption":

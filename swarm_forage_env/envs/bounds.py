@@ -34,7 +34,8 @@ class Bounds:
     place. Estimates in use stay far below both.
 
     They hold for weights g in [0, 1], for a `heard_p_share` of at most 1, and for estimators
-    that reckon p and locations as social odometry does.
+    that reckon p and locations as social odometry does. A p that is a standard deviation, as
+    that of `sikf`, stays below `path` while the heading's is below sqrt(3) rad.
     """
 
     scenario: Scenario

@@ -23,7 +23,8 @@ def kernel(function: FunctionT) -> FunctionT:
     and in the folder of the function.
     """
     if config.DISABLE_JIT:  # whole numbers wrap around in machine code, and warn in NumPy
-        return cast(FunctionT, np.errstate(over="ignore")(function))
+        plain: Any = np.errstate(over="ignore")(cast(Any, function))
+        return cast(FunctionT, plain)
     file = Path(getfile(cast(Any, function)))
     before = config.CACHE_DIR
     config.CACHE_DIR = str(cache_folder(file.parent))

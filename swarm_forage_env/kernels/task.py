@@ -31,21 +31,39 @@ def place_in_circle(
 ) -> int:
     """Put robots at random into a circle about the origin, none closer than `apart` [m].
 
-    Positions uniform among the free ones, headings uniform. Returns how many found a place:
-    fewer than asked for means that the circle is full.
+    Positions uniform among the free ones, headings uniform; when somebody finds no place,
+    all start over. Returns how many found a place in the last try: fewer than asked for
+    means that the circle is too full.
     """
-    for i in range(out_pose.shape[0]):
-        for _ in range(200_000):
-            r = radius * math.sqrt(unit(streams, i))
-            angle = math.pi * symmetric(streams, i)
-            x, y = r * math.cos(angle), r * math.sin(angle)
-            if is_free(x, y, apart, out_pose, i):
-                out_pose[i, 0], out_pose[i, 1] = x, y
-                out_pose[i, 2] = math.pi * symmetric(streams, i)
-                break
-        else:
-            return i
-    return int(out_pose.shape[0])
+    n_robots = out_pose.shape[0]
+    placed = 0
+    for _ in range(200):
+        placed = 0
+        while placed < n_robots and place_next(radius, apart, streams, placed, out_pose):
+            placed += 1
+        if placed == n_robots:
+            break
+    return placed
+
+
+@kernel
+def place_next(
+    radius: float,
+    apart: float,
+    streams: UInt64[Array, " robots"],
+    i: int,
+    out_pose: Float64[Array, "robots 3"],
+) -> bool:
+    """Put robot i clear of robots 0 .. i - 1; false if 10,000 draws hit none of the free places."""
+    for _ in range(10_000):
+        r = radius * math.sqrt(unit(streams, i))
+        angle = math.pi * symmetric(streams, i)
+        x, y = r * math.cos(angle), r * math.sin(angle)
+        if is_free(x, y, apart, out_pose, i):
+            out_pose[i, 0], out_pose[i, 1] = x, y
+            out_pose[i, 2] = math.pi * symmetric(streams, i)
+            return True
+    return False
 
 
 @kernel

@@ -38,5 +38,7 @@ def from_toml(file: Path) -> Scenario:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ConfigError(f"scenario file {file}: {error}") from None
     base = tree.pop("base", None)
-    start = Scenario() if base is None else find_scenario(base)
+    if not isinstance(base, str | None):
+        raise ConfigError(f"scenario file {file}: base={base!r}: must be a name of a scenario")
+    start = Scenario() if base is None else SCENARIOS[base]
     return override(start, {"name": file.stem, **leaves(tree)}, "scenario parameter")

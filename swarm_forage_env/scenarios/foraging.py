@@ -13,18 +13,18 @@ ES1 = Scenario(name="es1")
 ES2 = Scenario(
     name="es2",
     arena=Arena(length=4.25, width=3.0),
-    task=Task(n_robots=50, duration=7200.0, area_distance=2.0, start_radius=0.5),
+    task=Task(n_robots=50, duration=7200.0, area_distance=1.6, start_radius=0.5),
 )
 
 ES3 = Scenario(
     name="es3",
     arena=Arena(length=8.5, width=6.0),
-    task=Task(n_robots=100, duration=7200.0, area_distance=3.0, start_radius=0.5),
+    task=Task(n_robots=100, duration=7200.0, area_distance=1.7, start_radius=0.5),
 )
 
 REAL = Scenario(
     name="real",
-    radio=Radio(range_model="board", exchange_time=0.625),
+    radio=Radio(range_model="board", exchange_time=0.5),
 )
 """Ten real e-pucks in the arena of es1. Communication takes 20-30 % longer (TR 6.2, published)."""
 

@@ -17,11 +17,11 @@ SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 def test_help_is_shown_without_a_command(command):
     status, stdout, stderr = command()
     assert (status, stderr) == (0, "")
-    for name in ("list", "evaluate", "bench"):
+    for name in ("list", "evaluate", "reproduce", "bench"):
         assert name in stdout
 
 
-@pytest.mark.parametrize("name", ["list", "evaluate", "bench"])
+@pytest.mark.parametrize("name", ["list", "evaluate", "reproduce", "bench"])
 def test_every_command_explains_itself(command, name):
     status, stdout, _ = command(name, "--help")
     assert status == 0
@@ -110,7 +110,7 @@ def test_list_tells_names_and_numbers(command):
     _, stdout, _ = command("list", "es1", "--format=json")
     assert json.loads(stdout)["name"] == "es1"
     _, stdout, _ = command("list", "--format=json")
-    assert set(json.loads(stdout)) == {"scenarios", "controllers", "engines"}
+    assert set(json.loads(stdout)) == {"scenarios", "controllers", "references", "engines"}
 
 
 def test_a_reader_that_stops_reading_ends_the_command_in_silence(process):
@@ -130,6 +130,7 @@ def test_ctrl_c_ends_with_one_line_and_the_run_can_go_on(process, workers):
     run = process(
         "evaluate", "es1", "nc", "--episodes=8", "--set=task.duration=7200", f"--workers={workers}",
         start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored in a job
     )  # fmt: skip
     assert "8 to run" in run.stderr.readline()
     time.sleep(2.0)

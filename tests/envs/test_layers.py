@@ -22,6 +22,7 @@ from swarm_forage_env import parallel_env
 from swarm_forage_env.envs.bounds import Bounds
 from swarm_forage_env.envs.cuts import CUTS
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
+from swarm_forage_env.interface import WORDS
 from swarm_forage_env.loop import ControlLoop
 
 TICKS = 3000
@@ -181,7 +182,7 @@ def test_a_held_action_is_the_same_action_given_at_every_tick(learn, period, sam
 def test_a_learner_of_everything_hears_what_was_said(constant):
     env = parallel_env(learn="everything", **{"radio.loss_near": 0.0, "radio.loss_far": 0.0})
     env.reset(seed=0)
-    words = np.linspace(-1, 1, 8, dtype=np.float32)
+    words = np.linspace(-1, 1, WORDS, dtype=np.float32)
     loud, quiet = constant(env, 0, 0, 1, *words), constant(env, 0, 0, -1, *words)
     names = env.observation_layout.names
     valid, told = names.index("heard.valid.0"), names.index("heard.words.0.0")
@@ -189,7 +190,7 @@ def test_a_learner_of_everything_hears_what_was_said(constant):
     hears = [o for o in said.values() if o[valid] == 1.0]
     assert hears
     for observation in hears:
-        assert_array_equal(observation[told : told + 8], words)
+        assert_array_equal(observation[told : told + WORDS], words)
     silent, *_ = env.step(quiet)
     assert not any(o[valid] for o in silent.values())
     assert env.world.state.lost_events.sum() == 0

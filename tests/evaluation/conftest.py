@@ -50,6 +50,8 @@ def episode():
         messages=567,
         localisation_error_m=0.1 + 0.2,
         wall_s=1.5,
+        on_path_over_time=(0.0, 0.1, 0.3),
+        recruited_at_s=(7.5, 19.0),
     )
 
 

@@ -62,3 +62,22 @@ def believed_minus_true(loop):
         for area in np.flatnonzero(situation.known[i]):
             place = (x, y) + turn @ situation.areas[i, area]
             yield float(np.hypot(*(place - truth[area])))
+
+
+def test_the_series_agree_with_the_numbers_at_the_end(configure):
+    """On the path in each hundredth; the last robot recruited is the recruitment time."""
+    (episode,) = run(configure(task_duration=600.0), [3])
+    path = episode.on_path_over_time
+    assert len(path) == 100
+    assert path[0] == 0.0
+    assert np.mean(path[50:]) == pytest.approx(episode.on_path_share, abs=0.03)
+    assert sorted(episode.recruited_at_s) == list(episode.recruited_at_s)
+    if len(episode.recruited_at_s) == episode.n_robots:
+        assert episode.recruited_at_s[-1] == episode.recruitment_time_s
+    else:
+        assert episode.recruitment_time_s is None
+
+
+def test_a_short_episode_has_a_sample_a_tick(configure):
+    (episode,) = run(configure(task_duration=1.0), [3])
+    assert episode.on_path_over_time == (0.0,) * 10

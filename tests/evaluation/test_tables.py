@@ -32,8 +32,19 @@ def shown(listed, width=80):
 
 def test_json_is_one_array_of_episodes(episodes):
     listed = episodes("nc", [3, 4])
-    assert json.loads(to_json(listed)) == [asdict(episode) for episode in listed]
-    assert json.loads(to_json(listed))[0]["recruitment_time_s"] is None
+    told = json.loads(to_json(listed))
+    assert [each["round_trips"] for each in told] == [3, 4]
+    assert told[0]["recruitment_time_s"] is None
+
+
+def test_the_series_are_told_only_if_asked_for(episodes):
+    listed = episodes("nc", [3])
+    (told,), (asked,) = json.loads(to_json(listed)), json.loads(to_json(listed, series=True))
+    assert asked == asdict(listed[0]) | {
+        "on_path_over_time": [0.0, 0.1, 0.3], "recruited_at_s": [7.5, 19.0],
+    }  # fmt: skip
+    assert set(asked) - set(told) == {"on_path_over_time", "recruited_at_s"}
+    assert "on_path" not in to_csv(listed).replace("on_path_share", "")
 
 
 def test_csv_has_a_line_to_an_episode_and_nothing_for_what_is_missing(episodes):

@@ -13,6 +13,7 @@ PACKAGES = {"swarm_forage_env", "baselines", "training"}
 EXTRAS = (
     "joblib",
     "matplotlib",
+    "optuna",
     "pandas",
     "pyarrow",
     "rich",

@@ -65,13 +65,13 @@ def all_cases() -> list[Case]:
 def enlarged(scenario: Scenario, factor: int) -> Scenario:
     """The scenario with `factor` times the robots at the same density: every length grows."""
     side = math.sqrt(factor)
-    task, arena = scenario.task, scenario.arena
+    task, arena, radius = scenario.task, scenario.arena, scenario.robot.radius
     lengths = {
         "arena.length": side * arena.length,
         "arena.width": side * arena.width,
         "task.area_radius": side * task.area_radius,
         "task.area_distance": side * task.area_distance,
-        "task.start_radius": side * task.start_radius,
+        "task.start_radius": side * (task.start_radius + radius) - radius,
     }
     name = f"{scenario.name} x {factor}"
     robots = {"name": name, "task.n_robots": factor * task.n_robots}

@@ -1,0 +1,1 @@
+"""The papers: their numbers and figures, and what they leave open."""

@@ -1,0 +1,136 @@
+"""Gutierrez et al. 2008 (ANTS): the claims and figures of Section 5.
+
+Not in the paper, and chosen here:
+- the group sizes; 30 robots for Figures 2a and 2b;
+- "local communication" is the single Fermi filter with the published beta of 1e-3;
+- "not significantly different" is a Mann-Whitney p of at least 0.05;
+- "few robots" is the smallest group, "many" are the groups of 30 and more;
+- how fast the gain rises is the slope of local communication's round trips over the group
+  size, seed by seed: up to 10 robots, and from 10 on;
+- Figure 3a has two readings: the time until all robots of a group have visited both areas,
+  over the size of the group, and the time of the k-th robot of 30. Both are drawn.
+"""
+
+from functools import partial
+
+import numpy as np
+
+from baselines.papers.cells import Cell, Results, Source, recruitment, round_trips, sample
+from baselines.papers.claims import Contrast, NoDifference, Order
+from baselines.papers.figures import Boxes, Curves, Picture, time_of_each_robot
+from baselines.papers.findings import Claim
+from baselines.papers.paper import PAPERS, Paper
+from baselines.papers.sweep import BETAS, Optimum, Sweep
+
+SCENARIO = "ants2008"
+PUBLISHED_BETA = 1e-3
+LOCAL = f"ssgiff:beta={PUBLISHED_BETA:g}"
+
+SIZES = (2, 5, 10, 15, 20, 30, 40, 50)
+"""Robots in a group."""
+
+BEND, FEW, MANY = 10, SIZES[0], 30
+"""Where the gain begins to rise more slowly; few, and many robots."""
+
+CONTROLLERS = {
+    "no communication": "nc",
+    "no odometry error": "no-error",
+    "covariance knowledge": "covariance",
+    "global communication": "global",
+    "local communication": LOCAL,
+}
+"""By the names of ANTS 5."""
+
+
+def group(controller: str, size: int) -> Cell:
+    """A group of robots of some size."""
+    return Cell(SCENARIO, controller, (f"task.n_robots={size}",))
+
+
+def slope(results: Results, sizes: tuple[int, ...]) -> list[float]:
+    """Round trips gained by a robot more, for each seed: a straight line over these sizes."""
+    trips = [sample(results, group(LOCAL, size), round_trips) for size in sizes]
+    return [float(each) for each in np.polyfit(sizes, np.array(trips), 1)[0]]
+
+
+def slopes(results: Results) -> tuple[list[float], list[float]]:
+    """Below the bend and above it."""
+    below = tuple(size for size in SIZES if size <= BEND)
+    above = tuple(size for size in SIZES if size >= BEND)
+    return slope(results, below), slope(results, above)
+
+
+def claims() -> list[Claim]:
+    """Every claim of ANTS 5."""
+    of = {name: Cell(SCENARIO, controller) for name, controller in CONTROLLERS.items()}
+    local = of["local communication"]
+    at_size = partial(group, LOCAL)
+    perfect = tuple((group("no-error", size), at_size(size)) for size in SIZES)
+    silent = tuple((at_size(size), group("nc", size)) for size in SIZES)
+    slower = tuple((group("nc", size), at_size(size)) for size in SIZES if size >= MANY)
+    growing = tuple(group(LOCAL, size) for size in SIZES)
+    return [
+        Optimum("ants2008: best beta", Sweep(SCENARIO), PUBLISHED_BETA),
+        Order("ants2008: no odometry error above local, at every group size", perfect),
+        Order("ants2008: local above no communication, at every group size", silent),
+        NoDifference(
+            "ants2008: local and covariance knowledge do not differ significantly",
+            local,
+            of["covariance knowledge"],
+        ),
+        Order("ants2008: local above global", ((local, of["global communication"]),)),
+        Contrast(
+            f"ants2008: local gains more a robot below {BEND} robots than above", growing, slopes
+        ),
+        NoDifference(
+            f"ants2008: recruitment of {FEW} robots does not differ with communication",
+            group("nc", FEW),
+            at_size(FEW),
+            recruitment,
+        ),
+        Order(
+            f"ants2008: recruitment of {MANY} and more robots faster with communication",
+            slower,
+            recruitment,
+        ),
+    ]
+
+
+def pictures() -> list[Picture]:
+    """Figures 2a, 2b, 3a in both readings, and 3b."""
+    two = ("no communication", "local communication")
+    three = ("no odometry error", "local communication", "no communication")
+
+    def over_size(names: tuple[str, ...]) -> dict[str, dict[str, dict[str, Source]]]:
+        ticks: dict[str, dict[str, Source]] = {
+            str(size): {name: group(CONTROLLERS[name], size) for name in names} for size in SIZES
+        }
+        return {SCENARIO: ticks}
+
+    betas: dict[str, dict[str, Source]] = {
+        f"{beta:g}": {"": Sweep(SCENARIO).at(beta)} for beta in BETAS
+    }
+    behaviours: dict[str, dict[str, Source]] = {
+        name.replace(" ", "\n", 1): {"": Cell(SCENARIO, controller)}
+        for name, controller in CONTROLLERS.items()
+    }
+    each = {SCENARIO: {name: Cell(SCENARIO, CONTROLLERS[name]) for name in two}}
+    late = "A run in which not all did counts with its whole duration."
+    return [
+        Boxes("ants2a", "ANTS Fig. 2a. Round trips of local communication over beta.",
+              ("beta [1/cm]", "round trips"), {SCENARIO: betas}),
+        Boxes("ants2b", "ANTS Fig. 2b. Round trips of 30 robots.", ("", "round trips"),
+              {SCENARIO: behaviours}),
+        Boxes("ants3a", "ANTS Fig. 3a, read over the group size. Time until all robots have"
+              f" visited both areas. {late}", ("robots", "time [s]"), over_size(two), recruitment),
+        Curves("ants3a_each", "ANTS Fig. 3a, read robot by robot. Time until k of 30 robots have"
+               f" visited both areas. {late}", ("k", "time [s]"), each, time_of_each_robot),
+        Boxes("ants3b", "ANTS Fig. 3b. Round trips over the group size.",
+              ("robots", "round trips"), over_size(three)),
+    ]  # fmt: skip
+
+
+@PAPERS.register("ants2008")
+def ants2008() -> Paper:
+    """Every claim and figure of ANTS 5."""
+    return Paper("ants2008", "ants2008", tuple(claims()), tuple(pictures()))

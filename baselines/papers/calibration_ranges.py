@@ -1,0 +1,202 @@
+"""What the papers on social odometry leave open: each parameter, its range, and the reason.
+
+One set of values holds for es1, es2 and es3; only the distance between the areas is each
+arena's own. A range is what a robot or its surroundings allow, narrowed to where robots forage
+at all.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from baselines.controller import Recipe
+from baselines.evaluation.configuration import find_recipe
+from baselines.recipes import SINGLE, SUBSUMPTION
+from swarm_forage_env.registry import SCENARIOS
+from swarm_forage_env.scenario import Scenario, leaves
+from swarm_forage_env.scenarios import find_scenario
+
+ARENAS = ("es1", "es2", "es3")
+
+DIGITS = 3
+"""Significant digits of a value: no more are tried than will be written down."""
+
+STEP = 0.2
+"""A parameter varied alone changes by this share of its value."""
+
+SMALL_STEP = 0.1
+"""Where that would be less than this share of the range, it changes by this share of it."""
+
+Values = Mapping[str, float]
+"""A value for each parameter, by name."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """A parameter and the values it may take."""
+
+    name: str
+    """A part of the scenario or a layer of the controller, and its field; `es2.area_distance`
+    is that of one arena."""
+
+    low: float
+    high: float
+    reason: str
+    """Why no less, and no more."""
+
+    log: bool = False
+    """Searched on a logarithmic scale."""
+
+    whole: bool = False
+    """A whole number."""
+
+    def tidy(self, value: float) -> float:
+        """The value within the range, with as many digits as are written down.
+
+        >>> Range("robot.cruise_speed", 0.03, 0.065, "").tidy(0.0412345)
+        0.0412
+        """
+        inside = min(max(value, self.low), self.high)
+        if self.whole:
+            return round(inside)
+        size = math.floor(math.log10(abs(inside))) + 1 if inside else 0
+        return min(max(round(inside, DIGITS - size), self.low), self.high)
+
+    def beside(self, value: float) -> tuple[float, float]:
+        """A step below and a step above a value, as far as the range goes.
+
+        >>> Range("estimator.pause", 0.0, 25.0, "").beside(20.0)
+        (16.0, 24.0)
+        """
+        least = SMALL_STEP * (self.high - self.low)
+        step = max(STEP * value, least, 1.0 if self.whole else 0.0)
+        return self.tidy(value - step), self.tidy(value + step)
+
+
+RANGES = (
+    Range(
+        "robot.cruise_speed", 0.03, 0.065,
+        "[m/s] Slower makes too few trips in any arena; at 0.129, its limit, es1 would count"
+        " three times the published trips, and above half of it still more than published",
+    ),
+    Range(
+        "sensors.wheel_noise", 0.03, 0.12,
+        "+-20 % of the path of a 10 ms step (ANTS 4.1) is +-6.3 % of a tick's; half to twice that",
+    ),
+    Range(
+        "radio.exchange_time", 0.1, 1.0,
+        "[s] Two areas take six frames of 9.2 ms one way, so a tick at least; a second would"
+        " repeat them more than ten times",
+    ),
+    Range(
+        "radio.frames", 3, 10,
+        "Three words describe an area; no more than 10 frames of 9.2 ms fit into a tick",
+        whole=True,
+    ),
+    Range(
+        "estimator.refractory", 5.0, 40.0,
+        "[s] Shorter repeats an exchange within one meeting of two robots (about 5 s in traffic);"
+        " 40 s is a trip of es1",
+    ),
+    Range(
+        "estimator.pause", 0.0, 25.0,
+        "[s] None, up to about half a trip of es1: longer and hardly anybody is told of the areas",
+    ),
+    Range(
+        "estimator.deaf_when_lost", 0.0, 10.0,
+        "[s] None, or until the robot has left those who share its mistake: 0.4 m at 0.04 m/s",
+    ),
+    Range(
+        "estimator.lost_within", 0.03, 0.08,
+        "[m] A few ticks' path at least; less than the area's radius of 0.1",
+    ),
+    Range(
+        "estimator.overshoot", 0.0, 0.25,
+        "[m] None, or looking on for an area's diameter and a body's radius",
+    ),
+    Range(
+        "motion.gap", 0.004, 0.04,
+        "[m] The proximity sensors tell nothing beyond 0.04; nearer than 0.004 is contact",
+    ),
+    Range(
+        "motion.swerve", 1.63, 2.0,
+        "[rad] Below pi/2 a robot steers into the wall; above 2.0 it turns back on its way",
+    ),
+    Range(
+        "motion.hold", 0.0, 0.8,
+        "[s] None, or as long as passing a robot takes: a radius at 0.045 m/s",
+    ),
+    Range(
+        "motion.mean_run", 0.2, 2.0,
+        "[m] A few body lengths, up to the length of the smallest arena", log=True,
+    ),
+    Range(
+        "es1.area_distance", 0.8, 1.3,
+        "[m] Between 0.6 (start circle) and 1.5 (walls), with room for a robot at either end",
+    ),
+    Range(
+        "es2.area_distance", 1.25, 2.5,
+        "[m] Above 1.2 (start circle); 2.5 is 2.5 times the 1.0 of es1, as the arena is",
+    ),
+    Range(
+        "es3.area_distance", 1.5, 3.5,
+        "[m] Above 1.2 (start circle); the trip's period, 1.1 to 1.2 times that of es2, lets it"
+        " be little farther than in es2",
+    ),
+)  # fmt: skip
+"""Every parameter that is searched."""
+
+HAND_MADE: Values = {
+    "robot.cruise_speed": 0.045,
+    "sensors.wheel_noise": 0.07,
+    "radio.exchange_time": 0.4,
+    "radio.frames": 10,
+    "estimator.refractory": 20.0,
+    "estimator.pause": 15.0,
+    "estimator.deaf_when_lost": 5.0,
+    "estimator.lost_within": 0.05,
+    "estimator.overshoot": 0.18,
+    "motion.gap": 0.015,
+    "motion.swerve": 1.75,
+    "motion.hold": 0.0,
+    "motion.mean_run": 0.33,
+    "es1.area_distance": 1.0,
+    "es2.area_distance": 1.6,
+    "es3.area_distance": 2.4,
+}
+"""The best set of a search by hand; the search starts from it and from the defaults."""
+
+
+def defaults() -> dict[str, float]:
+    """The value of every parameter today."""
+    found: dict[str, Any] = leaves(
+        SCENARIOS["es1"].model_dump(include={"robot", "sensors", "radio"})
+    )
+    found |= leaves({"estimator": SINGLE.model_dump(), "motion": SUBSUMPTION.model_dump()})
+    found |= {f"{arena}.area_distance": SCENARIOS[arena].task.area_distance for arena in ARENAS}
+    return {each.name: found[each.name] for each in RANGES}
+
+
+def tidied(values: Values) -> dict[str, float]:
+    """A value for every parameter, within its range and with as many digits as are kept."""
+    return {each.name: each.tidy(values[each.name]) for each in RANGES}
+
+
+def scenario_with(values: Values, arena: str, settings: Mapping[str, Any]) -> Scenario:
+    """An arena's scenario with these values, and with what the settings change besides."""
+    own = {
+        name: value
+        for name, value in values.items()
+        if name.startswith(("robot.", "sensors.", "radio."))
+    }
+    distance = {"task.area_distance": values[f"{arena}.area_distance"]}
+    return find_scenario(arena, own | distance | dict(settings))
+
+
+def recipe_with(values: Values, controller: str) -> Recipe:
+    """A controller (`ssgiff:beta=0.01`) with these values."""
+    own = {
+        name: value for name, value in values.items() if name.startswith(("estimator.", "motion."))
+    }
+    return find_recipe(controller).with_parameters(own)

@@ -1,0 +1,121 @@
+"""What a calibration found, as tables and as data."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+from baselines.evaluation.statistics import Estimate
+from baselines.papers.calibration_ranges import ARENAS, RANGES, Values, defaults
+from baselines.papers.calibration_swarm import Varied
+from baselines.papers.calibration_targets import Target, score, term
+
+MAIN = tuple((arena, controller) for arena in ARENAS for controller in ("nc", "ssgikf"))
+"""Arenas and controllers whose round trips the table of the sensitivity shows."""
+
+Estimates = Mapping[Target, Estimate | None]
+
+
+def rows(estimates: Estimates) -> list[dict[str, Any]]:
+    """Each target with what was measured, as data."""
+    found = []
+    for target, ours in estimates.items():
+        low, high = ours.interval if ours and ours.interval else (None, None)
+        value = ours.value if ours else None
+        cost = None if value is None else term(target, value)
+        measured = {"ours": value, "low": low, "high": high, "cost": cost}
+        found.append({"name": target.name, **asdict(target), **measured})
+    return found
+
+
+def fit_table(measured: Mapping[Target, float]) -> Table:
+    """Quantity, published, ours, and what it adds to the score."""
+    table = _table("arena", "quantity", ">published", ">ours", ">weight", ">cost", "source")
+    for target, ours in measured.items():
+        table.add_row(
+            target.arena, target.name, target.bound, f"{ours:.3g}", f"{target.weight:g}",
+            f"{term(target, ours):.3f}", target.source,
+        )  # fmt: skip
+    table.add_row("", "score", "", "", "", f"{score(measured):.3f}", "", style="bold")
+    return table
+
+
+def report_table(estimates: Estimates) -> Table:
+    """Quantity, published, and ours with its interval."""
+    table = _table("arena", "quantity", ">published", ">ours", ">95 % interval", ">n", "source")
+    for target, ours in estimates.items():
+        cells = ("n/a", "", "") if ours is None else (f"{ours.value:.3g}", _span(ours), str(ours.n))
+        table.add_row(target.arena, target.name, target.bound, *cells, target.source)
+    return table
+
+
+def values_table(values: Values) -> Table:
+    """Every parameter: its value, its default today, its range and the reason for that."""
+    table = _table("parameter", ">value", ">default", ">from", ">to", "why this range")
+    before = defaults()
+    for each in RANGES:
+        numbers = values[each.name], before[each.name], each.low, each.high
+        table.add_row(each.name, *(f"{number:g}" for number in numbers), Text(each.reason))
+    return table
+
+
+def sensitivity_table(
+    base: Mapping[Target, float], varied: Sequence[Varied], values: Values
+) -> Table:
+    """Each parameter varied alone: the change of the score, and the round trips."""
+    table = _table("parameter", ">value", ">score", *(f">{arena} {name}" for arena, name in MAIN))
+    table.add_row("(the set)", "", f"{score(base):.2f}", *_main(base), style="bold")
+    for each in varied:
+        change = f"{score(each.measured) - score(base):+.2f}"
+        step = f"{values[each.parameter]:g} -> {each.value:g}"
+        table.add_row(each.parameter, step, change, *_main(each.measured))
+    return table
+
+
+def sensitivity_rows(
+    base: Mapping[Target, float], varied: Sequence[Varied]
+) -> list[dict[str, Any]]:
+    """The same as data, with every target as measured."""
+    return [
+        {
+            "parameter": each.parameter,
+            "value": each.value,
+            "score": score(each.measured),
+            "change": score(each.measured) - score(base),
+            "measured": {
+                f"{target.arena}: {target.name} {target.bound}": x if math.isfinite(x) else None
+                for target, x in each.measured.items()
+            },
+        }
+        for each in varied
+    ]
+
+
+def _main(measured: Mapping[Target, float]) -> list[str]:
+    trips = {
+        (target.arena, *target.controllers): ours
+        for target, ours in measured.items()
+        if target.quantity == "round_trips" and not target.over
+    }
+    return [f"{trips[cell]:.3g}" for cell in MAIN]
+
+
+def _span(found: Estimate) -> str:
+    return "n/a" if found.interval is None else "{:.3g} to {:.3g}".format(*found.interval)
+
+
+def _table(*headings: str) -> Table:
+    """A table; columns whose headings start with `>` hold numbers."""
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for heading in headings:
+        number = heading.startswith(">")
+        table.add_column(
+            Text(heading.removeprefix(">")),
+            justify="right" if number else "left",
+            overflow="fold",
+            no_wrap=number,
+        )
+    return table

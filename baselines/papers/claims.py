@@ -1,0 +1,185 @@
+"""The kinds of claims: a number, a bound, a share, a ratio, an order, no difference.
+
+Reproduced means: a number within 20 % (15 % for es1) of the published one, its 95 % interval
+touching that band; a share within 10 points; an order with a Mann-Whitney p below 0.01.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from baselines.evaluation.statistics import compare
+from baselines.papers.cells import (
+    Cell,
+    Metric,
+    Pool,
+    Results,
+    Source,
+    on_path,
+    round_trips,
+    sample,
+)
+from baselines.papers.findings import Finding, above, estimate, finding, within
+
+INDISTINCT = 0.05
+"""Two samples do not differ significantly if their Mann-Whitney p is at least this."""
+
+POINTS = 0.10
+"""How far a share may lie from the published one."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """The mean of a metric is near a published number."""
+
+    text: str
+    source: Source | Pool
+    published: float
+    tolerance: float = 0.20
+    metric: Metric = round_trips
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cells it needs."""
+        return self.source.cells
+
+    def judge(self, results: Results) -> Finding:
+        """Measure it."""
+        ours = estimate(sample(results, self.source, self.metric))
+        margin = self.tolerance * self.published
+        near = within(ours, self.published - margin, self.published + margin)
+        return finding(self.text, self.published, ours, near)
+
+
+@dataclass(frozen=True)
+class Below:
+    """The mean of the round trips is less than a published bound."""
+
+    text: str
+    source: Source
+    bound: float
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cells it needs."""
+        return self.source.cells
+
+    def judge(self, results: Results) -> Finding:
+        """Measure it."""
+        ours = estimate(sample(results, self.source, round_trips))
+        return finding(self.text, f"< {self.bound:g}", ours, ours.value < self.bound)
+
+
+@dataclass(frozen=True)
+class Share:
+    """A share lies in a published range, 10 points allowed on either side.
+
+    Of several sources, the one farthest from the range speaks for all.
+    """
+
+    text: str
+    sources: tuple[Source | Pool, ...]
+    published: tuple[float, float]
+    metric: Metric = on_path
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cells it needs."""
+        return tuple(cell for source in self.sources for cell in source.cells)
+
+    def judge(self, results: Results) -> Finding:
+        """Measure it."""
+        low, high = self.published
+        shares = [estimate(sample(results, each, self.metric)) for each in self.sources]
+        worst = max(shares, key=lambda ours: abs(ours.value - (low + high) / 2.0))
+        said = low if low == high else f"{low:g} to {high:g}"
+        return finding(self.text, said, worst, within(worst, low - POINTS, high + POINTS))
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """The ratio of two means is near a published number."""
+
+    text: str
+    numerator: Source | Pool
+    denominator: Source | Pool
+    published: float
+    tolerance: float = 0.20
+    metric: Metric = round_trips
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cells it needs."""
+        return self.numerator.cells + self.denominator.cells
+
+    def judge(self, results: Results) -> Finding:
+        """Measure it."""
+        ours = compare(
+            sample(results, self.numerator, self.metric),
+            sample(results, self.denominator, self.metric),
+        ).ratio
+        margin = self.tolerance * self.published
+        near = ours is not None and within(ours, self.published - margin, self.published + margin)
+        return finding(self.text, self.published, ours, near)
+
+
+@dataclass(frozen=True)
+class Order:
+    """One sample lies above another one, in every pair; shown is the least ratio of means."""
+
+    text: str
+    pairs: tuple[tuple[Source, Source], ...]
+    """Higher, lower."""
+    metric: Metric = round_trips
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cells it needs."""
+        return tuple(cell for pair in self.pairs for source in pair for cell in source.cells)
+
+    def judge(self, results: Results) -> Finding:
+        """Measure it."""
+        found = [
+            compare(sample(results, more, self.metric), sample(results, less, self.metric))
+            for more, less in self.pairs
+        ]
+        ratios = [each.ratio for each in found if each.ratio is not None]
+        least = min(ratios, key=lambda ratio: ratio.value, default=None)
+        return finding(self.text, "> 1", least, all(map(above, found)))
+
+
+@dataclass(frozen=True)
+class NoDifference:
+    """Two samples cannot be told apart (Mann-Whitney p >= 0.05); shown is the ratio of means."""
+
+    text: str
+    one: Source
+    other: Source
+    metric: Metric = round_trips
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cells it needs."""
+        return self.one.cells + self.other.cells
+
+    def judge(self, results: Results) -> Finding:
+        """Measure it."""
+        found = compare(
+            sample(results, self.one, self.metric), sample(results, self.other, self.metric)
+        )
+        same = found.p is None or found.p >= INDISTINCT
+        return finding(self.text, 1.0, found.ratio, same)
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """A number of each seed, such as a slope, is larger in one place than in another."""
+
+    text: str
+    cells: tuple[Cell, ...]
+    contrast: Callable[[Results], tuple[list[float], list[float]]]
+    """Larger, smaller: each a number for each seed."""
+
+    def judge(self, results: Results) -> Finding:
+        """Measure it."""
+        found = compare(*self.contrast(results))
+        return finding(self.text, "> 1", found.ratio, above(found))

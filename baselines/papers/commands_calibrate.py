@@ -1,0 +1,157 @@
+"""The command `calibrate`: find the set of values, report on it, say how much each matters."""
+
+import json
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
+
+from swarm_forage_env.errors import ConfigError
+
+if TYPE_CHECKING:
+    from baselines.papers.calibration import Best, Search
+    from baselines.papers.calibration_swarm import Swarm
+
+
+class Paper(StrEnum):
+    """Whose open parameters are searched."""
+
+    SOCIAL_ODOMETRY = "social-odometry"
+
+
+def calibrate(  # noqa: PLR0913 the options of a command
+    paper: Annotated[Paper, typer.Argument(help="Whose open parameters to search.")],
+    trials: Annotated[
+        int, typer.Option(min=0, help="Sets to try in all, those already tried included.")
+    ] = 300,
+    hours: Annotated[
+        float | None, typer.Option(min=0.0, help="Start no trial after so long.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
+    workers: Annotated[int, typer.Option(min=1, help="Processes to run episodes in.")] = 2,
+    out: Annotated[Path, typer.Option(help="Folder of trials, episodes and results.")] = Path(
+        "runs/calibrate"
+    ),
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
+    ] = None,
+    physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "kinematic",
+    report: Annotated[
+        int, typer.Option(min=0, help="Report on so many other worlds of each arena.")
+    ] = 0,
+    sensitivity: Annotated[
+        bool, typer.Option("--sensitivity", help="Vary each parameter of the best set alone.")
+    ] = False,
+) -> None:
+    """Search what the papers leave open for one set of values that gives the published results.
+
+    Every trial is kept in the folder --out; the same command later goes on from there. With
+    `--trials 0` nothing is searched: `--report 30` and `--sensitivity` then speak of the best
+    set found so far. What becomes a default is changed by hand: the lines are printed.
+    """
+    from baselines.evaluation.configuration import parse_settings
+    from baselines.evaluation.dataset import Dataset
+    from baselines.papers.calibration import Best, Search
+    from baselines.papers.calibration_swarm import Swarm
+    from swarm_forage_env.physics import ENGINES
+
+    _ = paper, ENGINES[physics]
+    swarm = Swarm(
+        Dataset(out / "episodes"), physics, workers, settings=parse_settings(settings or [])
+    )
+    identity = swarm.identity
+    swarm.dataset.open()
+    if trials:
+        search = Search(out, swarm, identity, seed)
+        try:
+            _run(search, trials, hours)
+        finally:
+            search.close()
+    best = Best.read(out / "best.json")
+    if best is None:
+        raise ConfigError(f"--out {out}: no trial has ended there yet; --trials must be at least 1")
+    _show(best, swarm, out)
+    if report:
+        _report(best, swarm, report, out)
+    if sensitivity:
+        _sensitivity(best, swarm, out)
+
+
+def _run(search: "Search", trials: int, hours: float | None) -> None:
+    """Search, with a line for each trial on stderr, and a bar if it is a terminal."""
+    console = Console(stderr=True)
+    columns = "trials", BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "{task.description}"
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        bar = progress.add_task("", total=trials, completed=search.n_ended)
+
+        def tell(line: str) -> None:
+            best = search.best
+            found = f"best {best.score:.3f} (trial {best.trial})" if best else ""
+            progress.update(bar, completed=search.n_ended, description=found)
+            _say(f"{line}; {found}" if found else line)
+
+        _say(f"{search.n_ended} of {trials} trials found in {search.folder}")
+        search.run(trials, hours, tell)
+
+
+def _show(best: "Best", swarm: "Swarm", out: Path) -> None:
+    """The best set, what it measures in the worlds it was fitted to, and the lines to change."""
+    from baselines.papers import calibration_lines, calibration_report
+    from baselines.papers.calibration_swarm import all_arenas
+
+    _say("measuring the best set; what is kept is not run again")
+    measured = all_arenas(best.values, swarm)
+    _print(
+        f"The best set: trial {best.trial}, score {best.score:.3f} ({out / 'best.json'})",
+        calibration_report.values_table(best.values),
+    )
+    _print("In the worlds that it was fitted to", calibration_report.fit_table(measured))
+    typer.echo("To make it the default, change these lines:\n")
+    for line in calibration_lines.lines(best.values):
+        typer.echo(str(line))
+
+
+def _report(best: "Best", swarm: "Swarm", worlds: int, out: Path) -> None:
+    """The best set in worlds that it was not fitted to."""
+    from baselines.papers import calibration_report
+    from baselines.papers.calibration_swarm import estimates
+
+    _say(f"report: {worlds} other worlds of each arena")
+    found = estimates(best.values, swarm.elsewhere(worlds))
+    _write(out / "report.json", calibration_report.rows(found))
+    _print(f"In {worlds} other worlds of each arena", calibration_report.report_table(found))
+
+
+def _sensitivity(best: "Best", swarm: "Swarm", out: Path) -> None:
+    """Each parameter varied alone, in the worlds that the set was fitted to."""
+    from baselines.papers import calibration_report
+    from baselines.papers.calibration_swarm import all_arenas, sensitivity
+
+    base = all_arenas(best.values, swarm)
+    varied = []
+    for each in sensitivity(best.values, swarm):
+        _say(f"sensitivity: {each.parameter} = {each.value:g}")
+        varied.append(each)
+    _write(out / "sensitivity.json", calibration_report.sensitivity_rows(base, varied))
+    table = calibration_report.sensitivity_table(base, varied, best.values)
+    _print("Each parameter varied alone: change of the score, and round trips", table)
+
+
+def _print(title: str, table: Any) -> None:  # noqa: ANN401 anything rich can draw
+    console = Console()
+    console.print(f"[bold]{title}[/bold]", highlight=False)
+    console.print(table)
+    console.print()
+
+
+def _write(file: Path, found: Sequence[dict[str, Any]]) -> None:
+    file.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+def _say(line: str) -> None:
+    typer.echo(f"swarm-forage: {line}", err=True)

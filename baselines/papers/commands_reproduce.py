@@ -1,0 +1,83 @@
+"""The command `reproduce`: every claim and figure of a paper, from its own episodes."""
+
+import logging
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+LOGGER = logging.getLogger("swarm-forage")
+
+EPISODES, QUICK_EPISODES = 30, 6
+"""Replications of each cell: as in the papers, and the fewest that can show an order."""
+
+
+class PaperName(StrEnum):
+    """The papers."""
+
+    SOCIAL_ODOMETRY = "social-odometry"
+    ANTS2008 = "ants2008"
+
+
+class ClaimsFormat(StrEnum):
+    """How the claims table is written."""
+
+    TABLE = "table"
+    JSON = "json"
+
+
+def reproduce(  # noqa: PLR0913 the options of a command
+    paper: Annotated[PaperName, typer.Argument(help="The paper.")],
+    quick: Annotated[
+        bool, typer.Option("--quick", help=f"{QUICK_EPISODES} replications, less exact.")
+    ] = False,
+    episodes: Annotated[
+        int | None,
+        typer.Option(help="Replications of each cell.", show_default=str(EPISODES)),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the first; the others count up from it.")] = 0,
+    workers: Annotated[int, typer.Option(help="Processes to run them in.")] = 2,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of dataset, figures, claims and page.",
+            show_default="runs/reproduce-<paper>",
+        ),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
+    ] = None,
+    physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
+    page: Annotated[
+        Path | None,
+        typer.Option(help="Write the page here, its figures beside it.", show_default="in --out"),
+    ] = None,
+    form: Annotated[
+        ClaimsFormat, typer.Option("--format", help="How to write the claims.")
+    ] = ClaimsFormat.TABLE,
+) -> None:
+    """Hold this implementation against a paper: its claims as a table, its figures, a page.
+
+    Says how long it will take before it starts. Every episode is kept in --out as soon as it
+    has been run, so that a run that was stopped goes on where it was. The exit status is 0
+    whether or not the claims hold.
+    """
+    from baselines.evaluation.request import check_count
+    from baselines.papers import report
+    from baselines.papers.reproduction import Reproduction, Wish
+
+    if episodes is None:
+        episodes = QUICK_EPISODES if quick else EPISODES
+    check_count("--workers", workers)
+    run = Reproduction(Wish(paper.value, episodes, seed, physics, settings or []), out)
+    run.carry_out(workers, LOGGER.warning)
+    findings = run.findings()
+    for file in run.write(findings, page):
+        LOGGER.warning("%s", file)
+    if form is ClaimsFormat.JSON:
+        typer.echo(report.to_json(findings))
+    else:
+        Console().print(report.claims_table(findings))

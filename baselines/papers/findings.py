@@ -1,0 +1,80 @@
+"""A finding: what a claim says, what was measured here, and whether the two agree."""
+
+from dataclasses import asdict, dataclass
+from typing import Any, Protocol
+
+from baselines.evaluation.statistics import Comparison, Estimate, mean_interval
+from baselines.papers.cells import Cell, Results
+
+SIGNIFICANT = 0.01
+"""An ordering holds if its Mann-Whitney p is below this."""
+
+ROUND_OFF = 1e-9
+"""A number on the edge of its band is inside."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A line of the claims table."""
+
+    claim: str
+    published: float | str
+    """The number of the paper, or the range or order it states."""
+
+    ours: float | None
+    """None where nothing can be said: a ratio to zero."""
+
+    low: float | None
+    """Ends of the 95 % interval; None where all values are equal, or there is one only."""
+    high: float | None
+    reproduced: bool
+
+    def as_row(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self)
+
+
+class Claim(Protocol):
+    """A sentence of a paper that can be measured here."""
+
+    @property
+    def text(self) -> str:
+        """The claim."""
+        ...
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """The cells it needs."""
+        ...
+
+    def judge(self, results: Results) -> Finding:
+        """Measure it."""
+        ...
+
+
+def finding(text: str, published: float | str, ours: Estimate | None, reproduced: bool) -> Finding:
+    """A line from an estimate with its interval."""
+    if ours is None:
+        return Finding(text, published, None, None, None, reproduced=False)
+    low, high = ours.interval or (None, None)
+    return Finding(text, published, ours.value, low, high, reproduced)
+
+
+def estimate(values: list[float]) -> Estimate:
+    """The mean of a sample with its interval."""
+    found = mean_interval(values)
+    if found is None:
+        raise ValueError("a claim needs at least one episode")
+    return found
+
+
+def within(ours: Estimate, low: float, high: float) -> bool:
+    """The value lies in the band, and its interval touches it."""
+    start, end = ours.interval or (ours.value, ours.value)
+    inside = low - ROUND_OFF <= ours.value <= high + ROUND_OFF
+    return inside and start <= high + ROUND_OFF and end >= low - ROUND_OFF
+
+
+def above(found: Comparison) -> bool:
+    """The first sample of a comparison lies above the second one, with p < 0.01."""
+    return found.difference.value > 0.0 and found.p is not None and found.p < SIGNIFICANT

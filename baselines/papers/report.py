@@ -1,0 +1,109 @@
+"""The claims table: for a terminal, as JSON, and in Markdown; and the page of a paper."""
+
+import json
+import re
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.resources import files
+from inspect import getdoc
+from string import Template
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from baselines.papers.figures import Picture
+from baselines.papers.findings import Finding
+
+LEFT_OPEN = {
+    "The setups": "swarm_forage_env.scenarios.foraging",
+    "Exchanging, trusting and losing estimates": "baselines.estimators.social_odometry",
+    "Moving": "baselines.motion.subsumption",
+    "The Fermi filter": "baselines.weighting.sgiff:SGIFF",
+    "The experiments of the TR": "baselines.papers.social_odometry",
+    "The experiments of ANTS": "baselines.papers.ants2008",
+}
+"""Whose docstring says what the papers leave open, by heading."""
+
+HEADINGS = ("claim", "published", "ours", "95 % interval", "reproduced")
+
+MISSING = "-"
+
+
+def to_json(findings: Sequence[Finding]) -> str:
+    """One JSON array, a claim to a line."""
+    lines = (json.dumps(each.as_row(), allow_nan=False) for each in findings)
+    return "[\n" + ",\n".join(lines) + "\n]"
+
+
+def claims_table(findings: Sequence[Finding]) -> Group:
+    """For a terminal."""
+    table = Table(box=None, padding=(0, 1, 0, 0))
+    for heading in HEADINGS:
+        table.add_column(Text(heading), overflow="fold")
+    for each in findings:
+        *cells, verdict = _cells(each)
+        table.add_row(*map(Text, cells), Text(verdict, style="green" if each.reproduced else "red"))
+    return Group(table, Text(score(findings), style="bold"))
+
+
+def claims_markdown(findings: Sequence[Finding]) -> str:
+    """For a page."""
+    rows = [HEADINGS, ("---",) * len(HEADINGS), *map(_cells, findings)]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def score(findings: Sequence[Finding]) -> str:
+    """How many claims are reproduced."""
+    reproduced = sum(each.reproduced for each in findings)
+    return f"{reproduced} of {len(findings)} claims reproduced"
+
+
+def page(
+    template: str, findings: Sequence[Finding], pictures: Sequence[Picture], command: str
+) -> str:
+    """The page of a paper: its template, with the results of this run put in."""
+    figures = "\n\n".join(
+        f"![{each.caption}](figures/{each.name}.png)\n\n*{each.caption}*" for each in pictures
+    )
+    missed = [f"- {each.claim}" for each in findings if not each.reproduced]
+    text = (files("baselines.papers") / "pages" / f"{template}.md").read_text("utf-8")
+    return Template(text).substitute(
+        command=command,
+        score=score(findings),
+        claims=claims_markdown(findings),
+        missed="\n".join(missed) or "Nothing.",
+        figures=figures,
+        left_open="\n\n".join(
+            f"### {title}\n\n{left_open(LEFT_OPEN[title])}" for title in LEFT_OPEN
+        ),
+    )
+
+
+def left_open(place: str) -> str:
+    """What a docstring lists after "Not in the paper"; the place is `module` or `module:name`."""
+    module, _, name = place.partition(":")
+    found = import_module(module)
+    text = getdoc(getattr(found, name) if name else found) or ""
+    listed = re.search(r"(?:[^\n]+\n)*[^\n]*Not in the papers?\b.*?(?=\n\n|\Z)", text, re.DOTALL)
+    if listed is None:
+        raise ValueError(f"{place} does not say what the paper leaves open")
+    return re.sub(r":\n-", ":\n\n-", listed[0], count=1)
+
+
+def _cells(found: Finding) -> tuple[str, str, str, str, str]:
+    published = found.published
+    low, high = found.low, found.high
+    interval = MISSING if low is None or high is None else f"{_number(low)} to {_number(high)}"
+    return (
+        found.claim,
+        published if isinstance(published, str) else _number(published),
+        MISSING if found.ours is None else _number(found.ours),
+        interval,
+        "yes" if found.reproduced else "no",
+    )
+
+
+def _number(value: float) -> str:
+    """Three digits; whole numbers whole."""
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"

@@ -1,0 +1,181 @@
+"""Gutierrez et al. 2009 (TR): the claims and figures of Section 6.
+
+Not in the paper, and chosen here:
+- the eight values of beta "in [1e-5, 100]" are the decades;
+- "SGIKF" and "SGIFF" without "single" or "double" mean the single one, which is the better one;
+- the best beta is scored on other seeds than those it was chosen on (`Best`);
+- "four times faster" is the ratio of mean recruitment times, all four strategies taken
+  together; a run in which not all robots were recruited counts with its whole duration, so
+  that the ratio is then a lower bound;
+- "not all robots find the path" in es3: in at least 90 % of the runs;
+- the share on the path is the mean over the second half of a run ("at steady state").
+"""
+
+from baselines.papers.cells import Cell, Pool, Source, recruitment, unfinished
+from baselines.papers.claims import Below, Number, Order, Ratio, Share
+from baselines.papers.figures import (
+    Boxes,
+    Curves,
+    Picture,
+    path_over_time,
+    recruitment_if_finished,
+)
+from baselines.papers.findings import Claim
+from baselines.papers.paper import PAPERS, Paper
+from baselines.papers.sweep import BETAS, Inside, Optimum, OthersBelow, Sweep
+
+SETUPS = ("es1", "es2", "es3")
+TOLERANCE = {"es1": 0.15, "es2": 0.20, "es3": 0.20, "real": 0.20}
+
+BETA_AXES = ("beta [1/cm]", "round trips")
+
+REAL_BETA = "beta=0.01"
+"""The only one run on the real robots (TR 6.2)."""
+
+
+def strategies(setup: str) -> dict[str, Source]:
+    """The five strategies by the name they have in the figures; SGIFF with its best beta."""
+    if setup == "real":
+        single: Source = Cell(setup, f"ssgiff:{REAL_BETA}")
+        double: Source = Cell(setup, f"dsgiff:{REAL_BETA}")
+    else:
+        single, double = Sweep(setup, "ssgiff").best, Sweep(setup, "dsgiff").best
+    return {
+        "NC": Cell(setup, "nc"),
+        "SSGIKF": Cell(setup, "ssgikf"),
+        "DSGIKF": Cell(setup, "dsgikf"),
+        "SSGIFF": single,
+        "DSGIFF": double,
+    }
+
+
+def communicating(setup: str) -> tuple[Source, ...]:
+    """The four strategies with communication."""
+    return tuple(source for name, source in strategies(setup).items() if name != "NC")
+
+
+def round_trip_claims(setup: str, published: dict[str, float]) -> list[Claim]:
+    """Numbers of round trips; NC has an exact one in es1 only."""
+    of, near = strategies(setup), TOLERANCE[setup]
+    if setup == "es1":
+        alone: Claim = Number("es1: round trips, NC", of["NC"], published["NC"], near)
+    else:
+        alone = Below(f"{setup}: round trips, NC", of["NC"], published["NC"])
+    claims = [alone, Number(f"{setup}: round trips, SGIKF", of["SSGIKF"], published["SGIKF"], near)]
+    if "SGIFF" in published:
+        text = f"{setup}: round trips, SGIFF with the best beta"
+        claims.append(Number(text, of["SSGIFF"], published["SGIFF"], near))
+    return claims
+
+
+def filter_claims(setup: str, best_beta: float) -> list[Claim]:
+    """Which filter is better, and which beta."""
+    of, sweep = strategies(setup), Sweep(setup)
+    gain = ((of["SSGIFF"], of["SSGIKF"]),)
+    return [
+        Order(f"{setup}: best SGIFF above SGIKF", gain),
+        Inside(f"{setup}: best beta inside the swept range", sweep),
+        Optimum(f"{setup}: best beta", sweep, best_beta),
+        OthersBelow(f"{setup}: every other beta below SGIKF", sweep, of["SSGIKF"]),
+        Order(f"{setup}: SSGIKF above DSGIKF", ((of["SSGIKF"], of["DSGIKF"]),)),
+        Order(f"{setup}: SSGIFF above DSGIFF", ((of["SSGIFF"], of["DSGIFF"]),)),
+    ]
+
+
+def path_claims(setup: str) -> list[Claim]:
+    """Shares of the robots on the path."""
+    text = f"{setup}: share on the path, with communication"
+    alone = f"{setup}: share on the path, NC"
+    return [
+        Share(text, communicating(setup), (0.5, 0.7)),
+        Share(alone, (strategies(setup)["NC"],), (0.0, 0.2)),
+    ]
+
+
+def recruitment_claims() -> list[Claim]:
+    """How much faster communication recruits; and that es3 is too large without it."""
+    claims: list[Claim] = [
+        Ratio(
+            f"{setup}: times faster recruitment with communication",
+            strategies(setup)["NC"],
+            Pool(communicating(setup)),
+            4.0,
+            TOLERANCE[setup],
+            recruitment,
+        )
+        for setup in ("es1", "es2")
+    ]
+    late = "es3: share of NC runs in which not all robots find the path within 7200 s"
+    return [*claims, Share(late, (strategies("es3")["NC"],), (1.0, 1.0), unfinished)]
+
+
+def real_claims() -> list[Claim]:
+    """The real robots."""
+    of, talking = strategies("real"), Pool(communicating("real"))
+    return [
+        Number("real: round trips, SGIKF", of["SSGIKF"], 120.0, TOLERANCE["real"]),
+        Number("real: round trips, SGIFF", of["SSGIFF"], 140.0, TOLERANCE["real"]),
+        Ratio("real: round trips, times those of NC", talking, of["NC"], 2.0, TOLERANCE["real"]),
+        Share("real: share on the path, with communication", (talking,), (0.5, 0.5)),
+    ]
+
+
+def box_panel(setup: str, names: tuple[str, ...]) -> dict[str, dict[str, Source]]:
+    """A box for each strategy."""
+    return {name: {"": strategies(setup)[name]} for name in names}
+
+
+def beta_panel(setup: str) -> dict[str, dict[str, Source]]:
+    """Both filters under each beta."""
+    return {
+        f"{beta:g}": {
+            "SSGIFF": Sweep(setup, "ssgiff").at(beta),
+            "DSGIFF": Sweep(setup, "dsgiff").at(beta),
+        }
+        for beta in BETAS
+    }
+
+
+def pictures() -> list[Picture]:
+    """Figures 13 to 19."""
+    titles = {setup: f"({letter}) {setup}" for letter, setup in zip("abc", SETUPS, strict=True)}
+    five = ("NC", "SSGIKF", "DSGIKF", "SSGIFF", "DSGIFF")
+    recruited = "Time until all robots have visited both areas; n: runs in which all did."
+    trips, time = ("", "round trips"), ("", "time [s]")
+    path = ("time [s]", "robots on the path [%]")
+
+    simulated = {titles[setup]: box_panel(setup, five) for setup in SETUPS}
+    without_fermi = {titles[setup]: box_panel(setup, five[:3]) for setup in SETUPS}
+    betas = {titles[setup]: beta_panel(setup) for setup in SETUPS}
+    over_time = {titles[setup]: strategies(setup) for setup in SETUPS}
+    real = {"real": box_panel("real", five)}
+    real_over_time = {"real": strategies("real")}
+    finished = recruitment_if_finished
+    return [
+        Boxes("tr13", f"TR Fig. 13. {recruited}", time, simulated, finished),
+        Boxes("tr14", "TR Fig. 14. Round trips of NC and SGIKF.", trips, without_fermi),
+        Boxes("tr15", "TR Fig. 15. Round trips of SGIFF over beta.", BETA_AXES, betas),
+        Curves("tr16", "TR Fig. 16. Robots on the path.", path, over_time, path_over_time),
+        Boxes("tr17", f"TR Fig. 17. {recruited}", time, real, finished),
+        Boxes("tr18", "TR Fig. 18. Round trips.", trips, real),
+        Curves("tr19", "TR Fig. 19. Robots on the path.", path, real_over_time, path_over_time),
+    ]
+
+
+@PAPERS.register("social-odometry")
+def social_odometry() -> Paper:
+    """Every claim and figure of TR 6."""
+    published = {
+        "es1": {"NC": 60.0, "SGIKF": 150.0, "SGIFF": 170.0},
+        "es2": {"NC": 50.0, "SGIKF": 1400.0},
+        "es3": {"NC": 50.0, "SGIKF": 2000.0},
+    }
+    best = {"es1": 1e-2, "es2": 1e-2, "es3": 1e-3}
+    claims = [
+        *(claim for setup in SETUPS for claim in round_trip_claims(setup, published[setup])),
+        *(claim for setup in SETUPS for claim in filter_claims(setup, best[setup])),
+        *recruitment_claims(),
+        *(claim for setup in SETUPS for claim in path_claims(setup)),
+        *real_claims(),
+    ]
+    return Paper("social-odometry", "social_odometry", tuple(claims), tuple(pictures()))

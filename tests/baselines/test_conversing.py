@@ -1,0 +1,326 @@
+"""Social odometry: what robots tell each other, and what they make of it."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from baselines.estimators.conversing import heard_location
+from baselines.weighting.sgiff import SGIFF
+from baselines.weighting.sgikf import SGIKF
+from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.kernels.frames import range_and_bearing, to_body, to_outer
+from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.scenarios import find_scenario
+
+PLACES, ANGLES = st.floats(-3.0, 3.0), st.floats(-math.pi, math.pi)
+POSES = st.tuples(PLACES, PLACES, ANGLES)
+TICKS = 6
+"""An exchange of 0.5 s and the tick in which it ends."""
+
+
+@given(POSES, POSES, st.tuples(PLACES, PLACES))
+def test_an_area_told_over_an_exact_beam_is_where_it_is(receiver, sender, area):
+    x_i, y_i, theta_i = receiver
+    x_j, y_j, theta_j = sender
+    D, gamma_i = range_and_bearing(x_j - x_i, y_j - y_i, theta_i)  # noqa: N806 as in the paper
+    _, gamma_j = range_and_bearing(x_i - x_j, y_i - y_j, theta_j)
+    d_j, phi_j = range_and_bearing(area[0] - x_j, area[1] - y_j, theta_j)
+    expected = to_body(area[0] - x_i, area[1] - y_i, theta_i)
+    if D > 1e-6:  # two robots in one place see no direction
+        assert heard_location(D, gamma_i, gamma_j, d_j, phi_j) == pytest.approx(expected, abs=1e-9)
+
+
+def test_an_area_told_by_hand():
+    # The sender is 1 m ahead and looks at me; the area is 2 m to its left: for me to the right.
+    assert heard_location(1.0, 0.0, 0.0, 2.0, math.pi / 2) == pytest.approx((1.0, -2.0))
+
+
+class Pair:
+    """Two robots at rest, 0.1 m apart, with a radio that neither loses nor errs."""
+
+    NEST_AT, PREY_AT = np.array([-0.6, 0.1]), np.array([0.5, -0.2])
+
+    def __init__(self, controller, **overrides):
+        quiet = {"n_robots": 2, "range_noise": 0.0, "bearing_noise": 0.0, "loss_near": 0.0,
+                 "loss_far": 0.0, "exchange_time": 0.5}  # fmt: skip
+        scenario = find_scenario("es1", quiet | overrides)
+        self.loop = ControlLoop(scenario, find_controller(controller), [0], "kinematic")
+        self.pose = self.loop.world.state.pose
+        self.pose[:] = [[-0.05, 0.0, 0.4], [0.05, 0.02, -2.0]]
+        self.beliefs = self.loop.controller.estimator.beliefs
+        self.beliefs.pose[:] = [[1.0, -2.0, 2.5], [-0.3, 0.4, -1.0]]  # each in a frame of its own
+
+    def know(self, robot, area, x, y, p, came_from=False):
+        """Let a robot believe an area at a place of the world frame."""
+        b, pose = self.beliefs, self.pose[robot]
+        ahead, left = to_body(x - pose[0], y - pose[1], pose[2])
+        dx, dy = to_outer(ahead, left, b.pose[robot, 2])
+        b.location[robot, area] = b.pose[robot, 0] + dx, b.pose[robot, 1] + dy
+        b.p[robot, area] = p
+        b.known[robot, area] = True
+        if came_from:
+            b.came_from[robot] = area
+
+    def believed(self, robot, area):
+        """Where a robot believes an area, in the world frame; and its p."""
+        b, pose = self.beliefs, self.pose[robot]
+        dx, dy = b.location[robot, area] - b.pose[robot, :2]
+        ahead, left = to_body(dx, dy, b.pose[robot, 2])
+        dx, dy = to_outer(ahead, left, pose[2])
+        return np.array([pose[0] + dx, pose[1] + dy]), b.p[robot, area]
+
+    def talk(self, ticks=TICKS + 2):
+        """Stand still until the exchange is over and merged."""
+        still = np.zeros((2, 2), np.float32)
+        for _ in range(ticks):
+            self.loop.step(wheels=still)
+        assert not self.loop.controller.estimator.encounter.valid.any()
+
+
+@pytest.mark.parametrize("controller", ["ssgikf", "dsgikf", "ssgiff", "dsgiff"])
+def test_what_was_unknown_is_copied_with_its_confidence(controller):
+    # TR, Eq. 14
+    two = Pair(controller)
+    two.know(1, NEST, *two.NEST_AT, p=1.7, came_from=True)
+    two.talk()
+    place, p = two.believed(0, NEST)
+    np.testing.assert_allclose(place, two.NEST_AT, atol=1e-6)
+    assert p == pytest.approx(1.7)
+    assert two.beliefs.known.tolist() == [[True, False], [True, False]]
+    assert two.beliefs.goal[0] == NEST
+    place, p = two.believed(1, NEST)
+    np.testing.assert_allclose(place, two.NEST_AT, atol=1e-9)
+    assert p == 1.7
+
+
+def test_a_robot_that_knows_nothing_and_meets_one_that_knows_both_copies_both():
+    two = Pair("dsgikf")
+    two.know(1, NEST, *two.NEST_AT, p=1.7, came_from=True)
+    two.know(1, PREY, *two.PREY_AT, p=0.4)
+    two.talk()
+    for area, at, p in ((NEST, two.NEST_AT, 1.7), (PREY, two.PREY_AT, 0.4)):
+        np.testing.assert_allclose(two.believed(0, area)[0], at, atol=1e-6)
+        assert two.believed(0, area)[1] == pytest.approx(p)
+
+
+def test_nobody_speaks_without_communication():
+    two = Pair("nc")
+    two.know(1, NEST, *two.NEST_AT, p=1.7, came_from=True)
+    two.talk()
+    assert not two.beliefs.known[0].any()
+    assert two.loop.world.state.messages.sum() == 0
+
+
+def crossing(controller):
+    """Two robots that know both areas, on their ways to prey (0) and nest (1), and disagree."""
+    two = Pair(controller)
+    two.know(0, NEST, -0.6, 0.1, p=1.0, came_from=True)
+    two.know(0, PREY, 0.5, -0.2, p=3.0)
+    two.know(1, NEST, -0.5, 0.3, p=2.0)
+    two.know(1, PREY, 0.6, 0.0, p=0.5, came_from=True)
+    return two
+
+
+def blended(own, heard, g):
+    return (1.0 - g) * np.array(own) + g * np.array(heard)
+
+
+def fermi(difference):
+    return 1.0 / (1.0 + math.exp(-0.01 * 100.0 * difference))
+
+
+@pytest.mark.parametrize(
+    ("controller", "g_prey", "p_prey", "g_nest", "p_nest"),
+    [
+        ("ssgikf", 3.0 / 3.5, 1.5 / 3.5, 2.0 / 3.0, 2.0 / 3.0),
+        (
+            "ssgiff:beta=0.01",
+            fermi(2.5), 3.0 - 2.5 * fermi(2.5),
+            fermi(1.0), 2.0 - 1.0 * fermi(1.0),
+        ),
+    ],
+)  # fmt: skip
+def test_a_single_filter_corrects_the_goal_only(controller, g_prey, p_prey, g_nest, p_nest):
+    two = crossing(controller)
+    two.talk()
+    prey, p = two.believed(0, PREY)
+    np.testing.assert_allclose(prey, blended([0.5, -0.2], [0.6, 0.0], g_prey), atol=1e-6)
+    assert p == pytest.approx(p_prey, rel=1e-5)
+    nest, p = two.believed(1, NEST)
+    np.testing.assert_allclose(nest, blended([-0.5, 0.3], [-0.6, 0.1], g_nest), atol=1e-6)
+    assert p == pytest.approx(p_nest, rel=1e-5)
+    np.testing.assert_allclose(two.believed(0, NEST)[0], [-0.6, 0.1], atol=1e-9)
+    np.testing.assert_allclose(two.believed(1, PREY)[0], [0.6, 0.0], atol=1e-9)
+    assert two.beliefs.p[0, NEST] == 1.0
+    assert two.beliefs.p[1, PREY] == 0.5
+
+
+@pytest.mark.parametrize("controller", ["dsgikf", "dsgiff:beta=0.01"])
+def test_a_double_filter_corrects_both_and_both_robots_end_equal(controller):
+    two = crossing(controller)
+    two.talk()
+    rule = SGIKF() if controller == "dsgikf" else SGIFF(beta=0.01)
+    for area, own, heard, p_own, p_heard in (
+        (NEST, [-0.6, 0.1], [-0.5, 0.3], 1.0, 2.0),
+        (PREY, [0.5, -0.2], [0.6, 0.0], 3.0, 0.5),
+    ):
+        g = p_own / (p_own + p_heard) if controller == "dsgikf" else fermi(p_own - p_heard)
+        for robot in (0, 1):  # TR, Eq. 17
+            place, p = two.believed(robot, area)
+            np.testing.assert_allclose(place, blended(own, heard, g), atol=1e-6)
+            expected = (1.0 - g) * p_own + rule.heard_p_share * g * p_heard
+            assert p == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_weight_from_outside_takes_the_place_of_the_rule():
+    two = crossing("dsgikf")
+    still, all_of_it = np.zeros((2, 2), np.float32), np.ones((2, 2), np.float32)
+    for _ in range(TICKS + 2):
+        two.loop.step(g=all_of_it, wheels=still)
+    np.testing.assert_allclose(two.believed(0, PREY)[0], [0.6, 0.0], atol=1e-6)
+    np.testing.assert_allclose(two.believed(1, PREY)[0], [0.5, -0.2], atol=1e-6)
+
+
+def test_the_encounter_says_what_the_weighting_needs():
+    two = crossing("dsgikf")
+    still = np.zeros((2, 2), np.float32)
+    encounter = two.loop.controller.estimator.encounter
+    while not encounter.valid.any():
+        two.loop.step(wheels=still)
+    assert encounter.valid.all()
+    np.testing.assert_allclose(encounter.own_p, [[1.0, 3.0], [2.0, 0.5]])
+    np.testing.assert_allclose(encounter.heard_p, [[2.0, 0.5], [1.0, 3.0]])
+    np.testing.assert_allclose(encounter.disagreement, math.hypot(0.1, 0.2), atol=1e-6)
+    np.testing.assert_allclose(encounter.range, math.hypot(0.1, 0.02), atol=1e-6)
+    assert encounter.goal.tolist() == [PREY, NEST]
+    assert encounter.own_known.all()
+    assert encounter.heard_known.all()
+    assert np.all(encounter.frames == 10.0 * TICKS)
+
+
+BEAM = (0.1, 0.0, 0.0)
+
+
+def talking(swarm):
+    return swarm.estimator.situation.talking.tolist()
+
+
+def test_several_messages_of_an_exchange_are_averaged(believers, words):
+    swarm = believers(2)
+    beams = [(0.08 + 0.01 * k, 0.1 * k, -0.05 * k) for k in range(TICKS)]
+    told = [heard_location(*beam, 0.7, 0.3) for beam in beams]
+    for beam in beams:
+        ended = swarm.sense(messages=[(0, 1, words(nest=(0.7, 0.3, 1.2)), beam)])
+    assert ended.tolist() == [True, False]
+    swarm.estimator.merge(np.zeros((2, 2), np.float32), 0.0)
+    np.testing.assert_allclose(swarm.beliefs.location[0, NEST], np.mean(told, axis=0), rtol=1e-5)
+    assert swarm.estimator.encounter.range[0] == pytest.approx(np.mean(beams, axis=0)[0])
+
+
+def test_an_exchange_outlasts_lost_messages(believers, words):
+    swarm = believers(2)
+    message = [(0, 1, words(nest=(0.7, 0.3, 1.2)), BEAM)]
+    swarm.sense(messages=message)
+    ended = [swarm.sense()[0] for _ in range(TICKS - 1)]
+    assert ended == [False] * (TICKS - 2) + [True]
+    assert swarm.estimator.encounter.frames[0] == 10.0
+
+
+def test_only_one_partner_is_listened_to_at_a_time(believers, words):
+    swarm = believers(3)
+    near, far = words(nest=(0.1, 0.0, 1.0)), words(nest=(9.0, 0.0, 1.0))
+    swarm.sense(messages=[(0, 1, near, BEAM)])
+    for _ in range(TICKS - 1):
+        swarm.sense(messages=[(0, 2, far, BEAM), (0, 1, near, BEAM)])
+    swarm.estimator.merge(np.zeros((3, 2), np.float32), 0.0)
+    place = heard_location(*BEAM, 0.1, 0.0)
+    np.testing.assert_allclose(swarm.beliefs.location[0, NEST], place, atol=1e-6)
+
+
+def test_the_same_partner_is_not_talked_to_again_for_a_while_but_others_are(believers, words):
+    swarm = believers(3, refractory=2.0, pause=0.0, double=True)
+    told = words(nest=(0.7, 0.3, 1.2))
+    while not swarm.sense(messages=[(0, 1, told, BEAM)])[0]:
+        pass
+    quiet = []
+    for _ in range(20):
+        swarm.sense(messages=[(0, 1, told, BEAM)])
+        quiet.append(not talking(swarm)[0])
+    assert quiet == [True] * 19 + [False]
+    while not swarm.sense(messages=[(0, 1, told, BEAM)])[0]:
+        pass
+    swarm.sense(messages=[(0, 1, told, BEAM), (0, 2, told, BEAM)])
+    assert talking(swarm)[0]
+    assert swarm.beliefs.partner[0] == 2
+
+
+def test_after_an_exchange_nobody_is_listened_to_during_the_pause(believers, words):
+    swarm = believers(3, pause=1.0, double=True)
+    told = words(nest=(0.7, 0.3, 1.2))
+    while not swarm.sense(messages=[(0, 1, told, BEAM)])[0]:
+        pass
+    quiet = []
+    for _ in range(10):
+        swarm.sense(messages=[(0, 2, told, BEAM)])
+        quiet.append(not talking(swarm)[0])
+    assert quiet == [True] * 9 + [False]
+
+
+def test_a_message_that_tells_nothing_useful_stops_nobody(believers, words):
+    swarm = believers(2)
+    swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
+    swarm.know(0, PREY, 1.0, 0.0, p=1.0)
+    swarm.sense()
+    assert swarm.beliefs.goal[0] == PREY
+    swarm.sense(messages=[(0, 1, words(), BEAM)])
+    assert not talking(swarm)[0]
+    swarm.sense(messages=[(0, 1, words(nest=(0.7, 0.3, 1.2)), BEAM)])
+    assert not talking(swarm)[0]
+    swarm.sense(messages=[(0, 1, words(prey=(0.7, 0.3, 1.2)), BEAM)])
+    assert talking(swarm)[0]
+
+
+def test_a_double_filter_stops_for_either_area(believers, words):
+    swarm = believers(2, double=True)
+    swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
+    swarm.know(0, PREY, 1.0, 0.0, p=1.0)
+    swarm.sense(messages=[(0, 1, words(nest=(0.7, 0.3, 1.2)), BEAM)])
+    assert talking(swarm)[0]
+
+
+def test_on_its_way_a_single_filter_tells_only_where_it_comes_from(believers):
+    for double, told in ((False, [1.0, 0.0]), (True, [1.0, 1.0])):
+        swarm = believers(1, double=double)
+        swarm.know(0, NEST, 0.0, -2.0, p=1.5, came_from=True)
+        swarm.know(0, PREY, 3.0, 0.0, p=4.0)
+        swarm.sense()
+        spoken, speaking, lost = swarm.estimator.say()
+        assert speaking[0]
+        assert not lost[0]
+        assert spoken[0, [0, 4]].tolist() == told
+        np.testing.assert_allclose(spoken[0, 1:4], [2.0, -math.pi / 2, 1.5], rtol=1e-6)
+        if double:
+            np.testing.assert_allclose(spoken[0, 5:8], [3.0, 0.0, 4.0], rtol=1e-6)
+
+
+def test_who_knows_nothing_says_nothing(believers):
+    swarm = believers(2)
+    swarm.sense()
+    spoken, speaking, _ = swarm.estimator.say()
+    assert not speaking.any()
+    assert np.all(spoken == 0.0)
+
+
+def test_a_deaf_robot_starts_no_exchange(believers, words):
+    swarm = believers(2)
+    swarm.beliefs.deaf[0] = 3
+    told = [(0, 1, words(nest=(0.7, 0.3, 1.2)), BEAM)]
+    heard = []
+    for _ in range(4):
+        swarm.sense(messages=told)
+        heard.append(talking(swarm)[0])
+    assert heard == [False, False, True, True]

@@ -1,0 +1,119 @@
+"""Covariance knowledge: whole error ellipses are told, turned and merged."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+import baselines.recipes  # noqa: F401 enters the controllers
+from baselines.estimators.ellipses import blend, gain, to_ellipse, to_matrix
+from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.kernels.frames import to_body
+from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.scenarios import find_scenario
+
+SIZES = st.floats(0.01, 3.0)
+
+
+def covariance(rng, n=2):
+    root = rng.normal(size=(n, n))
+    return root @ root.T
+
+
+def flat(P):  # noqa: N803 as in the paper
+    return P[0, 0], P[0, 1], P[1, 1]
+
+
+@given(SIZES, SIZES, st.floats(-math.pi, math.pi))
+def test_an_ellipse_and_its_matrix_are_the_same(a, b, direction):
+    cov = to_matrix(max(a, b), min(a, b), direction)
+    assert to_matrix(*to_ellipse(*cov)) == pytest.approx(cov, abs=1e-9)
+
+
+def test_gain_and_posterior_are_those_of_the_paper():
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        own, heard = covariance(rng), covariance(rng)
+        K = np.reshape(gain(*flat(own), *flat(heard)), (2, 2))  # noqa: N806 as in the paper
+        assert_allclose(K, own @ np.linalg.inv(own + heard), atol=1e-9)
+        found = np.array([*flat(own), 0.0, 0.0, 0.0])
+        blend(*K.ravel(), found, np.array(flat(heard)))
+        other = heard @ np.linalg.inv(own + heard)
+        assert_allclose(found[:3], flat(other @ own), atol=1e-9)
+
+
+def test_the_heading_keeps_its_variance_and_the_whole_stays_a_covariance():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        P, R = covariance(rng, 3), covariance(rng)  # noqa: N806 as in the paper
+        found = np.array([*flat(P), P[0, 2], P[1, 2], P[2, 2]])
+        blend(*gain(*flat(P), *flat(R)), found, np.array(flat(R)))
+        xx, xy, yy, xt, yt, tt = found
+        whole = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
+        assert np.linalg.eigvalsh(whole).min() > -1e-9
+        assert tt == P[2, 2]
+
+
+@pytest.mark.parametrize(("own", "heard", "k"), [(0.0, 0.0, 0.5), (4.0, 0.0, 1.0), (0.0, 4.0, 0.0)])
+def test_without_an_inverse_the_norms_are_compared(own, heard, k):
+    assert gain(own, 0.0, 0.0, heard, 0.0, 0.0) == (k, 0.0, 0.0, k)
+
+
+@pytest.fixture
+def told():
+    """Robot 1 tells robot 0 of the nest over an exact beam; the loop after the exchange."""
+    quiet = {"n_robots": 2, "range_noise": 0.0, "bearing_noise": 0.0, "loss_near": 0.0,
+             "loss_far": 0.0, "exchange_time": 0.5, "wheel_noise": 0.0}  # fmt: skip
+
+    def tell(own):
+        scenario = find_scenario("es1", quiet)
+        loop = ControlLoop(scenario, find_controller("covariance"), [0], "kinematic")
+        estimator = loop.controller.estimator
+        b, pose = estimator.beliefs, loop.world.state.pose
+        pose[:] = [[-0.05, 0.0, 0.4], [0.05, 0.02, -2.0]]
+        b.pose[:] = [[1.0, -2.0, 2.5], [-0.3, 0.4, -1.0]]
+        for robot, area, cov in ((1, NEST, (0.04, 0.01, 0.02)), (0, NEST, own)):
+            if cov is None:
+                continue
+            dx, dy = np.array([-0.4, 0.1]) - pose[robot, :2]
+            x, y = to_body(dx, dy, pose[robot, 2])
+            c, s = np.cos(b.pose[robot, 2]), np.sin(b.pose[robot, 2])
+            b.location[robot, area] = b.pose[robot, :2] + [c * x - s * y, s * x + c * y]
+            b.known[robot, area] = True
+            estimator.moments[robot, area, :3] = cov
+            b.p[robot, area] = to_ellipse(*cov)[0]
+        b.came_from[1] = NEST
+        b.came_from[0] = PREY if own else -1
+        turn = (b.pose[:, 2] - pose[:, 2]).copy()  # from the world to each own frame
+        for _ in range(7):
+            loop.step(wheels=np.zeros((2, 2), np.float32))
+        return estimator, turn
+
+    return tell
+
+
+def turned(cov, angle):
+    c, s = math.cos(angle), math.sin(angle)
+    R = np.array([[c, -s], [s, c]])  # noqa: N806 as in the paper
+    xx, xy, yy = cov
+    return R @ np.array([[xx, xy], [xy, yy]]) @ R.T
+
+
+def test_a_copied_ellipse_points_where_the_senders_does(told):
+    estimator, turn = told(None)
+    assert estimator.beliefs.known[0, NEST]
+    expected = turned((0.04, 0.01, 0.02), turn[0] - turn[1])
+    assert estimator.moments[0, NEST, :3] == pytest.approx(flat(expected), rel=1e-5)
+
+
+def test_two_ellipses_merge_as_the_paper_says(told):
+    own = (0.03, -0.01, 0.05)
+    estimator, turn = told(own)
+    mine, heard = turned(own, 0.0), turned((0.04, 0.01, 0.02), turn[0] - turn[1])
+    expected = np.linalg.inv(np.linalg.inv(mine) + np.linalg.inv(heard))
+    assert estimator.moments[0, NEST, :3] == pytest.approx(flat(expected), rel=1e-5)
+    assert estimator.beliefs.p[0, NEST] == pytest.approx(math.sqrt(np.linalg.norm(expected, 2)))

@@ -1,0 +1,209 @@
+"""Social odometry: where a robot believes it is, finds an area, and gets lost."""
+
+import math
+
+import numpy as np
+import pytest
+
+from baselines.estimators.beliefs import NOWHERE
+from baselines.estimators.reckoning import area_under
+from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.metrics import localisation_error
+from swarm_forage_env.scenarios import find_scenario
+
+AXLE = 0.053
+
+
+def test_the_believed_pose_follows_the_encoders(believers):
+    robot = believers(1)
+    robot.sense(distance=0.1)
+    robot.sense(turn=math.pi / 2)
+    robot.sense(distance=0.2)
+    np.testing.assert_allclose(robot.beliefs.pose[0], [0.1, 0.2, math.pi / 2], atol=1e-6)
+
+
+def test_confidence_wanes_with_the_path_and_with_turning_on_the_spot(believers):
+    robot = believers(1)
+    robot.know(0, NEST, 5.0, 0.0, p=1.0)
+    robot.know(0, PREY, -5.0, 0.0, p=2.0)
+    robot.sense(distance=0.1)
+    robot.sense(distance=-0.1)
+    np.testing.assert_allclose(robot.beliefs.p[0], [1.2, 2.2], rtol=1e-6)
+    robot.sense(turn=-2.0)
+    np.testing.assert_allclose(robot.beliefs.p[0], [1.2 + AXLE, 2.2 + AXLE], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("ground", "area"),
+    [
+        ((1.0, 1.0, 1.0), NOWHERE),
+        ((0.7, 0.7, 1.3), NOWHERE),  # the darkest that the floor is read
+        ((0.65, 0.35, 0.5), PREY),  # the brightest and darkest that the prey area is read
+        ((0.0, 0.0, 0.0), NEST),
+        ((0.0, 0.0, 1.0), NEST),
+        ((0.0, 1.0, 1.0), NOWHERE),
+        ((0.5, 1.0, 0.5), PREY),
+    ],
+)
+def test_two_of_three_ground_sensors_decide(ground, area):
+    assert area_under(np.array(ground, np.float32)) == area
+
+
+def test_an_area_is_stored_a_radius_ahead_of_the_sensors_on_entering_it(believers):
+    robot = believers(1)
+    robot.sense(distance=1.0)
+    robot.sense(turn=math.pi / 2)
+    robot.sense(ground="prey")
+    ahead = robot.scenario.sensors.ground_ahead + robot.scenario.task.area_radius
+    np.testing.assert_allclose(robot.beliefs.location[0, PREY], [1.0, ahead], atol=1e-6)
+    assert robot.beliefs.known.tolist() == [[False, True]]
+    stored = robot.beliefs.location[0, PREY].copy()
+    robot.sense(distance=0.05, ground="prey")
+    np.testing.assert_array_equal(robot.beliefs.location[0, PREY], stored)
+
+
+def test_on_an_area_the_robot_is_sure_of_it_while_the_other_fades(believers):
+    robot = believers(1)
+    robot.know(0, NEST, -1.0, 0.0, p=1.0)
+    for _ in range(3):
+        robot.sense(distance=0.01, ground="prey")
+    np.testing.assert_allclose(robot.beliefs.p[0], [1.03, 0.0], rtol=1e-6)
+    robot.sense(distance=0.01)
+    np.testing.assert_allclose(robot.beliefs.p[0], [1.04, 0.01], rtol=1e-6)
+
+
+def test_from_an_area_to_the_other_and_nowhere_if_that_is_unknown(believers):
+    robot = believers(1)
+    robot.sense(ground="nest")
+    assert robot.beliefs.goal[0] == NOWHERE
+    robot.know(0, PREY, 2.0, 0.0, p=1.0)
+    robot.sense(ground="nest")
+    assert robot.beliefs.goal[0] == PREY
+    robot.sense(ground="prey")
+    assert robot.beliefs.goal[0] == NEST
+
+
+def test_from_nowhere_to_the_nearer_area(believers):
+    robot = believers(1)
+    robot.know(0, NEST, 2.0, 0.0, p=1.0)
+    robot.know(0, PREY, 0.0, -1.0, p=1.0)
+    robot.sense()
+    assert robot.beliefs.goal[0] == PREY
+    np.testing.assert_allclose(robot.estimator.situation.target[0], [0.0, -1.0], atol=1e-6)
+
+
+def walk_until_lost(robot, step=0.01, ticks=500):
+    """Straight on over white floor; how far the robot was when it reported itself lost."""
+    for tick in range(1, ticks):
+        robot.sense(distance=step)
+        if robot.estimator.say()[2][0]:
+            return tick * step
+    return math.inf
+
+
+def test_a_robot_is_lost_after_looking_on_at_the_place_where_the_area_should_be(believers):
+    robot = believers(1, lost_within=0.05, overshoot=0.2)
+    robot.know(0, NEST, -3.0, 0.0, p=1.0, came_from=True)
+    robot.know(0, PREY, 1.0, 0.0, p=1.0)
+    assert walk_until_lost(robot) == pytest.approx(1.0 - 0.05 + 0.2, abs=0.03)
+
+
+def test_who_is_lost_forgets_both_areas_and_hears_nothing_for_a_while(believers, words):
+    # TR 5.1
+    robot = believers(2, deaf_when_lost=1.0)
+    robot.know(0, NEST, -3.0, 0.0, p=1.0, came_from=True)
+    robot.know(0, PREY, 0.5, 0.0, p=1.0)
+    assert walk_until_lost(robot) < math.inf
+    assert not robot.beliefs.known[0].any()
+    assert robot.beliefs.goal[0] == NOWHERE
+    told = [(0, 1, words(nest=(0.7, 0.3, 1.2)), (0.1, 0.0, 0.0))]
+    talking = []
+    for _ in range(11):
+        robot.sense(messages=told)
+        talking.append(bool(robot.estimator.situation.talking[0]))
+    assert talking == [False] * 9 + [True] * 2
+    assert not robot.estimator.say()[2].any()
+
+
+def test_who_finds_the_area_while_looking_on_is_not_lost(believers):
+    robot = believers(1, overshoot=0.2)
+    robot.know(0, NEST, -3.0, 0.0, p=1.0, came_from=True)
+    robot.know(0, PREY, 0.5, 0.0, p=1.0)
+    for _ in range(55):
+        robot.sense(distance=0.01)
+    robot.sense(distance=0.01, ground="prey")
+    for _ in range(30):
+        robot.sense(distance=0.01)
+        assert not robot.estimator.say()[2][0]
+    assert robot.beliefs.known.all()
+    assert robot.beliefs.goal[0] == NEST
+
+
+def test_while_looking_on_the_target_is_straight_ahead(believers):
+    robot = believers(1, lost_within=0.05, overshoot=0.2)
+    robot.know(0, NEST, 0.52, 0.04, p=1.0)
+    robot.sense()
+    robot.sense(distance=0.5)
+    ahead, left = robot.estimator.situation.target[0]
+    assert left == 0.0
+    assert ahead == pytest.approx(0.2)
+
+
+def test_only_the_world_that_is_reset_forgets():
+    scenario = find_scenario("es1")
+    loop = ControlLoop(scenario, find_controller("dsgiff"), [0, 1, 2], "kinematic")
+    beliefs = loop.controller.estimator.beliefs
+    beliefs.p[:] = 1.0
+    beliefs.known[:] = True
+    loop.controller.reset(1, 7)
+    assert beliefs.known.reshape(3, -1).all(axis=1).tolist() == [True, False, True]
+    assert beliefs.p.reshape(3, -1).sum(axis=1).tolist() == [20.0, 0.0, 20.0]
+
+
+EXACT = {"wheel_noise": 0.0, "ground_noise": 0.0, "n_robots": 1}
+
+
+@pytest.mark.parametrize("area", [NEST, PREY])
+def test_exact_encoders_find_a_centre_that_is_headed_for_within_a_tick(area):
+    scenario = find_scenario("es1", EXACT)
+    loop = ControlLoop(scenario, find_controller("nc"), [0], "kinematic")
+    x, y = loop.world.areas[area]
+    loop.world.state.pose[:] = [x + 0.3 * math.cos(1.0), y + 0.3 * math.sin(1.0), 1.0 - math.pi]
+    beliefs = loop.controller.estimator.beliefs
+    while not beliefs.known[0, area]:
+        loop.step(wheels=np.ones((1, 2), np.float32))
+    seen = loop.controller.estimator.situation
+    error = localisation_error(loop.world.state.pose, seen.areas, seen.known, loop.world.areas)
+    assert error[0, area] <= scenario.robot.cruise_speed * scenario.tick + 1e-6
+
+
+def test_exact_encoders_keep_what_was_found():
+    loop = ControlLoop(find_scenario("es1", EXACT), find_controller("nc"), [0], "kinematic")
+    rng = np.random.default_rng(0)
+    loop.world.state.pose[:] = [0.0, 0.0, 1.2]
+    start = loop.world.state.pose[0].copy()
+    for _ in range(150):  # a way that meets no wall
+        loop.step(wheels=rng.uniform(-1.0, 1.0, (1, 2)).astype(np.float32))
+    x, y, theta = loop.controller.estimator.beliefs.pose[0]
+    c, s = math.cos(start[2]), math.sin(start[2])
+    expected = [start[0] + c * x - s * y, start[1] + s * x + c * y]
+    np.testing.assert_allclose(loop.world.state.pose[0, :2], expected, atol=1e-6)
+    turned = math.remainder(loop.world.state.pose[0, 2] - start[2] - theta, 2.0 * math.pi)
+    assert turned == pytest.approx(0.0, abs=1e-5)
+
+
+def test_with_exact_encoders_wanderers_know_an_area_to_less_than_its_size():
+    scenario = find_scenario("es1", {"wheel_noise": 0.0, "n_robots": 4})
+    loop = ControlLoop(scenario, find_controller("nc"), range(6), "kinematic")
+    errors = []
+    for tick in range(6000):
+        loop.step()
+        if tick % 500 == 0:
+            seen = loop.controller.estimator.situation
+            pose, areas = loop.world.state.pose, loop.world.areas
+            errors.extend(localisation_error(pose, seen.areas, seen.known, areas)[seen.known])
+    assert len(errors) > 50
+    assert max(errors) < 2.0 * scenario.task.area_radius
+    assert np.median(errors) < scenario.task.area_radius

@@ -1,0 +1,52 @@
+"""Made-up episodes for every cell of a paper."""
+
+import numpy as np
+import pytest
+
+from baselines.evaluation.episode import Episode
+
+
+def make(cell, seed, trips=100, **numbers):
+    """One episode of a cell."""
+    values = {
+        "physics": "kinematic",
+        "n_robots": 4,
+        "duration_s": 1000.0,
+        "round_trips": int(trips),
+        "recruitment_time_s": 400.0,
+        "on_path_share": 0.6,
+        "lost_events": 1,
+        "messages": 1,
+        "localisation_error_m": 0.1,
+        "wall_s": 1.0,
+        "on_path_over_time": (0.0, 0.25, 0.5, 0.75),
+        "recruited_at_s": (100.0, 200.0, 300.0, 400.0),
+    }
+    return Episode(cell.scenario, cell.controller, seed, **values | numbers)
+
+
+def episodes(cell, trips, **numbers):
+    """Episodes with these round trips; a list of another number gives each its own."""
+    each = [
+        {name: value[seed] if isinstance(value, list) else value for name, value in numbers.items()}
+        for seed in range(len(trips))
+    ]
+    return [make(cell, seed, count, **each[seed]) for seed, count in enumerate(trips)]
+
+
+@pytest.fixture(name="episodes")
+def _episodes():
+    return episodes
+
+
+@pytest.fixture
+def made_up():
+    """Results for all cells of a paper, of many seeds, at random."""
+
+    def make_up(paper, n_seeds=8):
+        rng = np.random.default_rng(0)
+        return {
+            cell: episodes(cell, rng.integers(50, 200, n_seeds).tolist()) for cell in paper.cells
+        }
+
+    return make_up

@@ -1,0 +1,127 @@
+"""The papers: their claims are all there, and a run of made-up episodes becomes a page."""
+
+import io
+import json
+
+import pytest
+from rich.console import Console
+
+from baselines.papers import report
+from baselines.papers.ants2008 import LOCAL, SIZES, ants2008, group, slopes
+from baselines.papers.figures import path_over_time, time_of_each_robot, write_figures
+from baselines.papers.social_odometry import social_odometry
+
+PAPERS = {"social-odometry": social_odometry, "ants2008": ants2008}
+FIGURES = {
+    "social-odometry": ["tr13", "tr14", "tr15", "tr16", "tr17", "tr18", "tr19"],
+    "ants2008": ["ants2a", "ants2b", "ants3a", "ants3a_each", "ants3b"],
+}
+
+
+@pytest.fixture(params=PAPERS)
+def paper(request):
+    return PAPERS[request.param]()
+
+
+def test_every_claim_is_judged_and_named_once(paper, made_up):
+    findings = paper.judge(made_up(paper))
+    names = [each.claim for each in findings]
+    assert len(set(names)) == len(names) == len(paper.claims)
+    for each in json.loads(report.to_json(findings)):
+        assert set(each) == {"claim", "published", "ours", "low", "high", "reproduced"}
+
+
+def test_the_report_claims_what_it_publishes():
+    published = {
+        claim.text: claim.published
+        for claim in social_odometry().claims
+        if isinstance(getattr(claim, "published", None), float)
+    }
+    assert published == {
+        "es1: round trips, NC": 60.0,
+        "es1: round trips, SGIKF": 150.0,
+        "es1: round trips, SGIFF with the best beta": 170.0,
+        "es2: round trips, SGIKF": 1400.0,
+        "es3: round trips, SGIKF": 2000.0,
+        "es1: best beta": 1e-2,
+        "es2: best beta": 1e-2,
+        "es3: best beta": 1e-3,
+        "es1: times faster recruitment with communication": 4.0,
+        "es2: times faster recruitment with communication": 4.0,
+        "real: round trips, SGIKF": 120.0,
+        "real: round trips, SGIFF": 140.0,
+        "real: round trips, times those of NC": 2.0,
+    }
+
+
+def test_the_report_needs_five_strategies_and_eight_betas_in_three_arenas():
+    cells = social_odometry().cells
+    assert len(cells) == 3 * (3 + 2 * 8) + 5
+    assert [cell.scenario for cell in cells][:19] == ["es3"] * 19, "the longest runs first"
+
+
+def test_every_cell_can_be_configured(paper):
+    configurations = paper.configurations("kinematic", ["task.duration=10"])
+    names = {(each.key, cell) for each, cell in zip(configurations, paper.cells, strict=True)}
+    assert len(names) == len(paper.cells)
+    assert {each.scenario.task.duration for each in configurations} == {10.0}
+
+
+def test_every_figure_is_drawn(paper, made_up, tmp_path):
+    write_figures(paper.pictures, made_up(paper), tmp_path, "swarm-forage reproduce x")
+    names = FIGURES[paper.name]
+    assert sorted(file.name for file in tmp_path.iterdir()) == sorted(
+        f"{name}{ending}" for name in names for ending in (".png", ".svg")
+    )
+    for file in tmp_path.glob("*.svg"):
+        assert "swarm-forage reproduce x" in file.read_text("utf-8")
+
+
+def test_the_page_holds_table_figures_command_and_what_is_left_open(paper, made_up):
+    findings = paper.judge(made_up(paper))
+    text = report.page(paper.page, findings, paper.pictures, "swarm-forage reproduce x --seed=0")
+    assert "swarm-forage reproduce x --seed=0" in text
+    assert f"{sum(each.reproduced for each in findings)} of {len(findings)} claims" in text
+    for each in findings:
+        assert f"| {each.claim} |" in text
+    for name in FIGURES[paper.name]:
+        assert f"(figures/{name}.png)" in text
+    assert "Not in the paper" in text
+    assert "$" not in text
+
+
+def test_the_terminal_shows_the_verdicts(paper, made_up):
+    findings = paper.judge(made_up(paper))
+    console = Console(file=io.StringIO(), width=80)
+    console.print(report.claims_table(findings))
+    shown = console.file.getvalue()
+    assert f"of {len(findings)} claims reproduced" in shown
+    assert "…" not in shown
+
+
+def test_robots_never_recruited_count_with_the_whole_run(episodes):
+    cell = ants2008().cells[0]
+    late = episodes(cell, [1], recruited_at_s=(100.0, 200.0))
+    curve = time_of_each_robot(late)
+    assert curve.x.tolist() == [1, 2, 3, 4]
+    assert curve.y.tolist() == [[100.0, 200.0, 1000.0, 1000.0]]
+
+
+def test_the_path_over_time_is_in_per_cent_and_seconds(episodes):
+    cell = ants2008().cells[0]
+    curve = path_over_time(episodes(cell, [1, 1]))
+    assert curve.x.tolist() == [250.0, 500.0, 750.0, 1000.0]
+    assert curve.y.tolist() == [[0.0, 25.0, 50.0, 75.0]] * 2
+
+
+def test_slopes_are_round_trips_for_a_robot_more(episodes):
+    """Ten a robot up to ten robots, then two."""
+    results = {
+        group(LOCAL, size): episodes(
+            group(LOCAL, size), [10 * min(size, 10) + 2 * max(0, size - 10)] * 3
+        )
+        for size in SIZES
+    }
+    below, above = slopes(results)
+    assert below == pytest.approx([10.0] * 3)
+    assert above == pytest.approx([2.0] * 3)

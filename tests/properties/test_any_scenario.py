@@ -1,0 +1,169 @@
+"""Whatever the scenario: nothing is NaN, nobody leaves the arena, bodies do not overlap."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+import baselines.recipes  # noqa: F401 enters the controllers
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.interface import WORDS, Command
+from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.physics import ENGINES
+from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenario import Scenario
+
+TICKS = 1000
+OVERLAP = 1e-3
+"""Bodies may overlap by less than this [m]."""
+
+FASTEST = 0.5
+"""Way of the fastest wheels in a tick, in radii of the robot."""
+
+MOST_ROBOTS = 40
+SHARE, WIDER = st.floats(0.0, 1.0), st.floats(1.0001, 1.5)
+
+
+@st.composite
+def scenarios(draw):
+    """A valid scenario: from a lonely robot to a crowd, from a crawl to the speed limit."""
+    radius = draw(st.floats(0.01, 0.1))
+    start = radius * draw(st.floats(0.1, 12.0))
+    area = draw(st.floats(0.3, 3.0)) * radius
+    distance = 2.0 * (start + area) * draw(WIDER)
+    tick = draw(st.sampled_from([0.05, 0.1, 0.2]))
+    fastest = FASTEST * radius / tick * draw(st.floats(0.05, 1.0))
+    reach = draw(st.floats(0.02, 0.4))
+    near_share, losses = draw(st.floats(0.0, 0.9)), sorted((draw(SHARE), draw(SHARE)))
+    room = max(1, min(MOST_ROBOTS, int(0.5 * (start / radius) ** 2)))
+    return Scenario(
+        tick=tick,
+        arena={
+            "length": max(distance + 2.0 * area, 2.0 * (start + radius)) * draw(WIDER),
+            "width": 2.0 * max(start + radius, area) * draw(WIDER),
+        },
+        robot={
+            "radius": radius,
+            "axle": radius * draw(st.floats(0.5, 2.0)),
+            "max_speed": fastest,
+            "cruise_speed": fastest * draw(st.floats(0.2, 1.0)),
+        },
+        sensors={
+            "proximity_noise": draw(SHARE),
+            "ground_noise": draw(SHARE),
+            "wheel_noise": draw(SHARE),
+            "ground_ahead": radius * draw(SHARE),
+        },
+        radio={
+            "max_range": reach,
+            "near": near_share * reach,
+            "loss_near": losses[0],
+            "loss_far": losses[1],
+            "range_noise": draw(st.floats(0.0, 0.1)),
+            "bearing_noise": draw(st.floats(0.0, 3.0)),
+            "range_model": draw(st.sampled_from(["uniform", "board"])),
+            "frames": draw(st.integers(1, 20)),
+            "slots": draw(st.integers(1, 6)),
+            "exchange_time": draw(st.floats(0.05, 2.0)),
+        },
+        task={
+            "n_robots": draw(st.integers(1, room)),
+            "duration": 1e4,
+            "area_radius": area,
+            "area_distance": distance,
+            "start_radius": start,
+        },
+    )
+
+
+def towards(world, x, y):
+    """Wheels at full speed for everyone to one place [m]."""
+    pose = world.state.pose
+    off = np.angle(np.exp(1j * (np.arctan2(y - pose[:, 1], x - pose[:, 0]) - pose[:, 2])))
+    return np.clip(np.stack([1.0 - off, 1.0 + off], axis=1), -1.0, 1.0)
+
+
+def at_random(world, rng, tick, wheels):
+    """New wheels for everyone each 20 ticks."""
+    return rng.uniform(-1.0, 1.0, (world.rows, 2)) if tick % 20 == 0 else wheels
+
+
+def straight(world, rng, tick, wheels):
+    """At full speed, on and back."""
+    return np.full((world.rows, 2), 1.0 if tick // 100 % 2 == 0 else -1.0)
+
+
+def into_a_clump(world, rng, tick, wheels):
+    return towards(world, 0.0, 0.0)
+
+
+def into_a_corner(world, rng, tick, wheels):
+    return towards(world, 0.5 * world.scenario.arena.length, 0.5 * world.scenario.arena.width)
+
+
+DRIVERS = (at_random, straight, into_a_clump, into_a_corner, *list(CONTROLLERS))
+
+
+def swarm(scenario, driver, physics, seed):
+    """The loop, and what makes one tick of it."""
+    loop = ControlLoop(scenario, find_controller("dsgiff"), [seed], physics)
+    if isinstance(driver, str):
+        loop = ControlLoop(scenario, find_controller(driver), [seed], physics)
+        return loop.world, lambda tick: loop.step()
+    world, rng = loop.world, np.random.default_rng(seed)
+    wheels = np.zeros((world.rows, 2))
+
+    def step(tick):
+        nonlocal wheels
+        wheels = driver(world, rng, tick, wheels)
+        words = rng.normal(size=(world.rows, WORDS)).astype(np.float32)
+        yes, no = np.ones(world.rows, np.bool_), np.zeros(world.rows, np.bool_)
+        return world.tick(Command(wheels * scenario.robot.max_speed, words, yes, no))
+
+    return world, step
+
+
+def check(world, feedback):
+    pose, scenario = world.state.pose, world.scenario
+    assert np.isfinite(pose).all()
+    for held in (feedback.readings, feedback.heard):
+        for field in fields(held):
+            assert np.isfinite(getattr(held, field.name)).all(), field.name
+    inside = 0.5 * np.array([scenario.arena.length, scenario.arena.width]) - scenario.robot.radius
+    assert np.all(np.abs(pose[:, :2]) <= inside + 1e-9)
+    d = np.hypot(*(pose[:, None, :2] - pose[None, :, :2]).transpose(2, 0, 1))
+    apart = d[np.triu_indices(len(d), 1)].min(initial=np.inf)
+    assert 2.0 * scenario.robot.radius - apart < OVERLAP
+
+
+@pytest.mark.parametrize("physics", list(ENGINES))
+@settings(
+    max_examples=20,
+    phases=[Phase.explicit, Phase.generate],  # an example takes a second: no shrinking
+    suppress_health_check=[HealthCheck.too_slow],
+)
+@given(scenario=scenarios(), driver=st.sampled_from(DRIVERS), seed=st.integers(0, 2**64 - 1))
+def test_a_swarm_stays_real_for_a_thousand_ticks(physics, scenario, driver, seed):
+    world, step = swarm(scenario, driver, physics, seed)
+    for tick in range(TICKS):
+        feedback = step(tick)
+        if tick % 10 == 0:
+            check(world, feedback)
+    check(world, feedback)
+
+
+@pytest.mark.parametrize("physics", list(ENGINES))
+@pytest.mark.parametrize("driver", [at_random, straight, into_a_clump, into_a_corner])
+def test_a_crowd_at_the_speed_limit_of_the_robot_stays_real(physics, driver):
+    crowd = Scenario(
+        arena={"length": 1.0, "width": 0.8},
+        task={"n_robots": 40, "area_radius": 0.05, "area_distance": 0.8, "start_radius": 0.35},
+    )
+    world, step = swarm(crowd, driver, physics, 0)
+    for tick in range(TICKS):
+        feedback = step(tick)
+        if tick % 10 == 0:
+            check(world, feedback)
+    check(world, feedback)
