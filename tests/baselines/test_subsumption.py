@@ -23,7 +23,8 @@ def motion():
 
     def start(rows=1, seed=0, **parameters):
         scenario = find_scenario("es1", {"n_robots": 1})
-        return SubsumptionParameters(**{"gap": 0.04, "hold": 0.5, **parameters}).start(scenario, range(seed, seed + rows))
+        chosen = SubsumptionParameters(**{"gap": 0.04, "hold": 0.5, **parameters})
+        return chosen.start(scenario, range(seed, seed + rows))
 
     return start
 

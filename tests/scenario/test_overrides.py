@@ -120,7 +120,10 @@ def test_no_number_may_be_negative_infinite_or_none_at_all(path, value):
         ({"area_distance": 1.6}, ["task.area_distance=1.6", "outside the arena", "at most 1.5"]),
         ({"area_radius": 0.7}, ["task.area_radius=0.7", "outside the arena", "at most 0.6"]),
         ({"area_distance": 0.5}, ["task.area_distance=0.5", "start circle", "at least 0.6"]),
-        ({"start_radius": 0.45, "area_distance": 1.0}, ["task.area_distance", "start circle of radius 0.45", "1.1"]),
+        (
+            {"start_radius": 0.45, "area_distance": 1.0},
+            ["task.area_distance", "start circle of radius 0.45", "1.1"],
+        ),
         ({"arena.width": 0.4}, ["task.start_radius=0.2", "outside the arena", "at most 0.165"]),
         ({"n_robots": 500}, ["task.n_robots=500", "at most", "enlarge task.start_radius"]),
         ({"radius": 0.1}, ["task.n_robots=10", "at most", "radius 0.1"]),
