@@ -138,7 +138,12 @@ def evaluate(  # noqa: PLR0913 the options of a command
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change a number of the scenario."),
     ] = None,
-    physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
+    physics: Annotated[
+        str | None,
+        typer.Option(
+            help="Engine: rigid or kinematic.", show_default="rigid; kinematic for waypoints"
+        ),
+    ] = None,
     form: Annotated[
         Format, typer.Option("--format", help="How to write the result.")
     ] = Format.TABLE,
@@ -146,10 +151,10 @@ def evaluate(  # noqa: PLR0913 the options of a command
         bool, typer.Option("--series", help="In JSON, tell what is known over time as well.")
     ] = False,
     plot: Annotated[
-        Path | None, typer.Option(help="Draw the round trips to a .png, .pdf or .svg file.")
+        Path | None, typer.Option(help="Draw the scores to a .png, .pdf or .svg file.")
     ] = None,
 ) -> None:
-    """Run controllers on a scenario and compare their round trips.
+    """Run controllers on a scenario and compare them: by round trips, or goals reached.
 
     All controllers meet the same seeds. Every episode is kept in the folder --out as soon as
     it has been run; the same command later uses what is there and runs only what is missing,
@@ -201,14 +206,13 @@ def _check_plot(file: Path, out: Path | None) -> None:
 
 def _draw(results: "Sequence[Episode]", file: Path, command: str) -> None:
     from baselines.evaluation import plots
-    from baselines.evaluation.tables import by_controller
+    from baselines.evaluation.kinds import kind_of
+    from baselines.evaluation.tables import by_controller, scores
 
-    samples = {
-        name: [episode.round_trips for episode in episodes]
-        for name, episodes in by_controller(results).items()
-    }
+    samples = {name: scores(episodes) for name, episodes in by_controller(results).items()}
     head = results[0]
-    axis = f"{head.scenario}: round trips of {head.n_robots} robots in {head.duration_s:g} s"
+    words = kind_of(head).score_words.lower()
+    axis = f"{head.scenario}: {words}, {head.n_robots} robots in {head.duration_s:g} s"
     plots.save(plots.boxplot(samples, axis, command), file, command)
 
 

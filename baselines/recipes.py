@@ -2,10 +2,13 @@
 
 from baselines.controller import Recipe
 from baselines.estimators.covariance import CovarianceParameters
+from baselines.estimators.localisation import LocalisationParameters
 from baselines.estimators.sikf import SIKFParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
+from baselines.motion.boids import BoidsParameters
 from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting.covariance import Covariance
+from baselines.weighting.full import Full
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
 from baselines.weighting.sikf import SIKF
@@ -15,6 +18,7 @@ ALONE = SocialOdometryParameters(speaks=False)
 SINGLE = SocialOdometryParameters(double=False)
 DOUBLE = SocialOdometryParameters(double=True)
 SUBSUMPTION = SubsumptionParameters()
+LOCALISATION = LocalisationParameters()
 
 RECIPES = (
     Recipe("nc", ALONE, SGIKF(), SUBSUMPTION),
@@ -24,9 +28,12 @@ RECIPES = (
     Recipe("dsgiff", DOUBLE, SGIFF(), SUBSUMPTION),
     Recipe("sikf", SIKFParameters(**SINGLE.model_dump()), SIKF(), SUBSUMPTION),
     Recipe("covariance", CovarianceParameters(**SINGLE.model_dump()), Covariance(), SUBSUMPTION),
+    Recipe("boids-goal", LOCALISATION, Full(), BoidsParameters(gains="goal")),
+    Recipe("boids-static", LOCALISATION, Full(), BoidsParameters(gains="static")),
+    Recipe("boids-adaptive", LOCALISATION, Full(), BoidsParameters(gains="adaptive")),
 )
 """The strategies of TR 6.1: no communication, and the single and double filters; then the
-filters of covariances that they simplify (TR 4.2, ANTS 5)."""
+filters of covariances that they simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5."""
 
 for recipe in RECIPES:
     CONTROLLERS.register(recipe.name)(recipe)

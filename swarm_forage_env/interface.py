@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int32, checked
-from swarm_forage_env.scenario import Scenario
 
 WORDS = 12
 """Numbers in a message."""
@@ -232,7 +231,7 @@ class Controller(Protocol):
 class ControllerRecipe(Protocol):
     """A named controller with its parameters, before it meets a world."""
 
-    def build(self, scenario: Scenario, seeds: Sequence[int]) -> Controller:
+    def build(self, scenario: Any, seeds: Sequence[int]) -> Controller:  # noqa: ANN401 either world
         """The running controller for a block of worlds, one for each seed."""
         ...
 

@@ -54,7 +54,7 @@ class Robot(Part):
         description="Wheel speed the motors reach [m/s]: 1 turn/s, 41 mm wheel. TR 3.1 (published)",
     )
     cruise_speed: Positive = Field(
-        0.045, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
+        0.05, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
     )
 
     @model_validator(mode="after")
@@ -82,7 +82,7 @@ class Sensors(Part):
         0.009, description="Ground sensors to the left and right [m]. ARGoS e-puck (published)"
     )
     wheel_noise: Share = Field(
-        0.08,
+        0.055,
         description="Each turning wheel's path is misread by +- this share of the cruise speed's"
         " path in a tick, uniform. ANTS 4.1 gives the form; the size is derived",
     )
@@ -153,7 +153,7 @@ class Task(Part):
         0.1, description="Radius of the nest and of the prey area [m]. TR Table 2 (published)"
     )
     area_distance: Positive = Field(
-        1.2,
+        1.5,
         description="Distance between the centres of nest and prey [m], which lie on the long"
         " axis, symmetric about the centre. Not in the papers (derived)",
     )

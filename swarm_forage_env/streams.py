@@ -24,6 +24,10 @@ class Cause(IntEnum):
     LOSS = 4
     SLOT = 5
     RADIO = 6
+    GOAL = 7
+    LANDMARK = 8
+    LIDAR = 9
+    DEVICE = 10
     WANDER = 64
 
 

@@ -20,11 +20,12 @@ from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES, SCENARIOS, Registry
 from swarm_forage_env.scenario import Part, Scenario
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
 
 LAYERS = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
 
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
-ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen)\b\)?")
+ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen|code)\b\)?")
 
 
 @dataclass(frozen=True)
@@ -53,13 +54,13 @@ def describe(name: str) -> dict[str, Any]:
     """A scenario, by name or TOML file, or a controller, as nested dictionaries."""
     found = find(name)
     groups = {group: [asdict(each) for each in listed] for group, _, listed in _groups(found)}
-    if isinstance(found, Scenario):
+    if isinstance(found, Scenario | WaypointsScenario):
         return {"name": found.name, "kind": "scenario", "parameters": groups}
     layers = {layer: layer_name(layer, part) for layer, part in found.layers.items()}
     return {"name": name, "kind": "controller", "layers": layers, "parameters": groups}
 
 
-def find(name: str) -> Scenario | Recipe:
+def find(name: str) -> AnyScenario | Recipe:
     """The scenario (name or TOML file) or controller (`ssgiff:beta=0.02`) of that name."""
     if name.endswith(".toml") or name in set(SCENARIOS):
         return find_scenario(name)
@@ -90,7 +91,11 @@ def detail_table(name: str) -> Group:
             cells = each.name, _shown(each.value), each.unit, each.origin, each.meaning
             table.add_row(*map(Text, cells))
         parts += [heading, table, Text()]
-    way = f"--set {_example(found)}" if isinstance(found, Scenario) else f"{name}:name=value"
+    way = (
+        f"--set {_example(found)}"
+        if isinstance(found, Scenario | WaypointsScenario)
+        else f"{name}:name=value"
+    )
     return Group(*parts, Text(f"Change one in evaluate with {way}"))
 
 
@@ -101,9 +106,9 @@ def layer_name(layer: str, part: Part) -> str:
     return names[0] if names else type(part).__name__
 
 
-def _groups(found: Scenario | Recipe) -> Iterator[tuple[str, str, list[Parameter]]]:
+def _groups(found: AnyScenario | Recipe) -> Iterator[tuple[str, str, list[Parameter]]]:
     """Name, purpose and parameters of each part of a scenario or controller."""
-    if isinstance(found, Scenario):
+    if isinstance(found, Scenario | WaypointsScenario):
         yield found.name, _first_line(found), list(_parameters(found, ""))
         for name, value in found:
             if isinstance(value, Part):
@@ -134,15 +139,14 @@ def _parameters(part: Part, prefix: str) -> Iterator[Parameter]:
 def _scenarios() -> Table:
     table = _table("scenario", "robots", "arena [m]", "areas apart [m]", "duration [s]")
     for name in SCENARIOS:
-        scenario: Scenario = SCENARIOS[name]
-        task, arena = scenario.task, scenario.arena
-        table.add_row(
-            name,
-            str(task.n_robots),
-            f"{arena.length:g} x {arena.width:g}",
-            f"{task.area_distance:g}",
-            f"{task.duration:g}",
-        )
+        scenario: AnyScenario = SCENARIOS[name]
+        if isinstance(scenario, WaypointsScenario):
+            arena, apart = f"{scenario.task.side:g} x {scenario.task.side:g}", ""
+        else:
+            arena = f"{scenario.arena.length:g} x {scenario.arena.width:g}"
+            apart = f"{scenario.task.area_distance:g}"
+        task = scenario.task
+        table.add_row(name, str(task.n_robots), arena, apart, f"{task.duration:g}")
     return table
 
 
@@ -176,7 +180,9 @@ def _table(*headings: str) -> Table:
     return table
 
 
-def _example(scenario: Scenario) -> str:
+def _example(scenario: AnyScenario) -> str:
+    if isinstance(scenario, WaypointsScenario):
+        return f"task.tolerance={scenario.task.tolerance:g}"
     return f"radio.max_range={scenario.radio.max_range:g}"
 
 

@@ -14,11 +14,12 @@ import baselines.recipes
 import baselines.references.recipes
 import swarm_forage_env
 from baselines.controller import Recipe
-from baselines.evaluation import episode
+from baselines.evaluation import episode, waypoint_episode
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.scenario import Part, Scenario, leaves
+from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
 
 BYSTANDERS = {"envs", "rendering"}
 """Folders of the world that no evaluated episode passes through."""
@@ -40,7 +41,7 @@ class Configuration:
     label: str
     """The controller as it was asked for."""
 
-    scenario: Scenario
+    scenario: AnyScenario
     recipe: Recipe
     physics: str = "rigid"
 
@@ -61,7 +62,8 @@ class Configuration:
     def overrides(self) -> str:
         """What differs from the scenario of that name, or else from the defaults, as JSON text."""
         named = self.scenario.name in set(SCENARIOS)
-        base = SCENARIOS[self.scenario.name] if named else Scenario()
+        plain = WaypointsScenario() if isinstance(self.scenario, WaypointsScenario) else Scenario()
+        base = SCENARIOS[self.scenario.name] if named else plain
         return _json(_changes(leaves(base.model_dump()), leaves(self.scenario.model_dump())))
 
     @cached_property
@@ -83,6 +85,7 @@ class Configuration:
         for part in self._layers:
             files |= {file for home in _files(part, Part) for file in home.parent.glob("*.py")}
         files |= {*_files(self.recipe, Recipe), Path(episode.__file__)}
+        files.add(Path(waypoint_episode.__file__))
         text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())
         for file in sorted(files):
             text.update(f"\n{file.parent.name}/{file.name}\n".encode() + file.read_bytes())

@@ -14,44 +14,49 @@ import socket
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 from urllib.parse import quote
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from baselines.evaluation.configuration import Configuration
-from baselines.evaluation.episode import SERIES, Episode
+from baselines.evaluation.episode import SERIES
+from baselines.evaluation.kinds import AnyEpisode, Kind, kind_of
 from swarm_forage_env.errors import ConfigError
 
 LOGGER = logging.getLogger("swarm-forage")
 
-SCHEMA = pa.schema(
-    [
-        pa.field("seed", pa.uint64(), nullable=False),
-        pa.field("physics", pa.string(), nullable=False),
-        pa.field("n_robots", pa.int64(), nullable=False),
-        pa.field("duration_s", pa.float64(), nullable=False),
-        pa.field("round_trips", pa.int64(), nullable=False),
-        pa.field("recruitment_time_s", pa.float64()),
-        pa.field("on_path_share", pa.float64(), nullable=False),
-        pa.field("lost_events", pa.int64(), nullable=False),
-        pa.field("messages", pa.int64(), nullable=False),
-        pa.field("localisation_error_m", pa.float64()),
-        pa.field("wall_s", pa.float64(), nullable=False),
-        pa.field("on_path_over_time", pa.list_(pa.float64()), nullable=False),
-        pa.field("recruited_at_s", pa.list_(pa.float64()), nullable=False),
-        pa.field("overrides", pa.string(), nullable=False),
-        pa.field("parameters", pa.string(), nullable=False),
-        pa.field("settings", pa.string(), nullable=False),
-        pa.field("code", pa.string(), nullable=False),
-        pa.field("configuration", pa.string(), nullable=False),
-    ]
-)
-"""Columns of a file; scenario and controller stand in the names of its folders."""
-
 IDENTITY = ("overrides", "parameters", "settings", "code")
 """Columns by which a reader tells configurations apart, beside their key."""
+
+IN_FOLDERS = ("scenario", "controller")
+"""Fields of an episode that stand in the names of the folders."""
+
+COLUMN_TYPES = {
+    int: pa.int64(),
+    float: pa.float64(),
+    float | None: pa.float64(),
+    str: pa.string(),
+    tuple[float, ...]: pa.list_(pa.float64()),
+}
+
+
+def schema(kind: Kind) -> pa.Schema:
+    """Columns of a file: the fields of an episode, and what tells configurations apart."""
+    types = get_type_hints(kind.episode)
+    fields = [
+        pa.field(
+            name,
+            pa.uint64() if name == "seed" else COLUMN_TYPES[each],
+            nullable=each == (float | None),
+        )
+        for name, each in types.items()
+        if name not in IN_FOLDERS
+    ]
+    texts = (pa.field(name, pa.string(), nullable=False) for name in (*IDENTITY, "configuration"))
+    return pa.schema([*fields, *texts])
+
 
 TEMPORARY, DAMAGED = ".tmp", ".damaged"
 """Ends of the names of files that are no episodes; they start with `_`, which readers skip."""
@@ -91,7 +96,7 @@ class Dataset:
         folder /= f"controller={_quoted(configuration.recipe.name)}"
         return folder / f"{configuration.key}-seed{seed:08d}.parquet"
 
-    def find(self, configuration: Configuration, seed: int) -> Episode | None:
+    def find(self, configuration: Configuration, seed: int) -> AnyEpisode | None:
         """The kept episode, None if there is none; a damaged file is set aside."""
         file = self.place(configuration, seed)
         try:
@@ -104,26 +109,29 @@ class Dataset:
             LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
             return None
 
-    def keep(self, configuration: Configuration, episodes: Iterable[Episode]) -> None:
+    def keep(self, configuration: Configuration, episodes: Iterable[AnyEpisode]) -> None:
         """Write each episode to its file; it appears whole or not at all."""
         for episode in episodes:
             file = self.place(configuration, episode.seed)
             file.parent.mkdir(parents=True, exist_ok=True)
-            _write(pa.Table.from_pylist([_columns(episode, configuration)], SCHEMA), file)
+            columns = schema(kind_of(episode))
+            _write(pa.Table.from_pylist([_columns(episode, configuration)], columns), file)
 
 
-def _columns(episode: Episode, configuration: Configuration) -> dict[str, Any]:
-    columns = {name: value for name, value in asdict(episode).items() if name in SCHEMA.names}
+def _columns(episode: AnyEpisode, configuration: Configuration) -> dict[str, Any]:
+    columns = {name: value for name, value in asdict(episode).items() if name not in IN_FOLDERS}
     columns |= {name: getattr(configuration, name) for name in IDENTITY}
     return columns | {"configuration": configuration.key}
 
 
-def _episode(row: dict[str, Any], configuration: Configuration) -> Episode:
-    numbers = {name: row[name] for name in Episode.__dataclass_fields__ if name in row}
-    numbers |= {name: tuple(row[name]) for name in SERIES}
-    return Episode(
+def _episode(row: dict[str, Any], configuration: Configuration) -> AnyEpisode:
+    kind = kind_of(configuration.scenario)
+    numbers = {name: row[name] for name in kind.episode.__dataclass_fields__ if name in row}
+    numbers |= {name: tuple(row[name]) for name in SERIES if name in row}
+    episode: AnyEpisode = kind.episode(
         scenario=configuration.scenario.name, controller=configuration.recipe.name, **numbers
     )
+    return episode
 
 
 def _row(content: bytes, configuration: Configuration, seed: int) -> dict[str, Any]:
@@ -132,7 +140,7 @@ def _row(content: bytes, configuration: Configuration, seed: int) -> dict[str, A
         table = pq.read_table(pa.BufferReader(content), page_checksum_verification=True)
     except (pa.ArrowException, OSError, ValueError):
         raise DamagedFileError("not a readable Parquet file") from None
-    if not table.schema.equals(SCHEMA) or table.num_rows != 1:
+    if not table.schema.equals(schema(kind_of(configuration.scenario))) or table.num_rows != 1:
         raise DamagedFileError("not one row with the columns of an episode")
     row: dict[str, Any] = table.to_pylist()[0]
     if (row["configuration"], row["seed"]) != (configuration.key, seed):

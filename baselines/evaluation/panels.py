@@ -69,6 +69,41 @@ def curve_panels(
     return figure
 
 
+@dataclass(frozen=True)
+class ErrorBars:
+    """Mean and standard deviation over x, and published means; NaN where there is none."""
+
+    x: Float64[Array, " points"]
+    mean: Float64[Array, " points"]
+    sd: Float64[Array, " points"]
+    published: Float64[Array, " points"]
+
+
+def error_panels(
+    panels: Mapping[str, Mapping[str, ErrorBars]], axes_names: tuple[str, str], caption: str
+) -> Figure:
+    """A panel of means with bars of one standard deviation for each setup; one y for all."""
+    figure, all_axes = _frame(len(panels), len(panels) > 3, 3.6)
+    highest = max(
+        float(np.nanmax(bars.mean + bars.sd)) for each in panels.values() for bars in each.values()
+    )
+    for axes, (title, series) in zip(all_axes, panels.items(), strict=True):
+        span = max(float(np.ptp(bars.x)) for bars in series.values())
+        for number, (name, bars) in enumerate(series.items()):
+            colour, shift = LINES[number % len(LINES)], 0.012 * span * (number - 1)
+            axes.errorbar(
+                bars.x + shift, bars.mean, bars.sd, color=colour, label=name,
+                marker="o", markersize=4.0, linewidth=1.6, capsize=3.0,
+            )  # fmt: skip
+            axes.plot(bars.x + shift, bars.published, "x", color=INK, markersize=6.0, zorder=5)
+        axes.set_xlim(left=0.0)
+        _finish(axes, title, axes_names)
+        axes.set_ylim(0.0, 1.05 * highest)
+    _legend(figure, all_axes[0])
+    _caption(figure, caption)
+    return figure
+
+
 def band(values: Float64[Array, "episodes points"]) -> Float64[Array, "2 points"]:
     """The 95 % bootstrap interval of the mean at each point (percentiles)."""
     n_episodes = len(values)

@@ -10,6 +10,7 @@ from baselines.evaluation.configuration import Configuration, find_recipe, parse
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.runner import Plan
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import default_physics
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.streams import checked_seed
@@ -25,7 +26,8 @@ class Request:
     seed: int = 0
     settings: Sequence[str] = ()
     """Numbers of the scenario to change: `radio.max_range=0.2`."""
-    physics: str = "rigid"
+    physics: str | None = None
+    """None: the one that its scenario goes with."""
 
     def plan(self, out: Path | None) -> Plan:
         """What is found in the dataset and what is to run; the first fault is an error.
@@ -44,12 +46,15 @@ class Request:
         repeated = [each for each in self.controllers if self.controllers.count(each) > 1]
         if repeated:
             raise ConfigError(f"controller '{repeated[0]}' is named twice")
-        _ = ENGINES[self.physics]
         scenario = find_scenario(self.scenario, parse_settings(self.settings))
-        return [
-            Configuration(each, scenario, find_recipe(each), self.physics)
-            for each in self.controllers
+        physics = self.physics or default_physics(scenario)
+        _ = ENGINES[physics]
+        found = [
+            Configuration(each, scenario, find_recipe(each), physics) for each in self.controllers
         ]
+        for each in found:
+            each.recipe.check_made_for(scenario)
+        return found
 
     def seeds(self) -> range:
         """The seeds of the episodes."""
@@ -62,7 +67,7 @@ class Request:
         """The command that makes the same episodes again."""
         options = [f"--set={each}" for each in self.settings]
         options += [f"--episodes={self.episodes}", f"--seed={self.seed}"]
-        options += [f"--physics={self.physics}"]
+        options += [f"--physics={self.physics}"] if self.physics else []
         return shlex.join(["swarm-forage", "evaluate", self.scenario, *self.controllers, *options])
 
 

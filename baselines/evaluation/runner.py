@@ -9,14 +9,17 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
 
 from baselines.evaluation.configuration import Configuration
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.episode import Episode, ErrorMeter, run_episodes
-from swarm_forage_env.loop import ControlLoop
+from baselines.evaluation.episode import ErrorMeter
+from baselines.evaluation.kinds import AnyEpisode, kind_of
+from baselines.evaluation.waypoint_episode import Meter
+from swarm_forage_env.loop import WaypointsLoop, start_loop
 
 MAX_ROWS = 300
 """Robots in a block, about: more rows hardly share Python's cost per tick any further."""
@@ -43,7 +46,7 @@ class Plan:
         self.configurations = list(configurations)
         self.seeds = list(seeds)
         self.dataset = dataset
-        self.episodes: dict[tuple[str, int], Episode] = {}
+        self.episodes: dict[tuple[str, int], Any] = {}
         self.todo: dict[str, list[int]] = {}
         self._named = {each.key: each for each in configurations}
         for key, configuration in self._named.items():
@@ -85,7 +88,7 @@ class Plan:
                     self.episodes[key, episode.seed] = episode
                 yield len(episodes)
 
-    def results(self) -> list[Episode]:
+    def results(self) -> list[Any]:
         """All episodes, controller by controller and seed by seed, under the asked-for names."""
         return [
             replace(self.episodes[each.key, seed], controller=each.label)
@@ -104,7 +107,7 @@ def evaluate(
     dataset: Dataset,
     workers: int = 1,
     progress: Callable[[int], None] = lambda _: None,
-) -> list[Episode]:
+) -> list[Any]:
     """The episodes of all configurations under all seeds, kept in the dataset."""
     plan = Plan(configurations, seeds, dataset)
     for done in plan.run(workers):
@@ -115,11 +118,15 @@ def evaluate(
 def warm_up(configuration: Configuration) -> None:
     """Go through every kernel once, so that workers find them compiled."""
     scenario = configuration.scenario
-    loop = ControlLoop(scenario, configuration.recipe, (0,), configuration.physics)
+    loop = start_loop(scenario, configuration.recipe, (0,), configuration.physics)
     loop.step()
     rows = scenario.task.n_robots
-    loop.controller.estimator.merge(np.zeros((rows, 2), np.float32), 0.0)
-    ErrorMeter(1).sample(loop)
+    if isinstance(loop, WaypointsLoop):
+        loop.controller.estimator.merge(np.zeros((rows, 1), np.float32), 0.0)
+        Meter(1).sample(loop)
+    else:
+        loop.controller.estimator.merge(np.zeros((rows, 2), np.float32), 0.0)
+        ErrorMeter(1).sample(loop)
 
 
 def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
@@ -140,11 +147,12 @@ def _deaf_to_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _run_block(block: Block, dataset: Dataset) -> tuple[str, list[Episode]]:
+def _run_block(block: Block, dataset: Dataset) -> tuple[str, list[AnyEpisode]]:
     """Run a block and keep its episodes; the work of one process."""
     configuration = block.configuration
-    episodes = run_episodes(
-        configuration.scenario, configuration.recipe, block.seeds, configuration.physics
+    run = kind_of(configuration.scenario).run
+    episodes = list(
+        run(configuration.scenario, configuration.recipe, block.seeds, configuration.physics)
     )
     dataset.keep(configuration, episodes)
     return configuration.key, episodes

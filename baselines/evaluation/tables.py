@@ -12,55 +12,46 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.episode import SERIES, Episode
+from baselines.evaluation.episode import SERIES
+from baselines.evaluation.kinds import AnyEpisode, kind_of
 from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
-
-COLUMNS = {
-    "round_trips": ("round\ntrips", 1.0),
-    "recruitment_time_s": ("recruit-\nment [s]", 1.0),
-    "on_path_share": ("on path\n[%]", 100.0),
-    "lost_events": ("lost\nevents", 1.0),
-    "messages": ("messages\n[1000]", 0.001),
-    "localisation_error_m": ("location\nerror [cm]", 100.0),
-}
-"""Metrics in the order of the table, with their headings and the factor to their units."""
 
 NOT_APPLICABLE = "n/a"
 
-Groups = Mapping[str, Sequence[Episode]]
+Groups = Mapping[str, Sequence[AnyEpisode]]
 """Episodes by controller, the seeds in the same order for each."""
 
 
-def by_controller(episodes: Sequence[Episode]) -> dict[str, list[Episode]]:
+def by_controller(episodes: Sequence[AnyEpisode]) -> dict[str, list[AnyEpisode]]:
     """The episodes of each controller, in the order of their first appearance."""
-    groups: dict[str, list[Episode]] = {}
+    groups: dict[str, list[AnyEpisode]] = {}
     for episode in episodes:
         groups.setdefault(episode.controller, []).append(episode)
     return groups
 
 
-def to_json(episodes: Sequence[Episode], series: bool = False) -> str:
+def to_json(episodes: Sequence[AnyEpisode], series: bool = False) -> str:
     """One JSON array, an episode to a line; the series over time only if asked for."""
     left_out = () if series else SERIES
     lines = (json.dumps(_without(left_out, episode), allow_nan=False) for episode in episodes)
     return "[\n" + ",\n".join(lines) + "\n]"
 
 
-def to_csv(episodes: Sequence[Episode]) -> str:
+def to_csv(episodes: Sequence[AnyEpisode]) -> str:
     """A line of column names, and an episode to a line, without series; missing is empty."""
     text = io.StringIO()
-    names = [each.name for each in fields(Episode) if each.name not in SERIES]
+    names = [each.name for each in fields(episodes[0]) if each.name not in SERIES]
     writer = csv.DictWriter(text, names, lineterminator="\n")
     writer.writeheader()
     writer.writerows(_without(SERIES, episode) for episode in episodes)
     return text.getvalue().rstrip("\n")
 
 
-def _without(left_out: Sequence[str], episode: Episode) -> dict[str, Any]:
+def _without(left_out: Sequence[str], episode: AnyEpisode) -> dict[str, Any]:
     return {name: value for name, value in asdict(episode).items() if name not in left_out}
 
 
-def report(episodes: Sequence[Episode]) -> Group:
+def report(episodes: Sequence[AnyEpisode]) -> Group:
     """The table of means and, for several controllers, the table of comparisons."""
     groups = by_controller(episodes)
     first = next(iter(groups.values()))
@@ -76,7 +67,7 @@ def report(episodes: Sequence[Episode]) -> Group:
     ]
     if len(groups) > 1:
         parts += [
-            Text(f"\nRound trips against {next(iter(groups))}", style="bold"),
+            Text(f"\n{kind_of(head).score_words} against {next(iter(groups))}", style="bold"),
             comparison(groups),
             Text(
                 "On the same seeds, with 95 % bootstrap intervals; p: Mann-Whitney U, two-sided.",
@@ -88,23 +79,23 @@ def report(episodes: Sequence[Episode]) -> Group:
 
 def summary(groups: Groups) -> Table:
     """Mean of every metric of every controller, over its 95 % bootstrap interval."""
-    table = _table()
-    for heading, _ in COLUMNS.values():
+    table, columns = _table(), kind_of(next(iter(groups.values()))[0]).columns
+    for heading, _ in columns.values():
         table.add_column(Text(heading), justify="right", no_wrap=True)
     for name, episodes in groups.items():
-        cells = [_cell(episodes, metric) for metric in COLUMNS]
+        cells = [_cell(episodes, metric, factor) for metric, (_, factor) in columns.items()]
         table.add_row(_lines(name), *cells)
     return table
 
 
 def comparison(groups: Groups) -> Table:
-    """Round trips of every controller against the first, seed by seed."""
+    """Score of every controller against the first, seed by seed."""
     (_, base), *others = groups.items()
     table = _table()
     for heading in ("difference of means", "ratio of means", "p"):
         table.add_column(Text(heading), justify="right", no_wrap=True)
     for name, episodes in others:
-        found = compare(_trips(episodes), _trips(base))
+        found = compare(scores(episodes), scores(base))
         table.add_row(Text(name), *_verdict(found))
     return table
 
@@ -114,8 +105,9 @@ def _lines(name: str) -> Text:
     return Text(name.replace(":", ":\n ").replace(",", ",\n "))
 
 
-def _trips(episodes: Sequence[Episode]) -> list[int]:
-    return [episode.round_trips for episode in episodes]
+def scores(episodes: Sequence[AnyEpisode]) -> list[float]:
+    """What controllers are compared by: round trips, or goals per robot."""
+    return [getattr(episode, kind_of(episode).score) for episode in episodes]
 
 
 def _verdict(found: Comparison) -> tuple[str, str, str]:
@@ -123,9 +115,8 @@ def _verdict(found: Comparison) -> tuple[str, str, str]:
     return _in_line(found.difference), _in_line(found.ratio), p
 
 
-def _cell(episodes: Sequence[Episode], metric: str) -> Text:
+def _cell(episodes: Sequence[AnyEpisode], metric: str, factor: float) -> Text:
     """Mean over interval; how many episodes it speaks for, if not for all."""
-    factor = COLUMNS[metric][1]
     values = [getattr(episode, metric) for episode in episodes]
     found = mean_interval([factor * value for value in values if value is not None])
     if found is None:

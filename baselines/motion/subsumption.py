@@ -43,7 +43,7 @@ class SubsumptionParameters(Part):
         "tangential", description="Around the obstacle, or opposite to it as TR 5.1 says"
     )
     gap: Positive = Field(
-        0.015, le=0.05, description="Obstacles nearer than this are avoided [m] (derived)"
+        0.007, le=0.05, description="Obstacles nearer than this are avoided [m] (derived)"
     )
     sector: Positive = Field(
         math.radians(100.0),
@@ -60,7 +60,7 @@ class SubsumptionParameters(Part):
         0.15, description="Least forward share of the speed while avoiding (derived)"
     )
     mean_run: Positive = Field(
-        0.5, description="Mean straight run of the random walk [m] (derived)"
+        0.33, description="Mean straight run of the random walk [m] (derived)"
     )
 
     def start(self, scenario: Scenario, seeds: Sequence[int]) -> "Subsumption":

@@ -130,7 +130,22 @@ def pictures() -> list[Picture]:
     ]  # fmt: skip
 
 
+LEFT_OPEN = {
+    "The setups": "swarm_forage_env.scenarios.foraging",
+    "Exchanging, trusting and losing estimates": "baselines.estimators.social_odometry",
+    "Moving": "baselines.motion.subsumption",
+    "The Fermi filter": "baselines.weighting.sgiff:SGIFF",
+    "The experiments": "baselines.papers.ants2008",
+}
+"""Whose docstring says what the paper leaves open, by heading."""
+
+REPLICATIONS = 30
+"""Of each cell, in the paper."""
+
+
 @PAPERS.register("ants2008")
 def ants2008() -> Paper:
     """Every claim and figure of ANTS 5."""
-    return Paper("ants2008", "ants2008", tuple(claims()), tuple(pictures()))
+    return Paper(
+        "ants2008", "ants2008", tuple(claims()), tuple(pictures()), REPLICATIONS, LEFT_OPEN
+    )

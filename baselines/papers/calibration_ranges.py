@@ -15,7 +15,7 @@ from baselines.evaluation.configuration import find_recipe
 from baselines.recipes import SINGLE, SUBSUMPTION
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.scenario import Scenario, leaves
-from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.scenarios import find_foraging
 
 ARENAS = ("es1", "es2", "es3")
 
@@ -132,12 +132,12 @@ RANGES = (
         "[m] A few body lengths, up to the length of the smallest arena", log=True,
     ),
     Range(
-        "es1.area_distance", 0.8, 1.3,
-        "[m] Between 0.6 (start circle) and 1.5 (walls), with room for a robot at either end",
+        "es1.area_distance", 0.8, 1.5,
+        "[m] Above 0.6 (start circle); at 1.5 both areas touch the walls",
     ),
     Range(
-        "es2.area_distance", 1.25, 2.5,
-        "[m] Above 1.2 (start circle); 2.5 is 2.5 times the 1.0 of es1, as the arena is",
+        "es2.area_distance", 1.25, 3.0,
+        "[m] Above 1.2 (start circle); 3.0 is 2.5 times 1.2 in es1, as the arena is",
     ),
     Range(
         "es3.area_distance", 1.5, 3.5,
@@ -148,8 +148,8 @@ RANGES = (
 """Every parameter that is searched."""
 
 HAND_MADE: Values = {
-    "robot.cruise_speed": 0.045,
-    "sensors.wheel_noise": 0.07,
+    "robot.cruise_speed": 0.05,
+    "sensors.wheel_noise": 0.055,
     "radio.exchange_time": 0.4,
     "radio.frames": 10,
     "estimator.refractory": 20.0,
@@ -157,13 +157,13 @@ HAND_MADE: Values = {
     "estimator.deaf_when_lost": 5.0,
     "estimator.lost_within": 0.05,
     "estimator.overshoot": 0.18,
-    "motion.gap": 0.015,
+    "motion.gap": 0.007,
     "motion.swerve": 1.75,
     "motion.hold": 0.0,
     "motion.mean_run": 0.33,
-    "es1.area_distance": 1.0,
-    "es2.area_distance": 1.6,
-    "es3.area_distance": 2.4,
+    "es1.area_distance": 1.5,
+    "es2.area_distance": 2.8,
+    "es3.area_distance": 1.8,
 }
 """The best set of a search by hand; the search starts from it and from the defaults."""
 
@@ -191,7 +191,7 @@ def scenario_with(values: Values, arena: str, settings: Mapping[str, Any]) -> Sc
         if name.startswith(("robot.", "sensors.", "radio."))
     }
     distance = {"task.area_distance": values[f"{arena}.area_distance"]}
-    return find_scenario(arena, own | distance | dict(settings))
+    return find_foraging(arena, own | distance | dict(settings))
 
 
 def recipe_with(values: Values, controller: str) -> Recipe:

@@ -8,6 +8,7 @@ import numpy as np
 
 from baselines.evaluation.configuration import Configuration, find_recipe, parse_settings
 from baselines.evaluation.episode import Episode
+from swarm_forage_env.loop import default_physics
 from swarm_forage_env.scenarios import find_scenario
 
 Metric = Callable[[Episode], float]
@@ -35,11 +36,12 @@ class Cell:
         """Its episodes."""
         return list(results[self])
 
-    def configuration(self, physics: str, settings: Sequence[str] = ()) -> Configuration:
+    def configuration(self, physics: str | None, settings: Sequence[str] = ()) -> Configuration:
         """What fixes its episodes but for their seeds; settings change numbers of the scenario."""
         changes = parse_settings(settings) | parse_settings(self.settings)
         scenario = find_scenario(self.scenario, changes)
-        return Configuration(self.controller, scenario, find_recipe(self.controller), physics)
+        engine = physics or default_physics(scenario)
+        return Configuration(self.controller, scenario, find_recipe(self.controller), engine)
 
 
 Results = Mapping[Cell, Sequence[Episode]]

@@ -4,6 +4,7 @@ Reproduced means: a number within 20 % (15 % for es1) of the published one, its 
 touching that band; a share within 10 points; an order with a Mann-Whitney p below 0.01.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -138,13 +139,11 @@ class Order:
 
     def judge(self, results: Results) -> Finding:
         """Measure it."""
-        found = [
-            compare(sample(results, more, self.metric), sample(results, less, self.metric))
-            for more, less in self.pairs
-        ]
+        found = [compare(*_both(results, more, less, self.metric)) for more, less in self.pairs]
         ratios = [each.ratio for each in found if each.ratio is not None]
         least = min(ratios, key=lambda ratio: ratio.value, default=None)
-        return finding(self.text, "> 1", least, all(map(above, found)))
+        largest = max((each.p for each in found if each.p is not None), default=None)
+        return finding(self.text, "> 1", least, all(map(above, found)), largest)
 
 
 @dataclass(frozen=True)
@@ -183,3 +182,12 @@ class Contrast:
         """Measure it."""
         found = compare(*self.contrast(results))
         return finding(self.text, "> 1", found.ratio, above(found))
+
+
+def _both(
+    results: Results, one: Source, other: Source, metric: Metric
+) -> tuple[list[float], list[float]]:
+    """A number for each seed under which both have one."""
+    pairs = zip(sample(results, one, metric), sample(results, other, metric), strict=True)
+    kept = [(a, b) for a, b in pairs if not (math.isnan(a) or math.isnan(b))]
+    return [a for a, _ in kept], [b for _, b in kept]

@@ -10,8 +10,8 @@ from rich.console import Console
 
 LOGGER = logging.getLogger("swarm-forage")
 
-EPISODES, QUICK_EPISODES = 30, 6
-"""Replications of each cell: as in the papers, and the fewest that can show an order."""
+QUICK_EPISODES = 6
+"""Replications of each cell: the fewest that can show an order."""
 
 
 class PaperName(StrEnum):
@@ -19,6 +19,7 @@ class PaperName(StrEnum):
 
     SOCIAL_ODOMETRY = "social-odometry"
     ANTS2008 = "ants2008"
+    ADAPTIVE_BOIDS = "adaptive-boids"
 
 
 class ClaimsFormat(StrEnum):
@@ -35,7 +36,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     ] = False,
     episodes: Annotated[
         int | None,
-        typer.Option(help="Replications of each cell.", show_default=str(EPISODES)),
+        typer.Option(help="Replications of each cell.", show_default="as in the paper"),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the first; the others count up from it.")] = 0,
     workers: Annotated[int, typer.Option(help="Processes to run them in.")] = 2,
@@ -50,7 +51,12 @@ def reproduce(  # noqa: PLR0913 the options of a command
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
     ] = None,
-    physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
+    physics: Annotated[
+        str | None,
+        typer.Option(
+            help="Engine: rigid or kinematic.", show_default="rigid; kinematic for waypoints"
+        ),
+    ] = None,
     page: Annotated[
         Path | None,
         typer.Option(help="Write the page here, its figures beside it.", show_default="in --out"),
@@ -69,8 +75,8 @@ def reproduce(  # noqa: PLR0913 the options of a command
     from baselines.papers import report
     from baselines.papers.reproduction import Reproduction, Wish
 
-    if episodes is None:
-        episodes = QUICK_EPISODES if quick else EPISODES
+    if episodes is None and quick:
+        episodes = QUICK_EPISODES
     check_count("--workers", workers)
     run = Reproduction(Wish(paper.value, episodes, seed, physics, settings or []), out)
     run.carry_out(workers, LOGGER.warning)

@@ -29,9 +29,12 @@ class Finding:
     high: float | None
     reproduced: bool
 
+    p: float | None = None
+    """Of an order: the largest Mann-Whitney p of its comparisons."""
+
     def as_row(self) -> dict[str, Any]:
         """For JSON."""
-        return asdict(self)
+        return {name: value for name, value in asdict(self).items() if name != "p"}
 
 
 class Claim(Protocol):
@@ -52,12 +55,18 @@ class Claim(Protocol):
         ...
 
 
-def finding(text: str, published: float | str, ours: Estimate | None, reproduced: bool) -> Finding:
+def finding(
+    text: str,
+    published: float | str,
+    ours: Estimate | None,
+    reproduced: bool,
+    p: float | None = None,
+) -> Finding:
     """A line from an estimate with its interval."""
     if ours is None:
         return Finding(text, published, None, None, None, reproduced=False)
     low, high = ours.interval or (None, None)
-    return Finding(text, published, ours.value, low, high, reproduced)
+    return Finding(text, published, ours.value, low, high, reproduced, p)
 
 
 def estimate(values: list[float]) -> Estimate:

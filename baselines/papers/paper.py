@@ -1,6 +1,6 @@
 """A paper: its claims, its figures, and the cells they need."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from baselines.evaluation.configuration import Configuration
@@ -24,6 +24,12 @@ class Paper:
     claims: tuple[Claim, ...]
     pictures: tuple[Picture, ...]
 
+    replications: int
+    """Of each cell, in the paper."""
+
+    left_open: Mapping[str, str]
+    """Whose docstring says what the paper leaves open, by heading."""
+
     @property
     def cells(self) -> tuple[Cell, ...]:
         """Every cell that a claim or a figure needs, once; those with the longest runs first."""
@@ -31,7 +37,9 @@ class Paper:
         found = dict.fromkeys(cell for part in parts for cell in part.cells)
         return tuple(sorted(found, key=_robot_steps, reverse=True))
 
-    def configurations(self, physics: str, settings: Sequence[str] = ()) -> list[Configuration]:
+    def configurations(
+        self, physics: str | None, settings: Sequence[str] = ()
+    ) -> list[Configuration]:
         """Of its cells, in their order; settings change numbers of every scenario."""
         return [cell.configuration(physics, settings) for cell in self.cells]
 
@@ -53,5 +61,5 @@ PAPERS: Registry[Callable[[], Paper]] = Registry("paper")
 
 
 def _robot_steps(cell: Cell) -> int:
-    scenario = cell.configuration("rigid").scenario
+    scenario = cell.configuration(None).scenario
     return scenario.n_ticks * scenario.task.n_robots

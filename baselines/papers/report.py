@@ -12,20 +12,10 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from baselines.papers.figures import Picture
 from baselines.papers.findings import Finding
+from baselines.papers.paper import Paper
 
-LEFT_OPEN = {
-    "The setups": "swarm_forage_env.scenarios.foraging",
-    "Exchanging, trusting and losing estimates": "baselines.estimators.social_odometry",
-    "Moving": "baselines.motion.subsumption",
-    "The Fermi filter": "baselines.weighting.sgiff:SGIFF",
-    "The experiments of the TR": "baselines.papers.social_odometry",
-    "The experiments of ANTS": "baselines.papers.ants2008",
-}
-"""Whose docstring says what the papers leave open, by heading."""
-
-HEADINGS = ("claim", "published", "ours", "95 % interval", "reproduced")
+HEADINGS = ("claim", "published", "ours", "95 % interval", "p", "reproduced")
 
 MISSING = "-"
 
@@ -59,15 +49,13 @@ def score(findings: Sequence[Finding]) -> str:
     return f"{reproduced} of {len(findings)} claims reproduced"
 
 
-def page(
-    template: str, findings: Sequence[Finding], pictures: Sequence[Picture], command: str
-) -> str:
+def page(paper: Paper, findings: Sequence[Finding], command: str) -> str:
     """The page of a paper: its template, with the results of this run put in."""
     figures = "\n\n".join(
-        f"![{each.caption}](figures/{each.name}.png)\n\n*{each.caption}*" for each in pictures
+        f"![{each.caption}](figures/{each.name}.png)\n\n*{each.caption}*" for each in paper.pictures
     )
     missed = [f"- {each.claim}" for each in findings if not each.reproduced]
-    text = (files("baselines.papers") / "pages" / f"{template}.md").read_text("utf-8")
+    text = (files("baselines.papers") / "pages" / f"{paper.page}.md").read_text("utf-8")
     return Template(text).substitute(
         command=command,
         score=score(findings),
@@ -75,7 +63,7 @@ def page(
         missed="\n".join(missed) or "Nothing.",
         figures=figures,
         left_open="\n\n".join(
-            f"### {title}\n\n{left_open(LEFT_OPEN[title])}" for title in LEFT_OPEN
+            f"### {title}\n\n{left_open(place)}" for title, place in paper.left_open.items()
         ),
     )
 
@@ -91,7 +79,7 @@ def left_open(place: str) -> str:
     return re.sub(r":\n-", ":\n\n-", listed[0], count=1)
 
 
-def _cells(found: Finding) -> tuple[str, str, str, str, str]:
+def _cells(found: Finding) -> tuple[str, str, str, str, str, str]:
     published = found.published
     low, high = found.low, found.high
     interval = MISSING if low is None or high is None else f"{_number(low)} to {_number(high)}"
@@ -100,6 +88,7 @@ def _cells(found: Finding) -> tuple[str, str, str, str, str]:
         published if isinstance(published, str) else _number(published),
         MISSING if found.ours is None else _number(found.ours),
         interval,
+        MISSING if found.p is None else _p_value(found.p),
         "yes" if found.reproduced else "no",
     )
 
@@ -107,3 +96,7 @@ def _cells(found: Finding) -> tuple[str, str, str, str, str]:
 def _number(value: float) -> str:
     """Three digits; whole numbers whole."""
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
+
+
+def _p_value(p: float) -> str:
+    return "< 0.0001" if p < 1e-4 else f"{p:.2g}"

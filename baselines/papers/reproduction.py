@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import baselines.papers.adaptive_boids
 import baselines.papers.ants2008
 import baselines.papers.social_odometry
 from baselines.evaluation.dataset import Dataset
@@ -21,7 +22,11 @@ from baselines.papers.paper import PAPERS
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.streams import checked_seed
 
-ENTERED = (baselines.papers.social_odometry, baselines.papers.ants2008)
+ENTERED = (
+    baselines.papers.social_odometry,
+    baselines.papers.ants2008,
+    baselines.papers.adaptive_boids,
+)
 """Importing a paper's module enters it in the registry."""
 
 
@@ -30,9 +35,11 @@ class Wish:
     """What a user asks `reproduce` for."""
 
     paper: str
-    episodes: int = 30
+    episodes: int | None = None
+    """None: as many as in the paper."""
     seed: int = 0
-    physics: str = "rigid"
+    physics: str | None = None
+    """None: the one that each scenario goes with."""
     settings: Sequence[str] = ()
     """Numbers of every scenario to change: `task.duration=600`."""
 
@@ -40,16 +47,21 @@ class Wish:
     def command(self) -> str:
         """The command that makes the same episodes again."""
         options = [f"--set={each}" for each in self.settings]
-        options += [f"--episodes={self.episodes}", f"--seed={self.seed}"]
-        options += [f"--physics={self.physics}"]
+        options += [f"--episodes={self.replications}", f"--seed={self.seed}"]
+        options += [f"--physics={self.physics}"] if self.physics else []
         return shlex.join(["swarm-forage", "reproduce", self.paper, *options])
+
+    @property
+    def replications(self) -> int:
+        """Of each cell."""
+        return PAPERS[self.paper]().replications if self.episodes is None else self.episodes
 
     @property
     def seeds(self) -> range:
         """The seeds of the replications."""
-        check_count("--episodes", self.episodes)
+        check_count("--episodes", self.replications)
         first = checked_seed(self.seed)
-        return range(first, checked_seed(first + self.episodes - 1) + 1)
+        return range(first, checked_seed(first + self.replications - 1) + 1)
 
 
 class Reproduction:
@@ -57,7 +69,8 @@ class Reproduction:
 
     def __init__(self, wish: Wish, out: Path | None = None) -> None:
         """Check what is asked for, and look for what there is; nothing runs yet."""
-        _ = ENGINES[wish.physics]
+        if wish.physics is not None:
+            _ = ENGINES[wish.physics]
         self.paper = PAPERS[wish.paper]()
         self.command = wish.command
         self.folder = out or Path("runs") / f"reproduce-{wish.paper}"
@@ -87,6 +100,6 @@ class Reproduction:
         write_figures(self.paper.pictures, self.results, page.parent / "figures", self.command)
         claims = self.folder / "claims.json"
         claims.write_text(report.to_json(findings) + "\n", "utf-8")
-        text = report.page(self.paper.page, findings, self.paper.pictures, self.command)
+        text = report.page(self.paper, findings, self.command)
         page.write_text(text, "utf-8")
         return [claims, page]

@@ -162,6 +162,19 @@ def pictures() -> list[Picture]:
     ]
 
 
+LEFT_OPEN = {
+    "The setups": "swarm_forage_env.scenarios.foraging",
+    "Exchanging, trusting and losing estimates": "baselines.estimators.social_odometry",
+    "Moving": "baselines.motion.subsumption",
+    "The Fermi filter": "baselines.weighting.sgiff:SGIFF",
+    "The experiments": "baselines.papers.social_odometry",
+}
+"""Whose docstring says what the paper leaves open, by heading."""
+
+REPLICATIONS = 30
+"""Of each cell, in the paper."""
+
+
 @PAPERS.register("social-odometry")
 def social_odometry() -> Paper:
     """Every claim and figure of TR 6."""
@@ -178,4 +191,11 @@ def social_odometry() -> Paper:
         *(claim for setup in SETUPS for claim in path_claims(setup)),
         *real_claims(),
     ]
-    return Paper("social-odometry", "social_odometry", tuple(claims), tuple(pictures()))
+    return Paper(
+        "social-odometry",
+        "social_odometry",
+        tuple(claims),
+        tuple(pictures()),
+        REPLICATIONS,
+        LEFT_OPEN,
+    )

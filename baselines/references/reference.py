@@ -9,13 +9,14 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.ground_truth import GroundTruth
 from swarm_forage_env.interface import Estimator, Weighting
 from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.waypoints_scenario import AnyScenario
 
 
 @dataclass(frozen=True)
 class Reference(Recipe):
     """A named controller for comparison only; a layer with `start_knowing` is shown the truth."""
 
-    def build(self, scenario: Scenario, seeds: Sequence[int]) -> Controller:
+    def build(self, scenario: AnyScenario, seeds: Sequence[int]) -> Any:  # noqa: ANN401 as Recipe
         """ConfigError: a reference is built by the control loop, which knows the truth."""
         raise ConfigError(f"controller '{self.name}' needs the ground truth: use build_knowing")
 

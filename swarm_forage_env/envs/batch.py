@@ -1,10 +1,8 @@
 """The environment on arrays: W worlds side by side. Every API in this folder wraps it."""
 
 from collections.abc import Sequence
-from typing import Annotated
 
 import numpy as np
-from pydantic import Field
 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.controllers import find_controller
@@ -12,24 +10,10 @@ from swarm_forage_env.envs.bounds import Bounds
 from swarm_forage_env.envs.cuts import CUTS, Cut
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.envs.rewards import REWARDS, Potential
-from swarm_forage_env.envs.truth import Truth
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.envs.terms import Terms, cycles_of
+from swarm_forage_env.envs.truth import INFOS, Truth
 from swarm_forage_env.interface import ControllerRecipe
-from swarm_forage_env.scenario import Count, NotNegative, Part, Scenario, Share
-
-
-class Terms(Part):
-    """What is learned, for what reward, and how the world runs."""
-
-    learn: str = Field("motion", description="Layer that the policy takes the place of")
-    reward: str = Field("own", description="Who is credited with a round trip")
-    shaping: NotNegative = Field(0.0, description="Weight of the potential-based shaping; 0: none")
-    discount: Share = Field(0.99, description="The learner's discount, for the shaping")
-    decision_period: Count = Field(1, description="Ticks for which an action is held")
-    physics: str = Field("rigid", description="Engine that moves the robots")
-    max_cycles: Annotated[int, Field(ge=1)] | None = Field(
-        None, description="Decisions in an episode; none: as many as fit into the scenario's time"
-    )
+from swarm_forage_env.scenario import Scenario
 
 
 class Batch:
@@ -40,6 +24,8 @@ class Batch:
     the observation shows the last tick only: for `learn="weighting"` k = 1 is what the
     hand-written rules have.
     """
+
+    infos = INFOS
 
     def __init__(
         self,
@@ -53,7 +39,7 @@ class Batch:
         recipe = find_controller(controller)
         self._reward = REWARDS[terms.reward]
         self._period = terms.decision_period
-        self.cut: Cut = CUTS[terms.learn](scenario, recipe, seeds, terms.physics)
+        self.cut: Cut = CUTS[terms.learn](scenario, recipe, seeds, terms.physics or "rigid")
         self.world = self.cut.world
         self.agents = [f"epuck_{k}" for k in range(self.world.n_robots)]
         bounds = Bounds(scenario, max(scenario.n_ticks, self.n_cycles * self._period))
@@ -69,6 +55,15 @@ class Batch:
         self.cut.reset(seeds)
         return self._sheet.write(self.cut.parts)
 
+    def state(self, share_gone: float) -> Float32[Array, " numbers"]:
+        """The truth about the first world, as the layout of `truth` says."""
+        return np.asarray(self.truth.state(self.cut.beliefs, share_gone)[0])
+
+    def log(self) -> list[list[float]]:
+        """What is logged of each robot, in the order of `infos`."""
+        numbers: list[list[float]] = self.truth.log(self.cut.beliefs).tolist()
+        return numbers
+
     def step(
         self, action: Float32[Array, "rows numbers"]
     ) -> tuple[Float32[Array, "rows numbers"], Float64[Array, " rows"]]:
@@ -81,13 +76,3 @@ class Batch:
             earned += self._potential.shaping(before, self._potential(self.world.state))
         reward = self._reward(earned.reshape(self.world.n_worlds, -1)).ravel()
         return self._sheet.write(self.cut.parts), reward
-
-
-def cycles_of(scenario: Scenario, terms: Terms) -> int:
-    """Decisions in an episode: `max_cycles`, or as many as fit into the scenario's time."""
-    if terms.decision_period > scenario.n_ticks:
-        raise ConfigError(
-            f"decision_period={terms.decision_period}: must be at most the"
-            f" {scenario.n_ticks} ticks of an episode"
-        )
-    return terms.max_cycles or scenario.n_ticks // terms.decision_period

@@ -113,7 +113,8 @@ class WeightingCut(_LayerCut):
 
     def tick(self, action: Float32[Array, "rows numbers"]) -> Feedback:
         """One tick with the policy's weights."""
-        return self._loop.step(g=action)
+        feedback: Feedback = self._loop.step(g=action)
+        return feedback
 
 
 @CUTS.register("motion")
@@ -128,7 +129,8 @@ class MotionCut(_LayerCut):
 
     def tick(self, action: Float32[Array, "rows numbers"]) -> Feedback:
         """One tick with the policy's wheels."""
-        return self._loop.step(wheels=action)
+        feedback: Feedback = self._loop.step(wheels=action)
+        return feedback
 
 
 @CUTS.register("both")
@@ -145,7 +147,8 @@ class BothCut(_LayerCut):
     def tick(self, action: Float32[Array, "rows numbers"]) -> Feedback:
         """One tick with the policy's weights and wheels."""
         g, wheels = np.split(action, [len(G)], axis=1)
-        return self._loop.step(np.ascontiguousarray(g), np.ascontiguousarray(wheels))
+        feedback: Feedback = self._loop.step(np.ascontiguousarray(g), np.ascontiguousarray(wheels))
+        return feedback
 
 
 @CUTS.register("everything")

@@ -51,8 +51,8 @@ class Field:
 
     @property
     def is_goal(self) -> bool:
-        """A goal, which takes one slot for each choice."""
-        return self.name == "goal"
+        """A choice of a goal, which takes one slot for each."""
+        return self.name == "goal" and not self.shape
 
 
 def field(  # noqa: PLR0913 one line of a table

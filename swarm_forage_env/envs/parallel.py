@@ -13,22 +13,26 @@ from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, para
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.actions import Actions
-from swarm_forage_env.envs.batch import Batch, Terms
+from swarm_forage_env.envs.batch import Batch
+from swarm_forage_env.envs.terms import Terms
+from swarm_forage_env.envs.waypoints import WaypointBatch
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import ControllerRecipe
-from swarm_forage_env.scenario import Scenario, leaves, resolve, validated
+from swarm_forage_env.scenario import leaves, resolve, validated
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.streams import checked_seed
+from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
 
 Observations = dict[str, Float32[Array, " numbers"]]
 Infos = dict[str, dict[str, float]]
 
 
 class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 PettingZoo's name
-    """Foraging e-pucks of which a policy is one layer, or all.
+    """Foraging e-pucks, or robots that visit waypoints, of which a policy is one layer, or all.
 
     `learn` cuts the control loop: "weighting", "motion", "both" or "everything". The rest is
-    done by `controller`, a name with parameters if wanted (`ssgiff:beta=0.01`) or a recipe.
+    done by `controller`, a name with parameters if wanted (`ssgiff:beta=0.01`) or a recipe; by
+    default `ssgikf`, and `boids-adaptive` for waypoints.
     `scenario` is a name, a TOML file or a Scenario; further keywords change single numbers of
     it, by dotted name: `parallel_env("es1", **{"radio.max_range": 0.2})`.
 
@@ -48,14 +52,14 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
 
     def __init__(  # noqa: PLR0913 PettingZoo's habit: all options are keywords
         self,
-        scenario: str | Path | Scenario = "es1",
+        scenario: str | Path | AnyScenario = "es1",
         learn: str = "motion",
-        controller: str | ControllerRecipe = "ssgikf",
+        controller: str | ControllerRecipe | None = None,
         reward: str = "own",
         shaping: float = 0.0,
         discount: float = 0.99,
         decision_period: int = 1,
-        physics: str = "rigid",
+        physics: str | None = None,
         render_mode: None = None,
         max_cycles: int | None = None,
         **overrides: Any,  # noqa: ANN401 numbers of the scenario, checked there
@@ -71,7 +75,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         terms = validated(Terms, options)
         chosen = _scenario(scenario, overrides, {*options, *rest})
         self.render_mode = render_mode
-        self._batch = batch = Batch(chosen, terms, controller, (0,))
+        self._batch = batch = _batch(chosen, terms, controller)
         self.scenario = chosen
         self.world = batch.world
         self.max_cycles = batch.n_cycles
@@ -119,8 +123,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
     def state(self) -> Float32[Array, " numbers"]:
         """The truth and all beliefs, as `state_layout` says; for centralised critics."""
         share_gone = self._started() / self.max_cycles
-        batch = self._batch
-        return np.asarray(batch.truth.state(batch.cut.beliefs, share_gone)[0])
+        return self._batch.state(share_gone)
 
     def observation_space(self, agent: str) -> Box:
         """The space of an agent's observations, the same object each time."""
@@ -143,7 +146,11 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         return spaces[agent]
 
     def _infos(self) -> Infos:
-        rows = self._batch.truth.log(self._batch.cut.beliefs).tolist()
+        rows = self._batch.log()
+        if isinstance(self._batch, WaypointBatch):
+            names = self._batch.infos
+            log = (dict(zip(names, row, strict=True)) for row in rows)
+            return dict(zip(self.possible_agents, log, strict=True))
         return {  # literal, as that is twice as fast as zipping the names in
             agent: {
                 "round_trips": trips,
@@ -190,9 +197,18 @@ def check_render_mode(render_mode: object) -> None:
         raise ConfigError(f"render_mode={render_mode!r}: rendering is not available; leave it out")
 
 
+def _batch(
+    scenario: AnyScenario, terms: Terms, controller: str | ControllerRecipe | None
+) -> Batch | WaypointBatch:
+    """The batch of one world of a scenario."""
+    if isinstance(scenario, WaypointsScenario):
+        return WaypointBatch(scenario, terms, controller or "boids-adaptive", (0,))
+    return Batch(scenario, terms, controller or "ssgikf", (0,))
+
+
 def _scenario(
-    scenario: str | Path | Scenario, overrides: Mapping[str, Any], keywords: set[str]
-) -> Scenario:
+    scenario: str | Path | AnyScenario, overrides: Mapping[str, Any], keywords: set[str]
+) -> AnyScenario:
     """The scenario with its overrides; a misspelt keyword is told from a misspelt parameter."""
     chosen = find_scenario(scenario)
     known = {**leaves(chosen.model_dump()), **dict.fromkeys(keywords)}

@@ -13,13 +13,13 @@ ES1 = Scenario(name="es1")
 ES2 = Scenario(
     name="es2",
     arena=Arena(length=4.25, width=3.0),
-    task=Task(n_robots=50, duration=7200.0, area_distance=1.6, start_radius=0.5),
+    task=Task(n_robots=50, duration=7200.0, area_distance=2.8, start_radius=0.5),
 )
 
 ES3 = Scenario(
     name="es3",
     arena=Arena(length=8.5, width=6.0),
-    task=Task(n_robots=100, duration=7200.0, area_distance=1.7, start_radius=0.5),
+    task=Task(n_robots=100, duration=7200.0, area_distance=1.8, start_radius=0.5),
 )
 
 REAL = Scenario(

@@ -162,7 +162,7 @@ def test_only_the_world_that_is_reset_forgets():
     assert beliefs.p.reshape(3, -1).sum(axis=1).tolist() == [20.0, 0.0, 20.0]
 
 
-EXACT = {"wheel_noise": 0.0, "ground_noise": 0.0, "n_robots": 1}
+EXACT = {"wheel_noise": 0.0, "ground_noise": 0.0, "n_robots": 1, "area_distance": 1.0}
 
 
 @pytest.mark.parametrize("area", [NEST, PREY])

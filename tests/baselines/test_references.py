@@ -14,6 +14,7 @@ from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.ground_truth import GroundTruth, is_reference
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
+from swarm_forage_env.scenario import Scenario
 from swarm_forage_env.scenarios import find_scenario
 
 NAMES = [recipe.name for recipe in RECIPES]
@@ -41,7 +42,10 @@ def within_reach_of(thing, seen):
             within_reach_of(each, seen)
 
 
-@pytest.mark.parametrize("name", [*CONTROLLERS, *REFERENCES])
+FORAGERS = [name for name in CONTROLLERS if CONTROLLERS[name].runs_on(Scenario())]
+
+
+@pytest.mark.parametrize("name", [*FORAGERS, *REFERENCES])
 def test_the_truth_is_within_reach_of_references_only(name):
     loop, seen = run(name, 1), {}
     within_reach_of(loop.controller, seen)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import baselines.recipes  # noqa: F401 enters the controllers
+from baselines.controller import made_for
 from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
 from baselines.weighting import WEIGHTING_RULES
@@ -18,10 +19,15 @@ from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, SCENARIOS, Registry
 from swarm_forage_env.scenario import Part, Scenario
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.waypoints_scenario import WaypointsScenario
 
 LAYERS = {"weighting": WEIGHTING_RULES, "estimator": ESTIMATORS, "motion": MOTIONS}
 PARTS = [(layer, name) for layer, registry in LAYERS.items() for name in registry]
-SOURCE = r"Source: |\(TR\)|\(ANTS\)|Not in the papers?:"
+SOURCE = r"Source: |\(TR\)|\(ANTS\)|\(BOIDS\)|Not in the papers?:"
+
+FORAGERS = [name for name in CONTROLLERS if CONTROLLERS[name].runs_on(Scenario())]
+RULES = [name for name in WEIGHTING_RULES if Scenario in made_for(WEIGHTING_RULES[name])]
+"""Those that are made for foraging; the world of waypoints has contracts of its own."""
 
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62}
 """Numbers of es1 under which robots soon find areas and meet."""
@@ -54,7 +60,7 @@ def test_every_engine_says_what_it_is(name):
 
 @pytest.mark.parametrize("name", list(SCENARIOS))
 def test_every_scenario_stands_under_its_own_name(name):
-    assert isinstance(SCENARIOS[name], Scenario)
+    assert isinstance(SCENARIOS[name], Scenario | WaypointsScenario)
     assert SCENARIOS[name].name == name
 
 
@@ -82,7 +88,7 @@ def random_encounter(rng, rows):
     )
 
 
-@pytest.mark.parametrize("name", list(WEIGHTING_RULES))
+@pytest.mark.parametrize("name", RULES)
 def test_every_weight_is_a_share_of_single_precision(name):
     rule = WEIGHTING_RULES[name]()
     g = rule(random_encounter(np.random.default_rng(0), 1000))
@@ -92,7 +98,7 @@ def test_every_weight_is_a_share_of_single_precision(name):
     assert 0.0 <= rule.heard_p_share <= 1.0
 
 
-@pytest.mark.parametrize("name", list(WEIGHTING_RULES))
+@pytest.mark.parametrize("name", RULES)
 def test_every_weight_depends_on_the_own_row_only(name):
     rule, rng = WEIGHTING_RULES[name](), np.random.default_rng(0)
     mine, others = random_encounter(rng, 5), random_encounter(rng, 5)
@@ -116,7 +122,7 @@ def recorded():
     return lambda name: kept.setdefault(name, run(name))
 
 
-@pytest.mark.parametrize("name", list(CONTROLLERS))
+@pytest.mark.parametrize("name", FORAGERS)
 def test_a_robot_acts_only_on_what_it_senses_and_hears(recorded, name):
     scenario, told = recorded(name)
     recipe, rng = find_controller(name), np.random.default_rng(0)
@@ -151,7 +157,7 @@ def replaced(readings, rng):
     return replace(readings, **changed)
 
 
-@pytest.mark.parametrize("name", list(CONTROLLERS))
+@pytest.mark.parametrize("name", FORAGERS)
 def test_what_a_robot_hears_does_matter_to_it(recorded, name):
     """The other side of the contract: the recording holds messages that change a command."""
     scenario, told = recorded(name)
@@ -166,7 +172,7 @@ def test_what_a_robot_hears_does_matter_to_it(recorded, name):
 
 
 @pytest.mark.parametrize("physics", list(ENGINES))
-@pytest.mark.parametrize("name", list(CONTROLLERS))
+@pytest.mark.parametrize("name", FORAGERS)
 def test_every_recipe_runs_without_nonsense(name, physics):
     scenario = find_scenario("es1", BUSY)
     loop = ControlLoop(scenario, find_controller(name), [0, 1], physics)

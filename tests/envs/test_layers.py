@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from baselines.controller import Recipe
+from baselines.controller import Recipe, made_for
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.motion import MOTIONS
 from baselines.motion.subsumption import SubsumptionParameters
@@ -24,6 +24,7 @@ from swarm_forage_env.envs.cuts import CUTS
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.interface import WORDS
 from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.scenario import Scenario
 
 TICKS = 3000
 SEED = 7
@@ -39,9 +40,11 @@ def choices(part):
 
 
 def cases(registry):
+    """Every part of a registry that is made for foraging."""
     return [
         pytest.param(part, id=f"{name}-{k}")
         for name in registry
+        if Scenario in made_for(registry[name])
         for k, part in enumerate(choices(registry[name]))
     ]
 

@@ -103,7 +103,8 @@ def into_a_corner(world, rng, tick, wheels):
     return towards(world, 0.5 * world.scenario.arena.length, 0.5 * world.scenario.arena.width)
 
 
-DRIVERS = (at_random, straight, into_a_clump, into_a_corner, *list(CONTROLLERS))
+FORAGERS = [name for name in CONTROLLERS if CONTROLLERS[name].runs_on(Scenario())]
+DRIVERS = (at_random, straight, into_a_clump, into_a_corner, *FORAGERS)
 
 
 def swarm(scenario, driver, physics, seed):

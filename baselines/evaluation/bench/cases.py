@@ -10,7 +10,7 @@ from baselines.evaluation.configuration import find_recipe
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenario import Scenario
-from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.scenarios import find_foraging
 
 CONTROLLER = "ssgikf"
 
@@ -48,7 +48,7 @@ def all_cases() -> list[Case]:
     A large swarm would take hours to leave its start circle: the last three start all over
     the arena, and warm up for 300 ticks.
     """
-    es1, es3 = find_scenario("es1"), find_scenario("es3")
+    es1, es3 = find_foraging("es1"), find_foraging("es3")
     spread = [
         Case(name, enlarged(es3, factor), is_spread=True, warm_up=300)
         for name, factor in (("es3 spread", 1), ("es3 x 10", 10), ("es3 x 100", 100))
@@ -56,7 +56,7 @@ def all_cases() -> list[Case]:
     return [
         Case("es1", es1),
         Case("es1 x 30", es1, n_worlds=30),
-        Case("es2", find_scenario("es2")),
+        Case("es2", find_foraging("es2")),
         Case("es3", es3),
         *spread,
     ]
@@ -75,7 +75,7 @@ def enlarged(scenario: Scenario, factor: int) -> Scenario:
     }
     name = f"{scenario.name} x {factor}"
     robots = {"name": name, "task.n_robots": factor * task.n_robots}
-    return find_scenario(scenario, {**lengths, **robots})
+    return find_foraging(scenario, {**lengths, **robots})
 
 
 def uniform_poses(scenario: Scenario, n_worlds: int) -> Float64[Array, "rows 3"]:

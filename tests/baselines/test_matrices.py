@@ -1,0 +1,114 @@
+"""Small matrices inside kernels, against numpy."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.testing import assert_allclose, assert_array_equal
+
+from baselines.estimators.matrices import (
+    cholesky3,
+    determinant3,
+    identity3,
+    inverse3,
+    product3,
+    product3_transposed,
+    solve_lower3,
+    spectral_norm3,
+    symmetrise3,
+)
+
+ENTRIES = st.floats(-3.0, 3.0).map(lambda x: round(x, 6))
+MATRICES = arrays(np.float64, (3, 3), elements=ENTRIES)
+SYMMETRIC = MATRICES.map(lambda each: each + each.T)
+POSITIVE = MATRICES.map(lambda each: each @ each.T + 0.1 * np.eye(3))
+
+
+def filled(helper, *given_):
+    """What a helper writes into an array that held other numbers."""
+    out = np.full((3, 3), 7.0)
+    helper(*given_, out)
+    return out
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.1, -2.5, 0.0])
+def test_the_identity_times_a_number(scale):
+    assert_array_equal(filled(identity3, scale), scale * np.eye(3))
+
+
+@given(MATRICES, MATRICES)
+def test_products_are_those_of_numpy(A, B):  # noqa: N803 matrices
+    assert_allclose(filled(product3, A, B), A @ B, atol=1e-12)
+    assert_allclose(filled(product3_transposed, A, B), A @ B.T, atol=1e-12)
+
+
+@given(MATRICES)
+def test_a_symmetrised_matrix_is_the_mean_of_itself_and_its_transpose(A):  # noqa: N803
+    found = A.copy()
+    symmetrise3(found)
+    assert_array_equal(found, found.T)
+    assert_allclose(found, (A + A.T) / 2.0, atol=1e-15)
+
+
+@given(MATRICES)
+def test_the_determinant_is_that_of_numpy(A):  # noqa: N803
+    assert determinant3(A) == pytest.approx(np.linalg.det(A), abs=1e-11)
+
+
+@given(POSITIVE)
+def test_the_inverse_of_a_covariance_is_that_of_numpy(P):  # noqa: N803
+    assert_allclose(filled(inverse3, P), np.linalg.inv(P), rtol=1e-8, atol=1e-8)
+
+
+@given(MATRICES)
+def test_the_inverse_of_any_matrix_that_has_one_undoes_it(A):  # noqa: N803
+    assume(abs(np.linalg.det(A)) > 1e-2)
+    assert_allclose(filled(inverse3, A) @ A, np.eye(3), atol=1e-8)
+
+
+def test_a_matrix_without_an_inverse_has_no_finite_one():
+    assert not np.isfinite(filled(inverse3, np.ones((3, 3)))).any()
+
+
+@given(SYMMETRIC)
+def test_the_spectral_norm_is_the_largest_absolute_eigenvalue(P):  # noqa: N803
+    largest = np.abs(np.linalg.eigvalsh(P)).max()
+    assert spectral_norm3(P) == pytest.approx(largest, rel=1e-7, abs=1e-9)
+
+
+@given(POSITIVE)
+def test_the_spectral_norm_of_a_covariance_is_the_two_norm(P):  # noqa: N803
+    assert spectral_norm3(P) == pytest.approx(np.linalg.norm(P, 2), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("diagonal", "norm"),
+    [((0, 0, 0), 0), ((0.1, 0.1, 0.1), 0.1), ((1, 1, 3), 3), ((1, 3, 3), 3), ((-5, 0, 4), 5)],
+)
+def test_the_spectral_norm_of_a_diagonal_is_its_largest_number(diagonal, norm):
+    assert spectral_norm3(np.diag(np.array(diagonal, float))) == pytest.approx(norm, rel=1e-8)
+
+
+@given(POSITIVE, st.floats(-math.pi, math.pi))
+def test_turning_the_frame_leaves_norm_and_determinant(P, angle):  # noqa: N803
+    c, s = math.cos(angle), math.sin(angle)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])  # noqa: N806 a rotation
+    turned = np.ascontiguousarray(R @ P @ R.T)
+    assert spectral_norm3(turned) == pytest.approx(spectral_norm3(P), rel=1e-7)
+    assert determinant3(turned) == pytest.approx(determinant3(P), rel=1e-9)
+
+
+@given(POSITIVE)
+def test_the_lower_triangle_is_that_of_numpy(P):  # noqa: N803
+    found = filled(cholesky3, P)
+    assert_allclose(found, np.linalg.cholesky(P), atol=1e-9)
+    assert_array_equal(found, np.tril(found))
+
+
+@given(POSITIVE, MATRICES)
+def test_solving_by_a_lower_triangle_is_multiplying_with_its_inverse(P, B):  # noqa: N803
+    L = np.ascontiguousarray(np.linalg.cholesky(P))  # noqa: N806 as in the kernel
+    assert_allclose(filled(solve_lower3, L, B), np.linalg.solve(L, B), rtol=1e-9, atol=1e-9)

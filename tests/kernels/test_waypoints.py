@@ -1,0 +1,346 @@
+"""The waypoints world's equations: limits, sights, fixes, claims, devices, and steering."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy import stats
+
+from swarm_forage_env.kernels.frames import wrap
+from swarm_forage_env.kernels.steering import seek
+from swarm_forage_env.kernels.waypoints import (
+    draw_devices,
+    drive_within_limits,
+    fix_at_home,
+    judge_claims,
+    limited,
+    measure_motion,
+    place_at_home,
+    see_each_other,
+    turn_then_go,
+)
+from swarm_forage_env.scenario import record
+from swarm_forage_env.waypoints_scenario import Create
+
+LIMITS = record(**Create().model_dump())
+DT = 0.5
+
+SPEEDS = st.floats(0.01, 0.5)
+ANGLES = st.floats(-math.pi, math.pi, exclude_max=True)
+SHARES = st.floats(-1.0, 1.0)
+METRES = st.floats(-10.0, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("speed", "ahead", "left", "expected"),
+    [
+        (0.5, 1.0, 0.0, (0.5, 0.0)),
+        (0.01, 1.0, 0.0, (0.5, 0.0)),
+        (0.5, -1.0, 0.0, (0.01, 1.0)),
+        (0.3, 0.02, 0.01, (0.35, math.atan(0.5))),
+        (0.3, 0.02, -0.01, (0.35, -math.atan(0.5))),
+        (0.3, -0.02, 0.001, (0.25, 1.0)),
+        (0.3, 0.0, 1.0, (0.3, 1.0)),
+        (0.3, 0.0, -1.0, (0.3, -1.0)),
+        (0.3, 0.04, 0.04, (0.4, math.pi / 4.0)),
+    ],
+)
+def test_a_pull_changes_speed_by_its_share_and_course_by_its_angle_within_limits(
+    speed, ahead, left, expected
+):
+    assert limited(speed, ahead, left, LIMITS, DT) == pytest.approx(expected)
+
+
+@given(SPEEDS)
+def test_no_pull_keeps_speed_and_course(speed):
+    assert limited(speed, 0.0, 0.0, LIMITS, DT) == (speed, 0.0)
+
+
+@given(SPEEDS, SHARES, SHARES)
+def test_no_pull_leads_out_of_the_limits(speed, ahead, left):
+    fast, turn = limited(speed, ahead, left, LIMITS, DT)
+    assert 0.01 <= fast <= 0.5
+    assert -1.0 <= turn <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("theta", "speed", "turn", "expected"),
+    [
+        (0.0, 0.4, 0.0, (1.2, 2.0, 0.0)),
+        (0.0, 0.4, math.pi, (1.0, 2.2, math.pi / 2)),
+        (0.0, 0.4, -math.pi, (1.0, 1.8, -math.pi / 2)),
+        (math.pi / 2, 0.4, math.pi, (0.8, 2.0, -math.pi)),
+        (3.0, 0.0, 1.0, (1.0, 2.0, 3.5 - 2.0 * math.pi)),
+    ],
+)
+def test_a_robot_turns_first_and_then_goes_straight(theta, speed, turn, expected):
+    assert turn_then_go(1.0, 2.0, theta, speed, turn, DT) == pytest.approx(expected)
+
+
+@given(METRES, METRES, ANGLES, SPEEDS, SHARES)
+def test_a_tick_covers_its_speed_times_its_time_in_the_new_direction(x, y, theta, speed, turn):
+    after = turn_then_go(x, y, theta, speed, turn, DT)
+    assert math.hypot(after[0] - x, after[1] - y) == pytest.approx(speed * DT, abs=1e-12)
+    assert abs(wrap(math.atan2(after[1] - y, after[0] - x) - after[2])) < 1e-9
+    assert -math.pi <= after[2] < math.pi
+
+
+def test_every_robot_drives_by_its_own_pull_and_its_motion_is_what_it_did():
+    pose = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, math.pi / 2]])
+    motion = np.array([[0.5, 0.3], [0.2, 0.0]])
+    pull = np.array([[0.0, 0.0], [0.04, 0.04]], np.float32)
+    drive_within_limits(pull, LIMITS, DT, pose, motion)
+    assert_allclose(motion, [[0.5, 0.0], [0.3, math.pi / 4]], atol=1e-7)
+    heading = math.pi / 2 + math.pi / 8
+    there = [1.0 + 0.15 * math.cos(heading), 1.0 + 0.15 * math.sin(heading), heading]
+    assert_allclose(pose, [[0.25, 0.0, 0.0], there], atol=1e-7)
+
+
+def test_wheels_and_gyro_have_their_own_bias_and_noise(fresh, believable):
+    rows = 20_000
+    motion = np.tile([0.4, -0.3], (rows, 1))
+    deviation, bias = np.tile([0.05, 0.02], (rows, 1)), np.tile([0.01, -0.05], (rows, 1))
+    found = np.empty((rows, 2), np.float32)
+    measure_motion(motion, deviation, bias, fresh(rows), found)
+    errors = (found - motion - bias) / deviation
+    for error in errors.T:
+        believable(stats.kstest(error, stats.norm.cdf).pvalue)
+    assert abs(np.corrcoef(errors.T)[0, 1]) < 4.0 / math.sqrt(rows)
+
+
+def sights(pose, n_robots, streams, reach=1.0, range_noise=0.01, bearing_noise=0.02):
+    """Who is seen, at which range and bearing."""
+    pose = np.array(pose, float)
+    shape = len(pose), n_robots
+    seen, far = np.ones(shape, np.bool_), np.ones(shape, np.float32)
+    bearing = np.ones(shape, np.float32)
+    see_each_other(pose, n_robots, reach, range_noise, bearing_noise, streams, seen, far, bearing)
+    return seen, far, bearing
+
+
+def test_range_and_bearing_are_normal_about_the_truth_for_each_robot_alone(fresh, believable):
+    worlds = 10_000
+    pose = np.tile([[0.0, 0.0, 0.3], [0.3, 0.4, -2.0]], (worlds, 1))
+    seen, far, bearing = sights(pose, 2, fresh(2 * worlds))
+    assert seen[0::2, 1].all()
+    assert seen[1::2, 0].all()
+    way = math.atan2(0.4, 0.3)
+    errors = np.array([
+        (far[0::2, 1] - 0.5) / 0.01,
+        (bearing[0::2, 1] - (way - 0.3)) / 0.02,
+        (far[1::2, 0] - 0.5) / 0.01,
+        (bearing[1::2, 0] - (way - math.pi + 2.0)) / 0.02,
+    ])  # fmt: skip
+    for error in errors:
+        assert abs(error.mean()) < 4.0 / math.sqrt(worlds)
+        assert error.std() == pytest.approx(1.0, rel=0.03)
+        believable(stats.kstest(error, stats.norm.cdf).pvalue)
+    correlations = np.corrcoef(errors)[np.triu_indices(4, 1)]
+    assert np.abs(correlations).max() < 4.0 / math.sqrt(worlds)
+
+
+def test_a_measured_bearing_stays_in_its_circle(fresh):
+    pose = np.tile([[0.0, 0.0, math.pi - 1e-9], [0.5, 0.0, 0.0]], (2000, 1))
+    _, _, bearing = sights(pose, 2, fresh(4000))
+    found = bearing[0::2, 1].astype(float)
+    assert found.min() < -3.0
+    assert found.max() > 3.0
+    assert np.abs(found).max() <= np.float32(math.pi)
+
+
+def test_nobody_sees_itself(fresh):
+    pose = np.random.default_rng(1).uniform(-0.3, 0.3, (12, 3))
+    seen, far, bearing = sights(pose, 6, fresh(12))
+    own = np.arange(12), np.tile(np.arange(6), 2)
+    assert not seen[own].any()
+    assert not far[own].any()
+    assert not bearing[own].any()
+    assert seen.sum() == 12 * 5
+
+
+def test_nobody_of_another_world_is_seen(fresh):
+    apart = [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 5.0, 0.0]]
+    seen, far, bearing = sights([*apart, *apart], 3, fresh(6))
+    assert not seen.any()
+    assert not far.any()
+    assert not bearing.any()
+
+
+def test_a_world_in_a_block_sees_what_it_sees_alone(fresh):
+    rng = np.random.default_rng(2)
+    pose, streams = rng.uniform(-1.0, 1.0, (15, 3)), fresh(15)
+    alone = sights(pose[5:10], 5, streams[5:10].copy())
+    together = sights(pose, 5, streams)
+    assert alone[0].any()
+    for mine, ours in zip(alone, together, strict=True):
+        assert_array_equal(mine, ours[5:10])
+
+
+@given(st.integers(0, 2**32), st.integers(2, 6))
+def test_without_noise_two_robots_see_each_other_along_one_line(seed, n):
+    rng = np.random.default_rng(seed)
+    pose = rng.uniform(-0.7, 0.7, (n, 3)) * [1.0, 1.0, 4.0]
+    words = rng.integers(0, 2**63, n).astype(np.uint64)
+    seen, far, bearing = sights(pose, n, words, range_noise=0.0, bearing_noise=0.0)
+    assert_array_equal(seen, seen.T)
+    assert_array_equal(far, far.T)
+    for i, j in np.argwhere(seen):
+        assert far[i, j] == pytest.approx(math.dist(pose[i, :2], pose[j, :2]), rel=1e-6)
+        there, back = bearing[i, j] + pose[i, 2], bearing[j, i] + pose[j, 2]
+        assert abs(wrap(there - back - math.pi)) < 1e-6
+
+
+@pytest.mark.parametrize("d", [0.98, 0.995, 1.0, 1.01])
+def test_the_measured_range_and_not_the_true_one_decides_who_is_seen(d, fresh, believable):
+    worlds = 5000
+    seen, far, _ = sights(np.tile([[0, 0, 0], [d, 0, 0]], (worlds, 1)), 2, fresh(2 * worlds))
+    share = stats.norm.cdf((1.0 - d) / 0.01)
+    believable(stats.binomtest(int(seen.sum()), 2 * worlds, share).pvalue)
+    assert far.max() <= 1.0
+
+
+def test_what_is_not_seen_holds_zeros_and_draws_nothing_when_far(fresh):
+    streams = fresh(2)
+    before = streams.copy()
+    seen, far, bearing = sights([[0, 0, 0], [1.09, 0, 0]], 2, streams)
+    assert not seen.any()
+    assert not far.any()
+    assert not bearing.any()
+    assert_array_equal(streams, before)
+    sights([[0, 0, 0], [1.07, 0, 0]], 2, streams)
+    assert np.all(streams != before)
+
+
+def fixes(pose, streams, reach=1.0, noise=0.001):
+    pose = np.array(pose, float)
+    at_home, fix = np.zeros(len(pose), np.bool_), np.ones((len(pose), 3), np.float32)
+    fix_at_home(pose, reach, noise, streams, at_home, fix)
+    return at_home, fix
+
+
+def test_home_tells_the_pose_within_reach_and_zeros_beyond(fresh):
+    pose = [[0.6, 0.7, 1.0], [0.6, 0.8, 1.0], [0.0, 0.0, -2.0], [-3.0, 0.1, 2.0]]
+    at_home, fix = fixes(pose, fresh(4), noise=0.0)
+    assert at_home.tolist() == [True, False, True, False]
+    assert_array_equal(fix, np.array([pose[0], [0, 0, 0], pose[2], [0, 0, 0]], np.float32))
+
+
+def test_the_fix_is_normal_about_the_pose(fresh, believable):
+    pose = np.tile([0.3, -0.4, 1.0], (10_000, 1))
+    at_home, fix = fixes(pose, fresh(10_000), noise=0.1)
+    assert at_home.all()
+    errors = ((fix - pose) / 0.1).T
+    for error in errors:
+        believable(stats.kstest(error, stats.norm.cdf).pvalue)
+    correlations = np.corrcoef(errors)[np.triu_indices(3, 1)]
+    assert np.abs(correlations).max() < 4.0 / math.sqrt(10_000)
+
+
+def judged(claim, pose, goal, streams, tolerance=0.2, half_side=5.0):
+    """Counters of right and wrong claims, rewards and goals afterwards."""
+    rows = len(claim)
+    right, wrong = np.full(rows, 3, np.int32), np.full(rows, 4, np.int32)
+    reward, goal = np.full(rows, 9.0, np.float32), np.array(goal, float)
+    pose = np.array(pose, float)
+    claim = np.array(claim)
+    judge_claims(claim, pose, tolerance, half_side, streams, goal, right, wrong, reward)
+    return right.tolist(), wrong.tolist(), reward.tolist(), goal
+
+
+def test_a_claim_is_right_within_the_tolerance_and_only_claimers_get_new_goals(fresh):
+    pose = [[1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 0.0]]
+    goal = [[1.1, 1.15], [1.2, 1.1], [1.0, 1.0], [4.0, 4.0]]
+    claim = [True, True, False, False]
+    streams = fresh(4)
+    before = streams.copy()
+    right, wrong, reward, after = judged(claim, pose, goal, streams)
+    assert right == [4, 3, 3, 3]
+    assert wrong == [4, 5, 4, 4]
+    assert reward == [1.0, 0.0, 0.0, 0.0]
+    assert_array_equal((after != goal).all(axis=1), claim)
+    assert_array_equal(after[2:], goal[2:])
+    assert_array_equal(streams != before, claim)
+
+
+def test_a_goal_at_the_tolerance_is_not_reached(fresh):
+    right, wrong, reward, _ = judged([True], [[0.0, 0.0, 0.0]], [[0.25, 0.0]], fresh(1), 0.25)
+    assert (right, wrong, reward) == ([3], [5], [0.0])
+
+
+def test_new_goals_are_uniform_in_the_square(fresh, believable):
+    rows = 10_000
+    *_, goal = judged([True] * rows, np.zeros((rows, 3)), np.zeros((rows, 2)), fresh(rows))
+    for axis in goal.T:
+        believable(stats.kstest(axis, stats.uniform(-5.0, 10.0).cdf).pvalue)
+    assert abs(np.corrcoef(goal.T)[0, 1]) < 4.0 / math.sqrt(rows)
+
+
+def test_robots_start_about_home_and_their_first_goals_are_ahead_in_x_and_y(fresh, believable):
+    rows = 5000
+    pose, goal = np.empty((rows, 3)), np.empty((rows, 2))
+    place_at_home(1.0, 1.0, 5.0, fresh(rows, 1), fresh(rows, 2), pose, goal)
+    for axis, half in zip(pose.T, (1.0, 1.0, math.pi), strict=True):
+        believable(stats.kstest(axis, stats.uniform(-half, 2.0 * half).cdf).pvalue)
+    for axis in goal.T:
+        believable(stats.kstest(axis, stats.uniform(1.0, 4.0).cdf).pvalue)
+
+
+def devices(noise, bias, spread, streams):
+    deviation, error = np.empty((len(streams), 2)), np.empty((len(streams), 2))
+    draw_devices(np.array(noise), np.array(bias), spread, streams, deviation, error)
+    return deviation, error
+
+
+def test_devices_differ_in_noise_by_the_spread_and_in_bias_by_its_deviation(fresh, believable):
+    deviation, bias = devices([0.05, 0.02], [0.005, 0.05], 0.01, fresh(10_000))
+    for found, size in zip(deviation.T, (0.05, 0.02), strict=True):
+        believable(stats.kstest(found / size, stats.uniform(0.99, 0.02).cdf).pvalue)
+    for found, size in zip(bias.T, (0.005, 0.05), strict=True):
+        believable(stats.kstest(found / size, stats.norm.cdf).pvalue)
+    together = np.corrcoef(np.concatenate([deviation, bias], axis=1).T)
+    assert np.abs(together[np.triu_indices(4, 1)]).max() < 4.0 / math.sqrt(10_000)
+
+
+def test_devices_without_spread_and_bias_are_all_alike(fresh):
+    deviation, bias = devices([0.05, 0.02], [0.0, 0.0], 0.0, fresh(5))
+    assert_array_equal(deviation, np.tile([0.05, 0.02], (5, 1)))
+    assert not bias.any()
+
+
+@given(METRES, METRES, SHARES, SHARES)
+def test_to_seek_is_to_ask_for_the_change_to_full_speed_in_that_direction(x, y, vx, vy):
+    assume(math.hypot(x, y) > 1e-3)
+    change = 0.5 * np.array([x, y]) / math.hypot(x, y) - [vx, vy]
+    assume(np.linalg.norm(change) > 1e-6)
+    found = seek(x, y, vx, vy, 0.5)
+    assert_allclose(found, change / np.linalg.norm(change), atol=1e-8)
+    assert math.hypot(*found) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "vx", "vy", "expected"),
+    [
+        (0.0, 0.0, 0.3, -0.1, (0.0, 0.0)),
+        (2.0, 0.0, 0.5, 0.0, (0.0, 0.0)),
+        (0.0, -7.0, 0.0, 0.0, (0.0, -1.0)),
+        (2.0, 0.0, 0.5, 0.2, (0.0, -1.0)),
+        (3.0, 4.0, 0.0, 0.0, (0.6, 0.8)),
+        (1.0, 0.0, 1.0, 0.0, (-1.0, 0.0)),
+    ],
+)
+def test_seek_in_cases_worked_by_hand(x, y, vx, vy, expected):
+    assert seek(x, y, vx, vy, 0.5) == pytest.approx(expected)
+
+
+@given(METRES, METRES, SHARES, SHARES, ANGLES)
+def test_seek_turns_with_the_frame(x, y, vx, vy, angle):
+    assume(math.hypot(x, y) > 1e-3)
+    change = 0.5 * np.array([x, y]) / math.hypot(x, y) - [vx, vy]
+    assume(np.linalg.norm(change) > 1e-6)
+    c, s = math.cos(angle), math.sin(angle)
+    turn = np.array([[c, -s], [s, c]])
+    turned = seek(*(turn @ [x, y]), *(turn @ [vx, vy]), 0.5)
+    assert_allclose(turned, turn @ seek(x, y, vx, vy, 0.5), atol=1e-8)
