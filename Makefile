@@ -41,10 +41,12 @@ coverage: $(READY)  ## line and branch coverage, kernels run as plain Python (sl
 bench: $(READY)  ## robot-steps per second against the budgets
 	$(BIN)/swarm-forage bench
 
-reproduce: $(READY)  ## the claims and figures of both papers on social odometry (hours)
+reproduce: $(READY)  ## the claims and figures of the three papers (hours)
 	$(BIN)/swarm-forage reproduce social-odometry --workers $(WORKERS) \
 		--page docs/papers/social_odometry.md
 	$(BIN)/swarm-forage reproduce ants2008 --workers $(WORKERS) --page docs/papers/ants2008.md
+	$(BIN)/swarm-forage reproduce adaptive-boids --workers $(WORKERS) \
+		--page docs/papers/adaptive_boids.md
 
 docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings
 	$(BIN)/python docs/make_equations.py

@@ -146,9 +146,12 @@ class Recipe:
         self.check_made_for(scenario)
         estimator = self.estimator.start(scenario, len(seeds))
         motion = self.motion.start(scenario, seeds)
+        weighting = self.weighting
+        if hasattr(weighting, "beside"):
+            weighting = weighting.beside(estimator)
         if isinstance(scenario, WaypointsScenario):
-            return WaypointController(estimator, self.weighting, motion, scenario)
-        return Controller(estimator, self.weighting, motion, scenario)
+            return WaypointController(estimator, weighting, motion, scenario)
+        return Controller(estimator, weighting, motion, scenario)
 
     def runs_on(self, scenario: AnyScenario) -> bool:
         """Whether every layer is made for the world of this scenario."""

@@ -28,12 +28,14 @@ RECIPES = (
     Recipe("dsgiff", DOUBLE, SGIFF(), SUBSUMPTION),
     Recipe("sikf", SIKFParameters(**SINGLE.model_dump()), SIKF(), SUBSUMPTION),
     Recipe("covariance", CovarianceParameters(**SINGLE.model_dump()), Covariance(), SUBSUMPTION),
+    Recipe("subsumption", LOCALISATION, Full(), SUBSUMPTION),
     Recipe("boids-goal", LOCALISATION, Full(), BoidsParameters(gains="goal")),
     Recipe("boids-static", LOCALISATION, Full(), BoidsParameters(gains="static")),
     Recipe("boids-adaptive", LOCALISATION, Full(), BoidsParameters(gains="adaptive")),
 )
 """The strategies of TR 6.1: no communication, and the single and double filters; then the
-filters of covariances that they simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5."""
+filters of covariances that they simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5,
+and subsumption over its filters, where robots forage."""
 
 for recipe in RECIPES:
     CONTROLLERS.register(recipe.name)(recipe)

@@ -3,6 +3,11 @@
 Robots visit random goals, with home, the origin, as the only landmark; there are no walls and no
 contacts. Origin is one of: published (the paper says so), code (the authors' code, which made
 the paper's figures, says so), chosen. BOIDS is Smith et al. 2021.
+
+Not in the paper, and taken from the authors' code:
+- robots start within 1 m of home, at full speed, and turn before they go;
+- the turn rate is the angle to the new course, a second;
+- first goals lie in one quarter of the square.
 """
 
 from typing import Self
@@ -32,7 +37,10 @@ class Create(Part):
 
 
 class Measurements(Part):
-    """What the robot measures and how badly; every error is normally distributed."""
+    """What the robot measures and how badly; every error is normally distributed.
+
+    Smaller errors than the bounds allow leave covariances that 64 bits cannot tell from singular.
+    """
 
     speed_noise: Positive = Field(
         0.05, description="Standard deviation of a speed reading [m/s]. Table 2 (published)"
@@ -57,13 +65,16 @@ class Measurements(Part):
         1.0, description="Robots and home are seen up to here [m]. Section 3 (published)"
     )
     range_noise: Positive = Field(
-        0.01, description="Standard deviation of a LiDAR range [m]. Table 2 (published)"
+        0.01, ge=1e-3, description="Standard deviation of a LiDAR range [m]. Table 2 (published)"
     )
     bearing_noise: Positive = Field(
-        0.02, description="Standard deviation of a LiDAR bearing [rad]. Table 2 (published)"
+        0.02,
+        ge=1e-3,
+        description="Standard deviation of a LiDAR bearing [rad]. Table 2 (published)",
     )
-    home_noise: NotNegative = Field(
+    home_noise: Positive = Field(
         0.001,
+        ge=1e-4,
         description="Standard deviation of a fix at home, of x, y [m] and heading [rad]. Table 2"
         " (published)",
     )

@@ -15,12 +15,15 @@ Not in the paper, and chosen here:
 - all that `social_odometry` chose.
 """
 
+from typing import Any
+
 import numpy as np
 
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.ellipses import merge_ellipses, note_ellipses, tell_ellipses
 from baselines.estimators.sikf import Uncertain
 from baselines.estimators.social_odometry import SocialOdometryParameters
+from baselines.weighting.covariance import Covariance
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
 from swarm_forage_env.interface import Heard
 from swarm_forage_env.scenario import Scenario
@@ -38,6 +41,12 @@ class CovarianceParameters(SocialOdometryParameters):
 class CovarianceKnowledge(Uncertain):
     """The estimates and covariances of all robots of a block of worlds."""
 
+    own_rule: Any = Covariance()
+    """The weighting that goes with it."""
+
+    intersects = False
+    """Takes the errors of two robots for correlated by an unknown amount."""
+
     def __init__(
         self, parameters: SocialOdometryParameters, scenario: Scenario, n_worlds: int
     ) -> None:
@@ -50,7 +59,7 @@ class CovarianceKnowledge(Uncertain):
         """Blend what the conversations that just ended brought, with the gain matrix for g."""
         b = self.beliefs
         merge_ellipses(
-            self.encounter.valid, g, self.parameters.double, b.goal,
+            self.encounter.valid, g, self.parameters.double, self.intersects, b.goal,
             b.heard_sum, b.heard_weight, self.heard_cov, b.location, b.p, b.known, self.moments,
         )  # fmt: skip
 

@@ -19,7 +19,7 @@ from swarm_forage_env.kernels.frames import wrap
 
 @kernel
 def fast_ci_weights(
-    informations: Float64[Array, "L 3 3"],
+    inverses: Float64[Array, "L 3 3"],
     n: int,
     scratch: Float64[Array, "2 3 3"],
     out_weights: Float64[Array, " L"],
@@ -37,11 +37,11 @@ def fast_ci_weights(
     S, rest = scratch[0], scratch[1]
     S[:, :] = 0.0
     for q in range(n):
-        S += informations[q]
+        S += inverses[q]
     det_S, total = determinant3(S), 0.0
     for j in range(n):
-        rest[:, :] = S - informations[j]
-        out_weights[j] = det_S - determinant3(rest) + determinant3(informations[j])
+        rest[:, :] = S - inverses[j]
+        out_weights[j] = det_S - determinant3(rest) + determinant3(inverses[j])
         total += out_weights[j]
     for j in range(n):
         out_weights[j] /= total
@@ -132,7 +132,7 @@ def heard_pose(  # noqa: PLR0913 inputs first, then the outputs
 @kernel
 def fuse(  # noqa: PLR0913 inputs first, then the outputs
     n: int,
-    informations: Float64[Array, "L 3 3"],
+    inverses: Float64[Array, "L 3 3"],
     poses: Float64[Array, "L 3"],
     weights: Float64[Array, " L"],
     scratch: Matrix3,
@@ -151,8 +151,8 @@ def fuse(  # noqa: PLR0913 inputs first, then the outputs
     for q in range(n):
         for a in range(3):
             for b in range(3):
-                scratch[a, b] += weights[q] * informations[q, a, b]
-        info, x, w = informations[q], poses[q], weights[q]
+                scratch[a, b] += weights[q] * inverses[q, a, b]
+        info, x, w = inverses[q], poses[q], weights[q]
         vx += w * (info[0, 0] * x[0] + info[0, 1] * x[1] + info[0, 2] * x[2])
         vy += w * (info[1, 0] * x[0] + info[1, 1] * x[1] + info[1, 2] * x[2])
         vt += w * (info[2, 0] * x[0] + info[2, 1] * x[1] + info[2, 2] * x[2])

@@ -158,6 +158,7 @@ def merge_ellipses(  # noqa: PLR0913 inputs first, then what is updated
     ended: Bool[Array, " rows"],
     g: Float32[Array, "rows areas"],
     double: bool,
+    intersects: bool,
     goal: Int8[Array, " rows"],
     heard_sum: Float64[Array, "rows areas 2"],
     heard_weight: Float64[Array, "rows areas"],
@@ -171,7 +172,11 @@ def merge_ellipses(  # noqa: PLR0913 inputs first, then what is updated
 
         x_i = K_j x_i + K_i X_j,  K_j = I - K_i
 
-    Source: TR, Eq. 14 and 23.
+    The gain weighs the own covariance by g and the heard one by 1 - g. `intersects` takes their
+    errors for correlated by an unknown amount: covariance intersection with the weight g, which
+    has the same gain, P / (1 - g) for P and R / g for R.
+
+    Source: TR, Eq. 14 and 23; BOIDS, Eq. 5.
     """
     for i in range(p.shape[0]):
         if not ended[i]:
@@ -196,5 +201,8 @@ def merge_ellipses(  # noqa: PLR0913 inputs first, then what is updated
                 dx, dy = x - place[area, 0], y - place[area, 1]
                 place[area, 0] += kxx * dx + kxy * dy
                 place[area, 1] += kyx * dx + kyy * dy
+                if intersects and 0.0 < w < 1.0:
+                    P[:3] /= u
+                    R /= w
                 blend(kxx, kxy, kyx, kyy, P, R)
             p[i, area] = math.sqrt(spectral_norm(P[XX], P[XY], P[YY]))

@@ -24,16 +24,21 @@ def describe_correction(  # noqa: PLR0913 inputs first, then the outputs
     out_heard_doubt: Float32[Array, " rows"],
     out_disagreement: Float32[Array, " rows"],
 ) -> None:
-    """The correction that all who see and are seen are about to make."""
+    """The correction that all who see or are seen are about to make.
+
+    Where the robot is, by its neighbours, is known from those who see it.
+    """
     n_robots = seen.shape[1]
     for i in range(seen.shape[0]):
         first = i // n_robots * n_robots
-        n, doubt, x, y = 0, 0.0, 0.0, 0.0
+        n, n_back, doubt, x, y = 0, 0, 0.0, 0.0, 0.0
         for other in range(n_robots):
             j = first + other
-            if seen[i, other] and seen[j, i - first]:
+            if seen[i, other] or seen[j, i - first]:
                 n += 1
                 doubt += spectral_norm3(P[j])
+            if seen[j, i - first]:
+                n_back += 1
                 direction = float(bearing[j, i - first]) + pose[j, 2]
                 x += pose[j, 0] + far[j, i - first] * math.cos(direction)
                 y += pose[j, 1] + far[j, i - first] * math.sin(direction)
@@ -41,8 +46,9 @@ def describe_correction(  # noqa: PLR0913 inputs first, then the outputs
         out_neighbours[i] = n / n_robots
         out_own_doubt[i] = spectral_norm3(P[i])
         out_heard_doubt[i] = doubt / n if n > 0 else 0.0
-        apart = math.hypot(x / n - pose[i, 0], y / n - pose[i, 1]) if n > 0 else 0.0
-        out_disagreement[i] = apart
+        out_disagreement[i] = 0.0
+        if n_back > 0:
+            out_disagreement[i] = math.hypot(x / n_back - pose[i, 0], y / n_back - pose[i, 1])
 
 
 @kernel

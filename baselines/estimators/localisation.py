@@ -18,6 +18,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from baselines.estimators.arena import start_in_arena
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.covariance_intersection import intersect
 from baselines.estimators.dead_reckoning import carry_factors, predict, start_again
@@ -28,14 +29,15 @@ from baselines.estimators.decentralised_ekf import (
 )
 from baselines.estimators.flocking import describe_correction, describe_flock
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
-from swarm_forage_env.scenario import Part, record
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.scenario import Part, Scenario, record
 from swarm_forage_env.waypoints_interface import (
     Correction,
     Sightings,
     WaypointReadings,
     WaypointSituation,
 )
-from swarm_forage_env.waypoints_scenario import WaypointsScenario
+from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
 
 START_VARIANCE = 0.1
 """Of x, y [m^2] and heading [rad^2] at the start and, for the authors, at home (code)."""
@@ -54,17 +56,28 @@ STIMULI = ("density", "doubt", "drift")
 class LocalisationParameters(Part):
     """Which estimator, and which reading of the paper."""
 
-    worlds: ClassVar[tuple[type[Part], ...]] = (WaypointsScenario,)
+    worlds: ClassVar[tuple[type[Part], ...]] = (Scenario, WaypointsScenario)
 
-    estimator: Literal["dead_reckoning", "covariance_intersection", "decentralised_ekf"] = Field(
-        "decentralised_ekf", description="How a robot finds out where it is (published)"
+    estimator: Literal[
+        "dead_reckoning", "covariance_intersection", "decentralised_ekf", "social_odometry"
+    ] = Field(
+        "decentralised_ekf",
+        description="How a robot finds out where it is; social_odometry where it forages, too"
+        " (published)",
     )
     setting: Literal["authors", "corrected"] = Field(
         "corrected", description="What made the paper's figures, or textbook filters (chosen)"
     )
 
-    def start(self, scenario: WaypointsScenario, n_worlds: int) -> "Localisation":
+    def start(self, scenario: AnyScenario, n_worlds: int) -> Any:  # noqa: ANN401 of its world
         """The running estimator of a block of worlds."""
+        if not isinstance(scenario, WaypointsScenario):
+            return start_in_arena(self.estimator, scenario, n_worlds)
+        if self.estimator == "social_odometry":
+            raise ConfigError(
+                f"estimator='social_odometry': is for robots that forage, not for {scenario.name};"
+                " take dead_reckoning, covariance_intersection or decentralised_ekf"
+            )
         return Localisation(self, scenario, n_worlds)
 
 

@@ -10,6 +10,9 @@ from swarm_forage_env.kernels.compiler import kernel
 
 Matrix3 = Float64[Array, "3 3"]
 
+TINY = 1e-100
+"""A spread of eigenvalues below this is none: its cube is no number any more."""
+
 
 @kernel
 def identity3(scale: float, out: Matrix3) -> None:
@@ -55,7 +58,7 @@ def determinant3(A: Matrix3) -> float:
 
 @kernel
 def inverse3(A: Matrix3, out: Matrix3) -> None:
-    """The inverse, by the adjugate; infinite where A has none."""
+    """The inverse, by the adjugate; not finite where A has none."""
     scale = 1.0 / determinant3(A)
     for a in range(3):
         a1, a2 = (a + 1) % 3, (a + 2) % 3
@@ -76,7 +79,7 @@ def spectral_norm3(P: Matrix3) -> float:
     q = (P[0, 0] + P[1, 1] + P[2, 2]) / 3.0
     d0, d1, d2 = P[0, 0] - q, P[1, 1] - q, P[2, 2] - q
     r = math.sqrt((d0 * d0 + d1 * d1 + d2 * d2 + 2.0 * off) / 6.0)
-    if r == 0.0:
+    if r < TINY:
         return float(abs(q))
     half = (
         d0 * (d1 * d2 - P[1, 2] ** 2)

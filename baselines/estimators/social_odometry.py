@@ -16,7 +16,7 @@ Not in the paper, and chosen here:
 - a robot that was told of an area without having visited any heads for the nearer one.
 """
 
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from pydantic import Field
@@ -26,6 +26,7 @@ from baselines.estimators.beliefs import forget, no_beliefs
 from baselines.estimators.conversing import converse, merge, speak
 from baselines.estimators.describing import describe_encounter, describe_situation
 from baselines.estimators.reckoning import choose_goal, dead_reckon, find_areas, notice_loss
+from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.interface import WORDS, Encounter, Heard, Readings, Situation
 from swarm_forage_env.scenario import NotNegative, Part, Positive, Scenario, record
@@ -64,6 +65,9 @@ class SocialOdometryParameters(Part):
 
 class SocialOdometry:
     """The estimates of all robots of a block of worlds."""
+
+    own_rule: Any = SGIKF()
+    """The weighting that goes with it, where none is chosen."""
 
     def __init__(
         self, parameters: SocialOdometryParameters, scenario: Scenario, n_worlds: int

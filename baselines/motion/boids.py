@@ -8,30 +8,26 @@ goal goes by the other rules until it has a new one; gains are not clamped, so t
 negative where a stimulus exceeds its allowed value.
 """
 
+from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from baselines.motion.base import MOTIONS
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64
-from swarm_forage_env.kernels.compiler import kernel
-from swarm_forage_env.kernels.steering import seek
-from swarm_forage_env.scenario import NotNegative, Part, record
+from baselines.motion.boids_arena import ArenaBoids
+from baselines.motion.flock import flock
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.scenario import NotNegative, Part, Positive, Scenario, record
 from swarm_forage_env.waypoints_interface import WaypointSituation
-from swarm_forage_env.waypoints_scenario import WaypointsScenario
-
-ALIGN, SEPARATE, COHERE, HOME, GOAL = range(5)
-"""The rules, in the order of the gains."""
-
-FIXED, ADAPTIVE = 0.0, 1.0
+from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
 
 
 @MOTIONS.register("boids")
 class BoidsParameters(Part):
     """How the gains come about, and the fixed ones."""
 
-    worlds: ClassVar[tuple[type[Part], ...]] = (WaypointsScenario,)
+    worlds: ClassVar[tuple[type[Part], ...]] = (Scenario, WaypointsScenario)
 
     gains: Literal["goal", "static", "adaptive"] = Field(
         "adaptive", description="Goal alone, the fixed gains below, or those of Eq. 33-37"
@@ -57,73 +53,18 @@ class BoidsParameters(Part):
             return 0.0, 0.0, 0.0, 0.0, 1.0
         return self.alignment, self.separation, self.cohesion, self.homing, self.seeking
 
-    def start(self, scenario: WaypointsScenario, seeds: object) -> "Boids":
-        """The running motion; it remembers nothing between ticks."""
-        return Boids(self, scenario)
+    trust: Positive = Field(
+        10.0,
+        description="Where robots forage, p of the goal at which nothing is trusted any more: a"
+        " path [m], or of the covariance filters a standard deviation [m] (chosen)",
+    )
 
-
-@kernel
-def adaptive_gains(
-    rho: float, s: float, e: float, d_g: float, d_h: float, out_gains: Float64[Array, "5"]
-) -> None:
-    """The gains for the stimuli of a robot.
-
-        K_a = rho + (1 - d_h) + e
-        K_s = (1 - e) + (1 - d_g) + (1 - s)
-        K_c = s + e + d_h
-        K_h = s + e + (1 - d_h)
-        K_g = (1 - s) + (1 - e) + (1 - d_g)
-
-    rho: robots seen, as a share of all; s: norm of the covariance, e: distance from dead
-    reckoning, each as a share of the highest allowed; d_g, d_h: distance to the goal and to
-    home, as a share of the side of the world.
-
-    Source: BOIDS, Eq. 33 to 37.
-    """
-    out_gains[ALIGN] = rho + (1.0 - d_h) + e
-    out_gains[SEPARATE] = (1.0 - e) + (1.0 - d_g) + (1.0 - s)
-    out_gains[COHERE] = s + e + d_h
-    out_gains[HOME] = s + e + (1.0 - d_h)
-    out_gains[GOAL] = (1.0 - s) + (1.0 - e) + (1.0 - d_g)
-
-
-@kernel
-def flock(  # noqa: PLR0913 inputs first, then the output
-    ways: Float32[Array, "rows 5 2"],
-    velocity: Float32[Array, "rows 2"],
-    stimuli: Float32[Array, "rows 3"],
-    arrived: Bool[Array, " rows"],
-    fixed: Float64[Array, "5"],
-    numbers: Array,
-    gains: Float64[Array, "5"],
-    out_pull: Float32[Array, "rows 2"],
-) -> None:
-    """The pull of all rules on every robot: a unit vector of its body frame, or zeros.
-
-        A = sum over rules of K F,  pull = A / |A|
-
-    Source: BOIDS, Eq. 24 and 32.
-    """
-    for i in range(out_pull.shape[0]):
-        gains[:] = fixed
-        if numbers[0]["adaptive"] > 0.0:
-            side = numbers[0]["side"]
-            d_g = np.hypot(ways[i, GOAL, 0], ways[i, GOAL, 1]) / side
-            d_h = np.hypot(ways[i, HOME, 0], ways[i, HOME, 1]) / side
-            adaptive_gains(stimuli[i, 0], stimuli[i, 1], stimuli[i, 2], d_g, d_h, gains)
-        if arrived[i]:
-            gains[GOAL] = 0.0
-        x, y = 0.0, 0.0
-        for rule in range(5):
-            fx, fy = seek(
-                float(ways[i, rule, 0]), float(ways[i, rule, 1]),
-                float(velocity[i, 0]), float(velocity[i, 1]), numbers[0]["max_speed"],
-            )  # fmt: skip
-            x += gains[rule] * fx
-            y += gains[rule] * fy
-        size = np.hypot(x, y)
-        out_pull[i, 0] = x / size if size > 0.0 else 0.0
-        out_pull[i, 1] = y / size if size > 0.0 else 0.0
+    def start(self, scenario: AnyScenario, seeds: Sequence[int]) -> "Boids | ArenaBoids":
+        """The running motion of a block of worlds, one for each seed."""
+        if isinstance(scenario, WaypointsScenario):
+            return Boids(self, scenario)
+        adaptive = self.gains == "adaptive"
+        return ArenaBoids(self.fixed, adaptive, self.trust, scenario, seeds)
 
 
 class Boids:

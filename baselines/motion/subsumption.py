@@ -164,10 +164,16 @@ class Subsumption:
 
     def __call__(self, situation: Situation) -> Float32[Array, "rows 2"]:
         """Left and right wheel of every robot, in [-1, 1] of the cruise speed."""
+        return self.towards(situation, situation.target)
+
+    def towards(
+        self, situation: Situation, target: Float32[Array, "rows 2"]
+    ) -> Float32[Array, "rows 2"]:
+        """The same, where those with a goal go to another place, body frame [m]."""
         wheels = np.empty((len(situation.goal), 2), np.float32)
         subsume(
             situation.proximity,
-            situation.target,
+            target,
             situation.goal,
             situation.talking,
             self._record,

@@ -8,7 +8,9 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.statistics import Estimate
+from baselines.evaluation.statistics import Comparison, Estimate
+from baselines.papers.adaptive_boids import ESTIMATORS
+from baselines.papers.calibration_boids import GAINS, Gains
 from baselines.papers.calibration_ranges import ARENAS, RANGES, Values, defaults
 from baselines.papers.calibration_swarm import Varied
 from baselines.papers.calibration_targets import Target, score, term
@@ -59,6 +61,18 @@ def values_table(values: Values) -> Table:
     for each in RANGES:
         numbers = values[each.name], before[each.name], each.low, each.high
         table.add_row(each.name, *(f"{number:g}" for number in numbers), Text(each.reason))
+    return table
+
+
+def gains_table(found: Sequence[Gains], worths: Sequence[Comparison]) -> Table:
+    """The best static gains of the boids, and their cost against gains of one."""
+    table = _table("filter", ">robots", *(f">{name}" for name in GAINS), ">cost", ">of ones", ">p")
+    for each, worth in zip(found, worths, strict=True):
+        ratio = f"{worth.ratio.value:.2f}" if worth.ratio else "n/a"
+        p = "n/a" if worth.p is None else f"{worth.p:.2g}"
+        gains = (f"{each.gains[name]:.2f}" for name in GAINS)
+        words = ESTIMATORS[each.estimator]
+        table.add_row(words, str(each.n_robots), *gains, f"{each.cost:.3f}", ratio, p)
     return table
 
 

@@ -17,25 +17,38 @@ if TYPE_CHECKING:
     from baselines.papers.calibration_swarm import Swarm
 
 
+SOCIAL_TRIALS, BOIDS_TRIALS = 300, 60
+"""Sets tried unless told otherwise."""
+
+
 class Paper(StrEnum):
     """Whose open parameters are searched."""
 
     SOCIAL_ODOMETRY = "social-odometry"
+    BOIDS = "boids"
 
 
 def calibrate(  # noqa: PLR0913 the options of a command
     paper: Annotated[Paper, typer.Argument(help="Whose open parameters to search.")],
     trials: Annotated[
-        int, typer.Option(min=0, help="Sets to try in all, those already tried included.")
-    ] = 300,
+        int | None,
+        typer.Option(
+            min=0,
+            help="Sets to try in all, those already tried included.",
+            show_default="300; for boids 60, for each filter and group size",
+        ),
+    ] = None,
     hours: Annotated[
         float | None, typer.Option(min=0.0, help="Start no trial after so long.")
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Processes to run episodes in.")] = 2,
-    out: Annotated[Path, typer.Option(help="Folder of trials, episodes and results.")] = Path(
-        "runs/calibrate"
-    ),
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of trials, episodes and results.", show_default="runs/calibrate-<paper>"
+        ),
+    ] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
@@ -50,6 +63,9 @@ def calibrate(  # noqa: PLR0913 the options of a command
 ) -> None:
     """Search what the papers leave open for one set of values that gives the published results.
 
+    For boids, search the static gains of each filter and group size, as that paper meant to;
+    of the options, --trials, --seed, --workers and --out apply.
+
     Every trial is kept in the folder --out; the same command later goes on from there. With
     `--trials 0` nothing is searched: `--report 30` and `--sensitivity` then speak of the best
     set found so far. What becomes a default is changed by hand: the lines are printed.
@@ -60,7 +76,12 @@ def calibrate(  # noqa: PLR0913 the options of a command
     from baselines.papers.calibration_swarm import Swarm
     from swarm_forage_env.physics import ENGINES
 
-    _ = paper, ENGINES[physics]
+    _ = ENGINES[physics]
+    out = out or Path("runs") / f"calibrate-{paper.value}"
+    if paper is Paper.BOIDS:
+        _boids(BOIDS_TRIALS if trials is None else trials, seed, workers, out)
+        return
+    trials = SOCIAL_TRIALS if trials is None else trials
     swarm = Swarm(
         Dataset(out / "episodes"), physics, workers, settings=parse_settings(settings or [])
     )
@@ -80,6 +101,21 @@ def calibrate(  # noqa: PLR0913 the options of a command
         _report(best, swarm, report, out)
     if sensitivity:
         _sensitivity(best, swarm, out)
+
+
+def _boids(trials: int, seed: int, workers: int, out: Path) -> None:
+    """The best static gains of each filter and group size, and what they are worth."""
+    from baselines.papers import calibration_boids
+    from baselines.papers.calibration_report import gains_table
+
+    if not trials:
+        raise ConfigError("--trials=0: boids need at least one")
+    out.mkdir(parents=True, exist_ok=True)
+    found = list(calibration_boids.search(out, trials, seed, workers, _say))
+    _say(f"report: {calibration_boids.REPORT_TRIALS} other worlds")
+    worths = [calibration_boids.worth(out, each, workers) for each in found]
+    _say(str(calibration_boids.keep(out, found)))
+    _print("Static gains, that of the goal being one", gains_table(found, worths))
 
 
 def _run(search: "Search", trials: int, hours: float | None) -> None:

@@ -20,6 +20,7 @@ class PaperName(StrEnum):
     SOCIAL_ODOMETRY = "social-odometry"
     ANTS2008 = "ants2008"
     ADAPTIVE_BOIDS = "adaptive-boids"
+    BOIDS_FORAGING = "boids-foraging"
 
 
 class ClaimsFormat(StrEnum):

@@ -30,6 +30,9 @@ class Paper:
     left_open: Mapping[str, str]
     """Whose docstring says what the paper leaves open, by heading."""
 
+    table: Callable[[Results], str] = lambda results: ""
+    """A table of its page, in Markdown, for a page that has one."""
+
     @property
     def cells(self) -> tuple[Cell, ...]:
         """Every cell that a claim or a figure needs, once; those with the longest runs first."""

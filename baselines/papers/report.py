@@ -12,6 +12,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from baselines.papers.cells import Results
 from baselines.papers.findings import Finding
 from baselines.papers.paper import Paper
 
@@ -49,7 +50,7 @@ def score(findings: Sequence[Finding]) -> str:
     return f"{reproduced} of {len(findings)} claims reproduced"
 
 
-def page(paper: Paper, findings: Sequence[Finding], command: str) -> str:
+def page(paper: Paper, findings: Sequence[Finding], results: Results, command: str) -> str:
     """The page of a paper: its template, with the results of this run put in."""
     figures = "\n\n".join(
         f"![{each.caption}](figures/{each.name}.png)\n\n*{each.caption}*" for each in paper.pictures
@@ -60,6 +61,7 @@ def page(paper: Paper, findings: Sequence[Finding], command: str) -> str:
         command=command,
         score=score(findings),
         claims=claims_markdown(findings),
+        table=paper.table(results),
         missed="\n".join(missed) or "Nothing.",
         figures=figures,
         left_open="\n\n".join(

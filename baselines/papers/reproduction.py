@@ -8,6 +8,7 @@ from pathlib import Path
 
 import baselines.papers.adaptive_boids
 import baselines.papers.ants2008
+import baselines.papers.boids_foraging
 import baselines.papers.social_odometry
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.progress import carry_out
@@ -26,6 +27,7 @@ ENTERED = (
     baselines.papers.social_odometry,
     baselines.papers.ants2008,
     baselines.papers.adaptive_boids,
+    baselines.papers.boids_foraging,
 )
 """Importing a paper's module enters it in the registry."""
 
@@ -100,6 +102,6 @@ class Reproduction:
         write_figures(self.paper.pictures, self.results, page.parent / "figures", self.command)
         claims = self.folder / "claims.json"
         claims.write_text(report.to_json(findings) + "\n", "utf-8")
-        text = report.page(self.paper, findings, self.command)
+        text = report.page(self.paper, findings, self.results, self.command)
         page.write_text(text, "utf-8")
         return [claims, page]

@@ -13,7 +13,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation.configuration import Configuration, find_recipe
-from baselines.evaluation.dataset import SCHEMA, Dataset
+from baselines.evaluation.dataset import Dataset, schema
+from baselines.evaluation.kinds import FORAGING
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenario import Scenario
 
@@ -55,7 +56,7 @@ def test_a_name_cannot_lead_out_of_the_folder(dataset, episode):
 def test_pandas_reads_the_folder_as_one_table(dataset, configure, file, episode):
     dataset.keep(configure("ssgiff:beta=0.02"), [replace(episode, seed=9)])
     table = pd.read_parquet(dataset.folder).sort_values("seed")
-    assert set(table.columns) == {*SCHEMA.names, "scenario", "controller"}
+    assert set(table.columns) == {*schema(FORAGING).names, "scenario", "controller"}
     assert table["controller"].tolist() == ["ssgikf", "ssgiff"]
     assert table["seed"].tolist() == [3, 9]
     assert table["recruitment_time_s"].isna().all()
@@ -95,7 +96,7 @@ def flipped(content, row):
 
 def table_of(**columns):
     def damage(content, row):
-        changed = pa.Table.from_pylist([row | columns], SCHEMA)
+        changed = pa.Table.from_pylist([row | columns], schema(FORAGING))
         sink = pa.BufferOutputStream()
         pq.write_table(changed, sink)
         return sink.getvalue().to_pybytes()
@@ -105,13 +106,13 @@ def table_of(**columns):
 
 def without_column(content, row):
     sink = pa.BufferOutputStream()
-    pq.write_table(pa.Table.from_pylist([row], SCHEMA).drop_columns("messages"), sink)
+    pq.write_table(pa.Table.from_pylist([row], schema(FORAGING)).drop_columns("messages"), sink)
     return sink.getvalue().to_pybytes()
 
 
 def two_rows(content, row):
     sink = pa.BufferOutputStream()
-    pq.write_table(pa.Table.from_pylist([row, row], SCHEMA), sink)
+    pq.write_table(pa.Table.from_pylist([row, row], schema(FORAGING)), sink)
     return sink.getvalue().to_pybytes()
 
 

@@ -267,7 +267,7 @@ def test_two_trials_of_a_tiny_scenario_killed_between(tmp_path):
     assert "1 of 2 trials found" in stderr
     assert "es3    round trips, ssgikf" in stdout
     assert "change these lines" in stdout
-    report = json.loads((tmp_path / "runs/calibrate/report.json").read_text())
+    report = json.loads((tmp_path / "runs/calibrate-social-odometry/report.json").read_text())
     assert len(report) == len(TARGETS)
     assert not stdout.startswith("swarm-forage:")
 

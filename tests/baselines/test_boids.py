@@ -1,0 +1,171 @@
+"""Boids: gains worked by hand, and a pull that depends on nothing but the situation."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+from pydantic import ValidationError
+
+from baselines.motion.boids import BoidsParameters
+from baselines.motion.flock import adaptive_gains
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.waypoints_interface import WaypointSituation
+
+SCENARIO = find_scenario("waypoints-05")
+GAINS = ("goal", "static", "adaptive")
+RULES = ("flow", "crowd", "centre", "home", "goal")
+VECTORS = (*RULES, "velocity")
+
+every_rule = pytest.mark.parametrize("gains", GAINS)
+
+
+def situation(rows=1, **changed):
+    """One of robots that believe nothing, with some of it changed."""
+    arrays = {name: np.zeros((rows, 2), np.float32) for name in (*VECTORS, "pull")}
+    arrays |= {name: np.zeros(rows, np.float32) for name in ("density", "doubt", "drift")}
+    arrays["arrived"] = np.zeros(rows, np.bool_)
+    for name, value in changed.items():
+        arrays[name][:] = value
+    return WaypointSituation(**arrays)
+
+
+def anywhere(seed, rows=1, **changed):
+    rng = np.random.default_rng(seed)
+    vectors = {name: rng.normal(size=(rows, 2)) for name in VECTORS}
+    vectors["velocity"] *= 0.3
+    stimuli = {name: rng.uniform(0.0, 1.5, rows) for name in ("density", "doubt", "drift")}
+    return situation(rows, **{**vectors, **stimuli, **changed})
+
+
+def pull(seen, **parameters):
+    return BoidsParameters(**parameters).start(SCENARIO, [0])(seen)
+
+
+def unit(v):
+    size = np.linalg.norm(v)
+    return v / size if size > 0.0 else np.zeros(2)
+
+
+def total(s, gains, row=0):
+    """The weighted sum of all forces on one robot."""
+    gains = list(gains)
+    if s.arrived[row]:
+        gains[-1] = 0.0
+    forces = np.zeros(2)
+    for gain, name in zip(gains, RULES, strict=True):
+        way = getattr(s, name)[row].astype(float)
+        if way.any():
+            forces += gain * unit(0.5 * unit(way) - s.velocity[row])
+    return forces
+
+
+def adapted(rho, s, e, d_g, d_h):
+    gains = np.full(5, 9.0)
+    adaptive_gains(rho, s, e, d_g, d_h, gains)
+    return gains
+
+
+@pytest.mark.parametrize(
+    ("stimuli", "gains"),
+    [
+        ((0.0, 0.0, 0.0, 0.0, 0.0), (1.0, 3.0, 0.0, 1.0, 3.0)),
+        ((0.2, 0.4, 0.1, 0.3, 0.25), (1.05, 2.2, 0.75, 1.25, 2.2)),
+        ((1.0, 1.0, 1.0, 1.0, 1.0), (2.0, 0.0, 3.0, 2.0, 0.0)),
+        ((0.0, 3.0, 0.5, 0.5, 0.0), (1.5, -1.0, 3.5, 4.5, -1.0)),
+    ],
+)
+def test_adaptive_gains_are_those_of_the_paper_and_are_not_clamped(stimuli, gains):
+    assert_allclose(adapted(*stimuli), gains, atol=1e-12)
+
+
+def test_gains_that_do_not_adapt_are_the_goals_alone_or_those_given():
+    numbers = {"alignment": 0.1, "separation": 0.2, "cohesion": 0.3, "homing": 0.4, "seeking": 0.5}
+    assert BoidsParameters(gains="goal", **numbers).fixed == (0.0, 0.0, 0.0, 0.0, 1.0)
+    assert BoidsParameters(gains="static", **numbers).fixed == (0.1, 0.2, 0.3, 0.4, 0.5)
+    assert BoidsParameters(gains="static").fixed == (1.0, 1.0, 1.0, 1.0, 1.0)
+
+
+@pytest.mark.parametrize("wrong", [{"gains": "best"}, {"alignment": -0.1}, {"homming": 1.0}])
+def test_gains_that_make_no_sense_are_refused(wrong):
+    with pytest.raises(ValidationError):
+        BoidsParameters(**wrong)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_static_gains_weigh_the_rules(seed):
+    s = anywhere(seed, arrived=seed % 4 == 0)
+    names = ("alignment", "separation", "cohesion", "homing", "seeking")
+    given_ = dict(zip(names, (0.3, 0.5, 0.7, 1.1, 1.3), strict=True))
+    found = pull(s, gains="static", **given_)[0]
+    assert_allclose(found, unit(total(s, given_.values())), atol=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_adaptive_gains_follow_the_stimuli_and_ignore_the_fixed_ones(seed):
+    s = anywhere(seed, arrived=seed % 4 == 0)
+    d_g, d_h = np.linalg.norm(s.goal[0]) / 10.0, np.linalg.norm(s.home[0]) / 10.0
+    gains = adapted(s.density[0], s.doubt[0], s.drift[0], d_g, d_h)
+    found = pull(s, gains="adaptive", alignment=7.0, seeking=0.0)[0]
+    assert_allclose(found, unit(total(s, gains)), atol=1e-5)
+
+
+@every_rule
+@given(seed=st.integers(0, 2**32))
+def test_a_pull_is_a_unit_vector(gains, seed):
+    found = pull(anywhere(seed, rows=4), gains=gains).astype(float)
+    assert_allclose(np.hypot(*found.T), 1.0, rtol=1e-6)
+
+
+@every_rule
+def test_a_robot_that_is_told_nothing_is_not_pulled(gains):
+    assert_array_equal(pull(situation(3), gains=gains), np.zeros((3, 2), np.float32))
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(0.01, 20.0), st.integers(0, 2**32))
+def test_at_rest_the_goal_alone_points_at_the_goal(angle, far, seed):
+    way = np.array([math.cos(angle), math.sin(angle)])
+    s = anywhere(seed, goal=far * way, velocity=0.0)
+    assert_allclose(pull(s, gains="goal")[0], way, atol=1e-6)
+
+
+@every_rule
+@given(seed=st.integers(0, 2**32))
+def test_a_robot_that_has_arrived_ignores_its_goal(gains, seed):
+    rng = np.random.default_rng(seed)
+    way = rng.normal(size=2).astype(np.float32)
+    here, there = (anywhere(seed, arrived=True, goal=goal) for goal in (way, -way))
+    assert_array_equal(pull(here, gains=gains), pull(there, gains=gains))
+
+
+def test_a_robot_that_has_arrived_and_knows_only_its_goal_goes_straight_on():
+    assert not pull(anywhere(1, arrived=True), gains="goal").any()
+    assert pull(anywhere(1, arrived=False), gains="goal").any()
+
+
+@every_rule
+@given(seed=st.integers(0, 2**32), angle=st.floats(-math.pi, math.pi))
+def test_a_pull_turns_with_the_frame(gains, seed, angle):
+    s = anywhere(seed)
+    c, r = math.cos(angle), math.sin(angle)
+    turn = np.array([[c, -r], [r, c]])
+    turned = anywhere(seed, **{name: getattr(s, name) @ turn.T for name in VECTORS})
+    d_g, d_h = np.linalg.norm(s.goal[0]) / 10.0, np.linalg.norm(s.home[0]) / 10.0
+    fixed = BoidsParameters(gains=gains).fixed
+    adaptive = adapted(s.density[0], s.doubt[0], s.drift[0], d_g, d_h)
+    forces = total(s, adaptive if gains == "adaptive" else fixed)
+    assume(np.linalg.norm(forces) > 0.05)
+    assert_allclose(pull(turned, gains=gains)[0], turn @ pull(s, gains=gains)[0], atol=1e-4)
+
+
+@every_rule
+def test_a_robot_is_pulled_by_its_own_situation_alone(gains):
+    together = pull(anywhere(2, rows=6), gains=gains)
+    assert_array_equal(together, pull(anywhere(2, rows=6), gains=gains))
+    whole = anywhere(2, rows=6)
+    names = (*VECTORS, "pull", "density", "doubt", "drift", "arrived")
+    for row in range(6):
+        one = situation(**{name: getattr(whole, name)[row] for name in names})
+        assert_array_equal(pull(one, gains=gains)[0], together[row])

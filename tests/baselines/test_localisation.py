@@ -1,0 +1,738 @@
+"""Localisation against textbook filters: prediction, intersection, decentralised EKF."""
+
+import math
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.testing import assert_allclose, assert_array_equal
+
+import baselines.recipes  # noqa: F401 enters the controllers
+from baselines.estimators.covariance_intersection import (
+    add_sight_noise,
+    fast_ci_weights,
+    fuse,
+    heard_pose,
+    intersect,
+)
+from baselines.estimators.dead_reckoning import carry_factors, predict, start_again
+from baselines.estimators.decentralised_ekf import (
+    MAX_JUMP,
+    bearing_beside,
+    bound_correlation,
+    correct_both,
+    correct_by_sight,
+    correct_each_alone,
+    correct_one,
+    correct_privately,
+)
+from baselines.estimators.flocking import describe_correction
+from baselines.estimators.localisation import Localisation, LocalisationParameters
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.kernels.frames import wrap
+from swarm_forage_env.loop import WaypointsLoop
+from swarm_forage_env.scenarios import find_scenario
+
+ROBOTS = 4
+DT = 0.5
+VAR_RANGE, VAR_BEARING = 0.01**2, 0.02**2
+EPSILON = 1e-6
+
+ENTRIES = st.floats(-1.0, 1.0).map(lambda x: round(x, 6))
+COVARIANCES = arrays(np.float64, (3, 3), elements=ENTRIES).map(
+    lambda root: root @ root.T + 0.05 * np.eye(3)
+)
+ANGLES = st.floats(-math.pi, math.pi, exclude_max=True)
+
+
+def numbers_of(setting):
+    """The scenario's numbers as the kernels read them."""
+    scenario = find_scenario("waypoints-05", {"n_robots": ROBOTS})
+    return Localisation(LocalisationParameters(setting=setting), scenario, 1)._numbers
+
+
+CORRECTED, AUTHORS = numbers_of("corrected"), numbers_of("authors")
+
+
+def covariance(rng, size=0.05):
+    root = rng.normal(size=(3, 3))
+    return size * (root @ root.T + 0.3 * np.eye(3))
+
+
+def jacobian(function, at):
+    """By central differences, a column to each input."""
+    steps = EPSILON * np.eye(len(at))
+    columns = [(function(at + step) - function(at - step)) / (2.0 * EPSILON) for step in steps]
+    return np.stack(columns, axis=1)
+
+
+def least_eigenvalue(P):  # noqa: N803 as in the paper
+    return np.linalg.eigvalsh(P).min()
+
+
+def weights_of(inverses):
+    inverses = np.array(inverses)
+    weights = np.full(len(inverses), 9.0)
+    fast_ci_weights(inverses, len(inverses), np.zeros((2, 3, 3)), weights)
+    return weights
+
+
+@given(st.lists(COVARIANCES, min_size=1, max_size=6))
+def test_the_weights_of_an_intersection_are_shares_and_those_of_the_paper(covariances):
+    inverses = [np.linalg.inv(P) for P in covariances]
+    det, S = np.linalg.det, sum(inverses)  # noqa: N806 as in the paper
+    total = len(inverses) * det(S) + sum(det(each) - det(S - each) for each in inverses)
+    paper = [(det(S) - det(S - each) + det(each)) / total for each in inverses]
+    found = weights_of(inverses)
+    assert_allclose(found, paper, atol=1e-9)
+    assert found.sum() == pytest.approx(1.0)
+    assert found.min() >= -1e-12
+
+
+@given(COVARIANCES, COVARIANCES)
+def test_the_weights_of_two_have_a_closed_form(A, B):  # noqa: N803 matrices
+    one, other = np.linalg.inv(A), np.linalg.inv(B)
+    det, S = np.linalg.det, one + other  # noqa: N806 as in the paper
+    first = (det(S) - det(other) + det(one)) / (2.0 * det(S))
+    assert_allclose(weights_of([one, other]), [first, 1.0 - first], atol=1e-9)
+
+
+def test_only_the_first_matrices_count():
+    room, weights = np.array([np.eye(3), 3.0 * np.eye(3), 50.0 * np.eye(3)]), np.full(3, 9.0)
+    fast_ci_weights(room, 2, np.zeros((2, 3, 3)), weights)
+    assert weights[:2] == pytest.approx([(64 - 27 + 1) / 128, (64 - 1 + 27) / 128])
+    assert weights[2] == 9.0
+
+
+def fused(inverses, poses, weights):
+    pose, P = np.zeros(3), np.zeros((3, 3))  # noqa: N806 as in the paper
+    args = np.array(inverses), np.array(poses, float), np.array(weights, float)
+    fuse(len(inverses), *args, np.zeros((3, 3)), pose, P)
+    return pose, P
+
+
+@given(COVARIANCES, COVARIANCES, st.floats(-1.0, 1.0))
+def test_an_intersection_is_never_overconfident_whatever_the_correlation(A, B, k):  # noqa: N803
+    inverses = [np.linalg.inv(A), np.linalg.inv(B)]
+    weights = weights_of(inverses)
+    cross = k * np.linalg.cholesky(A) @ np.linalg.cholesky(B).T
+    joint = np.block([[A, cross], [cross.T, B]])
+    columns = [
+        fused(inverses, unit.reshape(2, 3), weights)[0] for unit in np.eye(6)
+    ]  # fmt: skip
+    M = np.stack(columns, axis=1)  # noqa: N806 the fused pose is linear in both
+    _, P = fused(inverses, np.zeros((2, 3)), weights)  # noqa: N806 as in the paper
+    assert least_eigenvalue(P - M @ joint @ M.T) > -1e-9
+    assert_allclose(M[:, :3] + M[:, 3:], np.eye(3), atol=1e-9)
+
+
+def test_an_intersection_in_a_case_worked_by_hand():
+    inverses = [np.diag([1.0, 4.0, 1.0]), np.diag([3.0, 4.0, 1.0])]
+    pose, P = fused(inverses, [[0.0, 1.0, 2.0], [4.0, 3.0, 2.0]], [0.5, 0.5])  # noqa: N806
+    assert_allclose(P, np.diag([0.5, 0.25, 1.0]))
+    assert_allclose(pose, [3.0, 2.0, 2.0])
+
+
+def facing(rng, robots=2):
+    """True poses, beliefs about them, and what robots that see each other measure."""
+    true = np.column_stack([rng.uniform(-0.3, 0.3, (robots, 2)), rng.uniform(-3.0, 3.0, robots)])
+    P = np.array([covariance(rng) for _ in range(robots)])  # noqa: N806 as in the paper
+    pose = true + 0.05 * rng.normal(size=(robots, 3))
+    far, bearing = np.zeros((2, robots, robots), np.float32)
+    for i in range(robots):
+        for j in range(robots):
+            if i != j:
+                far[i, j], bearing[i, j] = seen_at(np.concatenate([true[i], true[j]]))
+    compass = true[:, 2].astype(np.float32)
+    return pose, P, ~np.eye(robots, dtype=np.bool_), far, bearing, compass
+
+
+def seen_at(x):
+    """Range and bearing at which the first of two poses sees the second."""
+    dx, dy = x[3:5] - x[:2]
+    return np.array([math.hypot(dx, dy), wrap(math.atan2(dy, dx) - x[2])])
+
+
+def told_pose(x, far, back, own):
+    """What a robot at x believes of the pose of one that it sees, and that sees it."""
+    direction = x[2] + back
+    there = x[:2] + far * np.array([math.cos(direction), math.sin(direction)])
+    return np.array([*there, x[2] + back + math.pi - own])
+
+
+@given(COVARIANCES, ANGLES, st.floats(0.05, 1.0), ANGLES, ANGLES)
+def test_a_heard_covariance_is_the_propagation_of_all_errors(P, theta, far, back, own):  # noqa: N803
+    at = np.array([0.3, -0.2, theta, far, back, own])
+    J = jacobian(lambda x: told_pose(x[:3], *x[3:]), at)  # noqa: N806 a Jacobian
+    noise = np.diag([VAR_RANGE, VAR_BEARING, VAR_BEARING])
+    expected = J[:, :3] @ P @ J[:, :3].T + J[:, 3:] @ noise @ J[:, 3:].T
+    found, scratch = P.copy(), np.zeros((2, 3, 3))
+    add_sight_noise(far, theta + back, VAR_RANGE, VAR_BEARING, scratch, found)
+    assert_allclose(found, expected, atol=1e-7)
+
+
+def intersected(pose, P, seen, far, bearing, compass, g, numbers=CORRECTED):  # noqa: N803
+    n, said = len(pose), (pose.copy(), P.copy())
+    pose, P = pose.copy(), P.copy()  # noqa: N806 as in the paper
+    shares = np.full((n, 1), g, np.float32)
+    intersect(
+        seen, far, bearing, compass, shares, numbers, *said,
+        np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros((2, 3, 3)), pose, P,
+    )  # fmt: skip
+    return pose, P
+
+
+def test_no_share_of_an_intersection_leaves_the_estimate():
+    world = facing(np.random.default_rng(1), robots=3)
+    pose, P = intersected(*world, g=0.0)  # noqa: N806 as in the paper
+    assert_allclose(pose, world[0], atol=1e-12)
+    assert_allclose(P, world[1], atol=1e-12)
+
+
+@pytest.mark.parametrize("g", [1.0, 0.25])
+@pytest.mark.parametrize("robots", [2, 4])
+def test_a_share_of_an_intersection_is_taken_from_the_weights_of_the_neighbours(robots, g):
+    world = facing(np.random.default_rng(robots), robots)
+    pose, P, _, far, bearing, _ = world  # noqa: N806 as in the paper
+    after, covariances = intersected(*world, g=g)
+    for i in range(robots):
+        poses, inverses = [pose[i]], [np.linalg.inv(P[i])]
+        for j in [j for j in range(robots) if j != i]:
+            measured = np.array([far[j, i], bearing[j, i], bearing[i, j]], float)
+            told = told_pose(pose[j], *measured)
+            told[2] = pose[i, 2] + wrap(told[2] - pose[i, 2])
+            at = np.concatenate([pose[j], measured])
+            J = jacobian(lambda x: told_pose(x[:3], *x[3:]), at)  # noqa: N806 a Jacobian
+            noise = np.diag([VAR_RANGE, VAR_BEARING, VAR_BEARING])
+            heard = J[:, :3] @ P[j] @ J[:, :3].T + J[:, 3:] @ noise @ J[:, 3:].T
+            poses.append(told)
+            inverses.append(np.linalg.inv(heard))
+        weights = g * weights_of(inverses)
+        weights[0] += 1.0 - g
+        information = sum(w * each for w, each in zip(weights, inverses, strict=True))
+        vector = sum(
+            w * each @ x for w, each, x in zip(weights, inverses, poses, strict=True)
+        )  # fmt: skip
+        assert_allclose(covariances[i], np.linalg.inv(information), rtol=1e-5, atol=1e-7)
+        assert_allclose(after[i], np.linalg.solve(information, vector), atol=1e-6)
+
+
+def test_exact_neighbours_agree_on_a_pose_across_the_cut_of_the_circle():
+    pose = np.array([[0.0, 0.0, 3.1], [0.4, 0.3, -3.1]])
+    numbers = CORRECTED
+    far, bearing = np.zeros((2, 2, 2), np.float32)
+    far[0, 1], bearing[0, 1] = seen_at(pose.ravel())
+    far[1, 0], bearing[1, 0] = seen_at(pose[::-1].ravel())
+    P = np.array([0.1 * np.eye(3), 0.01 * np.eye(3)])  # noqa: N806 as in the paper
+    told, told_P = np.zeros(3), np.zeros((3, 3))  # noqa: N806 as in the paper
+    heard_pose(
+        0, 1, 0, far, bearing, pose[:, 2].astype(np.float32), numbers, pose, P,
+        np.zeros((2, 3, 3)), told, told_P,
+    )  # fmt: skip
+    assert_allclose(told, pose[0], atol=1e-6)
+
+
+def test_the_authors_fuse_nothing_with_a_single_neighbour():
+    pair = facing(np.random.default_rng(3), robots=2)
+    pose, P = intersected(*pair, g=1.0, numbers=AUTHORS)  # noqa: N806 as in the paper
+    assert_array_equal(pose, pair[0])
+    assert_array_equal(P, pair[1])
+    three = facing(np.random.default_rng(3), robots=3)
+    pose, P = intersected(*three, g=1.0, numbers=AUTHORS)  # noqa: N806 as in the paper
+    assert np.all(pose != three[0])
+
+
+def test_the_authors_are_told_a_neighbours_covariance_and_a_diagonal_of_deviations():
+    pose, P, _, far, bearing, compass = facing(np.random.default_rng(4))  # noqa: N806
+    told, told_P = np.zeros(3), np.zeros((3, 3))  # noqa: N806 as in the paper
+    heard_pose(0, 1, 0, far, bearing, compass, AUTHORS, pose, P, np.zeros((2, 3, 3)), told, told_P)
+    assert_allclose(told_P, P[1] + np.diag([0.01, 0.01, 0.02]))
+    slipped = 2.0 * compass[1] - pose[1, 2]
+    direction = bearing[1, 0] + slipped
+    there = pose[1, :2] + far[1, 0] * np.array([math.cos(direction), math.sin(direction)])
+    assert_allclose(told[:2], there, atol=1e-6)
+
+
+def test_with_exact_headings_the_authors_are_told_the_place_that_follows_from_the_sight():
+    true, P, _, far, bearing, compass = facing(np.random.default_rng(5))  # noqa: N806
+    pose = np.column_stack([true[:, :2], compass.astype(float)])
+    for numbers in (AUTHORS, CORRECTED):
+        told, told_P = np.zeros(3), np.zeros((3, 3))  # noqa: N806 as in the paper
+        heard_pose(
+            0, 1, 0, far, bearing, compass, numbers, pose, P, np.zeros((2, 3, 3)), told, told_P
+        )
+        expected = told_pose(pose[1], float(far[1, 0]), float(bearing[1, 0]), bearing[0, 1])
+        assert_allclose(told[:2], expected[:2], atol=1e-6)
+        assert abs(wrap(told[2] - expected[2])) < 1e-6
+
+
+def step(x):
+    """Where (x, y, theta, speed, turn) leads in a tick: turned first, then gone."""
+    theta = x[2] + x[4] * DT
+    return np.array([x[0] + x[3] * DT * math.cos(theta), x[1] + x[3] * DT * math.sin(theta), theta])
+
+
+def predicted(pose, P, measured, numbers):  # noqa: N803 as in the paper
+    pose, P = np.array(pose, float)[None], np.array(P)[None]  # noqa: N806 as in the paper
+    velocity = np.zeros((1, 2))
+    measured = np.array([measured], np.float32)
+    predict(measured, numbers, np.zeros((2, 3, 3)), pose, P, velocity)
+    return pose[0], P[0], velocity[0]
+
+
+def inputs(measured):
+    """What is left of a measurement in single precision."""
+    return np.array(measured, np.float32).astype(float)
+
+
+@given(COVARIANCES, ANGLES, st.floats(-0.2, 0.7), st.floats(-1.2, 1.2))
+def test_a_prediction_propagates_pose_and_covariance(P, theta, speed, turn):  # noqa: N803
+    at = np.array([0.4, -1.0, theta, *inputs([speed, turn])])
+    J = jacobian(step, at)  # noqa: N806 a Jacobian
+    noise = np.diag([0.05**2 + 0.005**2, 0.02**2 + 0.05**2])
+    expected = J[:, :3] @ P @ J[:, :3].T + J[:, 3:] @ noise @ J[:, 3:].T
+    pose, found, velocity = predicted(at[:3], P, (speed, turn), CORRECTED)
+    assert_allclose(found, expected, atol=1e-8)
+    assert_array_equal(found, found.T)
+    there = step(at)
+    assert_allclose(pose[:2], there[:2], atol=1e-12)
+    assert pose[2] == pytest.approx(wrap(there[2]), abs=1e-12)
+    assert_allclose(velocity, (there[:2] - at[:2]) / DT, atol=1e-9)
+
+
+@given(COVARIANCES, ANGLES, st.floats(-0.2, 0.7), st.floats(-1.2, 1.2))
+def test_the_authors_process_noise_is_a_diagonal_of_deviations(P, theta, speed, turn):  # noqa: N803
+    at = np.array([0.4, -1.0, theta, *inputs([speed, turn])])
+    F = jacobian(step, at)[:, :3]  # noqa: N806 as in the paper
+    _, found, _ = predicted(at[:3], P, (speed, turn), AUTHORS)
+    assert_allclose(found, F @ P @ F.T + np.diag([0.05, 0.05, 0.02]), atol=1e-8)
+
+
+def test_factors_are_carried_by_the_jacobian_of_the_step():
+    rng = np.random.default_rng(6)
+    pose, measured = rng.uniform(-2.0, 2.0, (3, 3)), inputs(rng.uniform(-0.7, 0.7, (3, 2)))
+    factors = rng.normal(size=(3, 3, 3, 3))
+    after = np.array([step(np.concatenate(each)) for each in zip(pose, measured, strict=True)])
+    found = factors.copy()
+    carry_factors(measured.astype(np.float32), DT, after, found)
+    for i in range(3):
+        F = jacobian(step, np.concatenate([pose[i], measured[i]]))[:, :3]  # noqa: N806
+        assert_allclose(found[i], F @ factors[i], atol=1e-8)
+
+
+def test_the_authors_start_again_at_home_and_nowhere_else():
+    rng = np.random.default_rng(7)
+    pose, P = rng.normal(size=(2, 3)), np.array([covariance(rng), covariance(rng)])  # noqa: N806
+    fix = rng.normal(size=(2, 3)).astype(np.float32)
+    after, covariances = pose.copy(), P.copy()
+    start_again(np.array([True, False]), fix, 0.1, after, covariances)
+    assert_array_equal(after, [fix[0], pose[1]])
+    assert_array_equal(covariances, [0.1 * np.eye(3), P[1]])
+
+
+def stores(robots=ROBOTS, numbers=CORRECTED):
+    """Everything the decentralised filter works in and on, with zero factors."""
+    return {
+        "numbers": numbers,
+        "room": np.zeros((5, 3, 3)),
+        "big": np.zeros((3, 6, 6)),
+        "G": np.zeros((2, 6)),
+        "K": np.zeros((6, 2)),
+        "pose": np.zeros((robots, 3)),
+        "P": np.zeros((robots, 3, 3)),
+        "factors": np.zeros((robots, robots, 3, 3)),
+    }
+
+
+def swarm(rng, robots=ROBOTS, size=0.05):
+    found = stores(robots)
+    found["pose"][:] = rng.uniform(-1.0, 1.0, (robots, 3))
+    found["P"][:] = [covariance(rng, size) for _ in range(robots)]
+    return found
+
+
+def relative(s, i, j, far, bearing, g=1.0):
+    correct_both(
+        i, j, 0, float(far), float(bearing), g, s["numbers"], s["room"], s["big"], s["G"], s["K"],
+        s["pose"], s["P"], s["factors"],
+    )  # fmt: skip
+
+
+def privately(s, at_home, fix, variance=1e-6):
+    correct_privately(at_home, fix, variance, s["room"], s["pose"], s["P"], s["factors"])
+
+
+def moved(s, measured):
+    predict(measured, s["numbers"], np.zeros((2, 3, 3)), s["pose"], s["P"], np.zeros((ROBOTS, 2)))
+    carry_factors(measured, DT, s["pose"], s["factors"])
+
+
+def cross(s, i, j):
+    return s["factors"][i, j] @ s["factors"][j, i].T
+
+
+def kalman(x, P, i, j, measured, g=1.0):  # noqa: N803 as in the paper
+    """A joint EKF of all robots that corrects by how i sees j, to the share g."""
+    at = [*range(3 * i, 3 * i + 3), *range(3 * j, 3 * j + 3)]
+    G, R = np.zeros((2, len(x))), np.diag([VAR_RANGE, VAR_BEARING])  # noqa: N806 as in the paper
+    G[:, at] = jacobian(seen_at, x[at])
+    K = g * P @ G.T @ np.linalg.inv(G @ P @ G.T + R)  # noqa: N806 as in the paper
+    residual = measured - seen_at(x[at])
+    residual[1] = wrap(residual[1])
+    rest = np.eye(len(x)) - K @ G
+    return x + K @ residual, rest @ P @ rest.T + K @ R @ K.T
+
+
+def joint_of(s):
+    P = np.zeros((3 * len(s["P"]), 3 * len(s["P"])))  # noqa: N806 as in the paper
+    for i, own in enumerate(s["P"]):
+        P[3 * i : 3 * i + 3, 3 * i : 3 * i + 3] = own
+    return s["pose"].ravel().copy(), P
+
+
+def block(P, i, j):  # noqa: N803 as in the paper
+    return P[3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
+
+
+@pytest.mark.parametrize("g", [1.0, 0.4, 0.0])
+@pytest.mark.parametrize("seed", range(5))
+def test_a_relative_correction_of_strangers_is_that_of_a_joint_filter(seed, g):
+    rng = np.random.default_rng(seed)
+    s = swarm(rng, robots=2)
+    x, P = joint_of(s)  # noqa: N806 as in the paper
+    measured = seen_at(x) + np.array([0.05, -0.1])
+    relative(s, 0, 1, *measured, g=g)
+    x, P = kalman(x, P, 0, 1, measured, g)  # noqa: N806 as in the paper
+    assert_allclose(s["pose"].ravel(), x, atol=1e-7)
+    assert_allclose(s["P"], [block(P, 0, 0), block(P, 1, 1)], atol=1e-8)
+    assert_allclose(cross(s, 0, 1), block(P, 0, 1), atol=1e-8)
+
+
+def test_a_bearing_across_the_cut_of_the_circle_is_near():
+    s = swarm(np.random.default_rng(8), robots=2)
+    s["pose"][:] = [[0.0, 0.0, 0.01], [-0.5, 0.0, 0.0]]
+    before = s["pose"].copy()
+    relative(s, 0, 1, 0.5, math.pi - 0.01)
+    assert np.abs(s["pose"] - before).max() < 0.05
+
+
+def test_the_second_correction_of_a_pair_goes_by_what_they_share():
+    rng = np.random.default_rng(9)
+    s = swarm(rng, robots=2, size=0.002)
+    x, P = joint_of(s)  # noqa: N806 as in the paper
+    for noise in ([0.01, -0.02], [-0.01, 0.03], [0.0, 0.01]):
+        measured = seen_at(s["pose"].ravel()) + np.array(noise)
+        relative(s, 0, 1, *measured)
+        x, P = kalman(x, P, 0, 1, measured)  # noqa: N806 as in the paper
+        assert_allclose(s["pose"].ravel(), x, atol=1e-6)
+        assert_allclose(s["P"], [block(P, 0, 0), block(P, 1, 1)], atol=1e-7)
+        assert_allclose(cross(s, 0, 1), block(P, 0, 1), atol=1e-7)
+
+
+@pytest.mark.parametrize("pairs", list(product([(0, 1), (1, 0)], [(1, 2), (2, 1)])))
+@pytest.mark.parametrize("seed", range(3))
+def test_a_chain_of_three_shares_what_the_joint_filter_says(seed, pairs):
+    rng = np.random.default_rng(seed)
+    s = swarm(rng, robots=3, size=0.002)
+    x, P = joint_of(s)  # noqa: N806 as in the paper
+    for i, j in pairs:
+        pair = np.concatenate([s["pose"][i], s["pose"][j]])
+        measured = seen_at(pair) + np.array([0.01, 0.02])
+        relative(s, i, j, *measured)
+        x, P = kalman(x, P, i, j, measured)  # noqa: N806 as in the paper
+        assert_allclose(cross(s, i, j), block(P, i, j), atol=1e-8)
+        assert_allclose(s["pose"][[i, j]].ravel(), [*x[3 * i : 3 * i + 3], *x[3 * j : 3 * j + 3]])
+    assert_allclose(cross(s, 0, 1), block(P, 0, 1), atol=1e-8)
+    assert_allclose(s["P"][1:], [block(P, 1, 1), block(P, 2, 2)], atol=1e-8)
+
+
+def test_those_who_do_not_see_each_other_are_not_corrected():
+    s = swarm(np.random.default_rng(10))
+    before = {name: s[name].copy() for name in ("pose", "P")}
+    relative(s, 2, 1, 0.4, 0.3)
+    for name, was in before.items():
+        changed = (s[name] != was).reshape(ROBOTS, -1).any(axis=1)
+        assert changed.tolist() == [False, True, True, False]
+
+
+def test_robots_believed_in_one_place_are_let_be():
+    s = swarm(np.random.default_rng(11))
+    s["pose"][1] = s["pose"][0]
+    before = s["pose"].copy(), s["P"].copy()
+    relative(s, 0, 1, 0.4, 0.3)
+    assert_array_equal(s["pose"], before[0])
+    assert_array_equal(s["P"], before[1])
+
+
+@given(COVARIANCES, COVARIANCES, arrays(np.float64, (3, 3), elements=st.floats(-5.0, 5.0)))
+def test_a_bounded_correlation_makes_a_joint_covariance(A, B, C):  # noqa: N803 matrices
+    found = C.copy()
+    bound_correlation(A, B, np.zeros((5, 3, 3)), found)
+    assert least_eigenvalue(np.block([[A, found], [found.T, B]])) > -1e-9
+    most = np.linalg.norm(
+        np.linalg.solve(np.linalg.cholesky(A), C) @ np.linalg.inv(np.linalg.cholesky(B)).T, 2
+    )
+    if most <= 0.99:
+        assert_array_equal(found, C)
+    elif most > 1.01:
+        assert_allclose(found, 0.999 / most * C, rtol=1e-5, atol=1e-9)
+
+
+@given(st.integers(0, 2**32), st.floats(1e-6, 1.0))
+def test_a_private_correction_is_a_kalman_update(seed, variance):
+    rng = np.random.default_rng(seed)
+    s = swarm(rng)
+    s["factors"][:] = rng.normal(size=s["factors"].shape)
+    pose, P, factors = (s[name].copy() for name in ("pose", "P", "factors"))  # noqa: N806
+    fix = (pose + 0.2 * rng.normal(size=pose.shape)).astype(np.float32)
+    privately(s, np.array([True, False, True, False]), fix, variance)
+    for i in (0, 2):
+        K = P[i] @ np.linalg.inv(P[i] + variance * np.eye(3))  # noqa: N806 as in the paper
+        residual = fix[i].astype(float) - pose[i]
+        expected = pose[i] + K @ residual
+        expected[2] = wrap(expected[2])
+        assert_allclose(s["pose"][i], expected, atol=1e-7)
+        assert_allclose(s["P"][i], (np.eye(3) - K) @ P[i], atol=1e-7)
+        assert_allclose(s["factors"][i], (np.eye(3) - K) @ factors[i], atol=1e-7)
+    for name, was in (("pose", pose), ("P", P), ("factors", factors)):
+        assert_array_equal(s[name][[1, 3]], was[[1, 3]])
+
+
+def test_a_fix_across_the_cut_of_the_circle_is_near():
+    s = stores()
+    s["P"][:] = 0.1 * np.eye(3)
+    s["pose"][0, 2] = 3.1
+    fix = np.array([[0.0, 0.0, -3.0]] * ROBOTS, np.float32)
+    privately(s, np.arange(ROBOTS) == 0, fix, 0.1)
+    between = 3.1 + 0.5 * (2.0 * math.pi - 6.1)
+    assert s["pose"][0, 2] == pytest.approx(between - 2.0 * math.pi, abs=1e-6)
+
+
+MOVES = st.tuples(
+    st.just("move"),
+    st.lists(
+        st.tuples(st.floats(-0.2, 0.7), st.floats(-1.2, 1.2)), min_size=ROBOTS, max_size=ROBOTS
+    ),
+)
+FIXES = st.tuples(
+    st.just("fix"),
+    st.tuples(
+        st.integers(0, ROBOTS - 1), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), ANGLES
+    ),
+)  # fmt: skip
+SIGHTS = st.tuples(
+    st.just("sight"),
+    st.tuples(
+        st.permutations(range(ROBOTS)), st.floats(1e-3, 1.0), ANGLES, st.sampled_from([1.0, 0.3])
+    ),
+)
+STORIES = st.lists(st.one_of(MOVES, FIXES, SIGHTS, SIGHTS), min_size=1, max_size=30)
+PLACES = arrays(np.float64, (ROBOTS, 3), elements=st.floats(-1.0, 1.0))
+
+
+def carried_out(s, deed, how):
+    if deed == "move":
+        moved(s, np.array(how, np.float32))
+    elif deed == "fix":
+        robot, *fix = how
+        privately(s, np.arange(ROBOTS) == robot, np.tile(np.array(fix, np.float32), (ROBOTS, 1)))
+    else:
+        (i, j, *_), far, bearing, g = how
+        relative(s, i, j, far, bearing, g)
+
+
+@given(PLACES, STORIES)
+def test_whatever_happens_a_covariance_stays_one(places, story):
+    s = stores()
+    s["pose"][:] = places
+    s["P"][:] = 0.1 * np.eye(3)
+    for deed, how in story:
+        carried_out(s, deed, how)
+        for name in ("pose", "P", "factors"):
+            assert np.isfinite(s[name]).all(), name
+        for P in s["P"]:  # noqa: N806 as in the paper
+            assert_array_equal(P, P.T)
+            assert least_eigenvalue(P) >= -1e-12 * np.linalg.norm(P, 2)
+
+
+@pytest.mark.parametrize(
+    ("measured", "expected", "dy", "found"),
+    [
+        (3.1, -3.1, -0.1, 3.1),
+        (-3.0, 3.1, 0.1, -3.1),
+        (3.1, -3.1, -1.0, -3.1),
+        (0.5, 0.4, 0.2, 0.4),
+        (-0.2, 0.4, 0.2, -0.4),
+        (0.0, 0.4, 0.2, -0.4),
+    ],
+)
+def test_the_authors_turn_the_sign_of_an_expected_bearing_if_that_is_nearer(
+    measured, expected, dy, found
+):
+    assert bearing_beside(measured, expected, dy) == found
+
+
+def alone(s, i, j, far, direction, g=1.0):
+    said = s["pose"].copy(), s["P"].copy(), s["factors"][j, i].copy()
+    correct_one(
+        i, j, 0, float(far), float(direction), g, s["numbers"], s["room"], s["big"], s["G"],
+        s["K"], *said, s["pose"], s["P"], s["factors"],
+    )  # fmt: skip
+
+
+def kept(s):
+    return {name: s[name].copy() for name in ("pose", "P", "factors")}
+
+
+def authors_swarm(seed):
+    s = swarm(np.random.default_rng(seed)) | {"numbers": AUTHORS}
+    s["pose"][:2] = [[0.1, 0.0, 0.3], [0.5, 0.3, -1.0]]
+    return s
+
+
+def test_the_authors_filter_corrects_the_one_who_sees_by_its_half_of_the_joint_filter():
+    s = authors_swarm(12)
+    before = kept(s)
+    alone(s, 0, 1, 0.55, math.atan2(0.3, 0.4) + 0.1)
+    d, r = np.array([0.4, 0.3]), 0.5
+    G = np.zeros((2, 6))  # noqa: N806 as in the paper
+    G[0, [0, 1, 3, 4]] = [*(-d / r), *(d / r)]
+    G[1, [0, 1, 3, 4]] = [d[1] / r**2, -d[0] / r**2, -d[1] / r**2, d[0] / r**2]
+    P = np.zeros((6, 6))  # noqa: N806 as in the paper
+    P[:3, :3], P[3:, 3:] = before["P"][:2]
+    K = P @ G.T @ np.linalg.inv(G @ P @ G.T + 0.01 * np.eye(2))  # noqa: N806 as in the paper
+    after = (np.eye(6) - K @ G) @ P
+    assert_allclose(s["pose"][0], before["pose"][0] + K[:3] @ [0.05, 0.1], atol=1e-9)
+    assert_allclose(s["P"][0], after[:3, :3], atol=1e-9)
+    assert_allclose(s["factors"][0, 1], after[:3, 3:], atol=1e-9)
+    for name, was in before.items():
+        assert_array_equal(s[name][1:], was[1:], name)
+
+
+@pytest.mark.parametrize("far", [3.0, 30.0])
+def test_the_authors_filter_refuses_to_jump(far):
+    s = authors_swarm(13)
+    s["P"][:2] = 0.1 * np.eye(3)
+    before = kept(s)
+    alone(s, 0, 1, far, math.atan2(0.3, 0.4))
+    for name, was in before.items():
+        assert_array_equal(s[name], was, name)
+
+
+def test_the_authors_filter_jumps_up_to_its_limit():
+    share = 0.1 / 0.21
+    for jump, jumps in ((0.999 * MAX_JUMP, True), (1.001 * MAX_JUMP, False)):
+        s = authors_swarm(14)
+        s["P"][:2] = 0.1 * np.eye(3)
+        before = s["pose"].copy()
+        alone(s, 0, 1, 0.5 + jump / share, math.atan2(0.3, 0.4))
+        gone = np.hypot(*(s["pose"][0] - before[0])[:2])
+        assert gone == pytest.approx(jump if jumps else 0.0)
+
+
+def test_the_authors_correct_everybody_from_what_was_said_before():
+    rng = np.random.default_rng(15)
+    s = swarm(rng, robots=2) | {"numbers": AUTHORS}
+    pose, _, seen, far, bearing, compass = facing(rng)
+    s["pose"][:] = pose
+    before, expected = kept(s), kept(s)
+    for i, j in ((0, 1), (1, 0)):
+        one = s | {name: was.copy() for name, was in before.items()}
+        direction = wrap(float(bearing[i, j]) + 2.0 * float(compass[i]) - pose[i, 2])
+        alone(one, i, j, far[i, j], direction)
+        for name in expected:
+            expected[name][i] = one[name][i]
+    correct_each_alone(
+        seen, far, bearing, compass, np.ones((2, 1), np.float32), AUTHORS, s["room"], s["big"],
+        s["G"], s["K"], before["pose"].copy(), before["P"].copy(), before["factors"].copy(),
+        s["pose"], s["P"], s["factors"],
+    )  # fmt: skip
+    assert np.all(s["pose"][:, :2] != before["pose"][:, :2])
+    for name, found in expected.items():
+        assert_array_equal(s[name], found, name)
+
+
+def test_sights_correct_in_the_order_of_the_robots_numbers():
+    rng = np.random.default_rng(16)
+    pose, P, seen, far, bearing, _ = facing(rng, 3)  # noqa: N806 as in the paper
+    seen[0, 1] = False
+    together, apart = stores(3), stores(3)
+    for s in (together, apart):
+        s["pose"][:], s["P"][:] = pose, P
+    names = ("numbers", "room", "big", "G", "K", "pose", "P", "factors")
+    shares = np.array([[1.0], [0.5], [0.2]], np.float32)
+    correct_by_sight(seen, far, bearing, shares, *(together[name] for name in names))
+    for i, j in ((0, 2), (1, 0), (1, 2), (2, 0), (2, 1)):
+        relative(apart, i, j, far[i, j], bearing[i, j], float(shares[i, 0]))
+    for name in ("pose", "P", "factors"):
+        assert_array_equal(together[name], apart[name], name)
+
+
+def test_a_correction_is_described_by_those_who_see_or_are_seen():
+    rng = np.random.default_rng(17)
+    pose, P, seen, far, bearing, _ = facing(rng, 4)  # noqa: N806 as in the paper
+    seen[0, 1] = False
+    seen[3, :] = seen[:, 3] = False
+    valid, numbers = np.zeros(4, np.bool_), np.zeros((4, 4), np.float32)
+    describe_correction(seen, far, bearing, pose, P, valid, *numbers)
+    neighbours, own, heard, disagreement = numbers
+    assert valid.tolist() == [True, True, True, False]
+    assert_allclose(neighbours, [0.5, 0.5, 0.5, 0.0])
+    assert_allclose(own, [np.linalg.norm(each, 2) for each in P], rtol=1e-5)
+    assert_allclose(heard[0], own[1:3].mean(), rtol=1e-5)
+    assert_allclose(heard[2], own[:2].mean(), rtol=1e-5)
+    places = [
+        told_pose(pose[j], float(far[j, 2]), float(bearing[j, 2]), 0.0)[:2] for j in (0, 1)
+    ]  # fmt: skip
+    assert disagreement[2] == pytest.approx(np.hypot(*(np.mean(places, axis=0) - pose[2, :2])))
+    by_2 = told_pose(pose[2], float(far[2, 1]), float(bearing[2, 1]), 0.0)[:2]
+    assert disagreement[1] == pytest.approx(np.hypot(*(by_2 - pose[1, :2])), rel=1e-5)
+    assert heard[3] == 0.0
+    assert disagreement[3] == 0.0
+
+
+QUIET = {
+    "sensors.speed_noise": 1e-9,
+    "sensors.speed_bias": 0.0,
+    "sensors.turn_noise": 1e-9,
+    "sensors.turn_bias": 0.0,
+    "sensors.home_noise": 1e-4,
+}
+
+
+@pytest.mark.parametrize("setting", ["authors", "corrected"])
+def test_without_noise_dead_reckoning_is_the_motion(setting):
+    scenario = find_scenario("waypoints-10", QUIET)
+    name = f"boids-goal:estimator=dead_reckoning,setting={setting}"
+    loop = WaypointsLoop(scenario, find_controller(name), [1, 2])
+    for _ in range(scenario.n_ticks):
+        loop.step()
+        off = loop.controller.estimator.pose - loop.world.state.pose
+        assert np.abs(off[:, :2]).max() < 1e-2
+        assert np.abs(np.angle(np.exp(1j * off[:, 2]))).max() < 1e-3
+    assert loop.world.state.right.sum() > 10
+    assert loop.world.state.wrong.sum() <= 1
+
+
+def test_an_estimator_takes_in_a_tick_as_its_kernels_say():
+    scenario = find_scenario("waypoints-25")
+    loop = WaypointsLoop(scenario, find_controller("boids-adaptive"), [3])
+    estimator = loop.controller.estimator
+    for _ in range(40):
+        before = {name: getattr(estimator, name).copy() for name in ("pose", "P", "factors")}
+        heard, g = loop.world.feedback.heard, np.ones((25, 1), np.float32)
+        feedback = loop.step()
+        s = stores(25) | before | {"numbers": estimator._numbers}
+        names = ("numbers", "room", "big", "G", "K", "pose", "P", "factors")
+        correct_by_sight(heard.seen, heard.range, heard.bearing, g, *(s[name] for name in names))
+        readings, velocity = feedback.readings, np.zeros((25, 2))
+        predict(readings.motion, s["numbers"], np.zeros((2, 3, 3)), s["pose"], s["P"], velocity)
+        carry_factors(readings.motion, DT, s["pose"], s["factors"])
+        privately(s, readings.at_home, readings.fix, scenario.sensors.home_noise**2)
+        for name in before:
+            assert_array_equal(getattr(estimator, name), s[name], name)
+        assert_array_equal(estimator.velocity, velocity)
+    assert np.abs(s["factors"]).max() > 0.0

@@ -1,0 +1,225 @@
+"""An episode of waypoints: what it holds, how it is kept, and what a reader is told of it."""
+
+import csv
+import io
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from baselines.evaluation.configuration import Configuration, find_recipe
+from baselines.evaluation.kinds import FORAGING, WAYPOINTS, kind_of
+from baselines.evaluation.tables import report, to_csv, to_json
+from baselines.evaluation.waypoint_episode import Meter, WaypointEpisode, run_waypoint_episodes
+from swarm_forage_env.loop import WaypointsLoop
+from swarm_forage_env.scenarios import find_scenario
+
+METRICS = {
+    "covariance_norm",
+    "position_error_m",
+    "goals_per_robot",
+    "false_goals_per_robot",
+    "success_rate",
+}
+
+
+def configuration_of(controller="boids-adaptive", scenario="waypoints-10", **task):
+    numbers = {f"task.{name}": value for name, value in task.items()}
+    chosen = find_scenario(scenario, numbers)
+    return Configuration(controller, chosen, find_recipe(controller), "kinematic")
+
+
+def run(configuration, seeds):
+    episodes = run_waypoint_episodes(
+        configuration.scenario, configuration.recipe, seeds, configuration.physics
+    )
+    return [replace(episode, wall_s=0.0) for episode in episodes]
+
+
+@pytest.fixture
+def waypoint_episode():
+    """A made-up one."""
+    return WaypointEpisode(
+        scenario="waypoints-10",
+        controller="boids-adaptive",
+        seed=3,
+        physics="kinematic",
+        n_robots=10,
+        duration_s=100.0,
+        covariance_norm=0.1 + 0.2,
+        position_error_m=1 / 3,
+        largest_error_m=1.25,
+        goals_per_robot=2.1,
+        false_goals_per_robot=1.4,
+        success_rate=0.6,
+        wall_s=1.5,
+    )
+
+
+@pytest.mark.parametrize(
+    "controller",
+    [
+        "boids-adaptive",
+        "boids-static:setting=authors",
+        "boids-goal:estimator=covariance_intersection",
+        "boids-adaptive:estimator=dead_reckoning",
+    ],
+)
+def test_an_episode_in_a_block_is_the_episode_alone(controller):
+    configuration = configuration_of(controller)
+    seeds = [5, 1, 2**64 - 1]
+    assert run(configuration, seeds) == [run(configuration, [seed])[0] for seed in seeds]
+
+
+def test_an_episode_says_what_it_is_of():
+    (episode,) = run(configuration_of("boids-static", duration=20.2), [7])
+    assert (episode.scenario, episode.controller) == ("waypoints-10", "boids-static")
+    assert (episode.seed, episode.physics, episode.n_robots) == (7, "kinematic", 10)
+    assert episode.duration_s == 20.0
+
+
+def test_without_a_claim_there_is_no_rate_of_success():
+    (episode,) = run(configuration_of(duration=0.5), [0])
+    assert episode.success_rate is None
+    assert episode.goals_per_robot == 0.0
+    assert episode.false_goals_per_robot == 0.0
+
+
+def test_the_numbers_are_those_of_the_world_and_the_beliefs():
+    configuration = configuration_of(scenario="waypoints-10-authors")
+    scenario = configuration.scenario
+    loop = WaypointsLoop(scenario, configuration.recipe, [3, 4], "kinematic")
+    norms, errors = [], []
+    for _ in range(scenario.n_ticks):
+        loop.step()
+        estimator = loop.controller.estimator
+        norms.append(np.linalg.norm(estimator.P, 2, axis=(1, 2)))
+        off = estimator.pose[:, :2] - loop.world.state.pose[:, :2]
+        errors.append(np.linalg.norm(off, axis=1))
+    loop.world.judge(estimator.claim)
+    for world, episode in enumerate(run(configuration, [3, 4])):
+        rows = slice(10 * world, 10 * world + 10)
+        right, wrong = loop.world.state.right[rows].sum(), loop.world.state.wrong[rows].sum()
+        assert episode.goals_per_robot == right / 10
+        assert episode.false_goals_per_robot == wrong / 10
+        assert episode.success_rate == right / (right + wrong)
+        samples = 10 * (200 + 2)
+        norm, off = np.array(norms)[:, rows], np.array(errors)[:, rows]
+        assert episode.covariance_norm == pytest.approx(norm.sum() / samples)
+        assert episode.position_error_m == pytest.approx(off.sum() / samples)
+        assert episode.largest_error_m == pytest.approx(off.max())
+    assert loop.world.state.right.sum() > 5
+
+
+def test_claims_of_the_last_tick_count():
+    configuration = configuration_of(scenario="waypoints-50")
+    loop = WaypointsLoop(configuration.scenario, configuration.recipe, range(8), "kinematic")
+    for _ in range(200):
+        loop.step()
+    state = loop.world.state
+    before = (state.right + state.wrong).sum()
+    last = loop.controller.estimator.claim.sum()
+    episodes = run(configuration, range(8))
+    claims = sum(each.goals_per_robot + each.false_goals_per_robot for each in episodes)
+    assert last > 0
+    assert 50 * claims == pytest.approx(before + last)
+
+
+def test_a_meter_adds_up_each_world_for_itself():
+    loop = WaypointsLoop(find_scenario("waypoints-05"), find_recipe("boids-goal"), [0, 1])
+    estimator = loop.controller.estimator
+    estimator.pose[:] = loop.world.state.pose
+    estimator.pose[5:7, 0] += [0.3, -0.6]
+    estimator.P[:5] = np.diag([1.0, 3.0, 2.0])
+    estimator.P[5:] = np.diag([0.5, 0.2, 0.1])
+    meter = Meter(2)
+    meter.sample(loop)
+    meter.sample(loop)
+    np.testing.assert_allclose(meter.sums, [[30.0, 0.0], [5.0, 1.8]], atol=1e-9)
+    np.testing.assert_allclose(meter.largest, [0.0, 0.6])
+
+
+def test_an_episode_is_found_as_it_was_kept(dataset, waypoint_episode):
+    configuration = configuration_of()
+    other = replace(waypoint_episode, seed=2**64 - 1, success_rate=None)
+    dataset.keep(configuration, [waypoint_episode, other])
+    assert dataset.find(configuration, 3) == waypoint_episode
+    assert dataset.find(configuration, 2**64 - 1) == other
+    assert dataset.find(configuration, 4) is None
+    assert dataset.find(configuration_of("boids-goal"), 3) is None
+    assert dataset.find(configuration_of(tolerance=0.1), 3) is None
+
+
+def test_an_episode_that_was_run_is_found_as_it_was_run(dataset):
+    configuration = configuration_of(duration=20.0)
+    episodes = run(configuration, [1, 2])
+    dataset.keep(configuration, episodes)
+    assert [dataset.find(configuration, seed) for seed in (1, 2)] == episodes
+
+
+def test_an_episode_of_foraging_in_its_place_is_set_aside(dataset, waypoint_episode, episode):
+    configuration = configuration_of()
+    dataset.keep(configuration, [episode])
+    assert dataset.find(configuration, 3) is None
+    dataset.keep(configuration, [waypoint_episode])
+    assert dataset.find(configuration, 3) == waypoint_episode
+
+
+def test_the_kind_of_a_scenario_is_that_of_its_episodes(waypoint_episode, episode):
+    assert kind_of(find_scenario("waypoints-05")) is WAYPOINTS
+    assert kind_of(waypoint_episode) is WAYPOINTS
+    assert kind_of(find_scenario("es1")) is FORAGING
+    assert kind_of(episode) is FORAGING
+    for kind in (WAYPOINTS, FORAGING):
+        assert {kind.score, *kind.columns} <= set(kind.episode.__dataclass_fields__)
+
+
+def test_json_and_csv_tell_every_number(waypoint_episode):
+    missing = replace(waypoint_episode, seed=4, success_rate=None)
+    told = json.loads(to_json([waypoint_episode, missing]))
+    assert told == [asdict(waypoint_episode), asdict(missing)]
+    assert set(told[0]) >= METRICS
+    lines = list(csv.DictReader(io.StringIO(to_csv([waypoint_episode, missing]))))
+    assert float(lines[0]["covariance_norm"]) == 0.1 + 0.2
+    assert [line["success_rate"] for line in lines] == ["0.6", ""]
+
+
+def shown(episodes, width=80):
+    console = Console(file=io.StringIO(), width=width)
+    console.print(report(episodes))
+    return console.file.getvalue()
+
+
+def made(episode, controller, goals):
+    return [
+        replace(episode, controller=controller, seed=seed, goals_per_robot=count)
+        for seed, count in enumerate(goals)
+    ]
+
+
+def test_the_table_shows_means_and_compares_goals(waypoint_episode):
+    few = made(waypoint_episode, "boids-goal", [1.0, 1.2, 1.4, 1.6])
+    many = made(waypoint_episode, "boids-adaptive", [3.0, 3.1, 3.5, 3.6])
+    text = shown(few + many)
+    assert "waypoints-10: 10 robots, 100 s, kinematic physics, seeds 0 to 3" in text
+    assert "Goals per robot against boids-goal" in text
+    assert "1.3" in text
+    assert "3.3" in text
+    assert "60.0" in text, "the rate of success in percent"
+    assert "33.3" in text, "the error in centimetres"
+    assert "…" not in text
+    assert "nan" not in text.lower()
+
+
+def test_a_table_without_any_claim_has_no_rate_of_success(waypoint_episode):
+    text = shown([replace(waypoint_episode, success_rate=None)])
+    assert "n/a" in text
+    assert "nan" not in text.lower()
+
+
+def test_a_table_of_real_episodes_renders():
+    text = shown(run(configuration_of(duration=30.0), [0, 1, 2]), width=100)
+    assert "waypoints-10" in text
+    assert "boids-adaptive" in text
