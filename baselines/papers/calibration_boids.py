@@ -1,7 +1,7 @@
 """The search for static gains of the boids: as the paper meant to, for each filter and size.
 
-Smith et al. 2021 (BOIDS), Section 3, says that static gains come from a Monte Carlo search; the authors' code
-loads them and never uses them, so that the figures show gains of one.
+Smith et al. 2021 (BOIDS), Section 3, says that static gains come from a Monte Carlo search; the
+authors' code loads them and never uses them, so that the figures show gains of one.
 
 Not in the paper, and chosen here:
 - the cost, of which the authors' code has a similar sum with the sign of the success turned:

@@ -78,8 +78,9 @@ def test_every_figure_is_drawn(paper, made_up, tmp_path):
 
 
 def test_the_page_holds_table_figures_command_and_what_is_left_open(paper, made_up):
-    findings = paper.judge(made_up(paper))
-    text = report.page(paper.page, findings, paper.pictures, "swarm-forage reproduce x --seed=0")
+    results = made_up(paper)
+    findings = paper.judge(results)
+    text = report.page(paper, findings, results, "swarm-forage reproduce x --seed=0")
     assert "swarm-forage reproduce x --seed=0" in text
     assert f"{sum(each.reproduced for each in findings)} of {len(findings)} claims" in text
     for each in findings:

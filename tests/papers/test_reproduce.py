@@ -10,6 +10,7 @@ from baselines.papers.duration import expected_seconds, in_words
 from baselines.papers.figures import Boxes
 from baselines.papers.paper import PAPERS, Paper
 from baselines.papers.reproduction import Reproduction, Wish
+from baselines.papers.social_odometry import LEFT_OPEN
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 NC, SSGIKF = Cell("es1", "nc"), Cell("es1", "ssgikf")
@@ -23,7 +24,7 @@ def small(monkeypatch, tmp_path):
     picture = Boxes("tr14", "Round trips.", ("", "trips"), {"es1": {"NC": {"": NC}}})
 
     def paper():
-        return Paper("social-odometry", "social_odometry", claims, (picture,))
+        return Paper("social-odometry", "social_odometry", claims, (picture,), 30, LEFT_OPEN)
 
     monkeypatch.setitem(PAPERS._parts, "social-odometry", paper)
     monkeypatch.chdir(tmp_path)
