@@ -9,7 +9,6 @@ from rich.table import Table
 from rich.text import Text
 
 from baselines.evaluation.statistics import Comparison, Estimate
-from baselines.papers.adaptive_boids import ESTIMATORS
 from baselines.papers.calibration_boids import GAINS, Gains
 from baselines.papers.calibration_ranges import ARENAS, RANGES, Values, defaults
 from baselines.papers.calibration_swarm import Varied
@@ -64,15 +63,25 @@ def values_table(values: Values) -> Table:
     return table
 
 
+SHORT = {
+    "dead_reckoning": "DR",
+    "covariance_intersection": "CI",
+    "decentralised_ekf": "DEKF",
+}
+"""Filters by the names of BOIDS, for a narrow table."""
+
+
 def gains_table(found: Sequence[Gains], worths: Sequence[Comparison]) -> Table:
-    """The best static gains of the boids, and their cost against gains of one."""
-    table = _table("filter", ">robots", *(f">{name}" for name in GAINS), ">cost", ">of ones", ">p")
+    """The best static gains of the boids; their cost, and its ratio to that of gains of one."""
+    heads = (">align", ">separate", ">cohere", ">home")
+    table = _table("filter", ">robots", *heads, ">cost", ">to ones", ">p")
     for each, worth in zip(found, worths, strict=True):
         ratio = f"{worth.ratio.value:.2f}" if worth.ratio else "n/a"
         p = "n/a" if worth.p is None else f"{worth.p:.2g}"
         gains = (f"{each.gains[name]:.2f}" for name in GAINS)
-        words = ESTIMATORS[each.estimator]
-        table.add_row(words, str(each.n_robots), *gains, f"{each.cost:.3f}", ratio, p)
+        table.add_row(
+            SHORT[each.estimator], str(each.n_robots), *gains, f"{each.cost:.3f}", ratio, p
+        )
     return table
 
 
