@@ -111,7 +111,7 @@ def scores(episodes: Sequence[AnyEpisode]) -> list[float]:
 
 
 def _verdict(found: Comparison) -> tuple[str, str, str]:
-    p = NOT_APPLICABLE if found.p is None else _p_value(found.p)
+    p = NOT_APPLICABLE if found.p is None else p_value(found.p)
     return _in_line(found.difference), _in_line(found.ratio), p
 
 
@@ -143,7 +143,8 @@ def _formatter(value: float) -> Callable[[float], str]:
     return lambda number: f"{number:.{decimals}f}"
 
 
-def _p_value(p: float) -> str:
+def p_value(p: float) -> str:
+    """A p as a reader wants it."""
     return "< 0.0001" if p < 1e-4 else f"{p:.2g}"
 
 

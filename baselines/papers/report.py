@@ -12,6 +12,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from baselines.evaluation.tables import p_value
 from baselines.papers.cells import Results
 from baselines.papers.findings import Finding
 from baselines.papers.paper import Paper
@@ -90,7 +91,7 @@ def _cells(found: Finding) -> tuple[str, str, str, str, str, str]:
         published if isinstance(published, str) else _number(published),
         MISSING if found.ours is None else _number(found.ours),
         interval,
-        MISSING if found.p is None else _p_value(found.p),
+        MISSING if found.p is None else p_value(found.p),
         "yes" if found.reproduced else "no",
     )
 
@@ -98,7 +99,3 @@ def _cells(found: Finding) -> tuple[str, str, str, str, str, str]:
 def _number(value: float) -> str:
     """Three digits; whole numbers whole."""
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
-
-
-def _p_value(p: float) -> str:
-    return "< 0.0001" if p < 1e-4 else f"{p:.2g}"

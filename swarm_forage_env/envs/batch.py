@@ -2,21 +2,19 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.bounds import Bounds
 from swarm_forage_env.envs.cuts import CUTS, Cut
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.envs.rewards import REWARDS, Potential
+from swarm_forage_env.envs.stepping import Stepping
 from swarm_forage_env.envs.terms import Terms, cycles_of
 from swarm_forage_env.envs.truth import INFOS, Truth
 from swarm_forage_env.interface import ControllerRecipe
 from swarm_forage_env.scenario import Scenario
 
 
-class Batch:
+class Batch(Stepping):
     """Worlds, controllers, spaces and rewards; a row of every array is a robot.
 
     With a decision period of k ticks an action is held for k ticks, and the rewards of all k
@@ -49,30 +47,3 @@ class Batch:
         self._sheet = Sheet(self.observation_layout, self.world.rows)
         self._potential = Potential(scenario, terms.discount, terms.shaping)
         self._shaped = terms.shaping > 0.0
-
-    def reset(self, seeds: Sequence[int]) -> Float32[Array, "rows numbers"]:
-        """Start every world anew, each from its seed; what every robot observes."""
-        self.cut.reset(seeds)
-        return self._sheet.write(self.cut.parts)
-
-    def state(self, share_gone: float) -> Float32[Array, " numbers"]:
-        """The truth about the first world, as the layout of `truth` says."""
-        return np.asarray(self.truth.state(self.cut.beliefs, share_gone)[0])
-
-    def log(self) -> list[list[float]]:
-        """What is logged of each robot, in the order of `infos`."""
-        numbers: list[list[float]] = self.truth.log(self.cut.beliefs).tolist()
-        return numbers
-
-    def step(
-        self, action: Float32[Array, "rows numbers"]
-    ) -> tuple[Float32[Array, "rows numbers"], Float64[Array, " rows"]]:
-        """Hold an action, known to be within its space, for a decision period."""
-        before = self._potential(self.world.state) if self._shaped else None
-        earned = self.cut.tick(action).reward.astype(np.float64)
-        for _ in range(self._period - 1):
-            earned += self.cut.tick(action).reward
-        if before is not None:
-            earned += self._potential.shaping(before, self._potential(self.world.state))
-        reward = self._reward(earned.reshape(self.world.n_worlds, -1)).ravel()
-        return self._sheet.write(self.cut.parts), reward

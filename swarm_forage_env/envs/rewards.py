@@ -30,7 +30,27 @@ def team(earned: Float64[Array, "worlds robots"]) -> Float64[Array, "worlds robo
     return np.broadcast_to(earned.mean(axis=1, keepdims=True), earned.shape)
 
 
-class Potential:
+class Shaping:
+    """What a step between two states adds to the reward, for a potential of the state.
+
+        weight (discount Phi' - Phi)
+
+    Source: Ng1999, Theorem 1.
+    """
+
+    def __init__(self, discount: float, weight: float) -> None:
+        """Of a learner's discount, with this weight."""
+        self._discount = discount
+        self._weight = weight
+
+    def shaping(
+        self, before: Float64[Array, " rows"], after: Float64[Array, " rows"]
+    ) -> Float64[Array, " rows"]:
+        """What a step between states of these potentials adds to the reward."""
+        return np.asarray(self._weight * (self._discount * after - before))
+
+
+class Potential(Shaping):
     """How far each robot is on its round trip: a function of the true state, in [0, 1].
 
         Phi = (leg + 1 - d / far) / 3
@@ -46,20 +66,13 @@ class Potential:
 
     def __init__(self, scenario: Scenario, discount: float, weight: float) -> None:
         """The potential of a scenario's arena."""
+        super().__init__(discount, weight)
         self._areas = scenario.areas
         x, y = 0.5 * scenario.arena.length, 0.5 * scenario.arena.width
         self._far = float(np.hypot(x + self._areas[1, 0], y))
-        self._discount = discount
-        self._weight = weight
 
     def __call__(self, state: SwarmState) -> Float64[Array, " rows"]:
         """Phi of every robot."""
         way = self._areas[state.leg % 2] - state.pose[:, :2]  # legs lead to areas 0, 1, 0
         d = np.hypot(way[:, 0], way[:, 1])
         return np.asarray((state.leg + 1.0 - np.minimum(d / self._far, 1.0)) / LEGS)
-
-    def shaping(
-        self, before: Float64[Array, " rows"], after: Float64[Array, " rows"]
-    ) -> Float64[Array, " rows"]:
-        """What a step between states of these potentials adds to the reward."""
-        return np.asarray(self._weight * (self._discount * after - before))

@@ -12,7 +12,8 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.layout import Field, Layout, ObservationLayout, Sheet, Slot, field
-from swarm_forage_env.envs.rewards import REWARDS
+from swarm_forage_env.envs.rewards import REWARDS, Shaping
+from swarm_forage_env.envs.stepping import Stepping
 from swarm_forage_env.envs.terms import Terms, cycles_of
 from swarm_forage_env.interface import WORDS, ControllerRecipe
 from swarm_forage_env.loop import WaypointsLoop
@@ -289,7 +290,7 @@ class WaypointTruth:
         return np.stack([state.right, state.wrong, off], axis=1)
 
 
-class WaypointPotential:
+class WaypointPotential(Shaping):
     """How far each robot has come: goals reached, and the way to the next.
 
         Phi = goals + 1 - d / far
@@ -301,23 +302,16 @@ class WaypointPotential:
 
     def __init__(self, scenario: WaypointsScenario, discount: float, weight: float) -> None:
         """The potential of a scenario."""
+        super().__init__(discount, weight)
         self._far = math.hypot(scenario.task.side, scenario.task.side)
-        self._discount = discount
-        self._weight = weight
 
     def __call__(self, state: WaypointsState) -> Float64[Array, " rows"]:
         """Phi of every robot."""
         d = np.hypot(*(state.goal - state.pose[:, :2]).T)
         return np.asarray(state.right + 1.0 - d / self._far)
 
-    def shaping(
-        self, before: Float64[Array, " rows"], after: Float64[Array, " rows"]
-    ) -> Float64[Array, " rows"]:
-        """What a step between states of these potentials adds to the reward."""
-        return np.asarray(self._weight * (self._discount * after - before))
 
-
-class WaypointBatch:
+class WaypointBatch(Stepping):
     """Worlds, controllers, spaces and rewards; a row of every array is a robot.
 
     A goal rightly claimed earns 1, in the tick after the robot said so.
@@ -347,30 +341,3 @@ class WaypointBatch:
         self._sheet = Sheet(self.observation_layout, self.world.rows)
         self._potential = WaypointPotential(scenario, terms.discount, terms.shaping)
         self._shaped = terms.shaping > 0.0
-
-    def reset(self, seeds: Sequence[int]) -> Float32[Array, "rows numbers"]:
-        """Start every world anew, each from its seed; what every robot observes."""
-        self.cut.reset(seeds)
-        return self._sheet.write(self.cut.parts)
-
-    def state(self, share_gone: float) -> Float32[Array, " numbers"]:
-        """The truth about the first world, as the layout of `truth` says."""
-        return np.asarray(self.truth.state(self.cut.beliefs, share_gone)[0])
-
-    def log(self) -> list[list[float]]:
-        """What is logged of each robot, in the order of `infos`."""
-        numbers: list[list[float]] = self.truth.log(self.cut.beliefs).tolist()
-        return numbers
-
-    def step(
-        self, action: Float32[Array, "rows numbers"]
-    ) -> tuple[Float32[Array, "rows numbers"], Float64[Array, " rows"]]:
-        """Hold an action, known to be within its space, for a decision period."""
-        before = self._potential(self.world.state) if self._shaped else None
-        earned = np.zeros(self.world.rows)
-        for _ in range(self._period):
-            earned += self.cut.tick(action).reward
-        if before is not None:
-            earned += self._potential.shaping(before, self._potential(self.world.state))
-        reward = self._reward(earned.reshape(self.world.n_worlds, -1)).ravel()
-        return self._sheet.write(self.cut.parts), reward
