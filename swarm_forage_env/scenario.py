@@ -54,7 +54,7 @@ class Robot(Part):
         description="Wheel speed the motors reach [m/s]: 1 turn/s, 41 mm wheel. TR 3.1 (published)",
     )
     cruise_speed: Positive = Field(
-        0.05, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
+        0.06, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
     )
 
     @model_validator(mode="after")
@@ -82,7 +82,7 @@ class Sensors(Part):
         0.009, description="Ground sensors to the left and right [m]. ARGoS e-puck (published)"
     )
     wheel_noise: Share = Field(
-        0.055,
+        0.058,
         description="Each turning wheel's path is misread by +- this share of the cruise speed's"
         " path in a tick, uniform. ANTS 4.1 gives the form; the size is derived",
     )
@@ -115,9 +115,10 @@ class Radio(Part):
         " board, lognormal (argos3-epuck; published in code)",
     )
     frames: Count = Field(
-        10,
-        description="Frames averaged into one reading while the receiver stands still; one"
-        " frame when it moves. A 16-bit frame takes 9.2 ms (board firmware; derived)",
+        2,
+        description="Messages averaged into one reading while the receiver stands still; one"
+        " when it moves. An area is three words of 9.2 ms (board firmware), and the partner"
+        " speaks as long: two fit into a tick (derived)",
     )
     slots: Count = Field(
         4, description="Messages heard in a tick, at most, drawn at random. ARGoS: up to 5 (chosen)"

@@ -43,7 +43,7 @@ class SubsumptionParameters(Part):
         "tangential", description="Around the obstacle, or opposite to it as TR 5.1 says"
     )
     gap: Positive = Field(
-        0.007, le=0.05, description="Obstacles nearer than this are avoided [m] (derived)"
+        0.011, le=0.05, description="Obstacles nearer than this are avoided [m] (derived)"
     )
     sector: Positive = Field(
         math.radians(100.0),

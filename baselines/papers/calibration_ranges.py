@@ -90,8 +90,8 @@ RANGES = (
         " repeat them more than ten times",
     ),
     Range(
-        "radio.frames", 3, 10,
-        "Three words describe an area; no more than 10 frames of 9.2 ms fit into a tick",
+        "radio.frames", 1, 10,
+        "One message at least; no more than 10 words of 9.2 ms fit into a tick",
         whole=True,
     ),
     Range(
@@ -148,22 +148,22 @@ RANGES = (
 """Every parameter that is searched."""
 
 HAND_MADE: Values = {
-    "robot.cruise_speed": 0.05,
-    "sensors.wheel_noise": 0.055,
+    "robot.cruise_speed": 0.06,
+    "sensors.wheel_noise": 0.058,
     "radio.exchange_time": 0.4,
-    "radio.frames": 10,
+    "radio.frames": 2,
     "estimator.refractory": 20.0,
     "estimator.pause": 15.0,
     "estimator.deaf_when_lost": 5.0,
     "estimator.lost_within": 0.05,
     "estimator.overshoot": 0.18,
-    "motion.gap": 0.007,
+    "motion.gap": 0.011,
     "motion.swerve": 1.75,
     "motion.hold": 0.0,
     "motion.mean_run": 0.33,
     "es1.area_distance": 1.5,
     "es2.area_distance": 2.8,
-    "es3.area_distance": 1.8,
+    "es3.area_distance": 2.4,
 }
 """The best set of a search by hand; the search starts from it and from the defaults."""
 

@@ -199,7 +199,8 @@ def test_the_encounter_says_what_the_weighting_needs():
     assert encounter.goal.tolist() == [PREY, NEST]
     assert encounter.own_known.all()
     assert encounter.heard_known.all()
-    assert np.all(encounter.frames == 10.0 * TICKS)
+    frames = two.loop.world.scenario.radio.frames
+    assert np.all(encounter.frames == frames * TICKS)
 
 
 BEAM = (0.1, 0.0, 0.0)

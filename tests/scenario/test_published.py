@@ -46,13 +46,15 @@ def test_robot_noise_and_loss_are_the_published_ones(name):
     assert scenario.tick == 0.1
 
 
-def test_the_real_robots_differ_in_range_and_time_of_an_exchange_only():
+def test_the_real_robots_differ_in_what_an_exchange_measures_and_how_long_it_takes_only():
     simulated, real = find_scenario("es1"), find_scenario("real")
     assert real.radio.is_board
     assert not simulated.radio.is_board
     longer = real.radio.exchange_time / simulated.radio.exchange_time
     assert 1.2 <= longer <= 1.3  # TR 6.2
-    back = {"range_model": "uniform", "exchange_time": simulated.radio.exchange_time}
+    back = {"range_model": "uniform"} | simulated.radio.model_dump(
+        include={"exchange_time", "frames"}
+    )
     assert find_scenario(real, back | {"name": "es1"}) == simulated
 
 

@@ -71,9 +71,10 @@ def test_compiled_and_plain_kernels_agree(tmp_path, physics):
     what = ("es1", "dsgiff", physics, 60)
     compiled = trajectory(tmp_path / "compiled.npz", *what)
     plain = trajectory(tmp_path / "plain.npz", *what, NUMBA_DISABLE_JIT="1")
-    # Layers hand over float32: a last bit of a sine may round one of them the other way.
+    # Layers hand over float32: a last bit of a sine may round one of them the other way, and
+    # an infrared reading near contact makes ten of such a difference.
     for name, values in compiled.items():
-        np.testing.assert_allclose(plain[name], values, rtol=0.0, atol=1e-6, err_msg=name)
+        np.testing.assert_allclose(plain[name], values, rtol=0.0, atol=1e-5, err_msg=name)
 
 
 def test_no_kernel_reads_beyond_its_arrays(tmp_path):
