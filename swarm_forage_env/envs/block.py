@@ -99,7 +99,7 @@ class Block:
         """A row for each learner; ConfigError for another shape."""
         shape = (self._n_worlds, *self.action_shape)
         try:
-            given = np.array(actions)
+            given = np.asarray(actions)
         except ValueError as error:
             raise ConfigError(f"action={actions!r}: {error}") from None
         if given.shape != shape:
