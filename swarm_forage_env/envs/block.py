@@ -102,11 +102,15 @@ class Block:
             given = np.asarray(actions)
         except ValueError as error:
             raise ConfigError(f"action={actions!r}: {error}") from None
+        if given.shape[:1] != shape[:1]:
+            raise ConfigError(
+                f"actions of shape {given.shape}: must be {shape}, one for each world"
+            )
         if given.shape != shape:
             names = ", ".join(self.batch.action_layout.names)
             raise ConfigError(
-                f"action of shape {given.shape[1:]} in {len(given)} worlds: must be {shape[1:]}"
-                f" in {shape[0]}; for each robot that learns, {names}"
+                f"action of shape {given.shape[1:]}: must be {shape[1:]}; for each robot that"
+                f" learns, {names}"
             )
         return given.reshape(-1, len(self.batch.action_layout))
 

@@ -268,13 +268,17 @@ def test_no_step_before_the_first_reset_nor_after_the_end(made):
 @pytest.mark.parametrize(
     ("made", "action", "says"),
     [
-        (SINGLE, [0.0], r"action of shape \(1,\) in 1 worlds: must be \(2,\) in 1; .* wheels.left"),
+        (
+            SINGLE,
+            [0.0],
+            r"action of shape \(1,\): must be \(2,\); for each .*, wheels.left, wheels.right",
+        ),
         (SINGLE, None, r"action of shape \(\)"),
         (SINGLE, [0.0, 1.5], "epuck_0: wheels.right=1.5: must be from -1 to 1 .* clip it first"),
         (SINGLE, [np.nan, 0.0], "epuck_0: wheels.left=nan"),
         (SINGLE, ["a", "b"], "epuck_0: .*: must be numbers, wheels.left, wheels.right"),
         (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2: must be from -1 to 1"),
-        (JOINT, np.zeros((3, 2)), r"shape \(3, 2\) in 1 worlds: must be \(6,\)"),
+        (JOINT, np.zeros((3, 2)), r"shape \(3, 2\): must be \(6,\)"),
         (JOINT, [[0.0], [0.0, 0.0]], "inhomogeneous"),
         (TUPLE, (0, 4, 9), "must be 3 whole numbers, one for each robot, from 0 to 8"),
         (TUPLE, (0, 4), "must be 3 whole numbers"),

@@ -162,8 +162,14 @@ def test_a_bad_action_is_refused_by_world_and_robot(change, says):
     actions[world, number] = value
     with pytest.raises(ConfigError, match=says):
         block.step(actions)
-    with pytest.raises(ConfigError, match=r"shape \(2,\) in 2 worlds: must be \(2,\) in 3"):
-        block.step(actions[:2])
+
+
+@pytest.mark.parametrize("actions", [None, 0.5, np.zeros((2, 2)), np.zeros(6)])
+def test_actions_for_another_number_of_worlds_are_refused(actions):
+    block = in_one_block(SINGLE)
+    block.reset(seed=1)
+    with pytest.raises(ConfigError, match=r"must be \(3, 2\), one for each world"):
+        block.step(actions)
 
 
 def test_what_was_returned_is_not_written_to_again():
