@@ -7,6 +7,8 @@
 
 from typing import TYPE_CHECKING, Any
 
+from swarm_forage_env.envs.registration import register_with_gymnasium, register_with_pettingzoo
+
 if TYPE_CHECKING:
     from swarm_forage_env.envs.parallel import env, parallel_env, raw_env
     from swarm_forage_env.errors import ConfigError, UnknownNameError
@@ -41,3 +43,7 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401 whatever the module holds
     if name not in _WHERE:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_WHERE[name]), name)
+
+
+register_with_gymnasium()
+register_with_pettingzoo()

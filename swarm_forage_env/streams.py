@@ -47,3 +47,8 @@ def checked_seed(seed: object) -> int:
         if 0 <= number < 2**64:
             return number
     raise ConfigError(f"seed={seed!r}: must be a whole number from 0 to 2^64 - 1")
+
+
+def drawn_seed(rng: np.random.Generator) -> int:
+    """The seed of an episode for which none was given: the next of a sequence."""
+    return int(rng.integers(2**63))

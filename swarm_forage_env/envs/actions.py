@@ -26,18 +26,31 @@ class Actions:
         """A row for each agent. ConfigError or UnknownNameError for what cannot be used."""
         try:
             given = np.array([actions[agent] for agent in self._agents])
-            if given.dtype != np.float32 and given.dtype.kind in "fiu":
-                given = given.astype(np.float64)
-            if (
-                given.shape == self._shape
-                and given.dtype.kind == "f"
-                and len(actions) == len(self._agents)
-                and is_within(given, self._low, self._high)
-            ):
-                return given.astype(np.float32, copy=False)
+            usable = self._usable(given) if len(actions) == len(self._agents) else None
         except (IndexError, KeyError, TypeError, ValueError):
-            pass  # found out below
-        raise self._complaint(actions)
+            usable = None  # why, is found out below
+        if usable is None:
+            raise self._complaint(actions)
+        return usable
+
+    def rows(self, given: Array) -> Float32[Array, "rows numbers"]:
+        """The same from an array that has a row for each agent already."""
+        usable = self._usable(given)
+        if usable is None:
+            raise self._complaint(dict(zip(self._agents, given, strict=True)))
+        return usable
+
+    def _usable(self, given: Array) -> Float32[Array, "rows numbers"] | None:
+        """The numbers as float32, or None if they are not what the layout says."""
+        if given.dtype != np.float32 and given.dtype.kind in "fiu":
+            given = given.astype(np.float64)
+        if (
+            given.shape == self._shape
+            and given.dtype.kind == "f"
+            and is_within(given, self._low, self._high)
+        ):
+            return given.astype(np.float32, copy=False)
+        return None
 
     def _complaint(self, actions: Any) -> Exception:  # noqa: ANN401 whatever was passed
         """The first thing that is wrong."""

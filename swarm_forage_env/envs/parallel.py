@@ -13,15 +13,12 @@ from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, para
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.actions import Actions
-from swarm_forage_env.envs.batch import Batch
-from swarm_forage_env.envs.terms import Terms
+from swarm_forage_env.envs.making import make_batch
 from swarm_forage_env.envs.waypoints import WaypointBatch
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import ControllerRecipe
-from swarm_forage_env.scenario import leaves, resolve, validated
-from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.streams import checked_seed
-from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
+from swarm_forage_env.streams import checked_seed, drawn_seed
+from swarm_forage_env.waypoints_scenario import AnyScenario
 
 Observations = dict[str, Float32[Array, " numbers"]]
 Infos = dict[str, dict[str, float]]
@@ -72,12 +69,10 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         rest = {"controller": controller, "render_mode": render_mode}
         EzPickle.__init__(self, scenario, **options, **rest, **overrides)
         check_render_mode(render_mode)
-        terms = validated(Terms, options)
-        chosen = _scenario(scenario, overrides, {*options, *rest})
         self.render_mode = render_mode
-        self._batch = batch = _batch(chosen, terms, controller)
-        self.scenario = chosen
+        self._batch = batch = make_batch((0,), {**options, **overrides}, scenario, controller)
         self.world = batch.world
+        self.scenario = batch.world.scenario
         self.max_cycles = batch.n_cycles
         self.possible_agents = batch.agents
         self.agents: list[str] = []
@@ -178,7 +173,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
             return seed
         if self._rng is None:
             self._rng = np.random.default_rng()
-        return int(self._rng.integers(2**63))
+        return drawn_seed(self._rng)
 
 
 def raw_env(**options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
@@ -195,23 +190,3 @@ def check_render_mode(render_mode: object) -> None:
     """ConfigError for any render mode but none."""
     if render_mode is not None:
         raise ConfigError(f"render_mode={render_mode!r}: rendering is not available; leave it out")
-
-
-def _batch(
-    scenario: AnyScenario, terms: Terms, controller: str | ControllerRecipe | None
-) -> Batch | WaypointBatch:
-    """The batch of one world of a scenario."""
-    if isinstance(scenario, WaypointsScenario):
-        return WaypointBatch(scenario, terms, controller or "boids-adaptive", (0,))
-    return Batch(scenario, terms, controller or "ssgikf", (0,))
-
-
-def _scenario(
-    scenario: str | Path | AnyScenario, overrides: Mapping[str, Any], keywords: set[str]
-) -> AnyScenario:
-    """The scenario with its overrides; a misspelt keyword is told from a misspelt parameter."""
-    chosen = find_scenario(scenario)
-    known = {**leaves(chosen.model_dump()), **dict.fromkeys(keywords)}
-    for name in overrides:
-        resolve(name, known, "keyword or scenario parameter")
-    return find_scenario(chosen, overrides)

@@ -1,0 +1,121 @@
+"""Worlds side by side as Gymnasium shows them: one flat Box for all robots that learn."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.spaces import Box
+
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.envs.actions import Actions
+from swarm_forage_env.envs.layout import Layout
+from swarm_forage_env.envs.making import make_batch
+from swarm_forage_env.envs.parallel import check_render_mode
+from swarm_forage_env.errors import ConfigError
+
+COUNTS = frozenset({"round_trips", "lost_events", "messages", "goals", "false_goals"})
+"""What is logged as a sum over the robots that learn; everything else is their mean."""
+
+
+class Block:
+    """W worlds, of each of which the first robot learns, or all do.
+
+    A world is a row: the observations of its learners one after another, and so their actions,
+    unless `action_shape` is set to another shape of the same numbers.
+    """
+
+    def __init__(self, n_worlds: int, single_learner: bool, options: Mapping[str, Any]) -> None:
+        """So many worlds under the keywords of `parallel_env`."""
+        rest = dict(options)
+        self.render_mode = rest.pop("render_mode", None)
+        check_render_mode(self.render_mode)
+        parts = {name: rest.pop(name) for name in ("scenario", "controller") if name in rest}
+        seeds = (0,) * n_worlds
+        self.batch = batch = make_batch(seeds, rest, **parts, single_learner=single_learner)
+        self.n_cycles = batch.n_cycles
+        self._n_worlds, self._n_robots = n_worlds, batch.world.n_robots
+        self.learners = batch.agents[:1] if single_learner else batch.agents
+        self.observation_space = _repeated(batch.observation_layout, len(self.learners))
+        self.action_space = _repeated(batch.action_layout, len(self.learners))
+        self.action_shape = self.action_space.shape
+        self._is_team_reward = rest.get("reward") == "team"
+        names = self.learners
+        if n_worlds > 1:
+            names = [f"{name} of world {w}" for w in range(n_worlds) for name in self.learners]
+        self._actions = Actions(names, batch.action_layout)
+        self._cycles: int | None = None
+
+    @property
+    def over(self) -> bool:
+        """The episode has ended, in all worlds alike."""
+        return self._cycles is not None and self._cycles >= self.n_cycles
+
+    def reset(self, seeds: Sequence[int]) -> Float32[Array, "worlds numbers"]:
+        """Start every world anew, each from its seed; what the learners observe."""
+        observations = self.batch.reset(seeds)
+        self._cycles = 0
+        return self._of_learners(observations)
+
+    def step(
+        self,
+        actions: Any,  # noqa: ANN401 whatever was passed
+    ) -> tuple[Float32[Array, "worlds numbers"], Float64[Array, "worlds learners"]]:
+        """One decision period; a refused action leaves everything as it was."""
+        if self._cycles is None:
+            raise ResetNeeded("the episode has not begun: call reset() first")
+        if self.over:
+            raise ResetNeeded(f"step after the end, at {self._cycles} cycles: call reset() first")
+        rows = self._actions.rows(self._as_rows(actions))
+        matrix = rows.repeat(self._n_robots // len(self.learners), axis=0)
+        observations, rewards = self.batch.step(matrix)
+        self._cycles += 1
+        earned = rewards.reshape(self._n_worlds, -1)[:, : len(self.learners)]
+        return self._of_learners(observations), earned
+
+    def joint(self, rewards: Float64[Array, "worlds learners"]) -> Float64[Array, " worlds"]:
+        """One reward for each world: the learners' sum, or for `team` what each of them gets."""
+        return rewards[:, 0].copy() if self._is_team_reward else rewards.sum(axis=1)
+
+    def infos(self) -> dict[str, Float64[Array, " worlds"]]:
+        """What is logged: counts are summed over the learners of a world, the rest averaged."""
+        log = self._of_robots(self.batch.truth.log(self.batch.cut.beliefs))
+        return {
+            name: log[:, :, k].sum(axis=1) if name in COUNTS else log[:, :, k].mean(axis=1)
+            for k, name in enumerate(self.batch.infos)
+        }
+
+    def _of_robots(self, rows: Array) -> Array:
+        """A view of the learners' rows, world by world."""
+        return rows.reshape(self._n_worlds, self._n_robots, -1)[:, : len(self.learners)]
+
+    def _of_learners(
+        self, observations: Float32[Array, "rows numbers"]
+    ) -> Float32[Array, "worlds numbers"]:
+        """A row for each world, which keeps nothing else alive."""
+        return self._of_robots(observations).reshape(self._n_worlds, -1).copy()
+
+    def _as_rows(self, actions: Any) -> Array:  # noqa: ANN401 whatever was passed
+        """A row for each learner; ConfigError for another shape."""
+        shape = (self._n_worlds, *self.action_shape)
+        try:
+            given = np.asarray(actions)
+        except ValueError as error:
+            raise ConfigError(f"action={actions!r}: {error}") from None
+        if given.shape[:1] != shape[:1]:
+            raise ConfigError(
+                f"actions of shape {given.shape}: must be {shape}, one for each world"
+            )
+        if given.shape != shape:
+            names = ", ".join(self.batch.action_layout.names)
+            raise ConfigError(
+                f"action of shape {given.shape[1:]}: must be {shape[1:]}; for each robot that"
+                f" learns, {names}"
+            )
+        return given.reshape(-1, len(self.batch.action_layout))
+
+
+def _repeated(layout: Layout, times: int) -> Box:
+    """A Box that holds a layout so many times."""
+    box = layout.box()
+    return Box(np.tile(box.low, times), np.tile(box.high, times), dtype=np.float32)

@@ -1,0 +1,163 @@
+"""Worlds in one block of arrays, as Gymnasium vector environments: one learner in each, or all."""
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from swarm_forage_env.arrays import Array, Bool, Float32, Float64
+from swarm_forage_env.envs.block import Block
+from swarm_forage_env.envs.single import METADATA
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.streams import checked_seed, drawn_seed
+
+VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
+
+Seeds = int | Sequence[int | None] | None
+"""One seed, for worlds seed, seed + 1 and so on; or one for each world."""
+
+
+class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
+    """Worlds side by side, equal to so many single environments, step for step and bit for bit.
+
+    All episodes have the same length, so all worlds are truncated and start anew together.
+    """
+
+    metadata: dict[str, Any] = VECTOR_METADATA
+    single_learner: ClassVar[bool] = False
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        **options: Any,  # noqa: ANN401 as parallel_env
+    ) -> None:
+        """Make the worlds; `reset` starts their episodes.
+
+        `max_episode_steps`, which `gymnasium.make_vec` hands on, ends episodes that `max_cycles`
+        or the scenario's time would let go on, as a TimeLimit does; -1 stands for none.
+        """
+        self._mode = _autoreset_mode(autoreset_mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self._mode}
+        self.num_envs = _count("num_envs", num_envs)
+        self._block = block = Block(self.num_envs, self.single_learner, options)
+        if max_episode_steps not in (None, -1):
+            block.n_cycles = min(block.n_cycles, _count("max_episode_steps", max_episode_steps))
+        self.render_mode = block.render_mode
+        self.world = block.batch.world
+        self.scenario = block.batch.world.scenario
+        self.max_cycles = block.n_cycles
+        self.observation_layout = block.batch.observation_layout
+        self.action_layout = block.batch.action_layout
+        self.single_observation_space = block.observation_space
+        self.single_action_space = block.action_space
+        self.observation_space = batch_space(block.observation_space, self.num_envs)
+        self.action_space = batch_space(block.action_space, self.num_envs)
+        self._rngs = [seeding.np_random()[0] for _ in range(self.num_envs)]
+
+    def reset(
+        self, *, seed: Seeds = None, options: dict[str, Any] | None = None
+    ) -> tuple[Float32[Array, "worlds numbers"], dict[str, Any]]:
+        """Start every world anew; a seed fixes its episode and all that follow without one."""
+        _check_mask(options or {})
+        world_seeds = []
+        for world, own in enumerate(self._seeds(seed)):
+            if own is not None:
+                self._rngs[world], _ = seeding.np_random(own)
+            world_seeds.append(drawn_seed(self._rngs[world]) if own is None else own)
+        return self._block.reset(world_seeds), self._infos()
+
+    def step(
+        self,
+        actions: Any,  # noqa: ANN401 whatever was passed
+    ) -> tuple[
+        Float32[Array, "worlds numbers"],
+        Float64[Array, " worlds"],
+        Bool[Array, " worlds"],
+        Bool[Array, " worlds"],
+        dict[str, Any],
+    ]:
+        """One decision period; a refused action leaves everything as it was.
+
+        After the end of the episodes NEXT_STEP takes the next call, whatever its actions, for a
+        reset; SAME_STEP has reset already, and shows what came last as `final_obs` and
+        `final_info`; DISABLED wants a call of reset().
+        """
+        never = np.zeros(self.num_envs, np.bool_)
+        if self._block.over and self._mode is AutoresetMode.NEXT_STEP:
+            observations, infos = self.reset()
+            return observations, np.zeros(self.num_envs), never, never.copy(), infos
+        observations, rewards = self._block.step(actions)
+        infos, over = self._infos(), self._block.over
+        if over and self._mode is AutoresetMode.SAME_STEP:
+            last = {"final_obs": _unbatched(observations), "final_info": infos}
+            observations, infos = self.reset()
+            infos |= self._masked(last)
+        truncated = np.full(self.num_envs, over)
+        return observations, self._block.joint(rewards), never, truncated, infos
+
+    def render(self) -> None:
+        """There is nothing to see; ConfigError."""
+        raise ConfigError("render(): rendering is not available")
+
+    def _infos(self) -> dict[str, Any]:
+        return self._masked(self._block.infos())
+
+    def _masked(self, infos: dict[str, Any]) -> dict[str, Any]:
+        """Infos and, as Gymnasium wants, who has each of them: every world."""
+        has = {f"_{name}": np.ones(self.num_envs, np.bool_) for name in infos}
+        return infos | has
+
+    def _seeds(self, seed: Seeds) -> Sequence[int | None]:
+        """A checked seed or None for each world, before anything is changed."""
+        if seed is None:
+            return [None] * self.num_envs
+        if not isinstance(seed, Sequence | np.ndarray):
+            first = checked_seed(seed)
+            return [checked_seed(first + world) for world in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise ConfigError(f"seed={seed!r}: must be {self.num_envs}, one for each world")
+        return [None if own is None else checked_seed(own) for own in seed]
+
+
+class LearnerVectorEnv(_SwarmVectorEnv):
+    """`LearnerEnv` side by side: in each world the first robot learns among team-mates."""
+
+    single_learner = True
+
+
+class JointVectorEnv(_SwarmVectorEnv):
+    """`JointEnv` side by side: in each world one learner steers all robots."""
+
+
+def _count(name: str, value: Any) -> int:  # noqa: ANN401 whatever was passed
+    if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1:
+        return int(value)
+    raise ConfigError(f"{name}={value!r}: must be a whole number, at least 1")
+
+
+def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        known = ", ".join(repr(each.value) for each in AutoresetMode)
+        raise ConfigError(f"autoreset_mode={mode!r}: must be one of {known}") from None
+
+
+def _check_mask(options: dict[str, Any]) -> None:
+    """ConfigError for a reset of some worlds only; other options are let be."""
+    if not np.all(options.get("reset_mask", True)):
+        raise ConfigError(
+            "options['reset_mask']: the worlds of a block start anew together; reset all of them"
+        )
+
+
+def _unbatched(observations: Float32[Array, "worlds numbers"]) -> Array:
+    """One object for each world, as Gymnasium keeps final observations."""
+    each = np.empty(len(observations), object)
+    each[:] = list(observations)
+    return each

@@ -1,0 +1,315 @@
+"""Gymnasium's single environments: one learner among team-mates, all in one Box, all in a Tuple."""
+
+import pickle
+import subprocess
+import sys
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.spaces import Box, Discrete
+from gymnasium.utils.env_checker import check_env
+from gymnasium.wrappers import TimeLimit
+from numpy.testing import assert_array_equal
+
+from baselines.controller import Recipe
+from baselines.estimators.social_odometry import SocialOdometryParameters
+from baselines.motion.subsumption import SubsumptionParameters
+from baselines.weighting.sgiff import SGIFF
+from swarm_forage_env import ConfigError, UnknownNameError, parallel_env
+from swarm_forage_env.envs.registration import NAMES
+from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.registry import SCENARIOS
+
+SINGLE, JOINT, TUPLE = (f"SwarmForage/ES1{kind}-v0" for kind in ("", "-Joint", "-Tuple"))
+FEW = {"task.n_robots": 3}
+
+every_kind = pytest.mark.parametrize("made", [SINGLE, JOINT, TUPLE])
+
+
+def test_every_scenario_has_its_ids():
+    assert set(NAMES) == set(SCENARIOS)
+    kinds = "", "-Joint", "-Tuple"
+    ids = {f"SwarmForage/{name}{kind}-v0" for name in NAMES.values() for kind in kinds}
+    assert {each for each in gym.registry if each.startswith("SwarmForage/")} == ids
+    for scenario, name in NAMES.items():
+        assert gym.spec(f"SwarmForage/{name}-Joint-v0").kwargs == {"scenario": scenario}
+
+
+@pytest.mark.parametrize("name", NAMES.values())
+def test_gymnasium_accepts_the_single_learner_and_the_joint_env(name):
+    for made in (f"SwarmForage/{name}-v0", f"SwarmForage/{name}-Joint-v0"):
+        check_env(gym.make(made).unwrapped)
+
+
+@pytest.mark.parametrize("name", NAMES.values())
+def test_gymnasium_accepts_the_tuple_env_but_for_its_list_of_rewards(name):
+    env = gym.make(f"SwarmForage/{name}-Tuple-v0")
+    with pytest.warns(UserWarning, match="reward returned by `step\\(\\)` must be a float") as told:
+        check_env(env.unwrapped)
+    assert len(told) == 1
+
+
+@pytest.mark.parametrize("learn", ["weighting", "motion", "both", "everything"])
+def test_gymnasium_accepts_every_layer(learn):
+    check_env(gym.make(JOINT, learn=learn).unwrapped)
+    if learn != "everything":
+        check_env(gym.make(SINGLE, learn=learn).unwrapped)
+
+
+def test_an_id_brings_its_module_and_the_import_brings_nothing_heavy():
+    code = (
+        "import sys, swarm_forage_env\n"
+        "heavy = {'numba', 'pydantic', 'pymunk', 'baselines'} & set(sys.modules)\n"
+        "import gymnasium, baselines.recipes\n"
+        f"env = gymnasium.make('swarm_forage_env:{SINGLE}', learn='weighting')\n"
+        "print(sorted(heavy), env.unwrapped.action_layout.names)"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout == "[] ('g.nest', 'g.prey')\n"
+
+
+def test_keywords_reach_the_environment():
+    env = gym.make(JOINT, learn="weighting", controller="nc", max_cycles=9, **FEW)
+    assert env.unwrapped.scenario.task.n_robots == 3
+    assert env.unwrapped.max_cycles == 9
+    assert env.action_space.shape == (6,)
+    assert env.observation_space.shape == (3 * len(env.unwrapped.observation_layout),)
+    assert gym.make(SINGLE, scenario="es2", **FEW).unwrapped.scenario.name == "es2"
+
+
+def episode(env, rng, steps):
+    """Everything that so many random steps give."""
+    taken = [env.reset()]
+    for _ in range(steps):
+        taken.append(env.step(rng.uniform(-1, 1, env.action_space.shape).astype(np.float32)))
+    return taken
+
+
+@pytest.mark.parametrize("reward", ["own", "team"])
+def test_the_joint_env_is_the_parallel_env_in_one_box(reward, busy):
+    options = {"reward": reward, "shaping": 0.5, "max_cycles": 300}
+    env, parallel = gym.make(JOINT, scenario=busy, **options), parallel_env(busy, **options)
+    rng = np.random.default_rng(0)
+    for seed in (4, None, None):
+        seen, _ = env.reset(seed=seed)
+        observations, _ = parallel.reset(seed=seed)
+        assert_array_equal(seen, np.concatenate(list(observations.values())))
+        for cycle in range(300):
+            action = rng.uniform(-1, 1, env.action_space.shape).astype(np.float32)
+            seen, earned, terminated, truncated, info = env.step(action)
+            rows = dict(zip(parallel.agents, action.reshape(10, 2), strict=True))
+            observations, rewards, _, _, infos = parallel.step(rows)
+            assert_array_equal(seen, np.concatenate(list(observations.values())))
+            each = list(rewards.values())
+            assert earned == (np.sum(each) if reward == "own" else each[0])
+            assert not terminated
+            assert truncated == (cycle == 299)
+        by_robot = list(infos.values())
+        assert info["messages"] == sum(each["messages"] for each in by_robot)
+        assert info["on_path"] == np.mean([each["on_path"] for each in by_robot])
+        assert info.keys() == by_robot[0].keys()
+
+
+RULE, MOTION = SGIFF(), SubsumptionParameters()
+RECIPE = Recipe("inside", SocialOdometryParameters(double=True), RULE, MOTION)
+
+
+def weigh(layout, row):
+    return RULE(layout.encounter(row[None]))[0]
+
+
+def steer(motion, layout, row):
+    """What the first robot does; a motion takes all rows, and each looks at its own only."""
+    return motion(layout.situation(np.tile(row, (10, 1))))[0]
+
+
+@pytest.mark.parametrize("learn", ["weighting", "motion", "both"])
+def test_a_hand_written_layer_from_outside_leaves_the_swarm_as_it_is(learn, busy):
+    """The proof that the learner gets its own layer, and its team-mates keep theirs."""
+    loop, motion = ControlLoop(busy, RECIPE, [7]), MOTION.start(busy, [7])
+    env = gym.make(SINGLE, scenario=busy, learn=learn, controller=RECIPE).unwrapped
+    layout, exchanges = env.observation_layout, 0
+    row, _ = env.reset(seed=7)
+    for tick in range(1500):
+        action = []
+        if learn != "motion":
+            action.extend(weigh(layout, row))
+        if learn != "weighting":
+            action.extend(steer(motion, layout, row))
+        row, *_, info = env.step(np.array(action, np.float32))
+        loop.step()
+        exchanges += int(loop.controller.estimator.encounter.valid[0])
+        assert (env.world.state.pose == loop.world.state.pose).all(), f"they part at tick {tick}"
+    assert exchanges > 3
+    assert info["round_trips"] == loop.world.state.round_trips[0]
+    assert loop.world.state.round_trips.sum() > 0
+
+
+def test_only_the_learner_does_what_the_policy_says(busy):
+    env, loop = gym.make(SINGLE, scenario=busy, controller=RECIPE), ControlLoop(busy, RECIPE, [7])
+    env.reset(seed=7)
+    env.step(np.array([-0.5, 0.25], np.float32))
+    loop.step()
+    wheels = env.unwrapped.world.state.wheels
+    cruise = busy.robot.cruise_speed
+    assert_array_equal(wheels[0], [-0.5 * cruise, 0.25 * cruise])
+    assert_array_equal(wheels[1:], loop.world.state.wheels[1:])
+    assert (wheels[0] != loop.world.state.wheels[0]).all()
+
+
+def test_a_single_learner_is_rewarded_for_itself_or_as_the_team_is(busy):
+    own = gym.make(SINGLE, scenario=busy, shaping=1.0)
+    team = gym.make(SINGLE, scenario=busy, shaping=1.0, reward="team")
+    everybody = gym.make(TUPLE, scenario=busy, shaping=1.0)
+    for env in (own, team, everybody):
+        env.reset(seed=3)
+    still = np.zeros(2, np.float32)
+    assert own.step(still)[1] != team.step(still)[1]
+    rewards = everybody.step((4,) * 10)[1]
+    own.reset(seed=3)
+    assert own.step(still)[1] == rewards[0]
+
+
+def test_a_single_learner_of_everything_is_refused():
+    with pytest.raises(ConfigError, match="means nothing to hand-written team-mates"):
+        gym.make(SINGLE, learn="everything")
+
+
+def test_the_tuple_env_has_the_form_of_level_based_foraging():
+    env = gym.make(TUPLE, **FEW)
+    assert env.unwrapped.n_agents == 3
+    assert list(env.action_space) == [Discrete(9)] * 3
+    observations, info = env.reset(seed=0)
+    assert observations in env.observation_space
+    assert isinstance(observations, tuple)
+    observations, rewards, terminated, truncated, info = env.step([0, 4, 8])
+    assert [each[-2:].tolist() for each in observations] == [[-1, -1], [0, 0], [1, 1]]
+    assert rewards == [0.0, 0.0, 0.0]
+    assert (terminated, truncated) == (False, False)
+    assert set(map(type, info.values())) == {float}
+
+
+def test_the_tuple_env_with_boxes_is_the_joint_env():
+    boxes, joint = gym.make(TUPLE, levels=None, **FEW), gym.make(JOINT, **FEW)
+    assert list(boxes.action_space) == [Box(-1, 1, (2,))] * 3
+    rng = np.random.default_rng(0)
+    seen, all_seen = boxes.reset(seed=5)[0], joint.reset(seed=5)[0]
+    for _ in range(50):
+        assert_array_equal(np.concatenate(seen), all_seen)
+        action = rng.uniform(-1, 1, (3, 2)).astype(np.float32)
+        seen, all_seen = boxes.step(tuple(action))[0], joint.step(action.ravel())[0]
+
+
+def test_levels_are_evenly_spaced_and_the_last_number_varies_fastest():
+    env = gym.make(TUPLE, levels=5, learn="weighting", **FEW).unwrapped
+    assert env.action_space[0].n == 25
+    choices = env._choices
+    assert choices[1].tolist() == [0.0, 0.25]
+    assert choices[24].tolist() == [1.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"levels": 1}, "levels=1: must be a whole number, at least 2, or None"),
+        ({"levels": 2.0}, r"levels=2\.0: must be"),
+        ({"learn": "everything"}, "levels=3: makes 14348907 actions of 15 numbers; at most 4096"),
+    ],
+)
+def test_levels_that_make_no_sense_are_refused(options, says):
+    with pytest.raises(ConfigError, match=says):
+        gym.make(TUPLE, **options)
+
+
+def test_the_scenario_ends_an_episode_and_no_time_limit_is_put_around_it():
+    env = gym.make(SINGLE)
+    assert env.unwrapped.max_cycles == 18_000
+    while isinstance(env, gym.Wrapper):
+        assert not isinstance(env, TimeLimit)
+        env = env.env
+
+
+@pytest.mark.parametrize(("most", "cycles"), [(3, 5), (5, 3), (None, 3)])
+def test_the_shorter_of_time_limit_and_max_cycles_ends_an_episode(most, cycles):
+    env = gym.make(SINGLE, max_episode_steps=most, max_cycles=cycles)
+    rng = np.random.default_rng(0)
+    for _ in range(2):
+        ends = [step[3] for step in episode(env, rng, 3)[1:]]
+        assert ends == [False, False, True]
+
+
+@every_kind
+def test_a_pickled_environment_is_made_again_with_its_options(made):
+    options = {"levels": 2} if made == TUPLE else {}
+    env = gym.make(made, learn="weighting", **options, **FEW).unwrapped
+    again = pickle.loads(pickle.dumps(env))
+    assert again.scenario == env.scenario
+    assert again.action_space == env.action_space
+    assert_array_equal(again.reset(seed=1)[0], env.reset(seed=1)[0])
+
+
+@every_kind
+def test_no_step_before_the_first_reset_nor_after_the_end(made):
+    env = gym.make(made, max_cycles=1, **FEW).unwrapped
+    action = env.action_space.sample()
+    with pytest.raises(ResetNeeded, match=r"has not begun: call reset\(\) first"):
+        env.step(action)
+    env.reset(seed=0)
+    assert env.step(action)[3]
+    with pytest.raises(ResetNeeded, match="after the end, at 1 cycles"):
+        env.step(action)
+    env.reset()
+    env.step(action)
+
+
+@pytest.mark.parametrize(
+    ("made", "action", "says"),
+    [
+        (
+            SINGLE,
+            [0.0],
+            r"action of shape \(1,\): must be \(2,\); for each .*, wheels.left, wheels.right",
+        ),
+        (SINGLE, None, r"action of shape \(\)"),
+        (SINGLE, [0.0, 1.5], "epuck_0: wheels.right=1.5: must be from -1 to 1 .* clip it first"),
+        (SINGLE, [np.nan, 0.0], "epuck_0: wheels.left=nan"),
+        (SINGLE, ["a", "b"], "epuck_0: .*: must be numbers, wheels.left, wheels.right"),
+        (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2: must be from -1 to 1"),
+        (JOINT, np.zeros((3, 2)), r"shape \(3, 2\): must be \(6,\)"),
+        (JOINT, [[0.0], [0.0, 0.0]], "inhomogeneous"),
+        (TUPLE, (0, 4, 9), "must be 3 whole numbers, one for each robot, from 0 to 8"),
+        (TUPLE, (0, 4), "must be 3 whole numbers"),
+        (TUPLE, 4, "action=4: must be 3 whole numbers"),
+    ],
+)
+def test_a_bad_action_is_refused_and_changes_nothing(made, action, says):
+    env, twin = gym.make(made, **FEW).unwrapped, gym.make(made, **FEW).unwrapped
+    env.reset(seed=2)
+    twin.reset(seed=2)
+    with pytest.raises(ConfigError, match=says):
+        env.step(action)
+    env.action_space.seed(0)
+    good = env.action_space.sample()
+    (seen, *rest), (expected, *others) = env.step(good), twin.step(good)
+    assert_array_equal(seen, expected)
+    assert rest == others
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, 2**64, "one", True])
+def test_a_bad_seed_is_refused(seed):
+    env = gym.make(SINGLE, **FEW).unwrapped
+    with pytest.raises(ConfigError, match="seed="):
+        env.reset(seed=seed)
+
+
+def test_a_misspelt_keyword_is_answered_with_the_nearest():
+    with pytest.raises(UnknownNameError, match="named 'lern', did you mean 'learn'"):
+        gym.make(JOINT, lern="motion")
+
+
+def test_nothing_is_drawn():
+    with pytest.raises(ConfigError, match="rendering is not available"):
+        gym.make(JOINT).unwrapped.render()

@@ -1,0 +1,187 @@
+"""Worlds in one block are so many single environments, step for step and bit for bit."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import data_equivalence
+from gymnasium.vector import AutoresetMode
+from numpy.testing import assert_array_equal
+
+from swarm_forage_env import ConfigError
+
+WORLDS = 3
+SINGLE, JOINT = "SwarmForage/ES1-v0", "SwarmForage/ES1-Joint-v0"
+BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
+
+
+def in_one_block(made, mode="NextStep", **options):
+    return gym.make_vec(made, num_envs=WORLDS, autoreset_mode=mode, **options)
+
+
+def one_by_one(made, mode="NextStep", **options):
+    how = {"vectorization_mode": "sync", "vector_kwargs": {"autoreset_mode": mode}}
+    return gym.make_vec(made, num_envs=WORLDS, **how, **options)
+
+
+def assert_same(ours, theirs, what):
+    for one, other in zip(ours, theirs, strict=True):
+        assert data_equivalence(one, other, exact=True), what
+
+
+def assert_equal_for(steps, block, single):
+    """Two resets with and without a seed, and so many random steps; how often all ended."""
+    rng, ends = np.random.default_rng(0), 0
+    box = block.action_space
+    assert box == single.action_space
+    assert block.single_action_space == single.single_action_space
+    assert block.observation_space == single.observation_space
+    assert block.single_observation_space == single.single_observation_space
+    for seed in (11, None, [5, None, 3]):
+        assert_same(block.reset(seed=seed), single.reset(seed=seed), f"reset with seed {seed}")
+        for step in range(steps):
+            actions = rng.uniform(box.low, box.high).astype(np.float32)
+            ours, theirs = block.step(actions), single.step(actions)
+            assert_same(ours, theirs, f"step {step} after seed {seed}")
+            ends += int(ours[3].all())
+    return ends
+
+
+@pytest.mark.parametrize(
+    ("made", "options", "mode"),
+    [
+        (SINGLE, {"learn": "motion", "shaping": 1.0, **BUSY}, "NextStep"),
+        (SINGLE, {"learn": "weighting", "reward": "team", **BUSY}, "SameStep"),
+        (
+            SINGLE,
+            {"learn": "both", "decision_period": 2, "controller": "dsgiff", **BUSY},
+            "NextStep",
+        ),
+        (JOINT, {"learn": "motion", "shaping": 0.3, **BUSY}, "SameStep"),
+        (JOINT, {"learn": "weighting", "shaping": 0.3, "reward": "team", **BUSY}, "NextStep"),
+        (JOINT, {"learn": "everything"}, "NextStep"),
+        ("SwarmForage/Waypoints-05-v0", {"learn": "motion", "shaping": 1.0}, "SameStep"),
+        ("SwarmForage/Waypoints-10-Joint-v0", {"learn": "both"}, "NextStep"),
+    ],
+)
+def test_a_block_is_its_single_environments(made, options, mode):
+    options = {"max_cycles": 60, **options}
+    block, single = in_one_block(made, mode, **options), one_by_one(made, mode, **options)
+    assert assert_equal_for(150, block, single) == 3 * 2
+
+
+def test_round_trips_of_team_mates_are_made_and_told_alike():
+    options = {"learn": "weighting", "max_cycles": 700, **BUSY}
+    block, single = in_one_block(JOINT, **options), one_by_one(JOINT, **options)
+    block.reset(seed=2)
+    single.reset(seed=2)
+    action, earned = np.full(block.action_space.shape, 0.5, np.float32), 0.0
+    for step in range(700):
+        ours, theirs = block.step(action), single.step(action)
+        assert_same(ours, theirs, f"step {step}")
+        earned += ours[1]
+    assert (earned > 0).all()
+    assert_array_equal(earned, ours[4]["round_trips"])
+
+
+@pytest.mark.parametrize(("most", "cycles"), [(4, 7), (7, 4), (-1, 4)])
+def test_the_shorter_of_time_limit_and_max_cycles_ends_the_episodes(most, cycles):
+    options = {"max_episode_steps": most, "max_cycles": cycles}
+    block, single = in_one_block(SINGLE, **options), one_by_one(SINGLE, **options)
+    assert assert_equal_for(15, block, single) == 3 * 3
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_the_metadata_say_how_episodes_follow_each_other(mode):
+    assert in_one_block(SINGLE, mode).metadata["autoreset_mode"] is mode
+    assert gym.make_vec(SINGLE).metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+
+
+def test_without_autoreset_the_end_is_the_end():
+    block = in_one_block(SINGLE, "Disabled", max_cycles=1)
+    block.reset(seed=0, options={"reset_mask": np.ones(WORLDS, bool)})
+    still = np.zeros(block.action_space.shape, np.float32)
+    assert block.step(still)[3].all()
+    with pytest.raises(ResetNeeded, match="after the end, at 1 cycles"):
+        block.step(still)
+    block.reset(options={"colour": "red"})
+    block.step(still)
+
+
+def test_some_worlds_alone_are_not_reset():
+    block = in_one_block(SINGLE, "Disabled")
+    with pytest.raises(ConfigError, match="the worlds of a block start anew together"):
+        block.reset(options={"reset_mask": np.array([True, False, True])})
+
+
+def test_a_block_is_made_again_from_its_spec():
+    block = in_one_block(JOINT, "SameStep", learn="weighting", max_cycles=9)
+    again = gym.make_vec(block.spec)
+    assert (again.num_envs, again.max_cycles) == (WORLDS, 9)
+    assert again.metadata == block.metadata
+    assert_array_equal(again.reset(seed=3)[0], block.reset(seed=3)[0])
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"num_envs": 0}, "num_envs=0: must be a whole number, at least 1"),
+        ({"max_episode_steps": 0}, "max_episode_steps=0: must be"),
+        ({"max_episode_steps": 2.5}, r"max_episode_steps=2\.5: must be"),
+        ({"autoreset_mode": "never"}, "'never': must be one of 'NextStep', 'SameStep', 'Disabled'"),
+        ({"learn": "everything"}, "means nothing to hand-written team-mates"),
+    ],
+)
+def test_a_value_that_cannot_be_used_is_refused(options, says):
+    with pytest.raises(ConfigError, match=says):
+        gym.make_vec(SINGLE, **options)
+
+
+@pytest.mark.parametrize("seed", [-1, 2**64 - 1, [1, 2], [1, 2, -3], "one", 1.5])
+def test_a_bad_seed_is_refused_and_changes_nothing(seed):
+    block, twin = in_one_block(SINGLE), in_one_block(SINGLE)
+    block.reset(seed=1)
+    twin.reset(seed=1)
+    with pytest.raises(ConfigError, match="seed="):
+        block.reset(seed=seed)
+    assert_array_equal(block.reset()[0], twin.reset()[0])
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ((1, 0, 1.5), "epuck_0 of world 1: wheels.left=1.5: must be from -1 to 1"),
+        ((2, 1, np.nan), "epuck_0 of world 2: wheels.right=nan"),
+    ],
+)
+def test_a_bad_action_is_refused_by_world_and_robot(change, says):
+    block = in_one_block(SINGLE)
+    block.reset(seed=1)
+    world, number, value = change
+    actions = np.zeros((WORLDS, 2), np.float32)
+    actions[world, number] = value
+    with pytest.raises(ConfigError, match=says):
+        block.step(actions)
+
+
+@pytest.mark.parametrize("actions", [None, 0.5, np.zeros((2, 2)), np.zeros(6)])
+def test_actions_for_another_number_of_worlds_are_refused(actions):
+    block = in_one_block(SINGLE)
+    block.reset(seed=1)
+    with pytest.raises(ConfigError, match=r"must be \(3, 2\), one for each world"):
+        block.step(actions)
+
+
+def test_what_was_returned_is_not_written_to_again():
+    block = in_one_block(JOINT)
+    first, _ = block.reset(seed=0)
+    kept = first.copy()
+    action = np.full(block.action_space.shape, 0.5, np.float32)
+    seen, *_ = block.step(action)
+    assert_array_equal(first, kept)
+    assert not np.shares_memory(seen, block.step(action)[0])
+
+
+def test_nothing_is_drawn():
+    with pytest.raises(ConfigError, match="rendering is not available"):
+        gym.make_vec(SINGLE).render()
