@@ -4,19 +4,27 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.scenario import Part
 from training.experiment import Experiment
 from training.policy import CurvePoint, write_whole
 
 NAME = "checkpoint.safetensors"
 
+RECORD = "record"
+"""The one entry of the file beside its arrays."""
+
 Identity = dict[str, str]
 
-IDENTITY = TypeAdapter(Identity)
-CURVE: TypeAdapter[list[CurvePoint]] = TypeAdapter(list[CurvePoint])
+
+class Record(Part):
+    """What is kept in words."""
+
+    experiment: Identity
+    curve: tuple[CurvePoint, ...]
 
 
 class Checkpoint:
@@ -81,16 +89,13 @@ class Checkpoint:
         """Write it, over the one before."""
         from safetensors.numpy import save
 
-        metadata = {
-            "experiment": IDENTITY.dump_json(self._identity).decode(),
-            "curve": CURVE.dump_json(self.curve).decode(),
-        }
+        record = Record(experiment=self._identity, curve=tuple(self.curve)).model_dump_json()
         arrays: dict[str, Array] = {
             "populations": self._populations,
             "losses": self._losses,
             "means": self._means,
         }
-        content = save(arrays, metadata)
+        content = save(arrays, {RECORD: record})
         try:
             write_whole(self._file, content)
         except OSError as error:
@@ -104,10 +109,8 @@ class Checkpoint:
 
         try:
             with safe_open(self._file, "np") as kept:
-                metadata = kept.metadata()
+                record = Record.model_validate_json(kept.metadata()[RECORD])
                 arrays = {name: kept.get_tensor(name) for name in kept.keys()}  # noqa: SIM118
-            identity = IDENTITY.validate_json(metadata["experiment"])
-            self.curve = CURVE.validate_json(metadata["curve"])
             populations, losses, means = (
                 arrays[name] for name in ("populations", "losses", "means")
             )
@@ -115,7 +118,8 @@ class Checkpoint:
             raise ConfigError(
                 f"checkpoint {self._file}: cannot be read ({error}); remove it to start anew"
             ) from None
-        self._check(identity)
+        self._check(record.experiment)
+        self.curve = list(record.curve)
         self._populations, self._losses, self._means = populations, losses, means
 
     def _check(self, identity: Identity) -> None:

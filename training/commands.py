@@ -134,7 +134,7 @@ def train(  # noqa: PLR0913 the options of a command
         workers=workers,
     )
     experiment.check()
-    _tell(experiment, layer, _run(experiment))
+    _report(experiment, layer, _run(experiment))
 
 
 def _run(experiment: "Experiment") -> "Policy":
@@ -145,7 +145,7 @@ def _run(experiment: "Experiment") -> "Policy":
     return evolution.train(experiment, _say)
 
 
-def _tell(experiment: "Experiment", layer: Layer, policy: "Policy") -> None:
+def _report(experiment: "Experiment", layer: Layer, policy: "Policy") -> None:
     """Where the policy lies, how good it is, and how to evaluate it."""
     for name, trips in policy.card.score.items():
         typer.echo(
