@@ -146,7 +146,9 @@ def _run(experiment: "Experiment") -> "Policy":
 
 
 def _report(experiment: "Experiment", layer: Layer, policy: "Policy") -> None:
-    """Where the policy lies, how good it is, and how to evaluate it."""
+    """Where the policy lies, how good it is, and how to test it on worlds it never met."""
+    from training.experiment import TEST_SEEDS
+
     for name, trips in policy.card.score.items():
         typer.echo(
             f"{name}: {trips.mean:.1f} round trips ({trips.low:.1f} to {trips.high:.1f})"
@@ -154,8 +156,9 @@ def _report(experiment: "Experiment", layer: Layer, policy: "Policy") -> None:
         )
     learned = CONTROLLER_OF[layer].format(policy.source)
     scenario = experiment.scenarios[0].partition(":")[0]
+    names = f"{scenario} {experiment.controller} {learned}"
     typer.echo(f"policy: {policy.source}")
-    typer.echo(f"evaluate it: swarm-forage evaluate {scenario} {experiment.controller} {learned}")
+    typer.echo(f"test it: swarm-forage evaluate {names} --seed={TEST_SEEDS.start}")
 
 
 def _say(line: str) -> None:

@@ -8,8 +8,8 @@ import pytest
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from training import evolution
-from training.checkpoint import NAME, Checkpoint
-from training.evolution import BEST, first_mean, train, values_of
+from training.checkpoint import BEST, NAME, Checkpoint
+from training.evolution import first_mean, train, values_of
 from training.policy import load_policy
 from training.trials import Trials
 from training.weighting import network_of
