@@ -1,0 +1,182 @@
+"""An experiment: what is trained where, checked as a whole before anything runs."""
+
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+
+from baselines.controller import Recipe
+from baselines.evaluation.request import check_count
+from swarm_forage_env.controllers import find_controller, parse_controller
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.physics import ENGINES
+from swarm_forage_env.scenario import Scenario, leaves
+from swarm_forage_env.scenarios import find_foraging
+from swarm_forage_env.streams import checked_seed
+from training.policy import LayerName
+
+LAYERS: dict[str, tuple[LayerName, ...]] = {
+    "weighting": ("weighting",),
+    "motion": ("motion",),
+    "both": ("weighting", "motion"),
+}
+"""What can be trained, and the layers that it takes the place of."""
+
+ALGORITHMS = ("cma", "ppo")
+
+TEST_SEEDS = range(1_000, 1_030)
+"""For the final score of a policy: never used in training or selection."""
+
+HELD_BACK_SEEDS = range(2_000, 3_000)
+"""For the evaluation during training, by which the best policy is chosen."""
+
+FIRST_TRAINING_SEED = 10_000
+WORLDS_PER_EXPERIMENT = 10**7
+LAST_SEED = 10**9
+"""Of an experiment; each trains on seeds of its own."""
+
+PACKAGES = ("swarm-forage", "numpy", "numba", "pymunk", "safetensors")
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One training run; everything that its result depends on."""
+
+    layer: str
+    scenarios: tuple[str, ...]
+    """Names or files, each with what differs there: `es1:radio.frames=50`."""
+    algorithm: str
+    out: Path
+    seed: int = 0
+    budget: int = 100
+    """Generations (cma) or environment steps (ppo)."""
+    every: int = 5
+    """Generations (cma) or environment steps (ppo) between two evaluations."""
+    worlds: int = 8
+    """Worlds side by side: for each candidate in each scenario (cma), or in all (ppo)."""
+    held_back: int = 10
+    """Held-back seeds of an evaluation, in each scenario."""
+    population: int | None = None
+    """Candidates of a generation (cma); None: as many as its method takes."""
+    settings: Mapping[str, str] = field(default_factory=dict)
+    """Numbers to change in every scenario."""
+    controller: str = "ssgiff"
+    """The hand-written rest."""
+    physics: str = "rigid"
+    workers: int = 1
+
+    def check(self) -> None:
+        """ConfigError or UnknownNameError for the first fault."""
+        _check_choice("layer", self.layer, LAYERS)
+        _check_choice("--algorithm", self.algorithm, ALGORITHMS)
+        if self.algorithm == "cma" and self.layer != "weighting":
+            raise ConfigError(
+                f"--algorithm=cma: trains the weighting only, not {self.layer}; use ppo"
+            )
+        self._check_numbers()
+        self._check_worlds()
+
+    def _check_numbers(self) -> None:
+        for option in ("budget", "every", "worlds", "workers"):
+            check_count(f"--{option}", getattr(self, option))
+        if not 1 <= self.held_back <= len(HELD_BACK_SEEDS):
+            raise ConfigError(
+                f"--held-back={self.held_back}: must be from 1 to {len(HELD_BACK_SEEDS)}"
+            )
+        if self.population is not None and (self.algorithm != "cma" or self.population < 4):
+            raise ConfigError(
+                f"--population={self.population}: must be at least 4, and is for cma only"
+            )
+        if checked_seed(self.seed) > LAST_SEED:
+            raise ConfigError(f"--seed={self.seed}: must be at most {LAST_SEED}")
+
+    def _check_worlds(self) -> None:
+        if not self.scenarios:
+            raise ConfigError("scenarios=(): must name at least one, as es1")
+        repeated = [each for each in self.scenarios if self.scenarios.count(each) > 1]
+        if repeated:
+            raise ConfigError(f"scenario '{repeated[0]}' is named twice")
+        _ = ENGINES[self.physics]
+        for scenario in self.worlds_by_name.values():
+            self.recipe.check_made_for(scenario)
+
+    @cached_property
+    def worlds_by_name(self) -> dict[str, Scenario]:
+        """The scenarios as they are run, by the names they were asked for."""
+        found = {}
+        for text in self.scenarios:
+            name, changes = parse_controller(text)
+            found[text] = find_foraging(name, {**self.settings, **changes})
+        return found
+
+    @cached_property
+    def recipe(self) -> Recipe:
+        """The hand-written controller of which layers are replaced."""
+        recipe = find_controller(self.controller)
+        if not isinstance(recipe, Recipe):
+            raise ConfigError(f"controller '{self.controller}': must be a Recipe of layers")
+        return recipe
+
+    @property
+    def layers(self) -> tuple[LayerName, ...]:
+        """The layers that are trained."""
+        return LAYERS[self.layer]
+
+    @property
+    def held_back_seeds(self) -> range:
+        """The seeds of the evaluations."""
+        return HELD_BACK_SEEDS[: self.held_back]
+
+    def training_seeds(self, first: int, count: int) -> range:
+        """The seeds of `count` training worlds, of which `first` came before."""
+        if first + count > WORLDS_PER_EXPERIMENT:
+            raise ConfigError(f"more than {WORLDS_PER_EXPERIMENT} training worlds")
+        start = FIRST_TRAINING_SEED + self.seed * WORLDS_PER_EXPERIMENT + first
+        return range(start, start + count)
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """All that the result depends on, but for how far it is run: what a checkpoint is of."""
+        found = {
+            name: str(getattr(self, name))
+            for name in ("layer", "algorithm", "seed", "every", "worlds", "held_back", "population",
+                         "physics")
+        }  # fmt: skip
+        for name, scenario in self.worlds_by_name.items():
+            found |= {f"{name} {k}": str(v) for k, v in leaves(scenario.model_dump()).items()}
+        rest = self.recipe.parameters.items()
+        return found | {f"{self.recipe.name} {k}": str(v) for k, v in rest}
+
+    @property
+    def command(self) -> str:
+        """The command that runs the same experiment again."""
+        options = {
+            "--algorithm": self.algorithm,
+            "--seed": self.seed,
+            "--budget": self.budget,
+            "--every": self.every,
+            "--worlds": self.worlds,
+            "--held-back": self.held_back,
+            "--controller": self.controller,
+            "--physics": self.physics,
+            "--workers": self.workers,
+            "--out": self.out,
+        }
+        if self.population is not None:
+            options["--population"] = self.population
+        words = ["swarm-forage", "train", self.layer, *self.scenarios]
+        words += [f"{name}={value}" for name, value in options.items()]
+        words += [f"--set={name}={value}" for name, value in self.settings.items()]
+        return shlex.join(words)
+
+
+def versions(*more: str) -> dict[str, str]:
+    """The versions of the packages that a result depends on."""
+    return {package: version(package) for package in (*PACKAGES, *more)}
+
+
+def _check_choice(option: str, value: str, choices: Mapping[str, object] | tuple[str, ...]) -> None:
+    if value not in choices:
+        raise UnknownNameError(option.removeprefix("--"), value, choices)
