@@ -11,13 +11,15 @@ from gymnasium.utils import EzPickle
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, parallel_to_aec
 
-from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.arrays import Array, Float32, UInt8
 from swarm_forage_env.envs.actions import Actions
 from swarm_forage_env.envs.batch import Batch
 from swarm_forage_env.envs.terms import Terms
 from swarm_forage_env.envs.waypoints import WaypointBatch
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import ControllerRecipe
+from swarm_forage_env.rendering.scene import scene_of, stage_of
+from swarm_forage_env.rendering.view import RENDER_MODES, View, check_render_mode
 from swarm_forage_env.scenario import leaves, resolve, validated
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.streams import checked_seed
@@ -45,7 +47,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
 
     metadata: ClassVar[dict[str, Any]] = {
         "name": "swarm_forage_v0",
-        "render_modes": [],
+        "render_modes": list(RENDER_MODES),
         "is_parallelizable": True,
         "render_fps": 10,
     }
@@ -60,7 +62,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         discount: float = 0.99,
         decision_period: int = 1,
         physics: str | None = None,
-        render_mode: None = None,
+        render_mode: str | None = None,
         max_cycles: int | None = None,
         **overrides: Any,  # noqa: ANN401 numbers of the scenario, checked there
     ) -> None:
@@ -71,10 +73,10 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         }  # fmt: skip
         rest = {"controller": controller, "render_mode": render_mode}
         EzPickle.__init__(self, scenario, **options, **rest, **overrides)
-        check_render_mode(render_mode)
         terms = validated(Terms, options)
         chosen = _scenario(scenario, overrides, {*options, *rest})
         self.render_mode = render_mode
+        self._view = _view(chosen, controller, terms.learn, render_mode)
         self._batch = batch = _batch(chosen, terms, controller)
         self.scenario = chosen
         self.world = batch.world
@@ -98,6 +100,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         observations = self._batch.reset([self._draw_seed(seed)])
         self.agents = self.possible_agents[:]
         self._cycles = 0
+        self._show_human()
         return dict(zip(self.agents, observations, strict=True)), self._infos()
 
     def step(
@@ -112,6 +115,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         agents, over = self.agents, self._cycles >= self.max_cycles
         if over:
             self.agents = []
+        self._show_human()
         return (
             dict(zip(agents, observations, strict=True)),
             dict(zip(agents, rewards.tolist(), strict=True)),
@@ -133,12 +137,25 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         """The space of an agent's actions, the same object each time."""
         return self._space_of(agent, self.action_spaces)
 
-    def render(self) -> None:
-        """There is nothing to see; ConfigError."""
-        raise ConfigError("render(): rendering is not available")
+    def render(self) -> UInt8[Array, "height width 3"] | None:
+        """The frame of this moment as rows of red, green and blue; None where it is on the screen.
+
+        ConfigError where no `render_mode` was given, or no display is found for a window.
+        """
+        self._started()
+        if self._view is None:
+            raise ConfigError("render(): give render_mode='human' or 'rgb_array' to parallel_env")
+        return self._view.draw(scene_of(self._batch.cut.world, self._batch.cut.beliefs))
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Close the window, if there is one."""
+        if self._view is not None:
+            self._view.close()
+
+    def _show_human(self) -> None:
+        """A window follows by itself, as everywhere in Gymnasium."""
+        if self.render_mode == "human":
+            self.render()
 
     def _space_of(self, agent: str, spaces: Mapping[str, Box]) -> Box:
         if agent not in spaces:
@@ -191,10 +208,14 @@ def env(**options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
     return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(raw_env(**options)))
 
 
-def check_render_mode(render_mode: object) -> None:
-    """ConfigError for any render mode but none."""
-    if render_mode is not None:
-        raise ConfigError(f"render_mode={render_mode!r}: rendering is not available; leave it out")
+def _view(scenario: AnyScenario, controller: object, learn: str, mode: str | None) -> View | None:
+    """What shows the episodes; None where nobody looks."""
+    check_render_mode(mode)
+    if mode is None:
+        return None
+    name = getattr(controller, "name", controller) or "ssgikf"
+    moved_by = "policy" if learn == "everything" else f"{name}, policy for {learn}"
+    return View(stage_of(scenario, moved_by), mode)
 
 
 def _batch(
