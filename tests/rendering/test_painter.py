@@ -94,7 +94,7 @@ def test_a_robot_is_to_scale_where_that_can_be_seen():
 @pytest.mark.parametrize("name", ["es1", "es3"])
 @pytest.mark.parametrize("width", [400, 512, 1280])
 def test_the_panel_stays_outside_the_arena(name, width):
-    stage = stage_of(find_scenario(name), "a-controller:with=many,para=meters,in=its,name=yes")
+    stage = stage_of(find_scenario(name), "a-controller:with=many,numbers=in,its=long,name=yes")
     words = {"time": 700.0, "on_path": 1.0}
     here = [scene([(0.0, 0.0)], **change) for change in ({}, words)]
     here[1].round_trips[:] = 12345
