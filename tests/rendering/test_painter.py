@@ -140,6 +140,15 @@ def test_a_message_is_an_arc_to_the_left_of_its_way():
     assert abs(places[:, 0].mean()) < 2
 
 
+def test_messages_are_drawn_for_half_a_second():
+    told = scene([(0.2, 0.3), (0.34, 0.3)], messages=np.array([[0, 1]], np.int32))
+    silent = replace(told, messages=np.zeros((0, 2), np.int32))
+    never, _ = painted(silent)
+    for later, seen in ((0.3, True), (0.6, False)):
+        frame, _ = painted(told, replace(silent, time=60.0 + later), show=Show(trails=False))
+        assert (frame != never).any() == seen
+
+
 def test_beliefs_of_the_selected_robot_alone_are_drawn():
     believed = np.zeros((2, 2, 2))
     believed[0, 1], believed[1, 1] = (0.4, 0.35), (-0.3, -0.4)
