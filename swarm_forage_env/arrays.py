@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable
 from typing import TypeVar
 
-from jaxtyping import Bool, Float32, Float64, Int8, Int32, Int64, UInt64, jaxtyped
+from jaxtyping import Bool, Float32, Float64, Int8, Int32, Int64, UInt8, UInt64, jaxtyped
 from numpy import ndarray as Array  # noqa: N812 the word of jaxtyping
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "Int8",
     "Int32",
     "Int64",
+    "UInt8",
     "UInt64",
     "checked",
 ]

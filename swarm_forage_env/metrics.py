@@ -62,6 +62,22 @@ def recruited_at(
     return np.sort(first_visit[(first_visit >= 0).all(axis=1)].max(axis=1)) * tick
 
 
+def believed_places(
+    pose: Float64[Array, "rows 3"],
+    believed: Float32[Array, "rows areas 2"],
+    known: Bool[Array, "rows areas"],
+) -> Float64[Array, "rows areas 2"]:
+    """Where robots believe the areas to be, in the world frame [m]; 0 where not known.
+
+    `believed` is in the body frame of the robot at its true pose.
+    """
+    x, y, theta = pose.T
+    c, s = np.cos(theta), np.sin(theta)
+    ahead, left = believed[:, :, 0].T, believed[:, :, 1].T
+    place = np.stack([x + c * ahead - s * left, y + s * ahead + c * left], axis=2)
+    return np.where(known[:, :, None], place.transpose(1, 0, 2), 0.0)
+
+
 def localisation_error(
     pose: Float64[Array, "rows 3"],
     believed: Float32[Array, "rows areas 2"],

@@ -15,6 +15,7 @@ EXTRAS = {
         "typer",
     },
     "calibrate": {"optuna"},
+    "render": {"imageio_ffmpeg", "pygame"},
     "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},
 }
 """What each extra brings."""

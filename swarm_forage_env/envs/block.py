@@ -11,8 +11,9 @@ from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.envs.actions import Actions
 from swarm_forage_env.envs.layout import Layout
 from swarm_forage_env.envs.making import make_batch
-from swarm_forage_env.envs.parallel import check_render_mode
+from swarm_forage_env.envs.showing import Frame, Screen, mover
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.rendering.view import check_render_mode
 
 COUNTS = frozenset({"round_trips", "lost_events", "messages", "goals", "false_goals"})
 """What is logged as a sum over the robots that learn; everything else is their mean."""
@@ -33,6 +34,8 @@ class Block:
         parts = {name: rest.pop(name) for name in ("scenario", "controller") if name in rest}
         seeds = (0,) * n_worlds
         self.batch = batch = make_batch(seeds, rest, **parts, single_learner=single_learner)
+        moved_by = mover(parts.get("controller"), rest.get("learn", "motion"))
+        self._screen = Screen(batch, self.render_mode, moved_by)
         self.n_cycles = batch.n_cycles
         self._n_worlds, self._n_robots = n_worlds, batch.world.n_robots
         self.learners = batch.agents[:1] if single_learner else batch.agents
@@ -55,6 +58,7 @@ class Block:
         """Start every world anew, each from its seed; what the learners observe."""
         observations = self.batch.reset(seeds)
         self._cycles = 0
+        self._screen.follow()
         return self._of_learners(observations)
 
     def step(
@@ -70,6 +74,7 @@ class Block:
         matrix = rows.repeat(self._n_robots // len(self.learners), axis=0)
         observations, rewards = self.batch.step(matrix)
         self._cycles += 1
+        self._screen.follow()
         earned = rewards.reshape(self._n_worlds, -1)[:, : len(self.learners)]
         return self._of_learners(observations), earned
 
@@ -84,6 +89,16 @@ class Block:
             name: log[:, :, k].sum(axis=1) if name in COUNTS else log[:, :, k].mean(axis=1)
             for k, name in enumerate(self.batch.infos)
         }
+
+    def render(self) -> list[Frame | None]:
+        """The frame of each world; None where it is on the screen."""
+        if self._cycles is None:
+            raise ResetNeeded("the episode has not begun: call reset() first")
+        return self._screen.draw()
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        self._screen.close()
 
     def _of_robots(self, rows: Array) -> Array:
         """A view of the learners' rows, world by world."""

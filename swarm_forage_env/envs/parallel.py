@@ -14,9 +14,11 @@ from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, para
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.actions import Actions
 from swarm_forage_env.envs.making import make_batch
+from swarm_forage_env.envs.showing import Frame, Screen, mover
 from swarm_forage_env.envs.waypoints import WaypointBatch
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.interface import ControllerRecipe
+from swarm_forage_env.rendering.view import RENDER_MODES, check_render_mode
 from swarm_forage_env.streams import checked_seed, drawn_seed
 from swarm_forage_env.waypoints_scenario import AnyScenario
 
@@ -42,7 +44,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
 
     metadata: ClassVar[dict[str, Any]] = {
         "name": "swarm_forage_v0",
-        "render_modes": [],
+        "render_modes": list(RENDER_MODES),
         "is_parallelizable": True,
         "render_fps": 10,
     }
@@ -57,7 +59,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         discount: float = 0.99,
         decision_period: int = 1,
         physics: str | None = None,
-        render_mode: None = None,
+        render_mode: str | None = None,
         max_cycles: int | None = None,
         **overrides: Any,  # noqa: ANN401 numbers of the scenario, checked there
     ) -> None:
@@ -71,6 +73,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         check_render_mode(render_mode)
         self.render_mode = render_mode
         self._batch = batch = make_batch((0,), {**options, **overrides}, scenario, controller)
+        self._screen = Screen(batch, render_mode, mover(controller, learn))
         self.world = batch.world
         self.scenario = batch.world.scenario
         self.max_cycles = batch.n_cycles
@@ -93,6 +96,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         observations = self._batch.reset([self._draw_seed(seed)])
         self.agents = self.possible_agents[:]
         self._cycles = 0
+        self._screen.follow()
         return dict(zip(self.agents, observations, strict=True)), self._infos()
 
     def step(
@@ -107,6 +111,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         agents, over = self.agents, self._cycles >= self.max_cycles
         if over:
             self.agents = []
+        self._screen.follow()
         return (
             dict(zip(agents, observations, strict=True)),
             dict(zip(agents, rewards.tolist(), strict=True)),
@@ -128,12 +133,17 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         """The space of an agent's actions, the same object each time."""
         return self._space_of(agent, self.action_spaces)
 
-    def render(self) -> None:
-        """There is nothing to see; ConfigError."""
-        raise ConfigError("render(): rendering is not available")
+    def render(self) -> Frame | None:
+        """The frame of this moment as rows of red, green and blue; None where it is on the screen.
+
+        ConfigError where no `render_mode` was given, or no display is found for a window.
+        """
+        self._started()
+        return self._screen.draw()[0]
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Close the window, if there is one."""
+        self._screen.close()
 
     def _space_of(self, agent: str, spaces: Mapping[str, Box]) -> Box:
         if agent not in spaces:
@@ -184,9 +194,3 @@ def raw_env(**options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
 def env(**options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
     """The environment with agents acting in turn: actions clipped, order of calls checked."""
     return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(raw_env(**options)))
-
-
-def check_render_mode(render_mode: object) -> None:
-    """ConfigError for any render mode but none."""
-    if render_mode is not None:
-        raise ConfigError(f"render_mode={render_mode!r}: rendering is not available; leave it out")

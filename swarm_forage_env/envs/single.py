@@ -58,9 +58,16 @@ class _SwarmEnv(gym.Env[Any, Any], EzPickle):
         observation = self._shown(observations[0])
         return observation, self._reward(rewards), False, self._block.over, self._info()
 
-    def render(self) -> None:
-        """There is nothing to see; ConfigError."""
-        raise ConfigError("render(): rendering is not available")
+    def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
+        """The frame of this moment as rows of red, green and blue; None where it is on the screen.
+
+        ConfigError where no `render_mode` was given, or no display is found for a window.
+        """
+        return self._block.render()[0]
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        self._block.close()
 
     def _info(self) -> dict[str, float]:
         return {name: float(value[0]) for name, value in self._block.infos().items()}

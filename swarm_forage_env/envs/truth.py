@@ -9,7 +9,7 @@ from swarm_forage_env.envs.layout import GOALS, Layout, Slot, goal_slots
 from swarm_forage_env.envs.observation import AREAS, FLAG
 from swarm_forage_env.interface import Situation
 from swarm_forage_env.kernels.compiler import kernel
-from swarm_forage_env.metrics import localisation_errors
+from swarm_forage_env.metrics import believed_places, localisation_errors
 from swarm_forage_env.world import World
 
 INFOS = (
@@ -67,10 +67,8 @@ class Truth:
         if beliefs is None:
             ignorance = np.zeros((len(pose), 11), np.float32)
             return np.concatenate([pose, ignorance], axis=1, dtype=np.float32)
-        ahead, left = beliefs.areas[:, :, 0].T, beliefs.areas[:, :, 1].T
-        place = np.stack([x + c * ahead - s * left, y + s * ahead + c * left], axis=2)
-        place = np.where(beliefs.known.T[:, :, None], place, 0.0)
-        believed = place.transpose(1, 0, 2).reshape(len(pose), 4)
+        place = believed_places(self._world.state.pose, beliefs.areas, beliefs.known)
+        believed = place.reshape(len(pose), 4)
         goal = goal_slots(beliefs.goal)
         parts = [pose, believed, beliefs.known, beliefs.p, goal]
         return np.concatenate(parts, axis=1, dtype=np.float32)

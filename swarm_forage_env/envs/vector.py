@@ -100,9 +100,16 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         truncated = np.full(self.num_envs, over)
         return observations, self._block.joint(rewards), never, truncated, infos
 
-    def render(self) -> None:
-        """There is nothing to see; ConfigError."""
-        raise ConfigError("render(): rendering is not available")
+    def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
+        """A frame of each world, as rows of red, green and blue.
+
+        ConfigError where no `render_mode` was given.
+        """
+        return tuple(self._block.render())
+
+    def close_extras(self, **kwargs: Any) -> None:  # noqa: ANN401 as Gymnasium has it
+        """Close the window, if there is one."""
+        self._block.close()
 
     def _infos(self) -> dict[str, Any]:
         return self._masked(self._block.infos())

@@ -310,6 +310,22 @@ def test_a_misspelt_keyword_is_answered_with_the_nearest():
         gym.make(JOINT, lern="motion")
 
 
-def test_nothing_is_drawn():
-    with pytest.raises(ConfigError, match="rendering is not available"):
-        gym.make(JOINT).unwrapped.render()
+def test_a_frame_is_drawn_where_a_mode_was_given():
+    swarm = gym.make(JOINT, render_mode="rgb_array")
+    swarm.reset(seed=0)
+    first = swarm.render()
+    assert first.dtype == np.uint8
+    assert first.shape[1:] == (512, 3)
+    for _ in range(20):
+        swarm.step(np.ones(swarm.action_space.shape, np.float32))
+    assert (swarm.render() != first).any()
+    swarm.close()
+
+
+def test_nothing_is_drawn_without_a_mode():
+    swarm = gym.make(JOINT).unwrapped
+    with pytest.raises(ResetNeeded, match="call reset"):
+        swarm.render()
+    swarm.reset(seed=0)
+    with pytest.raises(ConfigError, match="give render_mode='human' or 'rgb_array'"):
+        swarm.render()

@@ -38,7 +38,7 @@ def test_an_unknown_name_is_answered_with_the_nearest(options, says):
         ({"decision_period": 2.5}, "decision_period=2.5"),
         ({"decision_period": 18_001}, "must be at most the 18000 ticks"),
         ({"max_cycles": 0}, "max_cycles=0"),
-        ({"render_mode": "human"}, "render_mode='human': rendering is not available"),
+        ({"render_mode": "ansi"}, "render_mode='ansi': must be 'human' or 'rgb_array', or left"),
         ({"controller": "ssgiff:beta"}, "'beta' must be parameter=value"),
         ({"controller": 7}, "controller=7: must be a name or a recipe"),
         ({"scenario": 7}, "scenario=7: must be a name, a TOML file or a Scenario"),
@@ -162,7 +162,7 @@ def test_an_unknown_agent_has_no_space(running):
 
 
 def test_nothing_is_drawn(running):
-    with pytest.raises(ConfigError, match="rendering is not available"):
+    with pytest.raises(ConfigError, match="give render_mode='human' or 'rgb_array'"):
         running.render()
     running.close()
 

@@ -182,6 +182,22 @@ def test_what_was_returned_is_not_written_to_again():
     assert not np.shares_memory(seen, block.step(action)[0])
 
 
-def test_nothing_is_drawn():
-    with pytest.raises(ConfigError, match="rendering is not available"):
-        gym.make_vec(SINGLE).render()
+def test_each_world_has_a_frame():
+    worlds = gym.make_vec(SINGLE, num_envs=2, render_mode="rgb_array")
+    worlds.reset(seed=0)
+    one, other = worlds.render()
+    assert one.shape == other.shape
+    assert (one != other).any()
+    worlds.close()
+
+
+def test_a_window_on_several_worlds_is_refused():
+    with pytest.raises(ConfigError, match="one window shows one world, not 2"):
+        gym.make_vec(SINGLE, num_envs=2, render_mode="human")
+
+
+def test_nothing_is_drawn_without_a_mode():
+    worlds = gym.make_vec(SINGLE)
+    worlds.reset(seed=0)
+    with pytest.raises(ConfigError, match="give render_mode='human' or 'rgb_array'"):
+        worlds.render()

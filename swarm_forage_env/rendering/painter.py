@@ -1,0 +1,176 @@
+"""Painter: scenes in, pictures out. Surfaces in memory, so it needs no display."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pygame
+
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.rendering import palette
+from swarm_forage_env.rendering.layout import P_RING, Layout
+from swarm_forage_env.rendering.memory import Memory
+from swarm_forage_env.rendering.palette import mixed, trail_colour
+from swarm_forage_env.rendering.panel import Panel
+from swarm_forage_env.rendering.scene import Scene, Stage
+from swarm_forage_env.rendering.strokes import dashed_circle, draw_arc, draw_belief, draw_robot
+
+FINENESS = 3
+"""The arena is drawn this many times larger, then made smaller: that smooths every edge."""
+
+NAMES = ("nest", "prey")
+
+
+@dataclass
+class Show:
+    """What is drawn beyond the robots themselves."""
+
+    trails: bool = True
+    beliefs: bool = True
+    messages: bool = True
+    selected: int | None = None
+    """The robot whose beliefs are drawn."""
+
+
+class Painter:
+    """Draws the scenes of one stage."""
+
+    def __init__(self, stage: Stage, layout: Layout) -> None:
+        """A picture with nobody on it yet."""
+        self.layout = layout
+        self._stage = stage
+        self._fine = FINENESS if layout.width <= 640 else 2
+        self._memory = Memory()
+        pygame.font.init()
+        self._large = pygame.font.Font(None, round(1.1 * layout.text * self._fine))
+        self._floor = self._empty_floor()
+        self._canvas = self._floor.copy()
+        self._picture = pygame.Surface((layout.width, layout.height), depth=32)
+        self._panel = Panel(stage, layout, self._picture)
+        self._smooth = pygame.Surface(self._with_walls(layout.arena), depth=32)
+
+    def take(self, scene: Scene) -> None:
+        """Take in a scene, drawn or not: trails and messages go back to it."""
+        self._memory.take(scene)
+
+    def paint(self, scene: Scene, show: Show, aside: str = "") -> pygame.Surface:
+        """The picture of the scene that was taken in last; valid until the next is painted."""
+        self._canvas.blit(self._floor, (0, 0))
+        if show.trails:
+            self._draw_trails(scene)
+        if show.messages:
+            self._draw_messages(scene)
+        if show.beliefs and show.selected is not None:
+            self._draw_beliefs(scene, show.selected)
+        self._draw_robots(scene, show.selected)
+        if self.layout.enlarges:
+            self._draw_rims()
+        self._write_names()
+        pygame.transform.smoothscale(self._canvas, self._smooth.get_size(), self._smooth)
+        self._panel.draw(scene, show.selected, aside)
+        x, y = self.layout.corner
+        self._picture.blit(self._smooth, (x - self._wall, y - self._wall))
+        return self._picture
+
+    @property
+    def _wall(self) -> int:
+        """Thickness of the walls, which stand around the arena [px]."""
+        return max(2, round(2 * self.layout.unit))
+
+    @property
+    def _pixel(self) -> float:
+        """A line of normal width, on the canvas [px]."""
+        return self._fine * self.layout.unit
+
+    def _with_walls(self, size: tuple[int, int]) -> tuple[int, int]:
+        return size[0] + 2 * self._wall, size[1] + 2 * self._wall
+
+    def _spot(self, places: Float64[Array, "*any 2"]) -> Float64[Array, "*any 2"]:
+        """World frame [m] to pixels of the canvas."""
+        return np.asarray((self.layout.pixels(places) + self._wall) * self._fine)
+
+    def _empty_floor(self) -> pygame.Surface:
+        """Walls, floor, start circle and areas."""
+        stage, scale = self._stage, self.layout.scale * self._fine
+        size = [self._fine * side for side in self._with_walls(self.layout.arena)]
+        floor = pygame.Surface(size, depth=32)
+        floor.fill(palette.WALL)
+        inside = floor.get_rect().inflate(*([-2 * self._fine * self._wall] * 2))
+        floor.fill(palette.FLOOR, inside)
+        start = self._spot(np.zeros(2))
+        stroke = max(1, round(self._pixel)), 6.0 * self._pixel
+        dashed_circle(floor, palette.FAINT, start, stage.start_radius * scale, stroke)
+        for centre, colour, name in zip(self._spot(stage.areas), palette.AREA, NAMES, strict=True):
+            radius = stage.area_radius * scale
+            pygame.draw.circle(floor, mixed(colour, palette.FLOOR, 0.28), centre, radius)
+            pygame.draw.circle(floor, colour, centre, radius, round(1.5 * self._pixel))
+            if self._fits(name, radius):
+                word = self._large.render(name, True, palette.INK)
+                floor.blit(word, word.get_rect(center=centre))
+        return floor
+
+    def _fits(self, name: str, radius: float) -> bool:
+        """There is room for the name of an area inside it."""
+        return self._large.size(name)[0] < 1.6 * radius
+
+    def _draw_rims(self) -> None:
+        """The rims of the areas, over robots that are drawn larger than they are."""
+        radius = self._stage.area_radius * self.layout.scale * self._fine
+        for centre, colour in zip(self._spot(self._stage.areas), palette.AREA, strict=True):
+            wide = round(1.5 * self._pixel)
+            pygame.draw.circle(self._canvas, palette.WHITE, centre, radius + wide / 2, 2 * wide)
+            pygame.draw.circle(self._canvas, colour, centre, radius, wide)
+
+    def _write_names(self) -> None:
+        """The names of areas too small to hold them: above, on a pale ground."""
+        radius = self._stage.area_radius * self.layout.scale * self._fine
+        for (x, y), name in zip(self._spot(self._stage.areas), NAMES, strict=True):
+            if self._fits(name, radius):
+                continue
+            word = self._large.render(name, True, palette.INK)
+            where = word.get_rect(midbottom=(x, y - radius - 9.0 * self._pixel))
+            ground = pygame.Surface(where.inflate(3.0 * self._pixel, 0).size, depth=32)
+            ground.fill(palette.FLOOR)
+            ground.set_alpha(215)
+            self._canvas.blit(ground, ground.get_rect(center=where.center))
+            self._canvas.blit(word, where)
+
+    def _draw_trails(self, scene: Scene) -> None:
+        """Where each robot came from, paler the longer ago, in the colour of what it did."""
+        places, doing = self._memory.trails()
+        spots = self._spot(np.concatenate([places, scene.pose[None, :, :2]]))
+        points, width = len(doing), max(1, round(1.3 * self._pixel))
+        for k in range(points):
+            share = 0.12 + 0.55 * (k + 1) / points
+            inks = [mixed(trail_colour(code), palette.FLOOR, share) for code in palette.DOING]
+            for code, a, b in zip(
+                doing[k].tolist(), spots[k].tolist(), spots[k + 1].tolist(), strict=True
+            ):
+                pygame.draw.line(self._canvas, inks[code], a, b, width)
+
+    def _draw_messages(self, scene: Scene) -> None:
+        spots = self._spot(scene.pose[:, :2])
+        width = max(2, round(1.4 * self._pixel))
+        for sender, receiver in self._memory.messages().tolist():
+            draw_arc(self._canvas, spots[sender], spots[receiver], width)
+
+    def _draw_beliefs(self, scene: Scene, robot: int) -> None:
+        """Where the robot believes each area to be, how sure it is, and how far that is off."""
+        stage, scale = self._stage, self.layout.scale * self._fine
+        true, believed = self._spot(stage.areas), self._spot(scene.believed[robot])
+        for area, colour in enumerate(palette.AREA):
+            if not scene.known[robot, area]:
+                continue
+            radius = stage.area_radius + P_RING * float(scene.p[robot, area])
+            radii = stage.area_radius * scale, radius * scale
+            wide = max(1, round(1.5 * self._pixel))
+            pygame.draw.line(self._canvas, palette.INK, true[area], believed[area], wide)
+            draw_belief(self._canvas, believed[area], radii, colour, self._pixel)
+
+    def _draw_robots(self, scene: Scene, selected: int | None) -> None:
+        size = self.layout.robot_radius * self._fine, 1.2 * self._pixel
+        spots, headings = self._spot(scene.pose[:, :2]).tolist(), scene.pose[:, 2].tolist()
+        for (x, y), heading, doing in zip(spots, headings, scene.doing.tolist(), strict=True):
+            draw_robot(self._canvas, x, y, heading, doing, size)
+        if selected is not None:
+            halo, wide = size[0] + 3.5 * self._pixel, round(2.0 * self._pixel)
+            pygame.draw.circle(self._canvas, palette.SELECTED, spots[selected], halo, wide)

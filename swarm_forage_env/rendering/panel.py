@@ -1,0 +1,155 @@
+"""The panel around the arena: names, clock and counts above; legend and selected robot below."""
+
+import numpy as np
+import pygame
+
+from swarm_forage_env.rendering import palette
+from swarm_forage_env.rendering.layout import P_RING, Layout
+from swarm_forage_env.rendering.lettering import Lettering
+from swarm_forage_env.rendering.palette import Colour
+from swarm_forage_env.rendering.scene import STATES, Scene, Stage
+from swarm_forage_env.rendering.strokes import draw_arc, draw_belief, draw_robot
+
+FINENESS = 4
+"""The legend's shapes are drawn this many times larger."""
+
+BELIEF = f"dashed: where it believes the area is; ring: {100 * P_RING:g} cm wider per metre of p"
+"""What is drawn of beliefs, in words."""
+
+HELP = "space pause   . step   + - speed   tab or click select   t b m toggle   s save   q quit"
+"""The keys of the live window."""
+
+
+class Panel:
+    """Writes on a picture, outside the arena."""
+
+    def __init__(self, stage: Stage, layout: Layout, picture: pygame.Surface) -> None:
+        """Letters, and all that stays the same, ready to copy."""
+        self._stage = stage
+        self._layout = layout
+        self._picture = picture
+        self._letters = Lettering(layout.text)
+        self._blank = pygame.Surface(picture.get_size(), depth=32)
+        self._blank.fill(palette.PAGE)
+        self._legend()
+        if layout.beliefs:
+            self._legend_of_beliefs()
+        if layout.keys:
+            text = self._letters.cut(HELP, layout.width - 2 * layout.margin)
+            self._write(self._blank, text, layout.margin, self._below(3), palette.FAINT)
+
+    def draw(self, scene: Scene, selected: int | None, aside: str) -> None:
+        """Everything but the arena, anew."""
+        layout = self._layout
+        self._picture.blit(self._blank, (0, 0))
+        self._title(scene, aside)
+        left, y = layout.margin, layout.margin // 2 + layout.line
+        for name, value in (
+            ("Round trips", f"{scene.total}"),
+            ("On path", f"{100.0 * scene.on_path:.0f} %"),
+            ("Robots", f"{self._stage.n_robots}"),
+        ):
+            left += self._write(self._picture, name, left, y, palette.FAINT) + layout.margin // 2
+            left += self._write(self._picture, value, left, y) + 2 * layout.margin
+        self._progress(scene.time)
+        if layout.beliefs:
+            told = self._letters.cut(self._told(scene, selected), layout.width - 2 * layout.margin)
+            self._write(self._picture, told, layout.margin, self._below(1))
+
+    def _title(self, scene: Scene, aside: str) -> None:
+        """Names to the left, the clock to the right; names are cut before they touch it."""
+        layout, y = self._layout, self._layout.margin // 2
+        clock = f"{clock_text(scene.time)} of {clock_text(self._stage.duration)}"
+        clock = f"{aside}   {clock}" if aside else clock
+        width = self._letters.width(clock)
+        self._write(self._picture, clock, layout.width - layout.margin - width, y)
+        room = layout.width - 4 * layout.margin - width
+        title = self._letters.cut(f"{self._stage.scenario}   {self._stage.controller}", room)
+        self._write(self._picture, title, layout.margin, y)
+
+    def _progress(self, time: float) -> None:
+        """How much of the episode has gone: a line above the arena."""
+        layout = self._layout
+        left, y = layout.margin, layout.margin // 2 + 2 * layout.line
+        length, height = layout.width - 2 * layout.margin, max(2, round(2 * layout.unit))
+        share = min(1.0, time / self._stage.duration)
+        self._picture.fill(palette.RULE, (left, y, length, height))
+        self._picture.fill(palette.INK, (left, y, round(share * length), height))
+
+    def _legend(self) -> None:
+        """What the colours mean."""
+        layout, y = self._layout, self._below(0)
+        r, gap = 0.45 * layout.text, 4.0 * layout.unit
+        left: float = layout.margin
+        for code, name in enumerate(STATES):
+            size = FINENESS * r, FINENESS * layout.unit
+            large = self._icon(2.0 * r)
+            draw_robot(large, size[0], 0.5 * large.get_height(), 0.0, code, size)
+            left += self._keep(large, left, y) + gap
+            left += self._write(self._blank, name, left, y) + 2.5 * gap
+        large = self._icon(3.0 * r)
+        width, height = large.get_size()
+        ends = np.array([0.0, 0.6 * height]), np.array([width, 0.6 * height])
+        draw_arc(large, *ends, round(1.5 * FINENESS * layout.unit))
+        left += self._keep(large, left, y) + gap
+        self._write(self._blank, "message", left, y)
+
+    def _legend_of_beliefs(self) -> None:
+        """What is drawn of the selected robot's beliefs."""
+        layout, y = self._layout, self._below(2)
+        large = self._icon(layout.line)
+        half = 0.5 * large.get_height()
+        centre, radii = np.array([half, half]), (0.55 * half, 0.9 * half)
+        draw_belief(large, centre, radii, palette.BLUE, 0.6 * FINENESS * layout.unit)
+        left = layout.margin + self._keep(large, layout.margin, y) + 4.0 * layout.unit
+        room = layout.width - layout.margin - left
+        self._write(self._blank, self._letters.cut(BELIEF, room), left, y, palette.FAINT)
+
+    def _icon(self, width: float) -> pygame.Surface:
+        """A surface for something as high as a line of text, drawn large."""
+        size = round(width * FINENESS), self._layout.line * FINENESS
+        large = pygame.Surface(size, depth=32)
+        large.fill(palette.PAGE)
+        return large
+
+    def _keep(self, large: pygame.Surface, x: float, y: float) -> int:
+        """Put what was drawn large beside the text; its width."""
+        size = large.get_width() // FINENESS, large.get_height() // FINENESS
+        self._blank.blit(pygame.transform.smoothscale(large, size), (round(x), y))
+        return size[0]
+
+    def _told(self, scene: Scene, selected: int | None) -> str:
+        """What the selected robot does and believes, in words."""
+        if selected is None:
+            return "No robot selected"
+        words = [f"Robot {selected}: {STATES[scene.doing[selected]]}"]
+        for area, name in enumerate(("nest", "prey")):
+            if scene.known[selected, area]:
+                off = np.hypot(*(scene.believed[selected, area] - self._stage.areas[area]))
+                words.append(f"{name} {100 * off:.0f} cm off, p {scene.p[selected, area]:.2f} m")
+            else:
+                words.append(f"{name} unknown")
+        return "   ".join(words)
+
+    def _below(self, line: int) -> int:
+        """Top of a line of text below the arena [px]."""
+        layout = self._layout
+        return layout.corner[1] + layout.arena[1] + layout.margin // 2 + line * layout.line
+
+    def _write(
+        self, on: pygame.Surface, text: str, x: float, y: float, ink: Colour = palette.INK
+    ) -> int:
+        """Write one line with its left edge at x; its width."""
+        words = self._letters.line(text, ink)
+        on.blit(words, (round(x), round(y) + (self._layout.line - words.get_height()) // 2))
+        return words.get_width()
+
+
+def clock_text(seconds: float) -> str:
+    """Minutes and seconds.
+
+    >>> clock_text(754.2)
+    '12:34'
+    """
+    minutes, rest = divmod(int(seconds + 1e-6), 60)
+    return f"{minutes}:{rest:02d}"

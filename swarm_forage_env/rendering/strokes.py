@@ -1,0 +1,84 @@
+"""Shapes, drawn large: a picture made smaller afterwards has smooth edges."""
+
+import math
+
+import numpy as np
+import pygame
+
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.rendering import palette
+from swarm_forage_env.rendering.palette import Colour
+from swarm_forage_env.rendering.scene import EXPLORING
+
+
+def draw_robot(
+    surface: pygame.Surface,
+    x: float,
+    y: float,
+    heading: float,
+    doing: int,
+    size: tuple[float, float],
+) -> None:
+    """A disc in the colour of what the robot does, with a wedge that points ahead.
+
+    `size` is the radius and the thickness of the rim [px]; the rim keeps the robot apart from
+    floor and neighbours, and takes a fifth of the radius at most.
+    """
+    radius, rim = size[0], min(size[1], 0.2 * size[0])
+    c, s = math.cos(heading), -math.sin(heading)
+    pygame.draw.circle(surface, palette.INK, (x, y), radius)
+    pygame.draw.circle(surface, palette.DOING[doing], (x, y), radius - rim)
+    ink = palette.INK if doing == EXPLORING else palette.WHITE
+    wedge = [(0.78, 0.0), (-0.1, 0.5), (-0.1, -0.5)]
+    corners = [
+        (x + radius * (c * ahead - s * side), y + radius * (s * ahead + c * side))
+        for ahead, side in wedge
+    ]
+    pygame.draw.polygon(surface, ink, corners)
+
+
+def draw_belief(
+    surface: pygame.Surface,
+    centre: Float64[Array, " 2"],
+    radii: tuple[float, float],
+    colour: Colour,
+    pixel: float,
+) -> None:
+    """A believed area, dashed, with a cross at its centre and the ring of its p around it."""
+    area, ring = radii
+    width = max(1, round(1.5 * pixel))
+    pygame.draw.circle(surface, colour, centre, ring, width)
+    dashed_circle(surface, colour, centre, area, (width, 4.0 * pixel))
+    x, y = centre.tolist()
+    arm = 3.5 * pixel
+    pygame.draw.line(surface, palette.INK, (x - arm, y), (x + arm, y), width)
+    pygame.draw.line(surface, palette.INK, (x, y - arm), (x, y + arm), width)
+
+
+def draw_arc(
+    surface: pygame.Surface,
+    sender: Float64[Array, " 2"],
+    receiver: Float64[Array, " 2"],
+    width: int,
+) -> None:
+    """A message, bent to the left of its way: an answer bends the other way."""
+    share = np.linspace(0.0, 1.0, 17)[:, None]
+    bow = 0.35 * np.array([receiver[1] - sender[1], sender[0] - receiver[0]])
+    arc = (1.0 - share) * sender + share * receiver + 4.0 * share * (1.0 - share) * bow
+    pygame.draw.lines(surface, palette.MESSAGE, False, arc.tolist(), width)
+
+
+def dashed_circle(
+    surface: pygame.Surface,
+    colour: Colour,
+    centre: Float64[Array, " 2"],
+    radius: float,
+    stroke: tuple[int, float],
+) -> None:
+    """A circle of dashes as long as the gaps; `stroke` is their width and length [px]."""
+    width, dash = stroke
+    n = max(6, round(math.pi * radius / dash))
+    for k in range(n):
+        angle = np.linspace(2 * k, 2 * k + 1, 6) * math.pi / n
+        arc = np.stack([np.cos(angle), np.sin(angle)], axis=1) * radius + centre
+        pygame.draw.lines(surface, colour, False, arc.tolist(), width)

@@ -1,0 +1,89 @@
+"""View: the one door through which every environment shows itself."""
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, UInt8
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.rendering.scene import Scene, Stage
+
+if TYPE_CHECKING:
+    import pygame
+
+RENDER_MODES = ("human", "rgb_array")
+"""A live window, or frames as arrays."""
+
+FRAME_WIDTH, WINDOW_WIDTH = 512, 720
+"""Width of a picture where none is asked for [px]."""
+
+
+def check_render_mode(render_mode: object) -> None:
+    """ConfigError for anything but None and a render mode, or where pygame-ce is missing."""
+    if render_mode is None:
+        return
+    if render_mode not in RENDER_MODES:
+        known = " or ".join(f"'{mode}'" for mode in RENDER_MODES)
+        raise ConfigError(f"render_mode={render_mode!r}: must be {known}, or left out")
+    if find_spec("pygame") is None:
+        raise ConfigError(
+            f"render_mode={render_mode!r} needs 'pygame': pip install 'swarm-forage[render]'"
+        )
+
+
+class View:
+    """Shows the scenes of one stage, in a window or as frames.
+
+    Nothing is opened before the first scene is drawn.
+    """
+
+    def __init__(
+        self, stage: Stage, mode: str, width: int | None = None, select: int | None = None
+    ) -> None:
+        """Mode is "human" or "rgb_array", `width` that of a picture [px]; robot `select` has its
+        beliefs drawn."""
+        from swarm_forage_env.rendering.layout import Layout, checked_size
+        from swarm_forage_env.rendering.painter import Painter, Show
+        from swarm_forage_env.rendering.window import Window
+
+        if mode == "human":
+            self._window: Window | None = Window(stage, width or WINDOW_WIDTH, select=select)
+            return
+        self._window = None
+        layout = Layout(stage, checked_size(width or FRAME_WIDTH), beliefs=select is not None)
+        self._painter = Painter(stage, layout)
+        self._show = Show(selected=select)
+
+    def draw(self, scene: Scene) -> UInt8[Array, "height width 3"] | None:
+        """The frame of a scene; None where it went to the window, or the user closed that."""
+        if self._window is not None:
+            self._window.show(scene)
+            return None
+        self._painter.take(scene)
+        return frame_of(self._painter.paint(scene, self._show))
+
+    def close(self) -> None:
+        """Close the window, if there is one; again does nothing."""
+        if self._window is not None:
+            self._window.close()
+
+
+def frame_of(picture: "pygame.Surface") -> UInt8[Array, "height width 3"]:
+    """A copy of a picture as an array: rows from the top, red, green and blue."""
+    import pygame
+
+    width, height = picture.get_size()
+    pixels = np.frombuffer(pygame.image.tobytes(picture, "RGB"), np.uint8)
+    return pixels.reshape(height, width, 3).copy()
+
+
+def save(picture: "pygame.Surface", file: Path) -> None:
+    """Write a picture to a PNG file. OSError where that fails."""
+    import pygame
+
+    try:
+        pygame.image.save(picture, file)
+    except pygame.error as error:
+        raise OSError(str(error)) from None

@@ -1,0 +1,241 @@
+"""Window: scenes as they come, at a chosen multiple of real time, with keys."""
+
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from urllib.parse import quote
+
+import pygame
+
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.rendering.layout import Layout, checked_size
+from swarm_forage_env.rendering.painter import Painter, Show
+from swarm_forage_env.rendering.scene import Scene, Stage
+from swarm_forage_env.rendering.view import save
+
+FPS = 30
+"""Pictures in a second of the user's time, at most."""
+
+SPEEDS = (0.1, 256.0)
+"""Slowest and fastest multiple of real time."""
+
+BEHIND = 0.25
+"""A window that falls behind its speed by more than this catches up no more [s]."""
+
+NOTICE = 2.0
+"""How long a notice stands above the arena [s]."""
+
+
+class Window:
+    """A window on the user's screen; it opens with the first scene.
+
+    A scene that would come sooner than the next picture is due is remembered, not drawn.
+    """
+
+    def __init__(
+        self, stage: Stage, width: int, speed: float = 1.0, select: int | None = None
+    ) -> None:
+        """ConfigError for a width or a speed out of bounds."""
+        self.speed = checked_speed(speed)
+        self.show_what = Show(selected=select)
+        self.paused = False
+        self.closed = False
+        self._stage = stage
+        self._layout = Layout(stage, checked_size(width), beliefs=True, keys=True)
+        self._painter = Painter(stage, self._layout)
+        self._screen: pygame.Surface | None = None
+        self._scene: Scene | None = None
+        self._due = 0.0
+        self._anchor = 0.0, 0.0
+        self._notice = "", 0.0
+        self._one_step = False
+
+    def show(self, scene: Scene) -> None:
+        """Draw a scene when its time has come, and do what the user asks for meanwhile.
+
+        Waits while paused. ConfigError where there is no display. Nothing once closed, or when
+        the scene has been shown already.
+        """
+        before = self._scene
+        if self.closed:
+            return
+        started_anew = before is None or scene.time < before.time or scene.time == 0.0
+        if before is not None and scene.time == before.time and not started_anew:
+            return
+        self._scene = scene
+        self._painter.take(scene)
+        if started_anew:
+            self._begin(scene)
+        elif scene.time < self._due - 1e-9:
+            return
+        self._due = scene.time + self.speed / FPS
+        self._wait_for(scene)
+        self._draw()
+        while self._waits():
+            self._idle()
+        if self._one_step:
+            self._one_step = False
+            self._due = 0.0
+
+    def close(self) -> None:
+        """Close the window; again does nothing."""
+        if self._screen is not None:
+            pygame.display.quit()
+        self._screen = None
+        self.closed = True
+
+    def _begin(self, scene: Scene) -> None:
+        """Open the window unless it is open, and start the clock."""
+        self._anchor = time.perf_counter(), scene.time
+        if self._screen is not None:
+            return
+        _check_display()
+        try:
+            pygame.display.init()
+            self._screen = pygame.display.set_mode((self._layout.width, self._layout.height))
+        except pygame.error as error:
+            raise _no_display(str(error)) from None
+        pygame.display.set_caption(f"{self._stage.scenario} {self._stage.controller}")
+
+    def _wait_for(self, scene: Scene) -> None:
+        """Sleep until the scene is to be seen, answering the user about FPS times a second."""
+        while not self.closed:
+            self._answer()
+            wall, then = self._anchor
+            early = wall + (scene.time - then) / self.speed - time.perf_counter()
+            if early < -BEHIND:
+                self._anchor = time.perf_counter(), scene.time
+            if early <= 0.0:
+                return
+            time.sleep(min(early, 1.0 / FPS))
+
+    def _waits(self) -> bool:
+        """The user looks at this scene for as long as they like."""
+        return self.paused and not self.closed and not self._one_step
+
+    def _idle(self) -> None:
+        """A moment of pause."""
+        time.sleep(1.0 / FPS)
+        self._answer()
+        self._draw()
+        if self._scene is not None:
+            self._anchor = time.perf_counter(), self._scene.time
+
+    def _draw(self) -> None:
+        if self._screen is None or self._scene is None:
+            return
+        words, until = self._notice
+        aside = words if time.perf_counter() < until else f"{self.speed:g}x"
+        aside = f"paused   {aside}" if self.paused else aside
+        self._screen.blit(self._painter.paint(self._scene, self.show_what, aside), (0, 0))
+        pygame.display.flip()
+
+    def _answer(self) -> None:
+        """Do what keys and mouse ask for."""
+        for event in pygame.event.get() if self._screen is not None else ():
+            if event.type == pygame.QUIT:
+                self.close()
+                return
+            if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
+                self._select_at(event.pos)
+            elif event.type == pygame.KEYDOWN and event.key in KEYS:
+                KEYS[event.key](self)
+                if self.closed:
+                    return
+
+    def _pause(self) -> None:
+        self.paused = not self.paused
+
+    def _step(self) -> None:
+        self.paused = self._one_step = True
+
+    def _faster(self) -> None:
+        self._go(2.0 * self.speed)
+
+    def _slower(self) -> None:
+        self._go(0.5 * self.speed)
+
+    def _go(self, speed: float) -> None:
+        """Take another speed, from now on."""
+        self.speed = min(max(speed, SPEEDS[0]), SPEEDS[1])
+        if self._scene is not None:
+            self._anchor = time.perf_counter(), self._scene.time
+
+    def _select_next(self) -> None:
+        """The next robot, or the one before with shift held."""
+        back = bool(pygame.key.get_mods() & pygame.KMOD_SHIFT)
+        now, n = self.show_what.selected, self._stage.n_robots
+        first = n - 1 if back else 0
+        self.show_what.selected = first if now is None else (now + (-1 if back else 1)) % n
+
+    def _select_none(self) -> None:
+        self.show_what.selected = None
+
+    def _select_at(self, spot: tuple[int, int]) -> None:
+        """The robot under the mouse, or none."""
+        if self._scene is not None:
+            places = self._layout.in_picture(self._scene.pose[:, :2])
+            away = ((places - spot) ** 2).sum(axis=1) ** 0.5
+            near = int(away.argmin())
+            hit = away[near] <= self._layout.robot_radius + 4.0
+            self.show_what.selected = near if hit else None
+
+    def _toggle(self, what: str) -> None:
+        setattr(self.show_what, what, not getattr(self.show_what, what))
+
+    def _save(self) -> None:
+        """Write what is seen to a PNG in the current folder."""
+        if self._scene is None:
+            return
+        name = quote(self._stage.scenario, safe="")
+        file = Path(f"{name}-{self._scene.time:07.1f}s.png")
+        picture = self._painter.paint(self._scene, self.show_what, f"{self.speed:g}x")
+        try:
+            save(picture, file)
+            self._notice = f"saved {file}", time.perf_counter() + NOTICE
+        except OSError:
+            self._notice = f"cannot write {file}", time.perf_counter() + NOTICE
+
+
+def _check_display() -> None:
+    """ConfigError on a Linux without a display, where SDL would open a window that nobody sees."""
+    wanted = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in wanted):
+        raise _no_display("DISPLAY is not set")
+
+
+def _no_display(reason: str) -> ConfigError:
+    return ConfigError(
+        f"no window: there is no display to open one on ({reason}); take frames, a video or a"
+        " replay instead: render_mode='rgb_array', --frame, --video or --html"
+    )
+
+
+KEYS: dict[int, Callable[[Window], None]] = {
+    pygame.K_SPACE: Window._pause,
+    pygame.K_PERIOD: Window._step,
+    pygame.K_RIGHT: Window._step,
+    pygame.K_PLUS: Window._faster,
+    pygame.K_EQUALS: Window._faster,
+    pygame.K_KP_PLUS: Window._faster,
+    pygame.K_MINUS: Window._slower,
+    pygame.K_KP_MINUS: Window._slower,
+    pygame.K_TAB: Window._select_next,
+    pygame.K_ESCAPE: Window._select_none,
+    pygame.K_t: lambda window: window._toggle("trails"),
+    pygame.K_b: lambda window: window._toggle("beliefs"),
+    pygame.K_m: lambda window: window._toggle("messages"),
+    pygame.K_s: Window._save,
+    pygame.K_q: Window.close,
+}
+"""What each key does; `panel.HELP` tells the user."""
+
+
+def checked_speed(speed: float) -> float:
+    """A multiple of real time; ConfigError for one out of bounds."""
+    slowest, fastest = SPEEDS
+    if not slowest <= speed <= fastest:
+        raise ConfigError(f"speed={speed:g}: must be {slowest:g} to {fastest:g} times real time")
+    return speed

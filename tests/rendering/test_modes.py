@@ -1,0 +1,114 @@
+"""The render modes of the environment, and the tools of PettingZoo that use them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+from pettingzoo.test import render_test
+
+from swarm_forage_env import env, parallel_env
+from swarm_forage_env.envs.cuts import CUTS
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.rendering import view
+
+few = {"task.n_robots": 4, "task.duration": 3.0}
+
+
+def still(made):
+    """An action of zeros for everybody."""
+    return {agent: np.zeros(made.action_space(agent).shape, np.float32) for agent in made.agents}
+
+
+def test_pettingzoo_accepts_both_render_modes():
+    assert env(**few).metadata["render_modes"] == ["human", "rgb_array"]
+    render_test(lambda **mode: env(**few, **mode))
+
+
+@pytest.mark.parametrize("learn", list(CUTS))
+def test_a_frame_is_an_array_of_colours_whatever_is_learned(learn):
+    made = parallel_env("es1", learn=learn, render_mode="rgb_array", **few)
+    made.reset(seed=1)
+    first = made.render()
+    assert first.dtype == np.uint8
+    assert first.shape[1:] == (512, 3)
+    made.step(still(made))
+    second = made.render()
+    assert second.shape == first.shape
+    assert (first != second).any()
+    assert np.unique(first.reshape(-1, 3), axis=0).shape[0] > 50
+    made.close()
+
+
+def test_frames_need_no_display(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "none-such")
+    made = parallel_env(render_mode="rgb_array", **few)
+    made.reset(seed=1)
+    assert made.render() is not None
+
+
+def test_looking_changes_nothing():
+    ends = []
+    for mode in (None, "rgb_array"):
+        made = parallel_env(render_mode=mode, **few)
+        made.reset(seed=3)
+        while made.agents:
+            made.step(dict.fromkeys(made.agents, np.array([0.9, 0.4], np.float32)))
+            if mode:
+                made.render()
+        ends.append(made.state())
+    assert_array_equal(*ends)
+
+
+def test_a_window_without_a_display_is_refused_in_one_line(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "none-such")
+    made = parallel_env(render_mode="human", **few)
+    with pytest.raises(ConfigError, match=r"no window: there is no display .*'rgb_array'"):
+        made.reset(seed=1)
+
+
+def test_a_mode_without_pygame_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(view, "find_spec", lambda name: None)
+    with pytest.raises(ConfigError, match=r"needs 'pygame': pip install 'swarm-forage\[render\]'"):
+        parallel_env(render_mode="rgb_array")
+
+
+def test_nothing_is_loaded_until_somebody_looks(process_free_of_pygame):
+    assert process_free_of_pygame("parallel_env().reset(seed=1)") == "False"
+
+
+def test_waypoints_have_no_picture():
+    with pytest.raises(ConfigError, match="'waypoints-05': only scenarios in which robots forage"):
+        parallel_env("waypoints-05", render_mode="rgb_array")
+
+
+def test_a_frame_of_an_episode_that_has_not_begun_is_refused():
+    from gymnasium.error import ResetNeeded
+
+    with pytest.raises(ResetNeeded):
+        parallel_env(render_mode="rgb_array", **few).render()
+
+
+@pytest.mark.filterwarnings("ignore")  # of a package that is not ours, as it is imported
+@pytest.mark.parametrize("turns", [False, True])
+def test_pettingzoo_records_videos(tmp_path, turns):
+    pytest.importorskip("moviepy", reason="PettingZoo records with it")
+    from pettingzoo.utils.wrappers import RecordVideo, RecordVideoParallel
+
+    options = {"render_mode": "rgb_array", "max_cycles": 5, **few}
+    made = (
+        RecordVideo(env(**options), tmp_path)
+        if turns
+        else RecordVideoParallel(parallel_env(**options), tmp_path)
+    )
+    made.reset(seed=1)
+    while made.agents:
+        if turns:
+            over = any(made.terminations.values()) or any(made.truncations.values())
+            agent = made.agent_selection
+            made.step(None if over else np.zeros(made.action_space(agent).shape, np.float32))
+        else:
+            made.step(still(made))
+    made.close()
+    (file,) = Path(tmp_path).glob("*.mp4")
+    assert file.stat().st_size > 1000

@@ -1,0 +1,181 @@
+"""Pictures show the true places in the right colours, and the panel never covers the arena."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.rendering import palette
+from swarm_forage_env.rendering.layout import Layout, checked_size
+from swarm_forage_env.rendering.painter import Painter, Show
+from swarm_forage_env.rendering.scene import LOST, TALKING, TO_THE_NEST, Scene, stage_of
+from swarm_forage_env.rendering.view import frame_of
+from swarm_forage_env.scenarios import find_scenario
+
+STAGE = stage_of(find_scenario("es1"), "ssgikf")
+
+
+def near(colour, within=6):
+    """A colour, but for what smoothing does to it."""
+    return pytest.approx(colour, abs=within)
+
+
+def scene(places, doing=LOST, **changes):
+    """Robots at these places, looking along y, all doing the same, without messages."""
+    n = len(places)
+    found = Scene(
+        time=60.0,
+        pose=np.array([(x, y, np.pi / 2) for x, y in places]),
+        doing=np.full(n, doing, np.int8),
+        believed=np.zeros((n, 2, 2)),
+        known=np.zeros((n, 2), np.bool_),
+        p=np.zeros((n, 2), np.float32),
+        messages=np.zeros((0, 2), np.int32),
+        round_trips=np.zeros(n, np.int32),
+        on_path=0.0,
+    )
+    return replace(found, **changes)
+
+
+def painted(*scenes, stage=STAGE, width=512, show=None, beliefs=False):
+    """The frame of the last scene, and a function from places to colours."""
+    layout = Layout(stage, width, beliefs=beliefs)
+    painter = Painter(stage, layout)
+    for each in scenes:
+        painter.take(each)
+        frame = frame_of(painter.paint(each, show or Show()))
+
+    def at(x, y):
+        column, row = np.round(layout.in_picture(np.array([x, y])) - 0.5).astype(int)
+        return tuple(frame[row, column].tolist())
+
+    return frame, at
+
+
+@pytest.mark.parametrize("name", ["es1", "es3", "ants2008"])
+def test_areas_and_floor_lie_where_they_are(name):
+    stage = stage_of(find_scenario(name), "nc")
+    _, at = painted(scene([(0.0, 0.0)]), stage=stage, width=720)
+    for (x, y), colour in zip(stage.areas, palette.AREA, strict=True):
+        inside = palette.mixed(colour, palette.FLOOR, 0.28)
+        assert at(x, y - 0.6 * stage.area_radius) == near(inside)
+        assert at(x, y - 1.6 * stage.area_radius) == near(palette.FLOOR)
+    assert at(0.49 * stage.length, 0.49 * stage.width) == near(palette.FLOOR)
+
+
+@pytest.mark.parametrize(
+    ("name", "width"), [("es1", 400), ("es1", 512), ("es3", 512), ("es3", 900)]
+)
+def test_a_robot_is_drawn_where_it_is_in_the_colour_of_what_it_does(name, width):
+    stage = stage_of(find_scenario(name), "nc")
+    x, y = 0.31 * stage.length, 0.23 * stage.width
+    for doing in (TO_THE_NEST, LOST, TALKING):
+        _, at = painted(scene([(x, y)], doing), stage=stage, width=width)
+        behind = 0.5 * Layout(stage, width).robot_radius / Layout(stage, width).scale
+        assert at(x, y - behind) == near(palette.DOING[doing], 40)
+
+
+def test_the_wedge_points_ahead():
+    _, at = painted(scene([(0.2, 0.3)]))
+    assert at(0.2, 0.3 + 0.015) == near(palette.WHITE)
+    assert at(0.2, 0.3 - 0.015) == near(palette.BLACK)
+
+
+def test_a_robot_is_to_scale_where_that_can_be_seen():
+    frame, _ = painted(scene([(0.3, 0.2)]), show=Show(trails=False))
+    layout = Layout(STAGE, 512)
+    x, y = np.round(layout.in_picture(np.array([0.3, 0.2]))).astype(int)
+    dark = np.flatnonzero(frame[y, x - 30 : x + 30].max(axis=1) < 128)
+    assert np.ptp(dark) + 1 == pytest.approx(2 * STAGE.robot_radius * layout.scale, abs=2.5)
+
+
+@pytest.mark.parametrize("name", ["es1", "es3"])
+@pytest.mark.parametrize("width", [400, 512, 1280])
+def test_the_panel_stays_outside_the_arena(name, width):
+    stage = stage_of(find_scenario(name), "a-controller:with=many,numbers=in,its=long,name=yes")
+    words = {"time": 700.0, "on_path": 1.0}
+    here = [scene([(0.0, 0.0)], **change) for change in ({}, words)]
+    here[1].round_trips[:] = 12345
+    frames = [painted(each, stage=stage, width=width, beliefs=True)[0] for each in here]
+    layout = Layout(stage, width, beliefs=True)
+    (left, top), (length, height) = layout.corner, layout.arena
+    assert frames[0].shape == (layout.height, width, 3)
+    differ = (frames[0] != frames[1]).any(axis=2)
+    assert differ.any()
+    assert not differ[top - 2 : top + height + 2, left - 2 : left + length + 2].any()
+    for frame in frames:
+        edges = np.concatenate([frame[:, :3], frame[:, -3:]], axis=1)
+        assert (edges == 255).all()
+        assert (frame[-3:] == 255).all()
+
+
+def test_trails_lead_back_to_where_a_robot_came_from():
+    way = [scene([(0.1 + 0.01 * k, 0.3)], time=60.0 + k) for k in range(20)]
+    _, at = painted(*way)
+    _, without = painted(*way, show=Show(trails=False))
+    assert without(0.2, 0.3) == near(palette.FLOOR)
+    old, young = at(0.13, 0.3), at(0.22, 0.3)
+    assert max(young) < max(old) < min(palette.FLOOR)
+
+
+def test_an_episode_begins_without_trails():
+    way = [scene([(0.1 + 0.01 * k, 0.3)], time=60.0 + k) for k in range(20)]
+    _, at = painted(*way, scene([(-0.2, -0.3)], time=0.0))
+    assert at(0.2, 0.3) == near(palette.FLOOR)
+
+
+def test_a_message_is_an_arc_to_the_left_of_its_way():
+    told = scene([(0.2, 0.3), (0.34, 0.3)], messages=np.array([[0, 1]], np.int32))
+    frame, _ = painted(told)
+    hidden, _ = painted(told, show=Show(messages=False))
+    rows, columns = np.nonzero((frame != hidden).any(axis=2))
+    places = np.stack([columns, rows], axis=1) - Layout(STAGE, 512).in_picture(
+        np.array([0.27, 0.3])
+    )
+    assert len(places) > 20
+    assert places[:, 1].min() < -5
+    assert places[:, 1].max() <= 2
+    assert abs(places[:, 0].mean()) < 2
+
+
+def test_messages_are_drawn_for_half_a_second():
+    told = scene([(0.2, 0.3), (0.34, 0.3)], messages=np.array([[0, 1]], np.int32))
+    silent = replace(told, messages=np.zeros((0, 2), np.int32))
+    never, _ = painted(silent)
+    for later, seen in ((0.3, True), (0.6, False)):
+        frame, _ = painted(told, replace(silent, time=60.0 + later), show=Show(trails=False))
+        assert (frame != never).any() == seen
+
+
+def test_beliefs_of_the_selected_robot_alone_are_drawn():
+    believed = np.zeros((2, 2, 2))
+    believed[0, 1], believed[1, 1] = (0.4, 0.35), (-0.3, -0.4)
+    known = np.array([[False, True], [False, True]])
+    p = np.array([[0.0, 0.5], [0.0, 0.5]], np.float32)
+    here = scene([(0.0, 0.0), (0.1, -0.2)], believed=believed, known=known, p=p)
+    ring = 0.1 + 0.1 * 0.5
+    _, at = painted(here, show=Show(selected=0), beliefs=True)
+    assert at(0.4, 0.35) == near(palette.INK, 30)
+    rim = [at(0.4 - ring + step, 0.35)[2] for step in (0.0, 0.004)]
+    assert min(rim) < 180 < palette.FLOOR[2]
+    assert at(-0.3, -0.4) == near(palette.FLOOR)
+    assert at(-0.3 - ring, -0.4) == near(palette.FLOOR)
+    _, hidden = painted(here, show=Show(selected=0, beliefs=False), beliefs=True)
+    assert hidden(0.4, 0.35) == near(palette.FLOOR)
+
+
+def test_painting_twice_makes_the_same_picture():
+    here = scene([(0.2, 0.3), (0.3, 0.3)], messages=np.array([[0, 1]], np.int32))
+    assert_array_equal(painted(here)[0], painted(here, here)[0])
+    painter = Painter(STAGE, Layout(STAGE, 512))
+    painter.take(here)
+    first = frame_of(painter.paint(here, Show()))
+    assert_array_equal(frame_of(painter.paint(here, Show())), first)
+
+
+@pytest.mark.parametrize("size", [0, 399, 3841])
+def test_a_size_that_words_do_not_fit_is_refused(size):
+    with pytest.raises(ConfigError, match=rf"size={size}: must be 400 to 3840 \[px\]"):
+        checked_size(size)

@@ -1,0 +1,122 @@
+"""A scene holds what is true, what is believed and who was heard, in the world frame."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.metrics import localisation_error
+from swarm_forage_env.rendering.scene import (
+    EXPLORING,
+    LOST,
+    TALKING,
+    TO_THE_NEST,
+    TO_THE_PREY,
+    scene_of,
+    stage_of,
+)
+from swarm_forage_env.scenarios import find_scenario
+
+
+@pytest.fixture
+def loop(busy):
+    """Two worlds of ten robots after two and a half minutes."""
+    found = ControlLoop(busy, find_controller("ssgikf"), [1, 2])
+    for _ in range(1500):
+        found.step()
+    return found
+
+
+def scenes(loop):
+    beliefs = loop.controller.estimator.situation
+    return [scene_of(loop.world, beliefs, which) for which in range(2)]
+
+
+def test_a_stage_holds_the_numbers_of_its_scenario():
+    stage = stage_of(find_scenario("es3"), "nc")
+    assert (stage.scenario, stage.controller, stage.n_robots) == ("es3", "nc", 100)
+    assert (stage.length, stage.width, stage.area_radius) == (8.5, 6.0, 0.1)
+    assert_array_equal(stage.areas, find_scenario("es3").areas)
+    assert (stage.start_radius, stage.robot_radius) == (0.5, 0.035)
+    assert (stage.tick, stage.duration) == (0.1, 7200.0)
+
+
+def test_a_scene_is_the_truth_about_its_own_world(loop):
+    state = loop.world.state
+    for which, scene in enumerate(scenes(loop)):
+        rows = slice(10 * which, 10 * which + 10)
+        assert scene.time == pytest.approx(150.0)
+        assert_array_equal(scene.pose, state.pose[rows])
+        assert_array_equal(scene.round_trips, state.round_trips[rows])
+        assert scene.total == state.round_trips[rows].sum()
+        assert scene.on_path == state.seen_since_lost[rows].all(axis=1).mean()
+    assert len({scene.total for scene in scenes(loop)}) == 2
+
+
+def test_beliefs_are_as_far_off_as_the_localisation_error_says(loop):
+    beliefs, world = loop.controller.estimator.situation, loop.world
+    error = localisation_error(world.state.pose, beliefs.areas, beliefs.known, world.areas)
+    known = np.concatenate([scene.known for scene in scenes(loop)])
+    believed = np.concatenate([scene.believed for scene in scenes(loop)])
+    off = np.hypot(*(believed - world.areas).transpose(2, 0, 1))
+    assert_array_equal(known, beliefs.known)
+    assert 0 < known.sum() < known.size
+    assert off[known] == pytest.approx(error[known], abs=1e-6)
+    assert not believed[~known].any()
+    assert_array_equal(np.concatenate([scene.p for scene in scenes(loop)]), beliefs.p)
+
+
+def test_messages_are_pairs_of_sender_and_receiver_of_one_world(loop):
+    heard = loop.world.feedback.heard
+    while not (heard.valid[:10].any() and heard.valid[10:].any()):
+        heard = loop.step().heard
+    for which, scene in enumerate(scenes(loop)):
+        rows = slice(10 * which, 10 * which + 10)
+        receivers, slots = np.nonzero(heard.valid[rows])
+        senders = heard.sender[rows][receivers, slots]
+        pairs = set(zip(senders.tolist(), receivers.tolist(), strict=True))
+        assert {tuple(pair) for pair in scene.messages.tolist()} == pairs
+        assert len(scene.messages) == len(pairs)
+        x, y = scene.pose[:, :2].T
+        sender, receiver = scene.messages.T
+        apart = np.hypot(x[sender] - x[receiver], y[sender] - y[receiver])
+        assert (apart <= loop.world.scenario.radio.max_range + 1e-9).all()
+
+
+def test_a_robot_is_doing_what_it_believes_to_do(loop):
+    state, situation = loop.world.state, loop.controller.estimator.situation
+    goal, talking = np.full(20, -1, np.int8), np.zeros(20, np.bool_)
+    goal[:3], talking[2] = [0, 1, 1], True
+    state.lost_events[:10], state.seen_since_lost[:10] = 0, False
+    state.lost_events[[3, 4, 0]] = 1
+    state.seen_since_lost[4, 1] = True
+    scene = scene_of(loop.world, replace(situation, goal=goal, talking=talking))
+    assert scene.doing[:5].tolist() == [TO_THE_NEST, TO_THE_PREY, TALKING, LOST, EXPLORING]
+
+
+def test_without_beliefs_a_robot_goes_where_the_task_sends_it(loop):
+    loop.world.state.leg[:3] = 0, 1, 2
+    scene = scene_of(loop.world, None)
+    assert scene.doing[:3].tolist() == [EXPLORING, TO_THE_PREY, TO_THE_NEST]
+    assert not scene.known.any()
+    assert not scene.believed.any()
+
+
+def test_a_scene_stays_as_it_is(loop):
+    scene = scenes(loop)[0]
+    pose, known, trips = scene.pose.copy(), scene.known.copy(), scene.round_trips.copy()
+    for _ in range(200):
+        loop.step()
+    loop.reset([5, 6])
+    assert_array_equal(scene.pose, pose)
+    assert_array_equal(scene.known, known)
+    assert_array_equal(scene.round_trips, trips)
+
+
+def test_waypoints_are_not_drawn():
+    with pytest.raises(ConfigError, match="'waypoints-05': only scenarios in which robots forage"):
+        stage_of(find_scenario("waypoints-05"), "boids-adaptive")
