@@ -13,11 +13,6 @@ from swarm_forage_env.scenarios import find_scenario
 SHORT = ("--set", "task.duration=12", "--size", "400")
 
 
-@pytest.fixture(autouse=True)
-def no_display(monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-
-
 def decoded(file):
     """The frames of a video 400 px wide, an array each."""
     raw = ("-f", "rawvideo", "-fps_mode", "passthrough", "-pix_fmt", "rgb24", "-")

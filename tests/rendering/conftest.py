@@ -16,12 +16,6 @@ def busy():
     return find_scenario("es1", numbers)
 
 
-@pytest.fixture(autouse=True)
-def no_display(monkeypatch):
-    """No test opens a window on anybody's screen."""
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-
-
 @pytest.fixture
 def process_free_of_pygame():
     """Whether some lines import pygame, in a process of their own: the text that it prints."""
