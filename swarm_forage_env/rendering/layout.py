@@ -14,6 +14,9 @@ SMALLEST, LARGEST = 400, 3840
 SMALLEST_RADIUS = 3.2
 """A robot is drawn at least this large, in a picture 512 px wide [px]."""
 
+P_RING = 0.1
+"""Around a believed place lies a ring, wider than the area by this share of p."""
+
 
 def checked_size(size: int) -> int:
     """The width of a picture; ConfigError for one that is too small or too large."""

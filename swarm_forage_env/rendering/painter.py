@@ -7,7 +7,7 @@ import pygame
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.rendering import palette
-from swarm_forage_env.rendering.layout import Layout
+from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.memory import Memory
 from swarm_forage_env.rendering.palette import mixed, trail_colour
 from swarm_forage_env.rendering.panel import Panel
@@ -18,9 +18,6 @@ FINENESS = 3
 """The arena is drawn this many times larger, then made smaller: that smooths every edge."""
 
 NAMES = ("nest", "prey")
-
-P_RING = 0.1
-"""Around a believed place lies a ring, wider than the area by this share of p."""
 
 
 @dataclass
