@@ -4,6 +4,7 @@ The page is put together from the files in `page/`; `recording.py` packs the num
 """
 
 import base64
+import contextlib
 import html
 import json
 import os
@@ -55,7 +56,8 @@ class Replay:
             temporary.write_text(page, encoding="utf-8")
             temporary.replace(file)
         except OSError as error:
-            temporary.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
             raise ConfigError(f"{file}: cannot be written ({error.strerror})") from None
 
     def page(self) -> str:

@@ -26,9 +26,9 @@ const arena = {
     if (view.show.trails) robots.forEach((robot) => this.trail(robot));
     if (view.show.beliefs) robots.forEach((robot) => this.crosses(robot));
     if (view.focus !== null) this.beliefs(robots[view.focus]);
-    this.names();
     if (view.show.messages) messagesNow().forEach((message) => this.message(message, robots));
     robots.forEach((robot) => this.robot(robot));
+    this.names();
     if (view.focus !== null) this.selection(robots[view.focus]);
   },
 
@@ -194,8 +194,9 @@ const arena = {
     context.strokeStyle = about.colours.selected;
     context.lineWidth = 2.5;
     context.stroke();
-    this.label(`robot ${robot}`, x, y, y * this.scale < 40 - (about.width * this.scale) / 2
-      ? -this.robotSize - 14 : this.robotSize + 14);
+    const above = this.robotSize + 15;
+    const atTheTop = (about.width / 2 - y) * this.scale < above + 8;
+    this.label(`robot ${robot}`, x, y, atTheTop ? above : -above);
   },
 
   /* The robot under a point of the canvas, if there is one. */

@@ -51,7 +51,8 @@ const curves = {
     for (let time = Math.ceil(view.start / step) * step; time <= view.end; time += step) {
       const x = this.x(time);
       this.line(x, bottom, x, bottom + 4);
-      this.text(clockText(time), Math.min(x, this.width - 16), bottom + 11, "center");
+      const fits = x < this.width - 24;
+      this.text(clockText(time), fits ? x : this.width, bottom + 11, fits ? "center" : "right");
     }
   },
 
