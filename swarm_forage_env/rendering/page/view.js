@@ -60,7 +60,7 @@ function messagesNow() {
   const found = [];
   for (let frame = last; frame >= 0; frame--) {
     const age = time - episode.times[frame];
-    if (age > MESSAGE_AGE && frame < last) break;
+    if (age > MESSAGE_AGE - 1e-3 && frame < last) break;
     const first = frame > 0 ? episode.heardUpTo[frame - 1] : 0;
     for (let i = first; i < episode.heardUpTo[frame]; i++) {
       const faded = Math.min(age / MESSAGE_AGE, 0.8);
