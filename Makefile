@@ -1,12 +1,13 @@
 # Every target makes .venv where it is missing, so each works on a fresh clone.
 PYTHON  ?= python3
 WORKERS ?= 2
-EXTRAS  := evaluate,calibrate,dev
+EXTRAS  := evaluate,calibrate,render,dev
 BIN     := .venv/bin
 READY   := .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-browser check lint coverage bench reproduce docs-equations clean
+.PHONY: help install demo test test-browser check lint coverage bench reproduce pictures \
+	docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -53,6 +54,12 @@ reproduce: $(READY)  ## the claims and figures of the three papers (hours)
 	$(BIN)/swarm-forage reproduce ants2008 --workers $(WORKERS) --page docs/papers/ants2008.md
 	$(BIN)/swarm-forage reproduce adaptive-boids --workers $(WORKERS) \
 		--page docs/papers/adaptive_boids.md
+
+pictures: $(READY)  ## the still and the clip of README and docs
+	$(BIN)/swarm-forage watch es1 ssgikf --seed 1 --start 571 --seconds 1 --select 3 \
+		--size 800 --frame docs/images/es1.png
+	$(BIN)/swarm-forage watch es1 ssgikf --seed 1 --start 420 --seconds 100 --speed 12 \
+		--size 480 --video docs/images/es1.gif
 
 docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings
 	$(BIN)/python docs/make_equations.py

@@ -1,4 +1,4 @@
-"""The commands: list, evaluate, bench. Results go to stdout, all else to stderr."""
+"""The commands. Results go to stdout, all else to stderr."""
 
 import json
 import logging
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from baselines.evaluation.commands_watch import watch
 from baselines.papers.commands_calibrate import calibrate
 from baselines.papers.commands_reproduce import reproduce
 from swarm_forage_env.errors import ConfigError, UnknownNameError
@@ -248,3 +249,4 @@ def _say(line: str) -> None:
 
 app.command()(_stoppable()(calibrate))
 app.command()(_stoppable()(reproduce))
+app.command()(_stoppable()(watch))

@@ -15,6 +15,7 @@ EXTRAS = {
         "typer",
     },
     "calibrate": {"optuna"},
+    "render": {"imageio_ffmpeg", "pygame"},
 }
 """What each extra brings."""
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from swarm_forage_env.errors import ConfigError
+from baselines.evaluation.files import check_file
 
 FORMATS = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
 """Endings of a figure's file, and the field of its metadata that holds the command."""
@@ -28,17 +28,7 @@ BOX_WIDTH, LETTER_WIDTH = 0.85, 0.105
 
 def check_plot(file: Path) -> None:
     """ConfigError unless a figure can be written to this file; its folder is made."""
-    if file.suffix.lower() not in FORMATS:
-        raise ConfigError(f"--plot {file}: the name must end in {', '.join(FORMATS)}")
-    existed = file.exists()
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with file.open("ab"):
-            pass
-        if not existed:
-            file.unlink()
-    except OSError as error:
-        raise ConfigError(f"--plot {file}: cannot be written ({error.strerror})") from None
+    check_file("--plot", file, FORMATS)
 
 
 def boxplot(samples: Mapping[str, Sequence[float]], axis: str, caption: str) -> Figure:

@@ -13,6 +13,9 @@ TRAIL = 20.0
 POINTS = 25
 """Points of a trail."""
 
+JUST_NOW = 0.5
+"""Messages are drawn for so long [s]: one tick alone would be missed between two pictures."""
+
 
 class Memory:
     """The recent past of one world, taken in scene by scene."""
@@ -20,22 +23,20 @@ class Memory:
     def __init__(self) -> None:
         """Nothing seen yet."""
         self._past: deque[Scene] = deque(maxlen=POINTS)
-        self._heard: list[Int32[Array, "messages ends"]] = []
+        self._heard: deque[Scene] = deque()
         self._now = -1.0
-        self._shown = False
 
     def take(self, scene: Scene) -> None:
         """Take in the next scene; at time 0, or when time runs backwards, an episode begins."""
         if scene.time < self._now or scene.time == 0.0:
             self._past.clear()
-            self._shown = True
-        if self._shown:
             self._heard.clear()
-            self._shown = False
         self._now = scene.time
         if not self._past or scene.time - self._past[-1].time > TRAIL / POINTS - 1e-9:
             self._past.append(scene)
-        self._heard.append(scene.messages)
+        self._heard.append(scene)
+        while self._heard[0].time < scene.time - JUST_NOW + 1e-9:
+            self._heard.popleft()
 
     def trails(self) -> tuple[Float64[Array, "points robots 2"], Int8[Array, "points robots"]]:
         """Where the robots were, oldest first, and what they were doing there."""
@@ -44,10 +45,6 @@ class Memory:
         return places, np.stack([scene.doing for scene in past])
 
     def messages(self) -> Int32[Array, "messages ends"]:
-        """Sender and receiver, once each, of what was heard since the last scene shown."""
-        heard = np.unique(np.concatenate(self._heard), axis=0)
+        """Sender and receiver, once each, of what was heard just now."""
+        heard = np.unique(np.concatenate([scene.messages for scene in self._heard]), axis=0)
         return np.asarray(heard.astype(np.int32))
-
-    def shown(self) -> None:
-        """A picture was made: the next scene begins to gather messages anew."""
-        self._shown = True

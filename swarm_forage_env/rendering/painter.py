@@ -59,7 +59,6 @@ class Painter:
             self._draw_trails(scene)
         if show.messages:
             self._draw_messages(scene)
-        self._memory.shown()
         if show.beliefs and show.selected is not None:
             self._draw_beliefs(scene, show.selected)
         self._draw_robots(scene, show.selected)

@@ -6,7 +6,6 @@ Source: Okabe and Ito, Color Universal Design (2008); white and black are from t
 from swarm_forage_env.rendering.scene import (
     EXPLORING,
     LOST,
-    STATES,
     TALKING,
     TO_THE_NEST,
     TO_THE_PREY,
@@ -50,6 +49,3 @@ def mixed(colour: Colour, ground: Colour, share: float) -> Colour:
 def trail_colour(doing: int) -> Colour:
     """What a trail is drawn in: as the body, but for white, which the floor would swallow."""
     return (150, 150, 146) if doing == EXPLORING else DOING[doing]
-
-
-assert set(DOING) == set(range(len(STATES)))

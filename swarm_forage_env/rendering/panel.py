@@ -4,7 +4,7 @@ import numpy as np
 import pygame
 
 from swarm_forage_env.rendering import palette
-from swarm_forage_env.rendering.layout import Layout
+from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.lettering import Lettering
 from swarm_forage_env.rendering.palette import Colour
 from swarm_forage_env.rendering.scene import STATES, Scene, Stage
@@ -13,7 +13,7 @@ from swarm_forage_env.rendering.strokes import draw_arc, draw_belief, draw_robot
 FINENESS = 4
 """The legend's shapes are drawn this many times larger."""
 
-BELIEF = "dashed: where it believes the area is; ring: 10 cm wider for each metre of p"
+BELIEF = f"dashed: where it believes the area is; ring: {100 * P_RING:g} cm wider per metre of p"
 """What is drawn of beliefs, in words."""
 
 HELP = "space pause   . step   + - speed   tab or click select   t b m toggle   s save   q quit"

@@ -15,7 +15,7 @@ from string import Template
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import P_RING
-from swarm_forage_env.rendering.memory import TRAIL
+from swarm_forage_env.rendering.memory import JUST_NOW, TRAIL
 from swarm_forage_env.rendering.recording import Recording
 from swarm_forage_env.rendering.scene import EXPLORING, STATES, Scene, Stage
 
@@ -90,6 +90,7 @@ class Replay:
             "tick": stage.tick,
             "states": STATES,
             "trail": TRAIL,
+            "justNow": JUST_NOW,
             "ring": P_RING,
             "colours": _colours(),
         }

@@ -62,7 +62,7 @@ def draw_arc(
     width: int,
 ) -> None:
     """A message, bent to the left of its way: an answer bends the other way."""
-    share = np.linspace(0.0, 1.0, 9)[:, None]
+    share = np.linspace(0.0, 1.0, 17)[:, None]
     bow = 0.35 * np.array([receiver[1] - sender[1], sender[0] - receiver[0]])
     arc = (1.0 - share) * sender + share * receiver + 4.0 * share * (1.0 - share) * bow
     pygame.draw.lines(surface, palette.MESSAGE, False, arc.tolist(), width)

@@ -33,14 +33,7 @@ class Video:
 
         self._file = file
         self._trial = file.with_name(f".{file.stem}.{os.getpid()}{file.suffix}")
-        try:
-            imageio_ffmpeg.get_ffmpeg_exe()
-        except RuntimeError:
-            raise ConfigError(
-                f"{file}: no ffmpeg was found to write it; pip install 'swarm-forage[render]'"
-                " brings one, or name yours in the variable IMAGEIO_FFMPEG_EXE"
-            ) from None
-        options: dict[str, Any] = {"quality": 8, "output_params": ["-movflags", "+faststart"]}
+        options: dict[str, Any] = {"quality": 6, "output_params": ["-movflags", "+faststart"]}
         if file.suffix.lower() == ".gif":
             options = {
                 "codec": "gif", "quality": None, "pix_fmt_out": "pal8",
@@ -50,7 +43,13 @@ class Video:
             str(self._trial), (width, height), fps=fps_of(file), macro_block_size=2,
             ffmpeg_log_level="error", **options,
         )  # fmt: skip
-        self._frames.send(None)
+        try:
+            self._frames.send(None)
+        except (OSError, RuntimeError):
+            raise ConfigError(
+                f"{file}: no ffmpeg was found to write it; pip install 'swarm-forage[render]'"
+                " brings one, or name yours in the variable IMAGEIO_FFMPEG_EXE"
+            ) from None
 
     def add(self, frame: UInt8[Array, "height width 3"]) -> None:
         """Write the next frame. ConfigError where ffmpeg gives up."""

@@ -1,6 +1,7 @@
 """View: the one door through which every environment shows itself."""
 
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -76,3 +77,13 @@ def frame_of(picture: "pygame.Surface") -> UInt8[Array, "height width 3"]:
     width, height = picture.get_size()
     pixels = np.frombuffer(pygame.image.tobytes(picture, "RGB"), np.uint8)
     return pixels.reshape(height, width, 3).copy()
+
+
+def save(picture: "pygame.Surface", file: Path) -> None:
+    """Write a picture to a PNG file. OSError where that fails."""
+    import pygame
+
+    try:
+        pygame.image.save(picture, file)
+    except pygame.error as error:
+        raise OSError(str(error)) from None

@@ -1,5 +1,7 @@
 """Window: scenes as they come, at a chosen multiple of real time, with keys."""
 
+import os
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +13,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
 from swarm_forage_env.rendering.scene import Scene, Stage
+from swarm_forage_env.rendering.view import save
 
 FPS = 30
 """Pictures in a second of the user's time, at most."""
@@ -88,15 +91,12 @@ class Window:
         self._anchor = time.perf_counter(), scene.time
         if self._screen is not None:
             return
+        _check_display()
         try:
             pygame.display.init()
-            size = self._layout.width, self._layout.height
-            self._screen = pygame.display.set_mode(size)
+            self._screen = pygame.display.set_mode((self._layout.width, self._layout.height))
         except pygame.error as error:
-            raise ConfigError(
-                f"no window: there is no display to open one on ({error}); take frames, a video"
-                " or a replay instead: render_mode='rgb_array', --frame, --video or --html"
-            ) from None
+            raise _no_display(str(error)) from None
         pygame.display.set_caption(f"{self._stage.scenario} {self._stage.controller}")
 
     def _wait_for(self, scene: Scene) -> None:
@@ -193,10 +193,24 @@ class Window:
         file = Path(f"{name}-{self._scene.time:07.1f}s.png")
         picture = self._painter.paint(self._scene, self.show_what, f"{self.speed:g}x")
         try:
-            pygame.image.save(picture, file)
+            save(picture, file)
             self._notice = f"saved {file}", time.perf_counter() + NOTICE
-        except (OSError, pygame.error):
+        except OSError:
             self._notice = f"cannot write {file}", time.perf_counter() + NOTICE
+
+
+def _check_display() -> None:
+    """ConfigError on a Linux without a display, where SDL would open a window that nobody sees."""
+    wanted = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
+    if sys.platform == "linux" and not any(os.environ.get(name) for name in wanted):
+        raise _no_display("DISPLAY is not set")
+
+
+def _no_display(reason: str) -> ConfigError:
+    return ConfigError(
+        f"no window: there is no display to open one on ({reason}); take frames, a video or a"
+        " replay instead: render_mode='rgb_array', --frame, --video or --html"
+    )
 
 
 KEYS: dict[int, Callable[[Window], None]] = {

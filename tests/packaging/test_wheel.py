@@ -11,11 +11,13 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = {"swarm_forage_env", "baselines", "training"}
 EXTRAS = (
+    "imageio_ffmpeg",
     "joblib",
     "matplotlib",
     "optuna",
     "pandas",
     "pyarrow",
+    "pygame",
     "rich",
     "scipy",
     "seaborn",

@@ -94,7 +94,7 @@ def test_a_robot_is_to_scale_where_that_can_be_seen():
 @pytest.mark.parametrize("name", ["es1", "es3"])
 @pytest.mark.parametrize("width", [400, 512, 1280])
 def test_the_panel_stays_outside_the_arena(name, width):
-    stage = stage_of(find_scenario(name), "a-controller:with=many,para=meters,in=its,name=yes")
+    stage = stage_of(find_scenario(name), "a-controller:with=many,numbers=in,its=long,name=yes")
     words = {"time": 700.0, "on_path": 1.0}
     here = [scene([(0.0, 0.0)], **change) for change in ({}, words)]
     here[1].round_trips[:] = 12345
@@ -138,6 +138,15 @@ def test_a_message_is_an_arc_to_the_left_of_its_way():
     assert places[:, 1].min() < -5
     assert places[:, 1].max() <= 2
     assert abs(places[:, 0].mean()) < 2
+
+
+def test_messages_are_drawn_for_half_a_second():
+    told = scene([(0.2, 0.3), (0.34, 0.3)], messages=np.array([[0, 1]], np.int32))
+    silent = replace(told, messages=np.zeros((0, 2), np.int32))
+    never, _ = painted(silent)
+    for later, seen in ((0.3, True), (0.6, False)):
+        frame, _ = painted(told, replace(silent, time=60.0 + later), show=Show(trails=False))
+        assert (frame != never).any() == seen
 
 
 def test_beliefs_of_the_selected_robot_alone_are_drawn():

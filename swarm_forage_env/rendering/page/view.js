@@ -14,7 +14,6 @@ const view = {
   get last() { return frameAt(this.time); },
 };
 
-const MESSAGE_AGE = 0.5; // a message stays visible for so long [s]
 const AREAS = ["nest", "prey"];
 
 /* The last frame that is not later than a time. */
@@ -60,10 +59,10 @@ function messagesNow() {
   const found = [];
   for (let frame = last; frame >= 0; frame--) {
     const age = time - episode.times[frame];
-    if (age > MESSAGE_AGE - 1e-3 && frame < last) break;
+    if (age > about.justNow - 1e-3 && frame < last) break;
     const first = frame > 0 ? episode.heardUpTo[frame - 1] : 0;
     for (let i = first; i < episode.heardUpTo[frame]; i++) {
-      const faded = Math.min(age / MESSAGE_AGE, 0.8);
+      const faded = Math.min(age / about.justNow, 0.8);
       found.push({ sender: episode.pairs[2 * i], receiver: episode.pairs[2 * i + 1], faded });
     }
   }

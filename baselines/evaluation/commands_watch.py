@@ -1,0 +1,58 @@
+"""The command `watch`: one episode in a window, or as a video, a replay or a still."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def watch(  # noqa: PLR0913 the options of a command
+    scenario: Annotated[
+        str, typer.Argument(help="A name (see `swarm-forage list`) or a .toml file.")
+    ],
+    controller: Annotated[
+        str, typer.Argument(help="A name, with parameters if need be: ssgiff:beta=0.02")
+    ],
+    seed: Annotated[int, typer.Option(help="Seed of the world.")] = 0,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change a number of the scenario."),
+    ] = None,
+    physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
+    speed: Annotated[float, typer.Option(help="Multiple of real time.")] = 10.0,
+    select: Annotated[
+        int | None, typer.Option(help="Draw what this robot believes; they count from 0.")
+    ] = None,
+    start: Annotated[float, typer.Option(help="Show from this time of the episode on [s].")] = 0.0,
+    seconds: Annotated[
+        float | None,
+        typer.Option(help="Show so much of the episode [s].", show_default="to its end"),
+    ] = None,
+    size: Annotated[int, typer.Option(help="Width of the picture [px].")] = 720,
+    video: Annotated[
+        Path | None, typer.Option(help="Write a video: an .mp4, or a looping .gif.")
+    ] = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Write a replay for the browser: an .html file.")
+    ] = None,
+    frame: Annotated[
+        Path | None, typer.Option(help="Write the last moment shown: a .png file.")
+    ] = None,
+) -> None:
+    """Watch one episode of foraging.
+
+    Without --video, --html or --frame a window opens. Its keys: space pauses, . steps, + and -
+    change the speed, tab or a click selects a robot, escape none, t b m switch trails, beliefs
+    and messages, s saves a picture to the current folder, q quits.
+    """
+    from baselines.evaluation import watch as watching
+    from baselines.evaluation.request import Request
+
+    request = Request(scenario, [controller], 1, seed, settings or [], physics)
+    showing = watching.Showing(speed, size, select, start, seconds, video, html, frame)
+    watching.watch(request, showing, _say)
+
+
+def _say(line: str) -> None:
+    sys.stderr.write(f"swarm-forage: {line}\n")

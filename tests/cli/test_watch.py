@@ -1,0 +1,143 @@
+"""The command that shows one episode."""
+
+import subprocess
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+
+from swarm_forage_env.rendering.layout import Layout
+from swarm_forage_env.rendering.scene import stage_of
+from swarm_forage_env.scenarios import find_scenario
+
+SHORT = ("--set", "task.duration=12", "--size", "400")
+
+
+@pytest.fixture(autouse=True)
+def no_display(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+
+
+def decoded(file):
+    """The frames of a video 400 px wide, an array each."""
+    raw = ("-f", "rawvideo", "-fps_mode", "passthrough", "-pix_fmt", "rgb24", "-")
+    program = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", str(file), *raw]
+    pixels = subprocess.run(program, capture_output=True, check=True).stdout
+    height = Layout(stage_of(find_scenario("es1"), "nc"), 400).height
+    return np.frombuffer(pixels, np.uint8).reshape(-1, height, 400, 3)
+
+
+@pytest.mark.parametrize(("name", "fps"), [("a.mp4", 30), ("a.gif", 12)])
+def test_a_video_has_the_frames_of_its_time(command, tmp_path, name, fps):
+    status, out, err = command(
+        "watch", "es1", "nc", *SHORT, "--video", name, "--seconds", 8, "--speed", 4
+    )
+    assert (status, out) == (0, "")
+    assert f"swarm-forage: wrote {name}" in err
+    frames = decoded(tmp_path / name)
+    assert len(frames) == pytest.approx(8 / 4 * fps + 1, abs=1)
+    assert (frames[0] != frames[-1]).any()
+    assert [file.name for file in tmp_path.iterdir()] == [name]
+
+
+def test_a_video_in_slow_motion_repeats_its_frames(command, tmp_path):
+    assert (
+        command("watch", "es1", "nc", *SHORT, "--video", "a.mp4", "--seconds", 1, "--speed", 1)[0]
+        == 0
+    )
+    assert len(decoded(tmp_path / "a.mp4")) == 31
+
+
+def test_a_still_shows_the_last_moment(command, tmp_path):
+    import pygame
+
+    made = command("watch", "es1", "ssgikf", *SHORT, "--select", 2, "--frame", "a.png")
+    assert made[0] == 0
+    assert pygame.image.load(tmp_path / "a.png").get_width() == 400
+
+
+def test_without_a_file_a_window_opens_and_shows_the_episode(command):
+    status, out, err = command("watch", "es1", "nc", *SHORT, "--speed", 256)
+    assert (status, out, err) == (0, "", "")
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--video", "x.avi"], "--video x.avi: the name must end in .mp4, .gif"),
+        (["--frame", "/proc/x.png"], "--frame /proc/x.png: cannot be written"),
+        (["--html", "x.htm"], "--html x.htm: the name must end in .html"),
+        (["--select", 10], "--select=10: must be 0 to 9, a robot of es1"),
+        (["--speed", 0], "speed=0: must be 0.1 to 256 times real time"),
+        (["--size", 100], "size=100: must be 400 to 3840"),
+        (["--start", 12], "--start=12: must be 0 to less than the 12 s"),
+        (["--start", 4, "--seconds", 9], "--seconds=9: must be above 0 and at most 8 [s]"),
+        (["--physics", "magic"], "no physics engine named 'magic'"),
+        (["--set", "tick"], "--set 'tick': must be name=value"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused_in_one_line(command, options, complaint):
+    status, out, err = command("watch", "es1", "nc", *SHORT, *options)
+    assert (status, out) == (2, "")
+    assert complaint in err
+    assert err.count("\n") == 1
+
+
+def test_waypoints_are_refused(command):
+    status, _, err = command("watch", "waypoints-05", "boids-adaptive")
+    assert status == 2
+    assert "only scenarios in which robots forage are drawn" in err
+
+
+def test_no_display_is_told_with_the_way_out(command, monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "none-such")
+    status, _, err = command("watch", "es1", "nc", *SHORT)
+    assert status == 2
+    assert "no window: there is no display" in err
+    assert "--video" in err
+    assert err.count("\n") == 1
+
+
+def test_no_ffmpeg_is_told_with_the_way_out(command, monkeypatch, tmp_path):
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", "/none/ffmpeg")
+    status, _, err = command("watch", "es1", "nc", *SHORT, "--video", "x.mp4")
+    assert status == 2
+    assert "x.mp4: no ffmpeg was found" in err
+    assert "pip install 'swarm-forage[render]'" in err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("missing", ["pygame", "imageio_ffmpeg"])
+def test_a_missing_extra_is_named_in_one_line(process, missing):
+    code = f"""
+import sys
+sys.modules[{missing!r}] = None
+sys.argv = ["swarm-forage", "watch", "es1", "nc", "--set=task.duration=1", "--video=x.mp4"]
+from training.cli import main
+main()
+"""
+    run = process(code=code)
+    _, err = run.communicate(timeout=60)
+    assert run.returncode == 1
+    assert f"this command needs '{missing}': pip install 'swarm-forage[render]'" in err
+    assert "Traceback" not in err
+
+
+def test_half_a_film_is_not_kept(command, monkeypatch, tmp_path):
+    from baselines.evaluation import watch
+
+    def stopped(*arguments):
+        scenes = genuine(*arguments)
+        yield next(scenes)
+        raise KeyboardInterrupt
+
+    genuine = watch._scenes
+    monkeypatch.setattr(watch, "_scenes", stopped)
+    assert command("watch", "es1", "nc", *SHORT, "--video", "x.mp4")[0] == 130
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_replay_is_one_file(command, tmp_path):
+    pytest.importorskip("swarm_forage_env.rendering.replay")
+    assert command("watch", "es1", "nc", *SHORT, "--html", "a.html")[0] == 0
+    assert "<html" in (tmp_path / "a.html").read_text(encoding="utf-8")
