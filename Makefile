@@ -6,7 +6,8 @@ BIN     := .venv/bin
 READY   := .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check lint coverage bench reproduce pictures docs-equations clean
+.PHONY: help install demo test test-browser check lint coverage bench reproduce pictures \
+	docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -24,6 +25,12 @@ demo: $(READY)  ## evaluate three baselines on es1: table, boxplot, dataset
 
 test: $(READY)  ## the tests, without those marked slow or reproduces
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m 'not slow and not reproduces'
+
+test-browser: $(READY)  ## the replay in Chromium, which must be there (`make test`: if it is)
+	@for name in chromium chromium-browser google-chrome google-chrome-stable; do \
+		command -v $$name && exit 0; \
+	done; echo 'no Chromium on the PATH; on Debian: apt-get install chromium' >&2; exit 1
+	$(BIN)/pytest -m browser tests/rendering/replay
 
 lint: $(READY)  ## style, types, the house, spelling
 	$(BIN)/ruff check .

@@ -1,0 +1,212 @@
+/* The arena from above, to scale. */
+const TRAIL_POINTS = 60;
+const SMALLEST = 4; // a robot is drawn at least this large [px]
+const FONT = "system-ui, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif";
+
+const arena = {
+  canvas: element("arena"),
+  scale: 1,
+  middle: [0, 0],
+
+  /* World [m] to CSS pixels of the canvas. */
+  place(x, y) { return [this.middle[0] + x * this.scale, this.middle[1] - y * this.scale]; },
+
+  get robotSize() { return Math.max(about.robotRadius * this.scale, SMALLEST); },
+
+  draw() {
+    const { context, width, height } = sharpContext(this.canvas);
+    const margin = 3;
+    this.scale = Math.max(
+      Math.min((width - 2 * margin) / about.length, (height - 2 * margin) / about.width), 1);
+    this.middle = [width / 2, height / 2];
+    this.context = context;
+    const robots = Array.from({ length: about.robots }, (_, robot) => robotAt(robot));
+    this.floor();
+    this.areas();
+    if (view.show.trails) robots.forEach((robot) => this.trail(robot));
+    if (view.show.beliefs) robots.forEach((robot) => this.crosses(robot));
+    if (view.focus !== null) this.beliefs(robots[view.focus]);
+    if (view.show.messages) messagesNow().forEach((message) => this.message(message, robots));
+    robots.forEach((robot) => this.robot(robot));
+    this.names();
+    if (view.focus !== null) this.selection(robots[view.focus]);
+  },
+
+  floor() {
+    const { context } = this, [left, top] = this.place(-about.length / 2, about.width / 2);
+    context.beginPath();
+    context.rect(left, top, about.length * this.scale, about.width * this.scale);
+    context.fillStyle = about.colours.floor;
+    context.fill();
+    context.strokeStyle = about.colours.wall;
+    context.lineWidth = 2;
+    context.stroke();
+  },
+
+  circle(x, y, radius) {
+    this.context.beginPath();
+    this.context.arc(...this.place(x, y), radius, 0, 2 * Math.PI);
+  },
+
+  areas() {
+    const { context } = this;
+    this.circle(0, 0, about.startRadius * this.scale);
+    context.setLineDash([2, 4]);
+    context.strokeStyle = about.colours.faint;
+    context.lineWidth = 1;
+    context.stroke();
+    context.setLineDash([]);
+    about.areas.forEach(([x, y], which) => {
+      this.circle(x, y, about.areaRadius * this.scale);
+      context.fillStyle = about.colours.areas[which] + "38";
+      context.fill();
+      context.strokeStyle = about.colours.areas[which];
+      context.lineWidth = 2;
+      context.stroke();
+    });
+  },
+
+  names() {
+    about.areas.forEach(([x, y], which) => this.label(AREAS[which], x, y - about.areaRadius, 15));
+    this.label("start", 0, -about.startRadius, 13);
+  },
+
+  /* Words below a place, on the floor's own colour so that nothing runs through them. */
+  label(text, x, y, below) {
+    const { context } = this;
+    const [left, top] = this.place(x, y);
+    context.font = `600 12px ${FONT}`;
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    context.lineWidth = 4;
+    context.lineJoin = "round";
+    context.strokeStyle = about.colours.floor;
+    context.strokeText(text, left, top + below);
+    context.fillStyle = about.colours.ink;
+    context.fillText(text, left, top + below);
+  },
+
+  trail({ robot, x, y, doing }) {
+    const { context } = this, { episode, last, time } = view;
+    const first = frameAt(Math.max(time - about.trail, view.start));
+    const stride = Math.max(1, Math.round((last - first) / TRAIL_POINTS));
+    context.strokeStyle = about.colours.trails[doing];
+    context.lineWidth = 1.8;
+    context.lineCap = "butt";
+    let from = this.place(x, y);
+    for (let frame = last - (last % stride); frame >= first; frame -= stride) {
+      const at = robot * about.frames + frame;
+      const to = this.place(episode.x[at], episode.y[at]);
+      context.globalAlpha = 0.65 * Math.max(0, 1 - (time - episode.times[frame]) / about.trail);
+      context.beginPath();
+      context.moveTo(...from);
+      context.lineTo(...to);
+      context.stroke();
+      from = to;
+    }
+    context.globalAlpha = 1;
+  },
+
+  crosses({ beliefs }) {
+    beliefs.forEach((belief, which) => {
+      if (belief) this.cross(belief, about.colours.areas[which], 4);
+    });
+  },
+
+  cross(place, colour, size) {
+    const { context } = this, [left, top] = this.place(place.x, place.y);
+    context.beginPath();
+    context.moveTo(left - size, top);
+    context.lineTo(left + size, top);
+    context.moveTo(left, top - size);
+    context.lineTo(left, top + size);
+    context.strokeStyle = colour;
+    context.lineWidth = 1.6;
+    context.stroke();
+  },
+
+  /* Where one robot believes the areas to be, p as a ring, and a line to where they are. */
+  beliefs({ beliefs }) {
+    const { context } = this;
+    beliefs.forEach((belief, which) => {
+      if (!belief) return;
+      const colour = about.colours.areas[which];
+      this.circle(belief.x, belief.y, (about.areaRadius + about.ring * belief.p) * this.scale);
+      context.fillStyle = colour + "1c";
+      context.fill();
+      context.strokeStyle = colour + "b0";
+      context.lineWidth = 1.2;
+      context.stroke();
+      this.circle(belief.x, belief.y, about.areaRadius * this.scale);
+      context.strokeStyle = colour;
+      context.lineWidth = 2;
+      context.setLineDash([5, 4]);
+      context.stroke();
+      context.setLineDash([]);
+      context.beginPath();
+      context.moveTo(...this.place(belief.x, belief.y));
+      context.lineTo(...this.place(...about.areas[which]));
+      context.lineWidth = 1.2;
+      context.stroke();
+      this.cross(belief, colour, 6);
+    });
+  },
+
+  message({ sender, receiver, faded }, robots) {
+    const { context } = this, a = robots[sender], b = robots[receiver];
+    const [left, top] = this.place(a.x, a.y), [right, bottom] = this.place(b.x, b.y);
+    const bend = 0.22; // to the left of its way, so that there and back are two arcs
+    const middle = [(left + right) / 2, (top + bottom) / 2];
+    context.beginPath();
+    context.moveTo(left, top);
+    context.quadraticCurveTo(
+      middle[0] + bend * (bottom - top), middle[1] - bend * (right - left), right, bottom);
+    context.strokeStyle = about.colours.message;
+    context.globalAlpha = 0.9 * (1 - faded);
+    context.lineWidth = sender === view.focus || receiver === view.focus ? 3.2 : 1.6;
+    context.stroke();
+    context.globalAlpha = 1;
+  },
+
+  robot({ x, y, heading, doing }) {
+    const { context, robotSize } = this, [left, top] = this.place(x, y);
+    this.circle(x, y, robotSize);
+    context.fillStyle = about.colours.doing[doing];
+    context.fill();
+    context.strokeStyle = about.colours.ink;
+    context.lineWidth = 1.3;
+    context.stroke();
+    context.translate(left, top);
+    context.rotate(-heading);
+    context.beginPath();
+    context.moveTo(0.78 * robotSize, 0);
+    context.lineTo(-0.1 * robotSize, 0.5 * robotSize);
+    context.lineTo(-0.1 * robotSize, -0.5 * robotSize);
+    context.fillStyle = about.colours.noses[doing];
+    context.fill();
+    context.rotate(heading);
+    context.translate(-left, -top);
+  },
+
+  selection({ robot, x, y }) {
+    const { context } = this;
+    this.circle(x, y, this.robotSize + 4);
+    context.strokeStyle = about.colours.selected;
+    context.lineWidth = 2.5;
+    context.stroke();
+    const above = this.robotSize + 15;
+    const atTheTop = (about.width / 2 - y) * this.scale < above + 8;
+    this.label(`robot ${robot}`, x, y, atTheTop ? above : -above);
+  },
+
+  /* The robot under a point of the canvas, if there is one. */
+  robotNear(left, top) {
+    let nearest = null, least = Math.max(this.robotSize + 6, 14);
+    for (let robot = 0; robot < about.robots; robot++) {
+      const at = robotAt(robot), [x, y] = this.place(at.x, at.y);
+      const apart = Math.hypot(x - left, y - top);
+      if (apart < least) [nearest, least] = [robot, apart];
+    }
+    return nearest;
+  },
+};

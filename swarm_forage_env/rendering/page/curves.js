@@ -1,0 +1,95 @@
+/* Round trips, and below them the share of robots on the path, over time; the past is in colour. */
+const TIME_STEPS = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600]; // [s]
+
+const curves = {
+  canvas: element("curves"),
+  left: 40,
+  right: 12,
+
+  draw() {
+    const { context, width, height } = sharpContext(this.canvas);
+    const style = getComputedStyle(document.documentElement);
+    const colour = (name) => style.getPropertyValue(name).trim();
+    this.inks = { past: colour("--past"), rule: colour("--rule"), faint: colour("--faint") };
+    Object.assign(this, { context, width, height });
+    const bottom = height - 18, split = 20 + 0.6 * (bottom - 38);
+    const { total, onPath } = view.episode;
+    const most = Math.max(...total.subarray(about.frames - 1), 1);
+    this.timeAxis(bottom);
+    this.panel(total, most, [18, split], "round trips", String(most));
+    this.panel(onPath, 1, [split + 18, bottom], "robots on the path", "100%");
+    const now = this.x(view.time);
+    context.strokeStyle = colour("--cursor");
+    context.lineWidth = 2;
+    context.beginPath();
+    context.moveTo(now, 4);
+    context.lineTo(now, bottom);
+    context.stroke();
+  },
+
+  x(time) {
+    const share = (time - view.start) / (view.end - view.start || 1);
+    return this.left + share * (this.width - this.left - this.right);
+  },
+
+  timeAt(x) {
+    const share = (x - this.left) / (this.width - this.left - this.right);
+    return view.start + share * (view.end - view.start);
+  },
+
+  text(words, x, y, align) {
+    this.context.font = `11px ${FONT}`;
+    this.context.textAlign = align;
+    this.context.textBaseline = "middle";
+    this.context.fillStyle = this.inks.faint;
+    this.context.fillText(words, x, y);
+  },
+
+  timeAxis(bottom) {
+    const room = (this.width - this.left - this.right) / 70;
+    const step = TIME_STEPS.find((s) => (view.end - view.start) / s <= room) ?? 7200;
+    for (let time = Math.ceil(view.start / step) * step; time <= view.end; time += step) {
+      const x = this.x(time);
+      this.line(x, bottom, x, bottom + 4);
+      const fits = x < this.width - 24;
+      this.text(clockText(time), fits ? x : this.width, bottom + 11, fits ? "center" : "right");
+    }
+  },
+
+  line(...[x1, y1, x2, y2]) {
+    this.context.strokeStyle = this.inks.rule;
+    this.context.lineWidth = 1;
+    this.context.beginPath();
+    this.context.moveTo(x1, y1);
+    this.context.lineTo(x2, y2);
+    this.context.stroke();
+  },
+
+  panel(values, most, [top, bottom], name, highest) {
+    const y = (value) => bottom - (value / most) * (bottom - top);
+    this.line(this.left, bottom, this.width - this.right, bottom);
+    this.line(this.left, top, this.left, bottom);
+    this.text(name, this.left + 6, top - 9, "left");
+    this.text(highest, this.left - 6, top, "right");
+    this.text("0", this.left - 6, bottom, "right");
+    this.steps(values, y, about.frames - 1, this.inks.rule, 1.5);
+    this.steps(values, y, view.last, this.inks.past, 2);
+  },
+
+  /* A curve that keeps its value from one frame to the next; one point for each change. */
+  steps(values, y, last, colour, thick) {
+    const { context } = this, { times } = view.episode;
+    context.beginPath();
+    context.moveTo(this.x(times[0]), y(values[0]));
+    for (let frame = 1; frame <= last; frame++) {
+      if (values[frame] === values[frame - 1]) continue;
+      context.lineTo(this.x(times[frame]), y(values[frame - 1]));
+      context.lineTo(this.x(times[frame]), y(values[frame]));
+    }
+    context.lineTo(this.x(last === about.frames - 1 ? times[last] : view.time), y(values[last]));
+    context.strokeStyle = colour;
+    context.lineWidth = thick;
+    context.lineJoin = "round";
+    context.stroke();
+  },
+};

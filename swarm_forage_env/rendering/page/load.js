@@ -1,0 +1,50 @@
+"use strict";
+
+const element = (id) => document.getElementById(id);
+const about = JSON.parse(element("about").textContent);
+
+/* The bytes behind the base64 text, inflated by the browser itself. */
+async function inflated(text) {
+  const raw = atob(text);
+  const packed = new Uint8Array(raw.length);
+  for (let i = 0; i < raw.length; i++) packed[i] = raw.charCodeAt(i);
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Response(stream).arrayBuffer();
+}
+
+/* A column as numbers, robot after robot, from the differences between its codes. */
+function decoded(bytes, { low, step }, robots, frames) {
+  const size = robots * frames;
+  const values = new Float32Array(size);
+  for (let robot = 0, at = 0; robot < robots; robot++) {
+    for (let frame = 0, code = 0; frame < frames; frame++, at++) {
+      code = (code + bytes[at] + 256 * bytes[size + at]) & 65535;
+      values[at] = low + step * code;
+    }
+  }
+  return values;
+}
+
+/* The episode: times [s], places [m], headings [rad]; columns hold robot * frames + frame. */
+async function loaded() {
+  const { frames, robots, messages, columns } = about;
+  const buffer = await inflated(element("recording").textContent);
+  let at = 0;
+  const take = (Kind, count) => {
+    const part = new Kind(buffer, at, count);
+    at += part.byteLength;
+    return part;
+  };
+  const episode = {
+    times: take(Float32Array, frames),
+    onPath: take(Float32Array, frames),
+    heardUpTo: take(Uint32Array, frames),
+    pairs: take(Uint16Array, 2 * messages),
+  };
+  for (const column of columns) {
+    episode[column.name] = decoded(take(Uint8Array, 2 * robots * frames), column, robots, frames);
+  }
+  episode.total = new Float32Array(frames);
+  for (let i = 0; i < robots * frames; i++) episode.total[i % frames] += episode.trips[i];
+  return episode;
+}

@@ -1,0 +1,92 @@
+/* The words beside the picture. */
+const HINT = "Point at a robot to see what it believes and hears; click to keep it.";
+
+const panel = {
+  prepare() {
+    element("command").textContent = about.command;
+    element("legend").replaceChildren(...about.states.map((state, code) => {
+      const row = document.createElement("li");
+      const dot = row.appendChild(document.createElement("i"));
+      dot.style.background = about.colours.doing[code];
+      row.appendChild(document.createElement("span")).textContent = state;
+      row.appendChild(document.createElement("b"));
+      return row;
+    }));
+    for (let robot = 0; robot < about.robots; robot++) {
+      element("robot").add(new Option(String(robot), String(robot)));
+    }
+    element("ring").textContent = `${Math.round(100 * about.ring)} cm`;
+    const gap = (about.tick * about.every).toFixed(1);
+    element("sampling").textContent = about.every === 1
+      ? `Every tick of ${gap} s is kept.`
+      : `To keep the file small, one frame is kept every ${gap} s (${about.every} ticks); `
+        + "robots move on straight lines between.";
+  },
+
+  draw() {
+    const { episode, last } = view;
+    const counts = about.states.map(() => 0);
+    for (let robot = 0; robot < about.robots; robot++) {
+      counts[episode.doing[robot * about.frames + last]]++;
+    }
+    element("legend").querySelectorAll("b").forEach((cell, code) => {
+      cell.textContent = counts[code];
+    });
+    element("trips").textContent = episode.total[last];
+    element("on-path").textContent = `${Math.round(100 * episode.onPath[last])}%`;
+    const slider = element("time");
+    slider.value = view.time;
+    slider.setAttribute("aria-valuetext", `${clockText(view.time)} of ${clockText(view.end)}`);
+    const clock = element("clock"), whole = document.createElement("small");
+    whole.textContent = ` / ${clockText(view.end)}`;
+    clock.replaceChildren(clockText(view.time), whole);
+    element("robot").value = view.focus ?? "";
+    this.card();
+  },
+
+  card() {
+    const card = element("robot-card");
+    element("signs").style.visibility = view.focus === null ? "hidden" : "visible";
+    if (view.focus === null) {
+      const hint = document.createElement("p");
+      hint.textContent = HINT;
+      card.replaceChildren(hint);
+      return;
+    }
+    const robot = robotAt(view.focus);
+    const heard = messagesNow().filter((message) => message.receiver === view.focus);
+    const senders = [...new Set(heard.map((message) => message.sender))].sort((a, b) => a - b);
+    const rows = [
+      ["", "off by", "p"],
+      ...robot.beliefs.map((belief, which) => [
+        AREAS[which],
+        belief ? `${belief.off.toFixed(2)} m` : "unknown",
+        belief ? `${belief.p.toFixed(2)} m` : "–",
+      ]),
+      ["doing", about.states[robot.doing]],
+      ["hears", senders.length ? `robot ${senders.join(", ")}` : "nobody"],
+      ["round trips", String(robot.trips)],
+    ];
+    card.replaceChildren(table(rows));
+  },
+};
+
+/* A table; the first row is its head, the first column names the others, a short row is wide. */
+function table(rows) {
+  const made = document.createElement("table");
+  rows.forEach((cells, r) => {
+    const section = r === 0 ? made.createTHead() : made.tBodies[0] ?? made.createTBody();
+    const row = section.insertRow();
+    cells.forEach((text, c) => {
+      const cell = row.appendChild(document.createElement(r === 0 || c === 0 ? "th" : "td"));
+      if (cells.length === 2 && c === 1) cell.colSpan = 2;
+      const area = c === 0 ? AREAS.indexOf(text) : -1;
+      if (area >= 0) {
+        const dot = cell.appendChild(document.createElement("i"));
+        dot.style.background = about.colours.areas[area];
+      }
+      cell.append(text);
+    });
+  });
+  return made;
+}

@@ -1,0 +1,92 @@
+/* What is shown now, and the episode at that time. */
+const view = {
+  episode: null,
+  time: 0,
+  speed: 10,
+  playing: false,
+  hovered: null,
+  chosen: null,
+  show: { trails: true, messages: true, beliefs: false },
+
+  get start() { return this.episode.times[0]; },
+  get end() { return this.episode.times[about.frames - 1]; },
+  get focus() { return this.hovered ?? this.chosen; },
+  get last() { return frameAt(this.time); },
+};
+
+const AREAS = ["nest", "prey"];
+
+/* The last frame that is not later than a time. */
+function frameAt(time) {
+  const times = view.episode.times;
+  let low = 0, high = times.length - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (times[middle] <= time + 1e-4) low = middle; else high = middle - 1;
+  }
+  return low;
+}
+
+/* A robot at the present time, between two frames on the straight line from one to the other. */
+function robotAt(robot) {
+  const { episode, last } = view;
+  const next = Math.min(last + 1, about.frames - 1);
+  const gap = episode.times[next] - episode.times[last];
+  const share = gap > 0 ? Math.min(Math.max((view.time - episode.times[last]) / gap, 0), 1) : 0;
+  const a = robot * about.frames + last, b = robot * about.frames + next;
+  const between = (name) => episode[name][a] + share * (episode[name][b] - episode[name][a]);
+  const turn = episode.heading[b] - episode.heading[a];
+  return {
+    robot,
+    x: between("x"),
+    y: between("y"),
+    heading: episode.heading[a] + share * Math.atan2(Math.sin(turn), Math.cos(turn)),
+    doing: episode.doing[a],
+    trips: episode.trips[a],
+    beliefs: AREAS.map((area, bit) => {
+      if (!(episode.known[a] & (1 << bit))) return null;
+      const along = episode.known[b] & (1 << bit) ? between : (name) => episode[name][a];
+      const place = { x: along(area + "X"), y: along(area + "Y"), p: episode[area + "P"][a] };
+      const [x, y] = about.areas[bit];
+      return { ...place, off: Math.hypot(place.x - x, place.y - y) };
+    }),
+  };
+}
+
+/* Messages heard of late, youngest last: sender, receiver, and age as a share. */
+function messagesNow() {
+  const { episode, last, time } = view;
+  const found = [];
+  for (let frame = last; frame >= 0; frame--) {
+    const age = time - episode.times[frame];
+    if (age > about.justNow - 1e-3 && frame < last) break;
+    const first = frame > 0 ? episode.heardUpTo[frame - 1] : 0;
+    for (let i = first; i < episode.heardUpTo[frame]; i++) {
+      const faded = Math.min(age / about.justNow, 0.8);
+      found.push({ sender: episode.pairs[2 * i], receiver: episode.pairs[2 * i + 1], faded });
+    }
+  }
+  return found.reverse();
+}
+
+function clockText(seconds) {
+  const whole = Math.floor(seconds + 1e-3);
+  const two = (n) => String(n).padStart(2, "0");
+  const hours = Math.floor(whole / 3600), minutes = Math.floor(whole / 60) % 60;
+  return hours ? `${hours}:${two(minutes)}:${two(whole % 60)}` : `${minutes}:${two(whole % 60)}`;
+}
+
+/* A canvas of the size of its box, in device pixels; the context draws in CSS pixels. */
+function sharpContext(canvas) {
+  const { width, height } = canvas.getBoundingClientRect();
+  const ratio = window.devicePixelRatio || 1;
+  const [wide, high] = [Math.round(width * ratio), Math.round(height * ratio)];
+  if (canvas.width !== wide || canvas.height !== high) {
+    canvas.width = wide;
+    canvas.height = high;
+  }
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  return { context, width, height };
+}

@@ -1,0 +1,174 @@
+"""A recording: the scenes of an episode, thinned out, rounded and packed for a page.
+
+Each quantity of each robot becomes a column of 16-bit codes over time; what is packed are the
+differences from frame to frame, low bytes and high bytes apart, which deflate well.
+"""
+
+import math
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Int32, Int64
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.rendering.scene import Scene
+
+CODES = 2**16
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A quantity of every robot, and how finely it is kept."""
+
+    name: str
+    """As the page calls it."""
+
+    step: float
+    """Rounded to multiples of this, in its own unit; coarser only where the range needs it."""
+
+    wraps: bool = False
+    """An angle: kept as turned since the first frame, so that the last code follows the first."""
+
+
+PLACE, BELIEVED, PATH, WHOLE = 0.001, 0.002, 0.005, 1.0
+"""Steps of places where robots are and where they believe areas to be, of paths travelled [m], and
+of numbers that are whole."""
+
+TURN = 2.0 * math.pi / 1024
+"""Step of headings [rad]; CODES of them are whole turns."""
+
+COLUMNS = (
+    Column("x", PLACE),
+    Column("y", PLACE),
+    Column("heading", TURN, wraps=True),
+    Column("doing", WHOLE),
+    Column("known", WHOLE),
+    Column("trips", WHOLE),
+    Column("nestX", BELIEVED),
+    Column("nestY", BELIEVED),
+    Column("nestP", PATH),
+    Column("preyX", BELIEVED),
+    Column("preyY", BELIEVED),
+    Column("preyP", PATH),
+)
+"""What is kept of each robot; `known` is 1 for the nest plus 2 for the prey."""
+
+
+class Recording:
+    """Scenes as they come: all of them, or every second, fourth ... if there are too many."""
+
+    def __init__(self, most: int) -> None:
+        """Keep so many frames at most, two or more, and the last scene."""
+        self.every = 1
+        self._most = most
+        self._scenes = 0
+        self._latest: Scene | None = None
+        self._times: list[float] = []
+        self._on_path: list[float] = []
+        self._rows: list[Float32[Array, "columns robots"]] = []
+        self._heard: list[Int64[Array, " pairs"]] = []
+        self._pending: list[Int64[Array, " pairs"]] = []
+
+    def add(self, scene: Scene) -> None:
+        """Take the next scene of the episode. ConfigError if it is not later than the last."""
+        if self._latest is not None and scene.time <= self._latest.time:
+            raise ConfigError(
+                f"scene of {scene.time:g} s after one of {self._latest.time:g} s:"
+                " a recording holds one episode in order; start another for the next"
+            )
+        self._latest = scene
+        self._pending.append(_pairs(scene.messages))
+        if self._scenes % self.every == 0:
+            if len(self._times) >= self._most:
+                self._thin()
+            if self._scenes % self.every == 0:
+                self._keep(scene)
+        self._scenes += 1
+
+    def pack(self) -> tuple[dict[str, object], bytes]:
+        """What a reader must know about the packed numbers, and these, deflated.
+
+        Little-endian: times [s] and on-path shares as float32, the number of messages up to and
+        with each frame as uint32, sender and receiver of each as uint16, and then each column,
+        robot by robot: low bytes of all differences, then high bytes.
+        """
+        if self._latest is None:
+            raise ConfigError("no scene was recorded: add one before writing")
+        if self._times[-1] < self._latest.time:
+            self._keep(self._latest)
+        values = np.stack(self._rows, axis=2)
+        scales = [_scale(column, v) for column, v in zip(COLUMNS, values, strict=True)]
+        counts = np.cumsum([len(pairs) for pairs in self._heard])
+        parts = [
+            np.array([self._times, self._on_path], "<f4").tobytes(),
+            counts.astype("<u4").tobytes(),
+            np.stack(np.divmod(np.concatenate(self._heard), CODES), axis=1).astype("<u2").tobytes(),
+        ]
+        parts += map(_differences, COLUMNS, values, scales)
+        told = [
+            {"name": column.name, "low": low, "step": step}
+            for column, (low, step) in zip(COLUMNS, scales, strict=True)
+        ]
+        frames = {"frames": len(self._times), "every": self.every}
+        about = frames | {"messages": int(counts[-1]), "columns": told}
+        return about, zlib.compress(b"".join(parts))
+
+    def _keep(self, scene: Scene) -> None:
+        self._times.append(scene.time)
+        self._on_path.append(scene.on_path)
+        self._rows.append(_row(scene))
+        self._heard.append(_together(self._pending))
+        self._pending = []
+
+    def _thin(self) -> None:
+        """Drop every second frame; what was heard in it counts as heard in the next."""
+        self.every *= 2
+        heard = self._heard
+        if len(heard) % 2 == 0:
+            self._pending.insert(0, heard[-1])
+        self._heard = heard[:1] + [_together(heard[k : k + 2]) for k in range(1, len(heard) - 1, 2)]
+        for kept in (self._times, self._on_path, self._rows):
+            del kept[1::2]
+
+
+def _together(pairs: Sequence[Int64[Array, " pairs"]]) -> Int64[Array, " pairs"]:
+    """Each pair once."""
+    return pairs[0] if len(pairs) == 1 else np.unique(np.concatenate(pairs))
+
+
+def _pairs(messages: Int32[Array, "messages ends"]) -> Int64[Array, " pairs"]:
+    """Sender and receiver in one number."""
+    return np.asarray(messages @ np.array([CODES, 1]))
+
+
+def _row(scene: Scene) -> Float32[Array, "columns robots"]:
+    row = np.empty((len(COLUMNS), len(scene.pose)), np.float32)
+    row[0:3] = scene.pose.T
+    row[3] = scene.doing
+    row[4] = scene.known[:, NEST] + 2 * scene.known[:, PREY]
+    row[5] = scene.round_trips
+    for area in (NEST, PREY):
+        first = 6 + 3 * area
+        row[first : first + 2] = scene.believed[:, area].T
+        row[first + 2] = scene.p[:, area]
+    return row
+
+
+def _scale(column: Column, values: Float32[Array, "robots frames"]) -> tuple[float, float]:
+    """The value of code 0, and the step from code to code."""
+    if column.wraps:
+        return 0.0, column.step
+    low, high = float(values.min()), float(values.max())
+    return low, max(column.step, (high - low) / (CODES - 1))
+
+
+def _differences(
+    column: Column, values: Float32[Array, "robots frames"], scale: tuple[float, float]
+) -> bytes:
+    low, step = scale
+    exact = values.astype(np.float64)
+    codes = np.rint(((np.unwrap(exact) if column.wraps else exact) - low) / step).astype(np.int64)
+    steps = np.diff(codes, axis=1, prepend=0) % CODES
+    return (steps % 256).astype(np.uint8).tobytes() + (steps // 256).astype(np.uint8).tobytes()

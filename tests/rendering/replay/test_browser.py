@@ -1,0 +1,328 @@
+"""A replay plays in a browser, from disk, without a network."""
+
+import io
+import re
+import shutil
+import time
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from swarm_forage_env.rendering import palette
+from swarm_forage_env.rendering.replay import Replay
+
+NAMES = "chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
+CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(
+        CHROMIUM is None, reason="no Chromium on the PATH; on Debian: apt-get install chromium"
+    ),
+]
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+DESKTOP, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
+LOADED = "view.episode !== null"
+DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+@pytest.fixture(scope="module")
+def file(stage, scenes, tmp_path_factory):
+    replay = Replay(stage, 1, "swarm-forage watch es1 ssgikf --seed=1")
+    for scene in scenes:
+        replay.add(scene)
+    found = tmp_path_factory.mktemp("replay") / "a replay.html"
+    replay.write(found)
+    return found
+
+
+@pytest.fixture(scope="module")
+def browser():
+    api = pytest.importorskip("playwright.sync_api", reason="Playwright comes with extra `dev`")
+    with api.sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def opened(browser, file):
+    """Opens the file as a user does; in the end nothing was fetched and nothing complained."""
+    contexts, complaints, requests = [], [], []
+
+    def open_(size=DESKTOP, scheme="light", before="", path=file):
+        context = browser.new_context(viewport=size, color_scheme=scheme, offline=True)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: complaints.append(message.text))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("request", lambda request: requests.append(request.url))
+        page.add_init_script(before)
+        page.goto(path.as_uri())
+        return page
+
+    yield open_
+    for context in contexts:
+        context.close()
+    assert complaints == []
+    assert not [url for url in requests if not url.startswith(("data:", "file:"))]
+
+
+@pytest.fixture
+def page(opened):
+    found = opened()
+    until(found, LOADED)
+    return found
+
+
+def until(page, truth):
+    """Wait for something to be true; the page forbids the `eval` of wait_for_function."""
+    end = time.monotonic() + 30.0
+    while not page.evaluate(truth):
+        assert time.monotonic() < end, f"never: {truth}"
+        page.wait_for_timeout(20)
+
+
+def clock(page):
+    return page.locator("#clock").inner_text()
+
+
+def scrub(page, seconds):
+    page.locator("#time").fill(str(seconds))
+    page.evaluate(DRAWN)
+
+
+def places(page):
+    """x, y [m] of every robot as the page has them now."""
+    each = "(_, i) => { const robot = robotAt(i); return [robot.x, robot.y]; }"
+    return np.array(page.evaluate(f"Array.from({{ length: about.robots }}, {each})"))
+
+
+def on_screen(page, points):
+    """World [m] to pixels of the page."""
+    box = page.locator("#arena").bounding_box()
+    place = "(points) => points.map((point) => arena.place(...point))"
+    spots = page.evaluate(place, np.asarray(points).tolist())
+    return np.add(spots, (box["x"], box["y"]))
+
+
+def pixels(page, points):
+    """Colours at places of the world, in a screenshot of the page."""
+    picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
+    return [tuple(picture[round(y), round(x)].tolist()) for x, y in on_screen(page, points)]
+
+
+def alike(colour, other, by=6):
+    return max(abs(a - b) for a, b in zip(colour, other, strict=True)) <= by
+
+
+def readable(scenes, stage):
+    """A scene and a robot that believes the nest to be in a spot where nothing else is drawn."""
+    for tick, scene in list(enumerate(scenes))[::5]:
+        for robot in np.flatnonzero(scene.known.all(axis=1)):
+            spot = scene.believed[robot, 0]
+            alone = np.hypot(*(scene.pose[:, :2] - spot).T).min() > 3.0 * stage.robot_radius
+            near = np.hypot(*(spot - stage.areas[0])) < 0.5 * stage.area_radius
+            if alone and near and _far_from_others(scene.pose, robot, stage):
+                return tick, int(robot)
+    raise AssertionError("no such scene in this episode")
+
+
+def _far_from_others(pose, robot, stage):
+    apart = np.hypot(*(np.delete(pose, robot, 0)[:, :2] - pose[robot, :2]).T)
+    return apart.min() > 3.0 * stage.robot_radius
+
+
+def test_it_plays_and_pauses(page):
+    assert clock(page).startswith("0:00")
+    before = places(page)
+    page.get_by_role("button", name="Play").click()
+    until(page, "view.time > 3")
+    page.get_by_role("button", name="Pause").click()
+    page.evaluate(DRAWN)
+    stopped = page.evaluate("view.time")
+    assert not clock(page).startswith("0:00")
+    assert float(page.locator("#time").input_value()) == pytest.approx(stopped, abs=0.06)
+    assert np.abs(places(page) - before).max() > 0.02
+    page.evaluate(DRAWN)
+    assert page.evaluate("view.time") == stopped
+
+
+def test_it_stops_at_the_end_and_plays_again_from_the_start(page):
+    page.get_by_label("Speed").select_option("100")
+    scrub(page, 149)
+    page.get_by_role("button", name="Play").click()
+    until(page, "!view.playing")
+    assert clock(page).startswith("2:30")
+    page.get_by_role("button", name="Play").click()
+    until(page, "view.playing && view.time < 100")
+
+
+@pytest.mark.parametrize("tick", [0, 437, 1500])
+def test_scrubbing_moves_time_and_robots(page, scenes, tick):
+    scrub(page, 60)
+    scrub(page, tick / 10)
+    seconds = tick // 10
+    assert clock(page).split(" / ")[0] == f"{seconds // 60}:{seconds % 60:02d}"
+    assert places(page) == pytest.approx(scenes[tick].pose[:, :2], abs=0.001)
+    assert page.locator("#trips").inner_text() == str(scenes[tick].total)
+    assert page.locator("#on-path").inner_text() == f"{100 * scenes[tick].on_path:.0f}%"
+    counts = [int(text) for text in page.locator("#legend b").all_inner_texts()]
+    assert counts == np.bincount(scenes[tick].doing, minlength=5).tolist()
+
+
+def test_between_two_frames_robots_are_between_two_places(page, scenes):
+    page.evaluate("player.seek(80.05)")
+    middle = 0.5 * (scenes[800].pose[:, :2] + scenes[801].pose[:, :2])
+    assert places(page) == pytest.approx(middle, abs=0.0015)
+
+
+def test_the_curves_can_be_dragged(page):
+    box = page.locator("#curves").bounding_box()
+    middle = box["x"] + page.evaluate("curves.x(75)"), box["y"] + 60
+    page.mouse.move(box["x"] + 60, box["y"] + 60)
+    page.mouse.down()
+    page.mouse.move(*middle)
+    page.mouse.up()
+    assert page.evaluate("view.time") == pytest.approx(75.0, abs=0.3)
+
+
+def test_hovering_over_a_robot_shows_what_it_believes_and_hears(page, scenes, stage):
+    tick, robot = readable(scenes, stage)
+    scene, card = scenes[tick], page.locator("#robot-card")
+    scrub(page, tick / 10)
+    for name in ("Trails", "Messages"):
+        page.get_by_role("button", name=name).click()
+    (before,) = pixels(page, [scene.believed[robot, 0]])
+    assert "Point at a robot" in card.inner_text()
+    page.mouse.move(*on_screen(page, [scene.pose[robot, :2]])[0])
+    page.evaluate(DRAWN)
+    rows = card.locator("tr").all_inner_texts()
+    off = np.hypot(*(scene.believed[robot] - stage.areas).T)
+    for area, name in enumerate(("nest", "prey")):
+        (row,) = (row for row in rows if row.startswith(name))
+        numbers = [float(number) for number in re.findall(r"([\d.]+) m", row)]
+        assert numbers == pytest.approx([off[area], scene.p[robot, area]], abs=0.012)
+    (heard,) = (row for row in rows if row.startswith("hears"))
+    recent = [each.messages for each in scenes[tick - 4 : tick + 1]]
+    senders = sorted({int(a) for pairs in recent for a, b in pairs if b == robot})
+    assert [int(number) for number in re.findall(r"\d+", heard)] == senders
+    (after,) = pixels(page, [scene.believed[robot, 0]])
+    assert not alike(before, palette.AREA[0], 40)
+    assert alike(after, palette.AREA[0], 40)
+    page.mouse.move(2, 2)
+    page.evaluate(DRAWN)
+    assert "Point at a robot" in card.inner_text()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_picture_shows_areas_and_robots_where_they_are(opened, scenes, stage, scheme):
+    page = opened(scheme=scheme)
+    until(page, LOADED)
+    for name in ("Trails", "Messages"):
+        page.get_by_role("button", name=name).click()
+    page.evaluate(DRAWN)
+    tinted = [palette.mixed(colour, palette.FLOOR, 0x38 / 255) for colour in palette.AREA]
+    corner = 0.45 * stage.length, 0.45 * stage.width
+    *areas, floor = pixels(page, [*stage.areas, corner])
+    assert all(map(alike, areas, tinted))
+    assert alike(floor, palette.FLOOR)
+    seen = set()
+    for tick in (0, 600, 1200):
+        scrub(page, tick / 10)
+        x, y, heading = scenes[tick].pose.T
+        back = 0.55 * stage.robot_radius
+        tails = np.stack([x - back * np.cos(heading), y - back * np.sin(heading)], axis=1)
+        above = y > 0.0  # below are the names of areas
+        for colour, doing in zip(
+            pixels(page, tails[above]), scenes[tick].doing[above], strict=True
+        ):
+            assert alike(colour, palette.DOING[int(doing)])
+            seen.add(int(doing))
+    assert len(seen) >= 3
+
+
+def test_keys_do_what_the_page_says(page):
+    def press(*keys):
+        for key in keys:
+            page.keyboard.press(key)
+        page.evaluate(DRAWN)
+        return page.evaluate("[view.time, view.chosen, view.speed]")
+
+    assert press("ArrowRight") == pytest.approx([5.0, None, 10], abs=1e-3)
+    assert press("Shift+ArrowRight", "ArrowLeft")[0] == pytest.approx(60.0)
+    assert press("Period", "Period", "Comma")[0] == pytest.approx(60.1)
+    assert press("End")[0] == pytest.approx(150.0)
+    assert press("Home")[0] == 0.0
+    assert press("+")[2] == 20
+    assert press("ArrowDown", "-")[2] == 5
+    assert press("]", "]")[1] == 1
+    assert page.locator("#robot").input_value() == "1"
+    assert press("[", "[")[1] == 9
+    assert press("Escape")[1] is None
+    for key, name in (("t", "Trails"), ("m", "Messages"), ("b", "All beliefs")):
+        button = page.get_by_role("button", name=name)
+        before = button.get_attribute("aria-pressed")
+        press(key)
+        assert button.get_attribute("aria-pressed") != before
+    press("Space")
+    until(page, "view.playing && view.time > 0")
+    press("Space")
+    assert not page.evaluate("view.playing")
+
+
+def test_everything_that_can_be_used_has_a_name(page):
+    for role, names in {
+        "button": ("Play", "One frame back", "One frame on", "Trails", "Messages", "All beliefs"),
+        "slider": ("Time in the episode",),
+        "combobox": ("Speed", "Robot"),
+        "img": ("Top view of the arena", "Round trips of the swarm"),
+    }.items():
+        for name in names:
+            assert page.get_by_role(role, name=name).count() == 1
+    slider = page.get_by_role("slider")
+    scrub(page, 75)
+    assert slider.get_attribute("aria-valuetext") == "1:15 of 2:30"
+
+
+@pytest.mark.parametrize("size", [PHONE, DESKTOP, {"width": 1920, "height": 1080}])
+def test_it_fits_the_window(opened, size, stage):
+    page = opened(size)
+    until(page, LOADED)
+    page.evaluate(DRAWN)
+    assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
+    if size != PHONE:
+        assert page.evaluate("document.documentElement.scrollHeight") <= size["height"]
+    half = 0.5 * np.array([stage.length, stage.width])
+    box = page.locator("#arena").bounding_box()
+    (left, bottom), (right, top) = on_screen(page, [-half, half])
+    assert box["x"] <= left < right <= box["x"] + box["width"]
+    assert box["y"] <= top < bottom <= box["y"] + box["height"]
+    assert (right - left) / (bottom - top) == pytest.approx(stage.length / stage.width)
+    assert right - left > 0.5 * size["width"]
+
+
+def test_a_browser_too_old_says_so(opened):
+    page = opened(before="delete window.DecompressionStream")
+    notice = page.get_by_role("alert")
+    notice.wait_for()
+    assert "too old" in notice.inner_text()
+
+
+def test_a_damaged_file_says_so(opened, file):
+    text = file.read_text(encoding="utf-8")
+    start = text.index(">", text.index('id="recording"')) + 1
+    file.with_name("damaged.html").write_text(text[: start + 400] + text[start + 800 :])
+    page = opened(path=file.with_name("damaged.html"))
+    notice = page.get_by_role("alert")
+    notice.wait_for()
+    assert "cannot be read" in notice.inner_text()
