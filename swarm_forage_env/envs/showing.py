@@ -4,7 +4,8 @@ from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.envs.making import AnyBatch
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.scene import scene_of, stage_of
-from swarm_forage_env.rendering.view import View
+from swarm_forage_env.rendering.view import RENDER_MODES, View
+from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
 
 Frame = UInt8[Array, "height width 3"]
 
@@ -14,6 +15,11 @@ def mover(controller: object, learn: str) -> str:
     if learn == "everything":
         return "policy"
     return f"{getattr(controller, 'name', controller) or 'ssgikf'}, policy for {learn}"
+
+
+def render_modes(scenario: AnyScenario) -> list[str]:
+    """The render modes of a scenario: waypoints have no walls and no areas to draw."""
+    return [] if isinstance(scenario, WaypointsScenario) else list(RENDER_MODES)
 
 
 class Screen:

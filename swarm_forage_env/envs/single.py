@@ -11,6 +11,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.envs.block import Block
 from swarm_forage_env.envs.layout import Layout
 from swarm_forage_env.envs.parallel import parallel_env
+from swarm_forage_env.envs.showing import render_modes
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.streams import checked_seed, drawn_seed
 
@@ -34,6 +35,10 @@ class _SwarmEnv(gym.Env[Any, Any], EzPickle):
         EzPickle.__init__(self, **options)
         self._block = block = Block(1, self.single_learner, options)
         self.render_mode = block.render_mode
+        self.metadata = {
+            **self.metadata,
+            "render_modes": render_modes(block.batch.world.scenario),
+        }
         self.world = block.batch.world
         self.scenario = block.batch.world.scenario
         self.max_cycles = block.n_cycles
