@@ -20,10 +20,15 @@ class FigureName(StrEnum):
 
 
 def plot(  # noqa: PLR0913 the options of a command
-    kind: Annotated[FigureName, typer.Argument(help="What to draw; see above.")],
+    kind: Annotated[
+        FigureName, typer.Argument(metavar="KIND", help="What to draw: one of the above.")
+    ],
     sources: Annotated[
         list[str],
-        typer.Argument(help="Folders that evaluate or reproduce has written; cards for learning."),
+        typer.Argument(
+            metavar="DATASET...",
+            help="Folders that evaluate or reproduce has written; cards for learning.",
+        ),
     ],
     out: Annotated[
         list[Path],

@@ -59,9 +59,12 @@ def curve_panels(
 
 
 def mean_panels(
-    panels: Mapping[str, Mapping[str, Means]], axes_names: tuple[str, str], text: str
+    panels: Mapping[str, Mapping[str, Means]],
+    axes_names: tuple[str, str],
+    text: str,
+    one_y: bool = False,
 ) -> Figure:
-    """A panel of means with bars for each setup; one y for all."""
+    """A panel of means with bars for each setup, with a y of its own or one for all."""
     styles = line_styles(panels)
     figure, all_axes = frame(len(panels), 4.2)
     every = [means for panel in panels.values() for means in panel.values()]
@@ -74,7 +77,8 @@ def mean_panels(
         if not is_log:
             axes.set_xlim(left=0.0)
         finish(axes, title, axes_names)
-        axes.set_ylim(0.0, 1.05 * highest)
+        if one_y:
+            axes.set_ylim(0.0, 1.05 * highest)
     legend(figure, all_axes, styles)
     caption(figure, text)
     return figure

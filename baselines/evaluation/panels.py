@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baselines.evaluation.plots import (
+    BROADEST,
     FAINT,
     HATCHES,
     INK,
@@ -29,6 +30,9 @@ BOXES = (
 SIDE_BY_SIDE = 8
 """Most boxes in a panel that still has others beside it; larger panels stand below each other."""
 
+UPRIGHT = 0.09
+"""Room for each letter of labels that stand upright, as too many boxes make them [inch]."""
+
 BOX, MARGIN = 0.62, 1.1
 """Width of a box with its distance, and of the margin of a panel [inch]."""
 
@@ -41,12 +45,19 @@ def box_panels(panels: Mapping[str, Groups], axes_names: tuple[str, str], text: 
     ticks = max(map(len, panels.values()))
     letters = max(len(line) for groups in panels.values() for line in _lines(groups))
     tick = max(BOX * len(series), LETTER_WIDTH * letters)
+    upright = ticks * tick > BROADEST
+    if upright:
+        tick = BOX * len(series)
     stacked = ticks * len(series) > SIDE_BY_SIDE
     figure, all_axes = frame(len(panels), MARGIN + tick * max(ticks, 4 / len(series)), stacked)
     for axes, (title, groups) in zip(all_axes, panels.items(), strict=True):
         _draw_groups(axes, groups, series)
         finish(axes, title, axes_names)
         axes.tick_params(axis="x", length=0.0)
+        if upright:
+            axes.figure.set_figheight(axes.figure.get_figheight() + UPRIGHT * letters)
+            names = [label.get_text().replace("\n", " ") for label in axes.get_xticklabels()]
+            axes.set_xticks(axes.get_xticks(), names, rotation=90)
     legend(figure, all_axes, series)
     caption(figure, text)
     return figure

@@ -96,8 +96,9 @@ BROADEST = 13.0
 
 def frame(n_panels: int, width: float, stacked: bool = False) -> tuple[Figure, list[Axes]]:
     """A figure of panels, each so wide [inch]: as many in a row as fit, or stacked."""
-    columns = 1 if stacked else max(1, min(n_panels, int(BROADEST / width)))
-    rows = -(-n_panels // columns)
+    fitting = 1 if stacked else max(1, int(BROADEST / width))
+    rows = -(-n_panels // fitting)
+    columns = -(-n_panels // rows)
     size = max(5.0, width * columns), HEIGHT * rows + 0.8
     figure = Figure(figsize=size, layout="constrained")
     axes = list(figure.subplots(rows, columns, squeeze=False).flat)
@@ -109,7 +110,7 @@ def frame(n_panels: int, width: float, stacked: bool = False) -> tuple[Figure, l
 def finish(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
     """Names, grid and ticks of a panel whose y starts at zero."""
     name_panel(axes, title, axes_names)
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, None if axes.dataLim.y1 > 0.0 else 1.0)
     axes.yaxis.set_major_locator(MaxNLocator(nbins=6))
     axes.yaxis.grid(visible=True, color=GRID, linewidth=0.7)
     axes.set_axisbelow(True)

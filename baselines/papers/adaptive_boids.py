@@ -304,7 +304,7 @@ class OverDensity:
         }
         trials = len(next(iter(results.values())))
         caption = f"{self.caption} n = {trials} trials. {command}"
-        return mean_panels(panels, ("robots per m$^2$", self.measure.axis), caption)
+        return mean_panels(panels, ("robots per m$^2$", self.measure.axis), caption, one_y=True)
 
     def _bars(self, results: Results, estimator: str, rule: str) -> Means:
         ours = [

@@ -1,6 +1,7 @@
 """A metric over one number of the scenario or of the controller: beta, the size of the group."""
 
 import json
+import logging
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,6 +16,8 @@ from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenario import resolve
 
+LOGGER = logging.getLogger("swarm-forage")
+
 Series = dict[tuple[str, str], list[Group]]
 """Groups that differ in x alone, by setup and controller without x."""
 
@@ -28,13 +31,8 @@ class OverNumber:
         """A curve for each controller, a panel for each setup."""
         x = _named(wish.x, wish.groups) if wish.x else _found(wish.groups)
         having = [group for group in wish.groups if x in group.numbers]
-        series = _series(having, x)
-        if max(map(len, series.values())) < 2:
-            raise ConfigError(_too_few(x, having))
+        panels = _panels(wish, having, x)
         ends = [float(group.numbers[x]) for group in having]
-        panels: dict[str, dict[str, Means]] = {}
-        for (setup, label), groups in series.items():
-            panels.setdefault(setup, {})[label] = _means(wish, groups, x)
         for group in wish.groups:
             if group not in having and group.setup() in panels:
                 level = _level(wish, group, (min(ends), max(ends)))
@@ -46,6 +44,23 @@ class OverNumber:
 
 
 FIGURES.register("curve")(OverNumber())
+
+
+def _panels(wish: Wish, groups: Sequence[Group], x: str) -> dict[str, dict[str, Means]]:
+    """The curves of each setup; ConfigError if x varies in none, a line on stderr if in some."""
+    setups: dict[str, dict[str, list[Group]]] = {}
+    for (setup, label), listed in _series(groups, x).items():
+        setups.setdefault(setup, {})[label] = listed
+    short = [setup for setup, each in setups.items() if max(map(len, each.values())) < 2]
+    if len(short) == len(setups):
+        raise ConfigError(_too_few(x, groups))
+    for setup in short:
+        LOGGER.warning("left out, as %s does not vary there: %s", x, setup)
+    return {
+        setup: {label: _means(wish, listed, x) for label, listed in each.items()}
+        for setup, each in setups.items()
+        if setup not in short
+    }
 
 
 def _named(name: str, groups: Sequence[Group]) -> str:

@@ -46,7 +46,9 @@ class Paths:
         for title, (configuration, seed, trips) in jobs.items():
             scenario = configuration.scenario
             if not isinstance(scenario, Scenario):
-                raise ConfigError(f"{title}: paths are shown of robots that forage, as in es1")
+                raise ConfigError(
+                    f"scenario '{scenario.name}': paths are shown of robots that forage, as in es1"
+                )
             LOGGER.warning("running %s, seed %d", title.replace("\n", ", "), seed)
             densities[title] = _run(configuration, scenario, seed, trips)
         text = (
