@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from baselines.evaluation.episode import Episode
 from baselines.evaluation.plots import INK, LINES, LineStyle, caption, finish, frame, legend
@@ -69,13 +70,15 @@ def mean_panels(
     figure, all_axes = frame(len(panels), 4.2)
     every = [means for panel in panels.values() for means in panel.values()]
     highest = max(float(np.nanmax(np.fmax(means.high, means.mean))) for means in every)
-    is_log = spans_decades(np.concatenate([means.x for means in every]))
+    every_x = np.concatenate([means.x for means in every])
+    is_log, are_whole = spans_decades(every_x), not np.any(every_x % 1.0)
     for axes, (title, series) in zip(all_axes, panels.items(), strict=True):
         axes.set_xscale("log" if is_log else "linear")
         for name, means in zip(series, _side_by_side(list(series.values()), is_log), strict=True):
             _draw_means(axes, name, means, styles[name])
         if not is_log:
             axes.set_xlim(left=0.0)
+            axes.xaxis.set_major_locator(MaxNLocator(nbins=8, integer=are_whole))
         finish(axes, title, axes_names)
         if one_y:
             axes.set_ylim(0.0, 1.05 * highest)
