@@ -26,7 +26,7 @@ def plot(  # noqa: PLR0913 the options of a command
     sources: Annotated[
         list[str],
         typer.Argument(
-            metavar="DATASET...",
+            metavar="DATASET",
             help="Folders that evaluate or reproduce has written; cards for learning.",
         ),
     ],

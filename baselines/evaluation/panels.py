@@ -55,7 +55,7 @@ def box_panels(panels: Mapping[str, Groups], axes_names: tuple[str, str], text: 
         finish(axes, title, axes_names)
         axes.tick_params(axis="x", length=0.0)
         if upright:
-            axes.figure.set_figheight(axes.figure.get_figheight() + UPRIGHT * letters)
+            figure.set_figheight(figure.get_figheight() + UPRIGHT * letters)
             names = [label.get_text().replace("\n", " ") for label in axes.get_xticklabels()]
             axes.set_xticks(axes.get_xticks(), names, rotation=90)
     legend(figure, all_axes, series)
