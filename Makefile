@@ -6,7 +6,7 @@ BIN     := .venv/bin
 READY   := .venv/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-browser check lint coverage bench reproduce pictures \
+.PHONY: help install demo score-plot test test-browser check lint coverage bench reproduce pictures \
 	docs-equations clean
 
 help:  ## list the targets
@@ -22,6 +22,10 @@ install: $(READY)  ## make .venv with the tested set; quick when nothing changed
 demo: $(READY)  ## evaluate three baselines on es1: table, boxplot, dataset
 	$(BIN)/swarm-forage evaluate es1 nc ssgikf ssgiff --episodes 30 --workers $(WORKERS) \
 		--out runs/demo --plot runs/demo.png
+
+score-plot: $(READY)  ## the boxplot of the README: docs/images/score.png
+	$(BIN)/swarm-forage evaluate es1 nc ssgikf dsgikf ssgiff dsgiff --episodes 10 --seed 1000 \
+		--workers $(WORKERS) --out runs/score-plot --plot docs/images/score.png
 
 test: $(READY)  ## the tests, without those marked slow or reproduces
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m 'not slow and not reproduces'

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from baselines.evaluation.commands_plot import plot as plot_figure
 from baselines.evaluation.commands_watch import watch
 from baselines.papers.commands_calibrate import calibrate
 from baselines.papers.commands_reproduce import reproduce
@@ -22,6 +23,7 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 if TYPE_CHECKING:
     from baselines.evaluation.episode import Episode
+    from baselines.evaluation.runner import Plan
 
 app = typer.Typer(
     name="swarm-forage",
@@ -173,7 +175,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
         carry_out(plan, workers, _say)
         results = plan.results()
         if plot:
-            _draw(results, plot, request.command)
+            _draw(plan, plot, request.command)
         _write(results, form, series)
 
 
@@ -205,16 +207,17 @@ def _check_plot(file: Path, out: Path | None) -> None:
         _say(f"--plot lies inside --out: read the dataset as {out}/scenario=*/**/*.parquet")
 
 
-def _draw(results: "Sequence[Episode]", file: Path, command: str) -> None:
-    from baselines.evaluation import plots
-    from baselines.evaluation.kinds import kind_of
-    from baselines.evaluation.tables import by_controller, scores
+def _draw(plan: "Plan", file: Path, command: str) -> None:
+    from baselines.evaluation.figures.boxplot import boxplot
+    from baselines.evaluation.groups import Group
+    from baselines.evaluation.plots import save
 
-    samples = {name: scores(episodes) for name, episodes in by_controller(results).items()}
-    head = results[0]
-    words = kind_of(head).score_words.lower()
-    axis = f"{head.scenario}: {words}, {head.n_robots} robots in {head.duration_s:g} s"
-    plots.save(plots.boxplot(samples, axis, command), file, command)
+    episodes, n_seeds = plan.results(), len(plan.seeds)
+    groups = [
+        Group.of(configuration, episodes[number * n_seeds : (number + 1) * n_seeds])
+        for number, configuration in enumerate(plan.configurations)
+    ]
+    save(boxplot(groups, groups[0].kind.score, command), file, command)
 
 
 def _write(results: "Sequence[Episode]", form: Format, series: bool) -> None:
@@ -247,6 +250,7 @@ def _say(line: str) -> None:
     sys.stderr.write(f"swarm-forage: {line}\n")
 
 
+app.command("plot")(stoppable()(plot_figure))
 app.command()(stoppable()(calibrate))
 app.command()(stoppable()(reproduce))
 app.command()(stoppable()(watch))

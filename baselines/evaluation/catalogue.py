@@ -71,6 +71,11 @@ def find(name: str) -> AnyScenario | Recipe:
     return find_recipe(name)
 
 
+def units(found: AnyScenario | Recipe) -> dict[str, str]:
+    """The unit of each number by dotted name; empty where it has none."""
+    return {each.name: each.unit for _, _, listed in _groups(found) for each in listed}
+
+
 def overview_tables() -> Group:
     """The names, for a reader."""
     return Group(

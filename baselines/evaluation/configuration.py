@@ -19,6 +19,7 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.scenario import Part, Scenario, leaves
+from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
 
 BYSTANDERS = {"envs", "rendering"}
@@ -63,7 +64,7 @@ class Configuration:
         """What differs from the scenario of that name, or else from the defaults, as JSON text."""
         named = self.scenario.name in set(SCENARIOS)
         plain = WaypointsScenario() if isinstance(self.scenario, WaypointsScenario) else Scenario()
-        base = SCENARIOS[self.scenario.name] if named else plain
+        base = find_scenario(self.scenario.name) if named else plain
         return _json(_changes(leaves(base.model_dump()), leaves(self.scenario.model_dump())))
 
     @cached_property

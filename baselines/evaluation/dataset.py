@@ -100,7 +100,7 @@ class Dataset:
         """The kept episode, None if there is none; a damaged file is set aside."""
         file = self.place(configuration, seed)
         try:
-            return _episode(_row(file.read_bytes(), configuration, seed), configuration)
+            row = _row(file.read_bytes(), configuration, seed)
         except FileNotFoundError:
             return None
         except DamagedFileError as damage:
@@ -108,6 +108,8 @@ class Dataset:
             file.replace(aside)
             LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
             return None
+        names = configuration.scenario.name, configuration.recipe.name
+        return episode_of(row, kind_of(configuration.scenario), *names)
 
     def keep(self, configuration: Configuration, episodes: Iterable[AnyEpisode]) -> None:
         """Write each episode to its file; it appears whole or not at all."""
@@ -124,13 +126,11 @@ def _columns(episode: AnyEpisode, configuration: Configuration) -> dict[str, Any
     return columns | {"configuration": configuration.key}
 
 
-def _episode(row: dict[str, Any], configuration: Configuration) -> AnyEpisode:
-    kind = kind_of(configuration.scenario)
+def episode_of(row: dict[str, Any], kind: Kind, scenario: str, controller: str) -> AnyEpisode:
+    """The episode in a row of a file, which is kept under these names."""
     numbers = {name: row[name] for name in kind.episode.__dataclass_fields__ if name in row}
     numbers |= {name: tuple(row[name]) for name in SERIES if name in row}
-    episode: AnyEpisode = kind.episode(
-        scenario=configuration.scenario.name, controller=configuration.recipe.name, **numbers
-    )
+    episode: AnyEpisode = kind.episode(scenario=scenario, controller=controller, **numbers)
     return episode
 
 

@@ -18,4 +18,6 @@ def check_file(option: str, file: Path, endings: Collection[str]) -> None:
         if not existed:
             file.unlink()
     except OSError as error:
-        raise ConfigError(f"{option} {file}: cannot be written ({error.strerror})") from None
+        raise ConfigError(
+            f"{option} {file}: cannot be written ({error.strerror}); name another file"
+        ) from None

@@ -28,6 +28,10 @@ class Kind:
     columns: Mapping[str, tuple[str, float]]
     """Metrics in the order of the table, with their headings and the factor to their units."""
 
+    def axis(self, metric: str) -> str:
+        """The heading of a metric in one line, for an axis."""
+        return self.columns[metric][0].replace("-\n", "").replace("\n", " ")
+
 
 FORAGING = Kind(
     Episode,

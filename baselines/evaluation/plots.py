@@ -1,8 +1,11 @@
-"""The boxplot of the papers: quartile box, median bar, whiskers of 1.5 IQR, outliers as circles."""
+"""The style of every figure: colours, lines, frame, legend and caption, and its file."""
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import cycle, islice
 from pathlib import Path
+from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -20,30 +23,44 @@ PALETTE = ("#56B4E9", "#D55E00", "#009E73", "#F0E442", "#CC79A7", "#0072B2", "#E
 Source: Okabe and Ito 2008.
 """
 
-INK, FAINT = "#222222", "#666666"
+HATCHES = ("", "///", "...", "xxx", "\\\\\\", "+++", "ooo")
+"""Of fills that only a legend names: in print without colour they still differ."""
 
-BOX_WIDTH, LETTER_WIDTH = 0.85, 0.105
-"""Least width of a box with its margin, and width of a letter of its label [inch]."""
+INK, FAINT, GRID = "#222222", "#666666", "#dddddd"
+
+LETTER_WIDTH = 0.105
+"""Of a label of full size [inch]."""
+
+TITLE_LETTERS = 46
+"""Of a line of a panel's title."""
+
+CAPTION_SIZE, CAPTION_LETTERS = 7.0, 15
+"""Size of a caption, and letters in an inch of its lines."""
 
 
-def check_plot(file: Path) -> None:
+@dataclass(frozen=True)
+class LineStyle:
+    """How one curve differs from the others: by colour, and in print by dashes and marker."""
+
+    colour: str
+    dashes: str
+    marker: str
+
+
+def _line_styles() -> tuple[LineStyle, ...]:
+    """A yellow line is lost on white; 6 colours over 4 dashes repeat after 12."""
+    colours = [colour for colour in PALETTE if colour != "#F0E442"]
+    kinds = zip(cycle(colours), cycle(("-", "--", "-.", ":")), cycle("os^Dv"), strict=False)
+    return tuple(LineStyle(*each) for each in islice(kinds, 12))
+
+
+LINES = _line_styles()
+"""Styles of curves, all different."""
+
+
+def check_plot(file: Path, option: str = "--plot") -> None:
     """ConfigError unless a figure can be written to this file; its folder is made."""
-    check_file("--plot", file, FORMATS)
-
-
-def boxplot(samples: Mapping[str, Sequence[float]], axis: str, caption: str) -> Figure:
-    """One box for each sample; the caption, which names the command, stands below."""
-    labels = [_label(name, sample) for name, sample in samples.items()]
-    longest = max(len(line) for label in labels for line in label.splitlines())
-    width = 1.2 + len(samples) * max(BOX_WIDTH, LETTER_WIDTH * longest)
-    figure = Figure(figsize=(max(4.8, width), 4.2), layout="constrained")
-    axes = figure.subplots()
-    _draw(axes, samples)
-    axes.set_ylabel(axis)
-    axes.set_xticks(range(1, len(samples) + 1), labels)
-    wrapped = textwrap.fill(caption, int(16 * figure.get_figwidth()), break_on_hyphens=False)
-    figure.supxlabel(wrapped, fontsize=6.5, color=FAINT, family="monospace")
-    return figure
+    check_file(option, file, FORMATS)
 
 
 def save(figure: Figure, file: Path, command: str, title: str = "Round trips") -> None:
@@ -58,29 +75,66 @@ def save(figure: Figure, file: Path, command: str, title: str = "Round trips") -
         figure.savefig(file, dpi=200, metadata=metadata)
 
 
-def _draw(axes: Axes, samples: Mapping[str, Sequence[float]]) -> None:
-    boxes = axes.boxplot(
-        [list(sample) for sample in samples.values()],
-        whis=1.5,
-        widths=0.5,
-        patch_artist=True,
-        boxprops={"edgecolor": INK, "linewidth": 1.0},
-        medianprops={"color": INK, "linewidth": 2.0, "solid_capstyle": "butt"},
-        whiskerprops={"color": INK},
-        capprops={"color": INK},
-        flierprops={"marker": "o", "markersize": 4.5, "markeredgecolor": INK},
-    )
-    for number, box in enumerate(boxes["boxes"]):
-        box.set_facecolor(PALETTE[number % len(PALETTE)])
-    axes.set_ylim(bottom=0.0)
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.yaxis.grid(visible=True, color="#dddddd", linewidth=0.7)
+HEIGHT = 3.3
+"""Of a panel [inch]."""
+
+BROADEST = 13.0
+"""A row of panels, at most [inch]."""
+
+
+def frame(n_panels: int, width: float, stacked: bool = False) -> tuple[Figure, list[Axes]]:
+    """A figure of panels, each so wide [inch]: as many in a row as fit, or stacked."""
+    fitting = 1 if stacked else max(1, int(BROADEST / width))
+    rows = -(-n_panels // fitting)
+    columns = -(-n_panels // rows)
+    size = max(5.0, width * columns), HEIGHT * rows + 0.8
+    figure = Figure(figsize=size, layout="constrained")
+    axes = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for unused in axes[n_panels:]:
+        unused.remove()
+    return figure, axes[:n_panels]
+
+
+def finish(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
+    """Names, grid and ticks of a panel whose y starts at zero."""
+    name_panel(axes, title, axes_names)
+    axes.set_ylim(0.0, None if axes.dataLim.y1 > 0.0 else 1.0)
+    axes.yaxis.set_major_locator(MaxNLocator(nbins=6))
+    axes.yaxis.grid(visible=True, color=GRID, linewidth=0.7)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.tick_params(axis="x", length=0.0)
 
 
-def _label(name: str, sample: Sequence[float]) -> str:
-    """A controller's name and parameters in lines, and the number of its episodes."""
-    lines = name.replace(":", ":\n").replace(",", ",\n")
-    return f"{lines}\nn = {len(sample)}"
+def name_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
+    """Title and names of the axes x, y; a long title is broken."""
+    lines = [textwrap.fill(line, TITLE_LETTERS) for line in title.split("\n")]
+    axes.set_title("\n".join(lines), fontsize=10, loc="left")
+    axes.set_xlabel(axes_names[0])
+    axes.set_ylabel(axes_names[1])
+    axes.tick_params(labelsize=8.5)
+
+
+def legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -> None:
+    """Every series of any panel once, above them, in as many columns as fit."""
+    handles: dict[str, Any] = {}
+    for axes in panels:
+        found, names = axes.get_legend_handles_labels()
+        handles |= dict(zip(names, found, strict=True))
+    shown = [name for name in order if name in handles]
+    if shown:
+        width = 0.6 + 0.085 * max(map(len, shown))
+        columns = max(1, min(len(shown), int(figure.get_figwidth() / width)))
+        rows = -(-len(shown) // columns)
+        figure.set_figheight(figure.get_figheight() + 0.2 * (rows - 1))
+        figure.legend(
+            [handles[name] for name in shown], shown, loc="outside upper center",
+            ncols=columns, frameon=False, fontsize=9, handlelength=3.0,
+        )  # fmt: skip
+
+
+def caption(figure: Figure, text: str) -> None:
+    """What the figure shows and the command that made it, below."""
+    letters = int(CAPTION_LETTERS * figure.get_figwidth())
+    wrapped = textwrap.fill(text, letters, break_on_hyphens=False)
+    figure.set_figheight(figure.get_figheight() + 0.12 * wrapped.count("\n"))
+    figure.supxlabel(wrapped, fontsize=CAPTION_SIZE, color=FAINT, family="monospace")

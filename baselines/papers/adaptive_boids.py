@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from baselines.evaluation.panels import ErrorBars, error_panels
+from baselines.evaluation.curves import Means, mean_panels
 from baselines.evaluation.statistics import Estimate, mean_interval
 from baselines.papers.cells import Cell, Results, sample
 from baselines.papers.claims import Order
@@ -304,9 +304,9 @@ class OverDensity:
         }
         trials = len(next(iter(results.values())))
         caption = f"{self.caption} n = {trials} trials. {command}"
-        return error_panels(panels, ("robots per m$^2$", self.measure.axis), caption)
+        return mean_panels(panels, ("robots per m$^2$", self.measure.axis), caption, one_y=True)
 
-    def _bars(self, results: Results, estimator: str, rule: str) -> ErrorBars:
+    def _bars(self, results: Results, estimator: str, rule: str) -> Means:
         ours = [
             values(results, experiment(self.setting, estimator, rule, size), self.measure)
             for size in SIZES
@@ -320,10 +320,12 @@ class OverDensity:
                 else (np.nan, np.nan)
                 for size in SIZES
             ]
-        return ErrorBars(
+        mean, sd = np.array([(np.mean(each), np.std(each)) for each in ours]).T
+        return Means(
             x=density,
-            mean=np.array([np.mean(each) for each in ours]),
-            sd=np.array([np.std(each) for each in ours]),
+            mean=mean,
+            low=mean - sd,
+            high=mean + sd,
             published=np.array([mean for mean, _ in theirs]),
         )
 

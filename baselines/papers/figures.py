@@ -9,19 +9,14 @@ from typing import Protocol
 import numpy as np
 from matplotlib.figure import Figure
 
+from baselines.evaluation.curves import BANDS, Curve, curve_panels
 from baselines.evaluation.episode import Episode
-from baselines.evaluation.panels import Curve, box_panels, curve_panels
+from baselines.evaluation.panels import BOXES, box_panels
 from baselines.evaluation.plots import save
 from baselines.papers.cells import Cell, Metric, Results, Source, round_trips
 
 ENDINGS = (".png", ".svg")
 """Files of each figure."""
-
-BOXES = (
-    "Quartile boxes, median bars, whiskers within 1.5 times the interquartile range, outliers"
-    " as circles."
-)
-BANDS = "Means with 95 % bootstrap bands."
 
 
 class Picture(Protocol):
@@ -111,13 +106,6 @@ class Curves:
         return curve_panels(
             panels, self.axes, f"{self.caption} {BANDS} n = {episodes} episodes. {command}"
         )
-
-
-def path_over_time(episodes: Sequence[Episode]) -> Curve:
-    """Share of the robots on the path [%] over time [s]."""
-    shares = 100.0 * np.array([episode.on_path_over_time for episode in episodes])
-    n_samples = shares.shape[1]
-    return Curve(np.arange(1, n_samples + 1) / n_samples * episodes[0].duration_s, shares)
 
 
 def time_of_each_robot(episodes: Sequence[Episode]) -> Curve:

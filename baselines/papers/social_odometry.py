@@ -11,15 +11,10 @@ Not in the paper, and chosen here:
 - the share on the path is the mean over the second half of a run ("at steady state").
 """
 
+from baselines.evaluation.curves import path_over_time
 from baselines.papers.cells import Cell, Pool, Source, recruitment, unfinished
 from baselines.papers.claims import Below, Number, Order, Ratio, Share
-from baselines.papers.figures import (
-    Boxes,
-    Curves,
-    Picture,
-    path_over_time,
-    recruitment_if_finished,
-)
+from baselines.papers.figures import Boxes, Curves, Picture, recruitment_if_finished
 from baselines.papers.findings import Claim
 from baselines.papers.paper import PAPERS, Paper
 from baselines.papers.sweep import BETAS, Inside, Optimum, OthersBelow, Sweep

@@ -17,11 +17,11 @@ SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 def test_help_is_shown_without_a_command(command):
     status, stdout, stderr = command()
     assert (status, stderr) == (0, "")
-    for name in ("list", "evaluate", "reproduce", "watch", "bench"):
+    for name in ("list", "evaluate", "plot", "reproduce", "watch", "bench"):
         assert name in stdout
 
 
-@pytest.mark.parametrize("name", ["list", "evaluate", "reproduce", "watch", "bench"])
+@pytest.mark.parametrize("name", ["list", "evaluate", "plot", "reproduce", "watch", "bench"])
 def test_every_command_explains_itself(command, name):
     status, stdout, _ = command(name, "--help")
     assert status == 0

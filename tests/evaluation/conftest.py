@@ -1,6 +1,7 @@
 """Small episodes: es1, cut short; and one that was never run."""
 
 import pytest
+from matplotlib.text import Text
 
 from baselines.evaluation.configuration import Configuration, find_recipe
 from baselines.evaluation.dataset import Dataset
@@ -76,3 +77,42 @@ def measures():
         "peak_memory_mb": 300.0,
     }
     return found | {"budgets": check(found)}
+
+
+@pytest.fixture
+def texts_at_fault():
+    """The texts of a figure that lie on each other or outside of the page."""
+
+    def find(figure):
+        figure.draw_without_rendering()
+        beyond = _beyond(figure)
+        texts = [text for text in figure.findobj(Text) if text.get_text().strip()]
+        shown = [text for text in texts if text.get_visible() and text not in beyond]
+        assert len(shown) > 5
+        boxes = [(text.get_text(), text.get_window_extent()) for text in shown]
+        page = figure.bbox.padded(1.0)
+        outside = [
+            name
+            for name, box in boxes
+            if not (page.contains(box.x0, box.y0) and page.contains(box.x1, box.y1))
+        ]
+        return outside + [
+            (name, other)
+            for number, (name, box) in enumerate(boxes)
+            for other, second in boxes[:number]
+            if box.padded(-2.0).overlaps(second)
+        ]
+
+    return find
+
+
+def _beyond(figure):
+    """Labels of ticks beyond the ends of their axes, which are not drawn."""
+    return {
+        label
+        for axes in figure.axes
+        for axis in (axes.xaxis, axes.yaxis)
+        for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]
+        if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
+        for label in (tick.label1, tick.label2)
+    }

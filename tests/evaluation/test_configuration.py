@@ -1,6 +1,9 @@
 """What tells configurations apart."""
 
 import json
+import pickle
+import subprocess
+import sys
 
 import pytest
 
@@ -68,3 +71,16 @@ def test_a_setting_of_another_form_is_refused(text):
 def test_a_setting_given_twice_is_refused():
     with pytest.raises(ConfigError, match="given twice"):
         parse_settings(["tick=0.1", "tick=0.2"])
+
+
+def test_another_process_tells_the_same_overrides():
+    """A worker has imported no scenarios when it is handed its configuration."""
+    configuration = Configuration("nc", find_scenario("es2"), find_recipe("nc"))
+    program = "import pickle, sys; print(pickle.load(sys.stdin.buffer).overrides)"
+    told = subprocess.run(
+        [sys.executable, "-c", program],
+        input=pickle.dumps(configuration),
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    assert told.stdout.decode().strip() == configuration.overrides == "{}"

@@ -1,19 +1,26 @@
-"""The boxplot, in the papers' form."""
+"""The style of every figure, and the boxplot in the papers' form."""
+
+from itertools import pairwise
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from PIL import Image
 
-from baselines.evaluation.plots import PALETTE, boxplot, check_plot, save
+from baselines.evaluation.panels import box_panels
+from baselines.evaluation.plots import LINES, PALETTE, check_plot, save
 from swarm_forage_env.errors import ConfigError
 
 COMMAND = "swarm-forage evaluate es1 nc ssgikf --episodes=5"
-SAMPLES = {"nc": [1.0, 2.0, 3.0, 4.0, 100.0], "ssgikf": [5.0, 6.0, 7.0, 8.0, 9.0]}
+SAMPLES = {"nc": {"": [1.0, 2.0, 3.0, 4.0, 100.0]}, "ssgikf": {"": [5.0, 6.0, 7.0, 8.0, 9.0]}}
+
+
+def draw(samples=SAMPLES):
+    return box_panels({"es1": samples}, ("", "round trips"), COMMAND)
 
 
 def test_boxes_are_quartiles_and_whiskers_reach_within_one_and_a_half_of_their_distance():
-    axes = boxplot(SAMPLES, "round trips", COMMAND).axes[0]
+    axes = draw().axes[0]
     box = axes.patches[0].get_path().get_extents()
     assert (box.y0, box.y1) == (2.0, 4.0)
     heights = [line.get_ydata().tolist() for line in axes.lines]
@@ -23,15 +30,33 @@ def test_boxes_are_quartiles_and_whiskers_reach_within_one_and_a_half_of_their_d
 
 
 def test_the_axis_starts_at_zero_and_names_what_it_shows():
-    axes = boxplot(SAMPLES, "round trips of 10 robots in 1800 s", COMMAND).axes[0]
+    axes = draw().axes[0]
     assert axes.get_ylim()[0] == 0.0
-    assert axes.get_ylabel() == "round trips of 10 robots in 1800 s"
+    assert axes.get_ylabel() == "round trips"
 
 
 def test_every_box_says_how_many_episodes_it_stands_for():
-    figure = boxplot(SAMPLES, "round trips", COMMAND)
-    labels = [label.get_text() for label in figure.axes[0].get_xticklabels()]
+    labels = [label.get_text() for label in draw().axes[0].get_xticklabels()]
     assert labels == ["nc\nn = 5", "ssgikf\nn = 5"]
+
+
+def test_boxes_that_only_the_legend_names_differ_in_hatch():
+    groups = {"0.1": {"single": [1.0, 2.0], "double": [2.0, 3.0]}}
+    figure = draw(groups)
+    assert len({patch.get_hatch() for patch in figure.axes[0].patches[:2]}) == 2
+    assert [text.get_text() for text in figure.legends[0].texts] == ["single", "double"]
+
+
+def test_many_boxes_stay_on_a_page_and_no_labels_overlap(texts_at_fault):
+    figure = draw({f"ssgiff:\nbeta={number}": {"": [1.0, 2.0]} for number in range(18)})
+    assert figure.get_figwidth() < 14.0
+    assert texts_at_fault(figure) == []
+
+
+def test_line_styles_differ_without_colour_from_their_neighbours_and_with_it_from_all():
+    assert len(set(LINES)) == len(LINES) == 12
+    plain = [(style.dashes, style.marker) for style in LINES]
+    assert all(one != other for one, other in pairwise(plain))
 
 
 def test_neighbouring_boxes_differ_in_lightness_too():
@@ -43,7 +68,7 @@ def test_neighbouring_boxes_differ_in_lightness_too():
 def test_the_file_names_its_command_and_is_the_same_each_time(tmp_path, ending):
     files = [tmp_path / f"{number}{ending}" for number in (1, 2)]
     for file in files:
-        save(boxplot(SAMPLES, "round trips", COMMAND), file, COMMAND)
+        save(draw(), file, COMMAND)
     contents = [file.read_bytes() for file in files]
     assert contents[0] == contents[1]
     if ending == ".png":

@@ -6,9 +6,10 @@ import json
 import pytest
 from rich.console import Console
 
+from baselines.evaluation.curves import path_over_time
 from baselines.papers import report
 from baselines.papers.ants2008 import LOCAL, SIZES, ants2008, group, slopes
-from baselines.papers.figures import path_over_time, time_of_each_robot, write_figures
+from baselines.papers.figures import time_of_each_robot, write_figures
 from baselines.papers.social_odometry import social_odometry
 
 PAPERS = {"social-odometry": social_odometry, "ants2008": ants2008}

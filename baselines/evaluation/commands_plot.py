@@ -1,0 +1,100 @@
+"""The command `plot`: a figure of datasets that are there."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class FigureName(StrEnum):
+    """The kinds of figures."""
+
+    BOXPLOT = "boxplot"
+    CURVE = "curve"
+    ON_PATH = "on-path"
+    RECRUITMENT = "recruitment"
+    TABLE = "table"
+    PATHS = "paths"
+    LEARNING = "learning"
+
+
+def plot(  # noqa: PLR0913 the options of a command
+    kind: Annotated[
+        FigureName, typer.Argument(metavar="KIND", help="What to draw: one of the above.")
+    ],
+    sources: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="DATASET",
+            help="Folders that evaluate or reproduce has written; cards for learning.",
+        ),
+    ],
+    out: Annotated[
+        list[Path],
+        typer.Option(metavar="FILE", help="A .png, .pdf or .svg file; several, if repeated."),
+    ],
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Option("--scenario", metavar="NAME", help="Only this one; may be repeated."),
+    ] = None,
+    controllers: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--controller",
+            metavar="NAME",
+            help="Only this one: ssgiff, or ssgiff:beta=0.01; may be repeated.",
+        ),
+    ] = None,
+    metric: Annotated[
+        str | None,
+        typer.Option(
+            help="Of boxplot, curve and table: messages, on_path_share, ...",
+            show_default="the score",
+        ),
+    ] = None,
+    x: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Of curve: beta, task.n_robots, ...",
+            show_default="the one number that varies",
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Of paths.", show_default="the first")
+    ] = None,
+) -> None:
+    """Draw a figure of episodes that have been evaluated.
+
+    **boxplot**: the score of each controller, or another --metric.
+
+    **curve**: the same over a number of the controller or the scenario (beta, task.n_robots).
+
+    **on-path**: share of the robots on the path over time.
+
+    **recruitment**: share of the robots that have visited both areas, over time.
+
+    **table**: motion by localisation.
+
+    **paths**: where the robots were, a map. Runs one episode anew, as a dataset keeps no
+    positions; also without a dataset: plot paths es1 nc ssgikf.
+
+    **learning**: learning curves of trained policies, from the cards (.json) beside them.
+
+    The caption says n, the intervals and the command. Example:
+    swarm-forage plot boxplot runs/es1 --out trips.png --out trips.pdf
+    """
+    import baselines.evaluation.figures  # noqa: F401 enters the kinds
+    from baselines.evaluation.figures.base import FIGURES, Wish, check_options
+    from baselines.evaluation.plots import check_plot, save
+
+    for file in out:
+        check_plot(file, "--out")
+    wish = Wish(
+        kind.value, sources, tuple(scenarios or ()), tuple(controllers or ()), metric, x, seed
+    )
+    check_options(wish)
+    figure = FIGURES[wish.kind].draw(wish)
+    for file in out:
+        save(figure, file, wish.command, f"swarm-forage plot {wish.kind}")

@@ -1,0 +1,127 @@
+"""Learning curves: round trips over simulated time, from the cards beside trained policies."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from matplotlib.figure import Figure
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from baselines.evaluation.curves import Means, draw_band, line_styles
+from baselines.evaluation.figures.base import FIGURES, Wish
+from baselines.evaluation.plots import caption, finish, frame, legend
+from swarm_forage_env.errors import ConfigError
+
+HOUR = 3600.0
+"""[s]."""
+
+
+class _Entry(BaseModel):
+    """A part of a card of which only some fields are read; never NaN."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
+
+
+class Span(_Entry):
+    """A mean between the ends of its 95 % interval."""
+
+    low: float
+    mean: float
+    high: float
+
+
+class Point(_Entry):
+    """How good a policy was at one moment of its training."""
+
+    simulated_s: float = Field(ge=0.0)
+    """Simulated time so far, summed over worlds [s]."""
+    round_trips: dict[str, Span]
+    """In each scenario."""
+
+
+class TrainingCard(_Entry):
+    """What a card says of the training."""
+
+    format: Literal[1]
+    algorithm: str
+    command: str
+    curve: tuple[Point, ...] = Field(min_length=1)
+
+
+class Learning:
+    """A curve for each card, a panel for each scenario."""
+
+    options = frozenset({"scenario"})
+
+    def draw(self, wish: Wish) -> Figure:
+        """Round trips on the held-back seeds over simulated time."""
+        files = [Path(source) for source in wish.sources]
+        cards = dict(zip(_names(files), map(read_card, files), strict=True))
+        panels: dict[str, dict[str, Means]] = {}
+        for name, card in cards.items():
+            for scenario in card.curve[0].round_trips:
+                if not wish.scenarios or scenario in wish.scenarios:
+                    panels.setdefault(scenario, {})[name] = _curve(card, scenario)
+        if not panels:
+            known = sorted({each for card in cards.values() for each in card.curve[0].round_trips})
+            raise ConfigError(
+                f"--scenario {', '.join(wish.scenarios)}: the cards have {', '.join(known)}"
+            )
+        made = " ".join(f"{name}: {card.command}." for name, card in cards.items())
+        text = f"Means over the held-back seeds with 95 % intervals. {made} {wish.command}"
+        return _draw(panels, text)
+
+
+FIGURES.register("learning")(Learning())
+
+
+def read_card(file: Path) -> TrainingCard:
+    """The card of a policy, named by itself or by the policy; ConfigError if it is none."""
+    file = file.with_suffix(".json") if file.suffix == ".safetensors" else file
+    try:
+        return TrainingCard.model_validate_json(file.read_bytes())
+    except OSError as error:
+        raise ConfigError(
+            f"policy card {file}: {error.strerror}; name a .json that swarm-forage train has"
+            " written beside a .safetensors"
+        ) from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise ConfigError(
+            f"policy card {file}: {where + ': ' if where else ''}{first['msg']}; not a card of"
+            " this version of swarm-forage train"
+        ) from None
+
+
+def _names(files: Sequence[Path]) -> list[str]:
+    """The shortest ends of the files' names that tell them apart."""
+    if len(set(files)) < len(files):
+        raise ConfigError("a policy card is named twice")
+    parts = [file.with_suffix("").parts for file in files]
+    for depth in range(1, max(map(len, parts)) + 1):
+        names = ["/".join(each[-depth:]) for each in parts]
+        if len(set(names)) == len(names):
+            return names
+    return [str(file) for file in files]
+
+
+def _curve(card: TrainingCard, scenario: str) -> Means:
+    points = [point for point in card.curve if scenario in point.round_trips]
+    spans = [point.round_trips[scenario] for point in points]
+    mean, low, high = np.array([(each.mean, each.low, each.high) for each in spans]).T
+    return Means(np.array([point.simulated_s / HOUR for point in points]), mean, low, high)
+
+
+def _draw(panels: dict[str, dict[str, Means]], text: str) -> Figure:
+    styles = line_styles(panels)
+    figure, all_axes = frame(len(panels), 4.2)
+    for axes, (title, series) in zip(all_axes, panels.items(), strict=True):
+        for name, means in series.items():
+            draw_band(axes, name, means, styles[name])
+        axes.set_xlim(left=0.0)
+        finish(axes, title, ("simulated time of training [h]", "round trips"))
+    legend(figure, all_axes, styles)
+    caption(figure, text)
+    return figure

@@ -1,0 +1,133 @@
+"""Where the robots were: one episode of each controller, run anew.
+
+A dataset keeps no positions. The same configuration and seed give the same episode to the last
+bit, so it is run again; its round trips must be those that the dataset holds.
+"""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from baselines.evaluation.configuration import Configuration
+from baselines.evaluation.figures.base import FIGURES, SELECTION, Wish
+from baselines.evaluation.groups import Group
+from baselines.evaluation.maps import Density, density_panels
+from baselines.evaluation.request import Request
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.scenario import Scenario
+
+LOGGER = logging.getLogger("swarm-forage")
+
+CELL = 0.02
+"""Side of a cell, about: the cells fill the arena [m]."""
+
+MOST = 6
+"""Panels, at most."""
+
+
+class Paths:
+    """A map of each controller's robots over one episode."""
+
+    options = SELECTION | {"seed"}
+
+    def draw(self, wish: Wish) -> Figure:
+        """From a dataset, or from SCENARIO CONTROLLER..., a panel for each configuration."""
+        is_dataset = Path(wish.sources[0]).is_dir()
+        jobs = _kept(wish) if is_dataset else _asked(wish)
+        if len(jobs) > MOST:
+            raise ConfigError(
+                f"{len(jobs)} configurations: at most {MOST} in a figure; choose with --controller"
+                " or --scenario"
+            )
+        densities = {}
+        for title, (configuration, seed, trips) in jobs.items():
+            scenario = configuration.scenario
+            if not isinstance(scenario, Scenario):
+                raise ConfigError(
+                    f"scenario '{scenario.name}': paths are shown of robots that forage, as in es1"
+                )
+            LOGGER.warning("running %s, seed %d", title.replace("\n", ", "), seed)
+            densities[title] = _run(configuration, scenario, seed, trips)
+        text = (
+            f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; run for this"
+            f" figure (seed {next(iter(jobs.values()))[1]})."
+        )
+        return density_panels(densities, wish.caption(text))
+
+
+FIGURES.register("paths")(Paths())
+
+Jobs = dict[str, tuple[Configuration, int, int | None]]
+"""By title: what to run, its seed, and the round trips it must have."""
+
+
+def _kept(wish: Wish) -> Jobs:
+    """The first episode, or that of the seed, of every group."""
+    jobs: Jobs = {}
+    for group in wish.foraging:
+        seeds = [episode.seed for episode in group.episodes]
+        seed = seeds[0] if wish.seed is None else wish.seed
+        if seed not in seeds:
+            raise ConfigError(
+                f"--seed {seed}: {group.label()} has the seeds {seeds[0]} to {seeds[-1]} here"
+            )
+        _check_same_code(group)
+        trips = group.episodes[seeds.index(seed)].round_trips
+        jobs[f"{group.setup()}\n{group.label()}"] = (group.configuration(), seed, trips)
+    return jobs
+
+
+def _asked(wish: Wish) -> Jobs:
+    """What SCENARIO CONTROLLER... stand for."""
+    scenario, *controllers = wish.sources
+    if not controllers or {"scenario", "controller"} & wish.options.keys():
+        raise ConfigError(
+            f"{' '.join(wish.sources)}: must be the folder of a dataset, or a scenario and"
+            " controllers without further choice, as in swarm-forage plot paths es1 nc ssgikf"
+        )
+    request = Request(scenario, controllers, episodes=1, seed=wish.seed or 0)
+    return {
+        f"{each.scenario.name}, {each.physics}\n{each.label}": (each, request.seeds()[0], None)
+        for each in request.configurations()
+    }
+
+
+def _check_same_code(group: Group) -> None:
+    now = group.configuration().code
+    if now != group.code:
+        raise ConfigError(
+            f"{group.label()}: was run by another version of swarm-forage (code {group.code}, this"
+            f" is {now}), so the episode cannot be run again; evaluate into another folder, or"
+            f" name scenario and controller: swarm-forage plot paths {group.scenario}"
+            f" {group.label()}"
+        )
+
+
+def _run(configuration: Configuration, scenario: Scenario, seed: int, trips: int | None) -> Density:
+    """Run the episode and count in which cells the robots are, at every tick."""
+    loop = ControlLoop(scenario, configuration.recipe, [seed], configuration.physics)
+    size = scenario.arena.length, scenario.arena.width
+    n_cells = [max(1, round(side / CELL)) for side in size]
+    counts = np.zeros(n_cells)
+    for _ in range(scenario.n_ticks):
+        loop.step()
+        place = loop.world.state.pose[:, :2] / size + 0.5
+        cells = np.clip((place * n_cells).astype(np.int64), 0, np.array(n_cells) - 1)
+        np.add.at(counts, (cells[:, 0], cells[:, 1]), 1.0)
+    made = int(loop.world.state.round_trips.sum())
+    if trips is not None and made != trips:
+        raise ConfigError(
+            f"seed {seed} gave {made} round trips, the dataset holds {trips}: it was made with"
+            " other libraries or on another machine; evaluate into another folder"
+        )
+    cell_area = size[0] * size[1] / counts.size
+    areas = {name: tuple(map(float, at)) for name, at in zip(AREAS, loop.world.areas, strict=True)}
+    radius = scenario.task.area_radius
+    return Density(counts.T / (scenario.n_ticks * cell_area), size, areas, radius)  # type: ignore[arg-type]
+
+
+AREAS = ("nest", "prey")
+"""In the order of the world's areas."""

@@ -1,0 +1,62 @@
+"""Motion by localisation: a shaded table of means, a panel for each setup."""
+
+import logging
+
+from matplotlib.figure import Figure
+
+from baselines.evaluation.figures.base import (
+    FIGURES,
+    SELECTION,
+    Wish,
+    by_setup,
+    counted,
+    sample,
+    size_of,
+)
+from baselines.evaluation.groups import Group
+from baselines.evaluation.maps import table_panels
+from baselines.evaluation.statistics import Estimate, mean_interval
+from swarm_forage_env.errors import ConfigError
+
+LOGGER = logging.getLogger("swarm-forage")
+
+LOCALISATION = "estimator.estimator"
+"""The parameter that chooses the filter under a motion."""
+
+
+class MotionByLocalisation:
+    """Which motion, over which localisation, scores how much."""
+
+    options = SELECTION | {"metric"}
+
+    def draw(self, wish: Wish) -> Figure:
+        """A row for each motion, a column for each localisation."""
+        combined = [group for group in wish.groups if LOCALISATION in group.numbers]
+        if not combined:
+            raise ConfigError(
+                "no controller here names its localisation; evaluate some that do, as in"
+                " swarm-forage evaluate es1 subsumption:estimator=dead_reckoning"
+                " boids-goal:estimator=social_odometry"
+            )
+        if len(combined) < len(wish.groups):
+            left = {group.label() for group in wish.groups if group not in combined}
+            LOGGER.warning("left out, as they name no localisation: %s", ", ".join(sorted(left)))
+        tables = {setup: _table(wish, each) for setup, each in by_setup(combined).items()}
+        axis = combined[0].kind.axis(wish.shown)
+        text = (
+            f"{axis.capitalize()}: mean over its 95 % bootstrap interval (BCa), darker is more."
+            f" {size_of(combined)}{counted(combined)}"
+        )
+        return table_panels(tables, ("localisation", "motion"), wish.caption(text))
+
+
+FIGURES.register("table")(MotionByLocalisation())
+
+
+def _table(wish: Wish, groups: list[Group]) -> dict[str, dict[str, Estimate | None]]:
+    table: dict[str, dict[str, Estimate | None]] = {}
+    for group in groups:
+        motion = group.label(LOCALISATION)
+        localisation = str(group.numbers[LOCALISATION]).replace("_", " ")
+        table.setdefault(motion, {})[localisation] = mean_interval(sample(group, wish.shown))
+    return table

@@ -1,0 +1,64 @@
+"""The command `plot`: what it writes, and what it refuses in one line."""
+
+import pytest
+from PIL import Image
+
+SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
+
+
+@pytest.fixture
+def evaluated(command):
+    """A dataset of two controllers in runs/es1."""
+    assert command("evaluate", "es1", "nc", "ssgikf", "--episodes=2", *SHORT)[0] == 0
+
+
+@pytest.mark.usefixtures("evaluated")
+def test_a_figure_is_written_in_each_format_with_the_command_in_it(command, tmp_path):
+    told = "plot", "on-path", "runs/es1", "--controller=nc"
+    status, stdout, stderr = command(*told, "--out=figures/x.png", "--out=figures/x.svg")
+    assert (status, stdout, stderr) == (0, "", "")
+    with Image.open(tmp_path / "figures" / "x.png") as image:
+        made = image.info["Description"]
+    assert made == "swarm-forage plot on-path runs/es1 --controller nc"
+    assert made in (tmp_path / "figures" / "x.svg").read_text()
+
+
+@pytest.mark.usefixtures("evaluated")
+def test_the_same_command_draws_the_same_figure(command, tmp_path):
+    for name in ("one", "two"):
+        assert command("plot", "boxplot", "runs/es1", f"--out={name}.svg")[0] == 0
+    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
+
+
+@pytest.mark.usefixtures("evaluated")
+def test_paths_say_that_they_run_an_episode(command):
+    status, _, stderr = command("plot", "paths", "runs/es1", "--controller=nc", "--out=x.png")
+    assert status == 0
+    assert stderr == "swarm-forage: running es1, task.duration=20, kinematic, nc, seed 0\n"
+
+
+REFUSED = [
+    (("boxplot", "runs/es1"), "Missing option '--out'"),
+    (("boxplot", "--out=x.png"), "Missing argument"),
+    (("box", "runs/es1", "--out=x.png"), "'boxplot', 'curve'"),
+    (("boxplot", "missing", "--out=x.png"), "dataset missing: no such folder"),
+    (("boxplot", "runs/es1", "--out=x.jpg"), "--out x.jpg: the name must end in .png, .pdf, .svg"),
+    (("boxplot", "runs/es1", "--out=taken/x.png"), "--out taken/x.png: cannot be written"),
+    (("boxplot", "runs/es1", "--out=x.png", "--metric=trips"), "did you mean 'round_trips'?"),
+    (("boxplot", "runs/es1", "--out=x.png", "--x=beta"), "--x: 'boxplot' has no such option"),
+    (("curve", "runs/es1", "--out=x.png"), "takes two values while all else is the same"),
+    (("table", "runs/es1", "--out=x.png"), "no controller here names its localisation"),
+    (("learning", "runs/es1", "--out=x.png"), "policy card runs/es1"),
+    (("paths", "es1", "--out=x.png"), "plot paths es1 nc ssgikf"),
+]
+
+
+@pytest.mark.usefixtures("evaluated")
+def test_bad_input_gets_one_line_and_leaves_no_file(command, tmp_path):
+    (tmp_path / "taken").write_text("")
+    for arguments, complaint in REFUSED:
+        status, stdout, stderr = command("plot", *arguments)
+        assert (status, stdout) == (2, ""), arguments
+        assert complaint in stderr
+        assert stderr.count("\n") == 1
+        assert not (tmp_path / "x.png").exists()

@@ -1,0 +1,264 @@
+"""The kinds of figures: what they show of a dataset, and what they need."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import baselines.evaluation.figures  # noqa: F401 enters the kinds
+from baselines.evaluation.commands_plot import FigureName
+from baselines.evaluation.curves import path_over_time, recruited_over_time, spans_decades
+from baselines.evaluation.episode import run_episodes
+from baselines.evaluation.figures.base import FIGURES, Wish, check_options
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+
+TRIPS = {"nc": 3, "ssgikf": 30, "ssgiff:beta=0.001": 40, "ssgiff": 50, "ssgiff:beta=1": 20}
+
+
+@pytest.fixture
+def keep(dataset, configure, episode):
+    """Keep made-up episodes of controllers with about so many round trips."""
+
+    def make(trips, **settings):
+        for controller, level in trips.items():
+            each = configure(controller, **settings)
+            made = replace(episode, n_robots=each.scenario.task.n_robots)
+            dataset.keep(each, [replace(made, seed=k, round_trips=level + k) for k in range(4)])
+        return str(dataset.folder)
+
+    return make
+
+
+def draw(kind, *sources, **options):
+    wish = Wish(kind, sources, **options)
+    check_options(wish)
+    return FIGURES[kind].draw(wish)
+
+
+def legend(figure):
+    return [text.get_text() for text in figure.legends[0].texts]
+
+
+def caption(figure):
+    return " ".join(figure.get_supxlabel().split())
+
+
+def test_the_command_offers_every_kind_there_is():
+    assert {kind.value for kind in FigureName} == set(FIGURES)
+
+
+def test_a_boxplot_has_a_box_for_each_controller_and_a_panel_for_each_setup(keep):
+    keep(TRIPS)
+    folder = keep({"nc": 5}, task_n_robots=5)
+    figure = draw("boxplot", folder)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == [
+        "es1, task.duration=20, kinematic",
+        "es1, task.duration=20, task.n_robots=5,\nkinematic",
+    ]
+    assert [len(axes.patches) for axes in figure.axes] == [5, 1]
+    assert "n = 4 episodes each" in caption(figure)
+    assert caption(figure).endswith(f"swarm-forage plot boxplot {folder}")
+
+
+def test_another_metric_is_shown_in_its_unit_without_the_missing(keep):
+    folder = keep({"nc": 3})
+    figure = draw("boxplot", folder, metric="on_path_share")
+    assert figure.axes[0].get_ylabel() == "on path [%]"
+    medians = [line.get_ydata() for line in figure.axes[0].lines]
+    assert any(np.allclose(median, 100 / 3) for median in medians)
+    figure = draw("boxplot", folder, metric="recruitment_time_s")
+    assert [text.get_text() for text in figure.axes[0].texts] == ["none"]
+    with pytest.raises(UnknownNameError, match="did you mean 'round_trips'"):
+        draw("boxplot", folder, metric="round_trip")
+
+
+def test_the_number_that_varies_is_found_and_others_are_level_lines(keep):
+    figure = draw("curve", keep(TRIPS))
+    axes = figure.axes[0]
+    assert (axes.get_xlabel(), axes.get_xscale()) == ("beta [1/cm]", "log")
+    assert set(legend(figure)) == {"nc", "ssgikf", "ssgiff"}
+    curve = axes.containers[0].lines[0]
+    assert curve.get_xdata() == pytest.approx([0.001, 0.01, 1.0])
+    assert curve.get_ydata().tolist() == [41.5, 51.5, 21.5]
+    levels = {line.get_label(): set(line.get_ydata()) for line in axes.lines}
+    assert levels["nc"] == {4.5}
+    assert levels["ssgikf"] == {31.5}
+
+
+def test_a_number_of_the_scenario_makes_a_curve_too(keep):
+    for n_robots in (5, 10, 20):
+        folder = keep({"nc": n_robots, "ssgikf": 2 * n_robots}, task_n_robots=n_robots)
+    figure = draw("curve", folder)
+    assert (figure.axes[0].get_xlabel(), figure.axes[0].get_xscale()) == ("robots", "linear")
+    assert legend(figure) == ["nc", "ssgikf"]
+
+
+def test_a_curve_of_one_value_is_refused_with_how_to_get_more(keep):
+    folder = keep({"ssgiff": 3, "nc": 1})
+    for x in (None, "beta"):
+        with pytest.raises(ConfigError, match=r"takes two values .* evaluate some, as in"):
+            draw("curve", folder, x=x)
+
+
+def test_of_several_numbers_that_vary_one_must_be_named(keep):
+    keep({"ssgiff": 3, "ssgiff:beta=1": 3})
+    folder = keep({"ssgiff": 3}, task_n_robots=5)
+    with pytest.raises(ConfigError, match=r"--x task\.n_robots or --x weighting\.beta"):
+        draw("curve", folder)
+    assert draw("curve", folder, x="beta").axes[0].get_xlabel() == "beta [1/cm]"
+    with pytest.raises(UnknownNameError, match=r"did you mean 'weighting\.beta'"):
+        draw("curve", folder, x="weighting.bta")
+
+
+def test_shares_over_time_count_robots(episode):
+    curve = recruited_over_time([episode], points=5)
+    assert curve.x.tolist() == [0.0, 5.0, 10.0, 15.0, 20.0]
+    assert curve.y.tolist() == [[0.0, 0.0, 10.0, 10.0, 20.0]]
+    assert path_over_time([episode]).y[0] == pytest.approx([0.0, 10.0, 30.0])
+
+
+@pytest.mark.parametrize("kind", ["on-path", "recruitment"])
+def test_shares_over_time_have_a_curve_for_each_controller(keep, kind):
+    figure = draw(kind, keep(TRIPS))
+    assert figure.axes[0].get_xlabel() == "time [s]"
+    assert figure.axes[0].get_ylim() == (0.0, 102.0)
+    assert len(figure.axes[0].lines) == len(figure.axes[0].collections) == len(TRIPS)
+
+
+def test_a_table_crosses_motion_with_localisation_and_names_what_it_leaves_out(keep, caplog):
+    trips = {
+        f"{motion}:estimator={localisation}": level
+        for level, motion, localisation in [
+            (10, "subsumption", "dead_reckoning"),
+            (20, "subsumption", "social_odometry"),
+            (30, "boids-goal", "social_odometry"),
+        ]
+    }
+    folder = keep(trips | {"nc": 1})
+    axes = draw("table", folder).axes[0]
+    rows = [label.get_text() for label in axes.get_yticklabels()]
+    columns = [label.get_text() for label in axes.get_xticklabels()]
+    cells = {
+        (rows[round(y)], columns[round(x)]): text.get_text().partition("\n")[0]
+        for text in axes.texts
+        for x, y in [text.get_position()]
+    }
+    assert cells == {
+        ("boids-goal", "social\nodometry"): "31.5",
+        ("boids-goal", "dead\nreckoning"): "none",
+        ("subsumption", "social\nodometry"): "21.5",
+        ("subsumption", "dead\nreckoning"): "11.5",
+    }
+    assert "left out, as they name no localisation: nc" in caplog.text
+    with pytest.raises(ConfigError, match="subsumption:estimator=dead_reckoning"):
+        draw("table", folder, controllers=("nc",))
+
+
+@pytest.fixture
+def evaluated(dataset, configuration):
+    """One episode of es1 over 20 s, truly run."""
+    run = run_episodes(configuration.scenario, configuration.recipe, [3], "kinematic")
+    dataset.keep(configuration, run)
+    return str(dataset.folder), run[0]
+
+
+def test_paths_hold_every_robot_all_the_time(evaluated):
+    image = draw("paths", evaluated[0]).axes[0].images[0]
+    robots = float(image.get_array().sum()) * 1.7 * 1.2 / image.get_array().size
+    assert robots == pytest.approx(10.0)
+
+
+def test_paths_that_do_not_repeat_the_dataset_are_refused(evaluated, dataset, configuration):
+    folder, episode = evaluated
+    dataset.keep(configuration, [replace(episode, round_trips=99)])
+    with pytest.raises(ConfigError, match="gave 0 round trips, the dataset holds 99"):
+        draw("paths", folder)
+    with pytest.raises(ConfigError, match="--seed 4: ssgikf has the seeds 3 to 3"):
+        draw("paths", folder, seed=4)
+    older = replace(configuration, label="older")
+    older.__dict__["code"] = "0123456789abcdef"
+    dataset.place(configuration, 3).unlink()
+    dataset.keep(older, [episode])
+    with pytest.raises(ConfigError, match=r"another version .* plot paths es1 ssgikf"):
+        draw("paths", folder)
+
+
+def test_paths_of_a_scenario_need_its_controllers_and_walls():
+    with pytest.raises(ConfigError, match="plot paths es1 nc ssgikf"):
+        draw("paths", "es1")
+    with pytest.raises(ConfigError, match="robots that forage"):
+        draw("paths", "waypoints-05-authors", "boids-goal")
+    with pytest.raises(UnknownNameError, match="did you mean 'ssgikf'"):
+        draw("paths", "es1", "sgikf")
+
+
+def test_an_option_of_another_kind_is_refused(keep):
+    with pytest.raises(ConfigError, match=r"--x: 'boxplot' has no such option; it is of curve"):
+        draw("boxplot", keep({"nc": 1}), x="beta")
+    with pytest.raises(ConfigError, match=r"--seed: .* it is of paths"):
+        draw("table", "unread", seed=1)
+
+
+def card(trips=(1.0, 5.0), **changed):
+    curve = [
+        {"step": k, "simulated_s": 3600.0 * k, "value": level,
+         "round_trips": {"es1": {"low": level - 1, "mean": level, "high": level + 1}}}
+        for k, level in enumerate(trips)
+    ]  # fmt: skip
+    content = {"format": 1, "algorithm": "CMA-ES", "command": "train weighting", "curve": curve}
+    return json.dumps(content | changed)
+
+
+def test_learning_curves_come_from_cards_by_the_ends_of_their_names(tmp_path):
+    files = [tmp_path / name / "best.json" for name in ("one", "two")]
+    for file in files:
+        file.parent.mkdir()
+        file.write_text(card())
+    figure = draw("learning", str(files[0]), str(files[1].with_suffix(".safetensors")))
+    assert legend(figure) == ["one/best", "two/best"]
+    line = figure.axes[0].lines[0]
+    assert (line.get_xdata().tolist(), line.get_ydata().tolist()) == ([0.0, 1.0], [1.0, 5.0])
+    assert figure.axes[0].get_xlabel() == "simulated time of training [h]"
+    assert "one/best: train weighting." in caption(figure)
+    with pytest.raises(ConfigError, match="the cards have es1"):
+        draw("learning", str(files[0]), scenarios=("es2",))
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        ("[]", "not a card of this version"),
+        ("{", "not a card of this version"),
+        (card(format=2), "format: .*not a card of this version"),
+        (card(trips=()), "curve: .*not a card of this version"),
+        (card(trips=(float("nan"),)), "not a card of this version"),
+        (None, "No such file or directory; name a .json"),
+    ],
+)
+def test_what_is_no_card_is_refused(tmp_path, content, complaint):
+    file = tmp_path / "best.json"
+    if content is not None:
+        file.write_text(content)
+    with pytest.raises(ConfigError, match=complaint):
+        draw("learning", str(file))
+
+
+def test_more_curves_than_can_be_told_apart_are_refused(keep):
+    folder = keep({f"ssgiff:beta={beta}": 1 for beta in range(1, 14)})
+    with pytest.raises(ConfigError, match="13 curves: at most 12"):
+        draw("on-path", folder)
+
+
+def test_axes_over_decades_are_logarithmic():
+    assert spans_decades(np.array([0.001, 1.0]))
+    assert not spans_decades(np.array([5.0, 50.0]))
+    assert not spans_decades(np.array([0.0, 100.0]))
+
+
+@pytest.mark.parametrize("kind", ["boxplot", "curve", "on-path", "recruitment"])
+def test_no_texts_overlap_or_leave_the_page(keep, texts_at_fault, kind):
+    keep(TRIPS)
+    folder = keep(TRIPS, task_n_robots=5)
+    figure = draw(kind, folder, **({"x": "beta"} if kind == "curve" else {}))
+    assert texts_at_fault(figure) == []
