@@ -18,11 +18,11 @@ def blocks(language):
     return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
 
 
-SCRIPTS = [block for block in blocks("python") if block.startswith("from ")]
+SCRIPTS = [block for block in blocks("python") if block.startswith(("from ", "import "))]
 RULE = next(block for block in blocks("python") if block.startswith("@WEIGHTING_RULES"))
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=["train", "evaluate"])
+@pytest.mark.parametrize("script", SCRIPTS, ids=["train", "gymnasium", "evaluate"])
 def test_an_example_runs_and_its_robots_make_round_trips(script):
     environment = {k: v for k, v in os.environ.items() if k != "SWARM_CHECK_SHAPES"}
     command = [sys.executable, "-c", "import baselines.recipes\n" + script]
