@@ -139,8 +139,8 @@ class SwarmVecEnv(VecEnv):
 
     def env_is_wrapped(
         self,
-        wrapper_class: Any,
-        indices: int | Iterable[int] | None = None,  # noqa: ANN401 a type
+        wrapper_class: Any,  # noqa: ANN401 a type
+        indices: int | Iterable[int] | None = None,
     ) -> list[bool]:
         """No robot is wrapped by itself."""
         return [False for _ in self._get_indices(indices)]
