@@ -160,7 +160,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
     it has been run; the same command later uses what is there and runs only what is missing,
     so that a run that was stopped goes on where it was.
     """
-    with _stoppable():
+    with stoppable():
         from baselines.evaluation.progress import carry_out
         from baselines.evaluation.request import Request, check_count
 
@@ -182,7 +182,7 @@ def bench(
     form: ListedFormat = ListFormat.TABLE,
 ) -> None:
     """Measure speed and memory against the budgets; takes a few minutes."""
-    with _stoppable():
+    with stoppable():
         from baselines.evaluation.bench.measures import measure
         from baselines.evaluation.bench.tables import report
 
@@ -228,7 +228,7 @@ def _write(results: "Sequence[Episode]", form: Format, series: bool) -> None:
 
 
 @contextmanager
-def _stoppable() -> Iterator[None]:
+def stoppable() -> Iterator[None]:
     """Ctrl-C ends the command with status 130 and one line."""
     try:
         yield
@@ -246,5 +246,5 @@ def _say(line: str) -> None:
     sys.stderr.write(f"swarm-forage: {line}\n")
 
 
-app.command()(_stoppable()(calibrate))
-app.command()(_stoppable()(reproduce))
+app.command()(stoppable()(calibrate))
+app.command()(stoppable()(reproduce))

@@ -1,4 +1,4 @@
-"""The console script: the commands of the baselines."""
+"""The console script: the commands of the baselines, and `train`."""
 
 import os
 import sys
@@ -15,6 +15,7 @@ EXTRAS = {
         "typer",
     },
     "calibrate": {"optuna"},
+    "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},
 }
 """What each extra brings."""
 
@@ -26,7 +27,9 @@ def main() -> None:
     """Run one command; one line on stderr if a package it needs is missing."""
     try:
         from baselines.cli import run
+        from training.commands import add_commands
 
+        add_commands()
         status = run()
     except ModuleNotFoundError as error:
         extra = _extra(error.name)

@@ -13,7 +13,7 @@ from baselines.evaluation.request import check_count
 from swarm_forage_env.controllers import parse_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.scenario import Scenario, leaves
 from swarm_forage_env.scenarios import find_foraging
 from swarm_forage_env.streams import checked_seed
 from training.policy import LayerName
@@ -54,7 +54,7 @@ class Experiment:
     budget: int = 100
     """Generations (cma) or environment steps (ppo)."""
     every: int = 5
-    """Generations (cma) or environment steps (ppo) between evaluations, each a checkpoint."""
+    """Generations (cma) or environment steps (ppo) between two evaluations."""
     worlds: int = 8
     """Worlds side by side: for each candidate in each scenario (cma), or in all (ppo)."""
     held_back: int = 10
@@ -72,11 +72,14 @@ class Experiment:
         """ConfigError or UnknownNameError for the first fault."""
         _check_choice("layer", self.layer, LAYERS)
         _check_choice("--algorithm", self.algorithm, ALGORITHMS)
-        if not self.scenarios:
-            raise ConfigError("scenarios=(): must name at least one, as es1")
-        repeated = [each for each in self.scenarios if self.scenarios.count(each) > 1]
-        if repeated:
-            raise ConfigError(f"scenario '{repeated[0]}' is named twice")
+        if self.algorithm == "cma" and self.layer != "weighting":
+            raise ConfigError(
+                f"--algorithm=cma: trains the weighting only, not {self.layer}; use ppo"
+            )
+        self._check_numbers()
+        self._check_worlds()
+
+    def _check_numbers(self) -> None:
         for option in ("budget", "every", "worlds", "workers"):
             check_count(f"--{option}", getattr(self, option))
         if not 1 <= self.held_back <= len(HELD_BACK_SEEDS):
@@ -89,6 +92,13 @@ class Experiment:
             )
         if checked_seed(self.seed) > LAST_SEED:
             raise ConfigError(f"--seed={self.seed}: must be at most {LAST_SEED}")
+
+    def _check_worlds(self) -> None:
+        if not self.scenarios:
+            raise ConfigError("scenarios=(): must name at least one, as es1")
+        repeated = [each for each in self.scenarios if self.scenarios.count(each) > 1]
+        if repeated:
+            raise ConfigError(f"scenario '{repeated[0]}' is named twice")
         _ = ENGINES[self.physics]
         for scenario in self.worlds_by_name.values():
             self.recipe.check_made_for(scenario)
@@ -123,6 +133,19 @@ class Experiment:
             raise ConfigError(f"more than {WORLDS_PER_EXPERIMENT} training worlds")
         start = FIRST_TRAINING_SEED + self.seed * WORLDS_PER_EXPERIMENT + first
         return range(start, start + count)
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """All that the result depends on, but for how far it is run: what a checkpoint is of."""
+        found = {
+            name: str(getattr(self, name))
+            for name in ("layer", "algorithm", "seed", "every", "worlds", "held_back", "population",
+                         "physics")
+        }  # fmt: skip
+        for name, scenario in self.worlds_by_name.items():
+            found |= {f"{name} {k}": str(v) for k, v in leaves(scenario.model_dump()).items()}
+        rest = self.recipe.parameters.items()
+        return found | {f"{self.recipe.name} {k}": str(v) for k, v in rest}
 
     @property
     def command(self) -> str:

@@ -110,11 +110,18 @@ class Policy:
     weights: Weights
     card: Card
 
-    def weights_of(self, layer: LayerName, network: str, shapes: Shapes) -> Weights:
-        """The arrays of one layer, without its name; ConfigError if they do not fit a network."""
+    def sizes_of(self, layer: LayerName, network: str, names: tuple[str, ...]) -> dict[str, int]:
+        """The sizes of one layer's network; ConfigError if it is another kind of network."""
         card = self._layer(layer)
         if card.network != network:
             raise self._refusal(f"its {layer} is a network '{card.network}', not '{network}'")
+        if card.sizes.keys() != set(names):
+            said = ", ".join(card.sizes) or "nothing"
+            raise self._refusal(f"its card gives the sizes {said}: must be {', '.join(names)}")
+        return card.sizes
+
+    def weights_of(self, layer: LayerName, shapes: Shapes) -> Weights:
+        """The arrays of one layer, without its name; ConfigError if they have other shapes."""
         prefix = f"{layer}."
         found = {
             name.removeprefix(prefix): array
@@ -127,10 +134,6 @@ class Policy:
             if has != wants:
                 raise self._refusal(f"array '{prefix}{name}' is {has}: must be {wants}")
         return found
-
-    def sizes_of(self, layer: LayerName) -> dict[str, int]:
-        """The sizes of the network of one layer."""
-        return self._layer(layer).sizes
 
     def check_fits(self, layer: LayerName, scenario: Scenario) -> None:
         """ConfigError, naming the first slot that differs, if a layer there is shown others."""
@@ -216,6 +219,9 @@ def load_policy(policy: str | Path) -> Policy:
     if card.sha256 != hashlib.sha256(content).hexdigest():
         raise ConfigError(f"policy {file}: its card {card_beside(file)} is of other weights")
     check_weights(weights, str(file))
+    for name in weights:
+        if name.partition(".")[0] not in card.layers:
+            raise ConfigError(f"policy {file}: array '{name}' belongs to no layer of its card")
     return Policy(file, weights, card)
 
 

@@ -76,14 +76,15 @@ class Configuration:
     def code(self) -> str:
         """A hash of the source text behind an episode, and of the libraries' versions.
 
-        The text is that of the world, of every file beside a layer of the controller, and of
-        what puts the layers together and measures.
+        The text is that of the world, of every file beside a layer of the controller, of those
+        that a layer `reads`, and of what puts the layers together and measures.
         """
         world = Path(swarm_forage_env.__file__).parent
         inside = (file.relative_to(world) for file in world.rglob("*.py"))
         files = {world / file for file in inside if BYSTANDERS.isdisjoint(file.parts)}
         for part in self._layers:
             files |= {file for home in _files(part, Part) for file in home.parent.glob("*.py")}
+            files |= set(getattr(part, "reads", ()))
         files |= {*_files(self.recipe, Recipe), Path(episode.__file__)}
         files.add(Path(waypoint_episode.__file__))
         text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())

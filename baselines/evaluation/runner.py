@@ -80,7 +80,7 @@ class Plan:
             warm_up(block.configuration)
         workers = min(workers, len(blocks))
         parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
-        with _deaf_to_interrupts():
+        with deaf_to_interrupts():
             finished = parallel(delayed(_run_block)(block, self.dataset) for block in blocks)
         with closing(finished):  # ends the workers, whatever happens
             for key, episodes in finished:
@@ -135,7 +135,7 @@ def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
 
 
 @contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
+def deaf_to_interrupts() -> Iterator[None]:
     """Start processes that ignore Ctrl-C: it is for the one that ends them all."""
     if threading.current_thread() is not threading.main_thread():
         yield

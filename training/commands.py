@@ -1,0 +1,168 @@
+"""The command `train`: learn a layer, and keep the best policy."""
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from baselines.cli import app, stoppable
+from swarm_forage_env.errors import ConfigError
+
+if TYPE_CHECKING:
+    from training.experiment import Experiment
+    from training.policy import Policy
+
+
+class Layer(StrEnum):
+    """What the policy takes the place of."""
+
+    WEIGHTING = "weighting"
+    MOTION = "motion"
+    BOTH = "both"
+
+
+class Algorithm(StrEnum):
+    """How it is trained."""
+
+    CMA = "cma"
+    PPO = "ppo"
+
+
+BUDGET = {Algorithm.CMA: 100, Algorithm.PPO: 2_000_000}
+EVERY = {Algorithm.CMA: 5, Algorithm.PPO: 100_000}
+WORLDS = {Algorithm.CMA: 8, Algorithm.PPO: 8}
+
+CONTROLLER_OF = {
+    Layer.WEIGHTING: "learned-weighting:policy={}",
+    Layer.MOTION: "learned-motion:policy={}",
+    Layer.BOTH: "learned-both:weighting.policy={0},motion.policy={0}",
+}
+"""The controller that runs a policy."""
+
+
+def train(  # noqa: PLR0913 the options of a command
+    layer: Annotated[Layer, typer.Argument(help="What the policy takes the place of.")],
+    scenarios: Annotated[
+        list[str],
+        typer.Argument(
+            help="One or more, each with what differs there: es1 es2 es1:radio.frames=50",
+            metavar="SCENARIO...",
+        ),
+    ],
+    algorithm: Annotated[
+        Algorithm | None,
+        typer.Option(
+            help="cma: evolve the network on round trips (weighting only). ppo: policy gradient.",
+            show_default="cma for weighting, else ppo",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the training; the worlds follow from it.")] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of policy, checkpoint and curves.",
+            show_default="runs/train-<layer>-<algorithm>",
+        ),
+    ] = None,
+    workers: Annotated[int, typer.Option(help="Processes to run worlds in.")] = 2,
+    budget: Annotated[
+        int | None,
+        typer.Option(
+            help="How long: generations (cma) or environment steps (ppo).",
+            show_default="100 or 2000000",
+        ),
+    ] = None,
+    every: Annotated[
+        int | None,
+        typer.Option(
+            help="Evaluate on held-back seeds so often: generations or steps.",
+            show_default="5 or 100000",
+        ),
+    ] = None,
+    worlds: Annotated[
+        int | None,
+        typer.Option(
+            help="Worlds side by side: for each candidate in each scenario (cma), in all (ppo).",
+            show_default="8",
+        ),
+    ] = None,
+    held_back: Annotated[
+        int, typer.Option(help="Held-back seeds of an evaluation, in each scenario.")
+    ] = 10,
+    population: Annotated[
+        int | None,
+        typer.Option(
+            help="Candidates of a generation (cma).", show_default="4 + 3 ln(number of weights)"
+        ),
+    ] = None,
+    controller: Annotated[
+        str, typer.Option(help="The hand-written rest; parameters as in `evaluate`.")
+    ] = "ssgiff",
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
+    ] = None,
+    physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
+) -> None:
+    """Train a policy that takes the place of a hand-written layer.
+
+    The best policy, as worlds held back from training judge it, is kept in the folder --out
+    as best.safetensors, with a card of how it was made (best.json). The same command later
+    goes on from the last checkpoint, so that a run that was stopped loses nothing before it;
+    with a larger --budget it trains on. Watch it with: tensorboard --logdir runs
+    """
+    from baselines.evaluation.configuration import parse_settings
+    from training.experiment import Experiment
+
+    algorithm = algorithm or (Algorithm.CMA if layer is Layer.WEIGHTING else Algorithm.PPO)
+    experiment = Experiment(
+        layer=layer.value,
+        scenarios=tuple(scenarios),
+        algorithm=algorithm.value,
+        out=out or Path("runs") / f"train-{layer.value}-{algorithm.value}",
+        seed=seed,
+        budget=BUDGET[algorithm] if budget is None else budget,
+        every=EVERY[algorithm] if every is None else every,
+        worlds=WORLDS[algorithm] if worlds is None else worlds,
+        held_back=held_back,
+        population=population,
+        settings=parse_settings(settings or []),
+        controller=controller,
+        physics=physics,
+        workers=workers,
+    )
+    experiment.check()
+    _tell(experiment, layer, _run(experiment))
+
+
+def _run(experiment: "Experiment") -> "Policy":
+    if experiment.algorithm == "ppo":
+        raise ConfigError("--algorithm=ppo: not built yet")
+    from training import evolution
+
+    return evolution.train(experiment, _say)
+
+
+def _tell(experiment: "Experiment", layer: Layer, policy: "Policy") -> None:
+    """Where the policy lies, how good it is, and how to evaluate it."""
+    for name, trips in policy.card.score.items():
+        typer.echo(
+            f"{name}: {trips.mean:.1f} round trips ({trips.low:.1f} to {trips.high:.1f})"
+            f" on {experiment.held_back} held-back seeds"
+        )
+    learned = CONTROLLER_OF[layer].format(policy.source)
+    scenario = experiment.scenarios[0].partition(":")[0]
+    typer.echo(f"policy: {policy.source}")
+    typer.echo(f"evaluate it: swarm-forage evaluate {scenario} {experiment.controller} {learned}")
+
+
+def _say(line: str) -> None:
+    sys.stderr.write(f"swarm-forage: {line}\n")
+
+
+def add_commands() -> None:
+    """Enter the commands of this package beside those of the baselines."""
+    if not any(each.callback is train for each in app.registered_commands):
+        app.command()(stoppable()(train))

@@ -1,0 +1,178 @@
+"""CMA-ES on the weighting network: round trips are maximised directly.
+
+In each generation all candidates meet the same new worlds, so that chance favours none. What
+is kept is the mean of the search, as the held-back worlds judge it.
+
+Source: Hansen2016, The CMA Evolution Strategy: A Tutorial (the package cmaes).
+"""
+
+import math
+import time
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from cmaes import CMA
+
+from baselines.evaluation.statistics import mean_interval
+from swarm_forage_env.arrays import Array, Float32, Float64, Int64
+from training.checkpoint import Checkpoint
+from training.experiment import Experiment, versions
+from training.policy import (
+    Card,
+    CurvePoint,
+    Interval,
+    Policy,
+    layer_card,
+    load_policy,
+    save_policy,
+)
+from training.telling import Teller
+from training.trials import Trials
+from training.weighting import HIDDEN, NETWORK, shapes_of, unstrung
+
+SIGMA = 0.3
+"""Standard deviation of the first generation, in every weight."""
+
+SIZES = {"hidden": HIDDEN}
+
+BEST = "best.safetensors"
+"""The policy that the held-back worlds judge best so far."""
+
+
+def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
+    """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
+    evolution = Evolution(experiment)
+    with Teller(experiment.out, "generation", say) as teller:
+        teller.start(experiment.budget, evolution.generation)
+        evolution.evaluate_if_due(teller)
+        while evolution.generation < experiment.budget:
+            evolution.advance(teller)
+            evolution.evaluate_if_due(teller)
+    evolution.keep_best()
+    return load_policy(experiment.out / BEST)
+
+
+class Evolution:
+    """A search under way; all that it depends on is in its checkpoint."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        """Start, or go on from the checkpoint in the experiment's folder."""
+        self._experiment = experiment
+        self._shapes = shapes_of(SIZES)
+        self._trials = Trials(
+            experiment.worlds_by_name, experiment.recipe, experiment.physics, experiment.workers
+        )
+        start = first_mean(experiment.seed)
+        self._search = CMA(start, SIGMA, population_size=experiment.population)
+        self._checkpoint = Checkpoint.open(experiment, self._search.population_size, len(start))
+        for population, losses in self._checkpoint.told():
+            self._tell(population, losses)
+        self._trials.warm_up()
+
+    @property
+    def generation(self) -> int:
+        """Generations that have ended."""
+        return self._checkpoint.generation
+
+    def advance(self, teller: Teller) -> None:
+        """One generation: ask, try out, tell, and keep the checkpoint."""
+        experiment, begin = self._experiment, time.perf_counter()
+        self._search.reseed_rng(_seed(experiment.seed, self.generation))
+        asked = [self._search.ask() for _ in range(self._search.population_size)]
+        population = np.array(asked, np.float32)
+        seeds = experiment.training_seeds(self.generation * experiment.worlds, experiment.worlds)
+        values = values_of(self._trials.round_trips(population, seeds))
+        self._tell(population, -values)
+        self._checkpoint.add(population, -values)
+        self._checkpoint.keep()
+        worlds, wall = experiment.worlds * len(population), time.perf_counter() - begin
+        teller.scalars(
+            self.generation,
+            {
+                "generation/value": float(values.mean()),
+                "generation/best": float(values.max()),
+                "generation/spread": float(population.std(axis=0).mean()),
+                "speed/episodes_per_s": worlds * len(self._trials.scenarios) / wall,
+                "speed/simulated_s_per_s": self._trials.simulated(worlds) / wall,
+            },
+        )
+
+    def evaluate_if_due(self, teller: Teller) -> None:
+        """Judge the mean on the held-back worlds at the start, in between and at the end."""
+        experiment, curve = self._experiment, self._checkpoint.curve
+        due = self.generation % experiment.every == 0 or self.generation == experiment.budget
+        if not due or (curve and curve[-1].step >= self.generation):
+            return
+        mean = self._search.mean.astype(np.float32)
+        found = self._trials.round_trips(mean[None], experiment.held_back_seeds)
+        trained = self._trials.simulated(self.generation * experiment.worlds * self._candidates)
+        point = CurvePoint(
+            step=self.generation,
+            simulated_s=trained,
+            value=float(values_of(found)[0]),
+            round_trips={name: interval(trips[0]) for name, trips in found.items()},
+        )
+        self._checkpoint.add_point(point, mean)
+        self._checkpoint.keep()
+        self.keep_best()
+        teller.point(point)
+
+    def keep_best(self) -> None:
+        """Write the best policy so far, with the curve so far."""
+        best, numbers = self._checkpoint.best
+        arrays = unstrung(numbers, self._shapes)
+        weights = {f"weighting.{name}": array for name, array in arrays.items()}
+        save_policy(self._experiment.out / BEST, weights, self._card(best))
+
+    @property
+    def _candidates(self) -> int:
+        return int(self._search.population_size)
+
+    def _tell(self, population: Float32[Array, "n numbers"], losses: Float64[Array, " n"]) -> None:
+        told = zip(population.astype(np.float64), losses.tolist(), strict=True)
+        self._search.tell(list(told))
+
+    def _card(self, best: CurvePoint) -> Card:
+        experiment = self._experiment
+        scenario = next(iter(self._trials.scenarios.values()))
+        return Card(
+            layers={"weighting": layer_card("weighting", scenario, NETWORK, SIZES)},
+            scenarios=experiment.scenarios,
+            settings=dict(experiment.settings),
+            controller=experiment.controller,
+            algorithm=experiment.algorithm,
+            command=experiment.command,
+            seed=experiment.seed,
+            versions=versions("cmaes"),
+            curve=tuple(self._checkpoint.curve),
+            score=best.round_trips,
+        )
+
+
+def first_mean(seed: int) -> Float64[Array, " numbers"]:
+    """Where the search starts: some hidden units, of which nothing reaches the output yet."""
+    shapes = shapes_of(SIZES)
+    hidden = math.prod(shapes["hidden.weight"])
+    mean = np.zeros(sum(math.prod(shape) for shape in shapes.values()))
+    spread = 1.0 / math.sqrt(shapes["hidden.weight"][1])
+    mean[:hidden] = np.random.default_rng(seed).normal(0.0, spread, hidden)
+    return mean
+
+
+def values_of(trips: Mapping[str, Int64[Array, "networks worlds"]]) -> Float64[Array, " networks"]:
+    """What is maximised: ln(1 + mean round trips), averaged over the scenarios."""
+    means = [np.log1p(each.mean(axis=1)) for each in trips.values()]
+    return np.asarray(np.mean(means, axis=0), np.float64)
+
+
+def interval(trips: Int64[Array, " worlds"]) -> Interval:
+    """The mean over worlds and its 95 % interval; the mean itself where there is none."""
+    found = mean_interval(trips.tolist())
+    assert found is not None
+    low, high = found.interval or (found.value, found.value)
+    return Interval(low=low, mean=found.value, high=high)
+
+
+def _seed(experiment: int, generation: int) -> int:
+    """The seed of a generation's draws."""
+    return int(np.random.SeedSequence([experiment, generation]).generate_state(1)[0])

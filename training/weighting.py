@@ -1,0 +1,201 @@
+"""A small network in the place of the confidence weighting."""
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from baselines.weighting.base import WEIGHTING_RULES
+from swarm_forage_env.arrays import Array, Float32, Float64, Int64
+from swarm_forage_env.interface import Encounter
+from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.scenario import Part, Scenario
+from training.policy import Policy, Shapes, Weights, load_policy, policy_file
+
+NETWORK = "log-odds"
+"""The name of this network on a card."""
+
+FEATURES = ("own_p", "heard_p", "disagreement", "own_p_elsewhere", "frames", "range")
+"""What the network is shown of an encounter, for the area in question."""
+
+SCALES = ((0.1, 3.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.5), (0.1, 3.0, 1.5), (1.0, 3.5, 1.5),
+          (0.1, 0.75, 0.25))  # fmt: skip
+"""For each feature the unit u [m, or frames], centre c and spread s of (ln(1 + x / u) - c) / s:
+centimetres and tens of metres alike end within a few units of zero."""
+
+OWN_P, HEARD_P, DISAGREEMENT, FRAMES, RANGE = 0, 2, 4, 6, 7
+"""Columns of what is shown; the first three have one for each area."""
+
+HIDDEN = 8
+"""Hidden units unless a card says otherwise."""
+
+
+def shapes_of(sizes: Mapping[str, int]) -> Shapes:
+    """The arrays of the network, in the order in which their numbers are strung together."""
+    n = len(FEATURES)
+    return {
+        "hidden.weight": (sizes["hidden"], n),
+        "hidden.bias": (sizes["hidden"],),
+        "output.weight": (sizes["hidden"],),
+        "direct.weight": (n + 1,),
+        "output.bias": (1,),
+    }
+
+
+def strung(weights: Weights, shapes: Shapes) -> Float64[Array, " numbers"]:
+    """All numbers of a network in a row."""
+    return np.concatenate([weights[name].ravel() for name in shapes]).astype(np.float64)
+
+
+def unstrung(numbers: Array, shapes: Shapes) -> dict[str, Float32[Array, "..."]]:
+    """The arrays of a network from its numbers in a row, rounded to single precision."""
+    ends = np.cumsum([math.prod(shape) for shape in shapes.values()])
+    parts = np.split(np.asarray(numbers, np.float32), ends[:-1])
+    return {
+        name: part.reshape(shape) for (name, shape), part in zip(shapes.items(), parts, strict=True)
+    }
+
+
+@kernel
+def describe(
+    shown: Float64[Array, " columns"], area: int, out_features: Float64[Array, " features"]
+) -> None:
+    """The features of one area, each (ln(1 + x / u) - c) / s."""
+    out_features[0] = shown[OWN_P + area]
+    out_features[1] = shown[HEARD_P + area]
+    out_features[2] = shown[DISAGREEMENT + area]
+    out_features[3] = shown[OWN_P + 1 - area]
+    out_features[4] = shown[FRAMES]
+    out_features[5] = shown[RANGE]
+    for k in range(len(SCALES)):
+        unit, centre, spread = SCALES[k]
+        out_features[k] = (math.log1p(out_features[k] / unit) - centre) / spread
+
+
+@kernel
+def log_odds(
+    features: Float64[Array, " features"], ahead: float, numbers: Float64[Array, " numbers"]
+) -> float:
+    """Log-odds of the heard estimate; those of SGIFF if all numbers are zero.
+
+        l = (1 + d_0) (p_i - p_j) + d . x + w . tanh(V x + v) + b
+
+    x are the features, `ahead` is p_i - p_j [m], and the numbers are V, v, w, (d, d_0), b.
+    """
+    n = features.shape[0]
+    hidden = (numbers.shape[0] - n - 2) // (n + 2)
+    biases, outputs, direct = hidden * n, hidden * (n + 1), hidden * (n + 2)
+    total = numbers[direct + n + 1] + (1.0 + numbers[direct + n]) * ahead
+    for k in range(n):
+        total += numbers[direct + k] * features[k]
+    for unit in range(hidden):
+        activation = numbers[biases + unit]
+        for k in range(n):
+            activation += numbers[unit * n + k] * features[k]
+        total += numbers[outputs + unit] * math.tanh(activation)
+    return float(total)
+
+
+@kernel
+def weigh(
+    shown: Float64[Array, "encounters columns"],
+    which: Int64[Array, " encounters"],
+    networks: Float64[Array, "networks numbers"],
+    out_g: Float32[Array, "encounters areas"],
+) -> None:
+    """g = 1 / (1 + exp(-l)) of each encounter and area, each by the network of its row."""
+    features = np.empty(len(SCALES))
+    for i in range(shown.shape[0]):
+        for area in range(2):
+            describe(shown[i], area, features)
+            ahead = shown[i, OWN_P + area] - shown[i, HEARD_P + area]
+            odds = log_odds(features, ahead, networks[which[i]])
+            out_g[i, area] = 0.5 + 0.5 * math.tanh(0.5 * odds)
+
+
+def columns(encounter: Encounter, rows: Int64[Array, " encounters"]) -> Float64[Array, "rows 8"]:
+    """What the network is shown, for some rows."""
+    parts = (
+        encounter.own_p[rows],
+        encounter.heard_p[rows],
+        encounter.disagreement[rows],
+        encounter.frames[rows],
+        encounter.range[rows],
+    )
+    return np.column_stack(parts).astype(np.float64)
+
+
+class Networks:
+    """Weighting by one network, or by one for each world of a block."""
+
+    heard_p_share = 1.0
+
+    def __init__(self, networks: Array, of_row: Int64[Array, " rows"] | None = None) -> None:
+        """The numbers of each network, a row for each, and which is whose; None: one for all."""
+        single = np.asarray(networks, np.float32)
+        self._networks = single.astype(np.float64)
+        self._of_row = of_row
+
+    def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
+        """g for each row and area; zero where no exchange ended."""
+        g = np.zeros_like(encounter.own_p)
+        rows = np.flatnonzero(encounter.valid)
+        found = np.empty((len(rows), 2), np.float32)
+        which = np.zeros_like(rows) if self._of_row is None else self._of_row[rows]
+        weigh(columns(encounter, rows), which, self._networks, found)
+        g[rows] = found
+        return g
+
+
+@WEIGHTING_RULES.register("learned")
+class LearnedWeighting(Part):
+    """A trained network decides how much of what is heard enters the own estimate.
+
+        g_i = 1 / (1 + exp(-l))
+        p_i = (1 - g_i) p_i + g_i p_j
+
+    Not in the papers: all of it but the form, which is that of SGIFF (TR, Eq. 37 and 39) with
+    log-odds l that a network adds to (`log_odds`).
+    """
+
+    heard_p_share: ClassVar[float] = 1.0
+
+    policy: str = Field(
+        "weighting",
+        description="The network: a name in the box, or a file as runs/x/best.safetensors",
+    )
+
+    @field_validator("policy")
+    @classmethod
+    def _can_be_used(cls, policy: str) -> str:
+        network_of(load_policy(policy))
+        return policy
+
+    @cached_property
+    def network(self) -> Networks:
+        """The running network, read from its file when it is first needed."""
+        return Networks(network_of(load_policy(self.policy))[None])
+
+    @property
+    def reads(self) -> tuple[Path, ...]:
+        """Files that its weights depend on, beside the code."""
+        return (policy_file(self.policy),)
+
+    def beside(self, estimator: object) -> Networks:
+        """The running network; a file that is missing or does not fit is refused here."""
+        return self.network
+
+    def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
+        """g for each row and area."""
+        return self.network(encounter)
+
+
+def network_of(policy: Policy) -> Float64[Array, " numbers"]:
+    """The numbers of a policy's network; ConfigError if it does not fit what robots see."""
+    policy.check_fits("weighting", Scenario())
+    shapes = shapes_of(policy.sizes_of("weighting", NETWORK, ("hidden",)))
+    return strung(policy.weights_of("weighting", shapes), shapes)
