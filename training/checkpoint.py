@@ -1,17 +1,21 @@
 """The checkpoint of a search: everything it was told, in one file that appears whole."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from swarm_forage_env.arrays import Array, Float32, Float64
+from baselines.evaluation.statistics import mean_interval
+from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.errors import ConfigError
 from training.experiment import Experiment
-from training.policy import CurvePoint, write_whole
+from training.policy import CurvePoint, Interval, write_whole
 
 NAME = "checkpoint.safetensors"
+
+BEST = "best.safetensors"
+"""The policy that the held-back worlds judge best so far."""
 
 Identity = dict[str, str]
 
@@ -79,51 +83,70 @@ class Checkpoint:
 
     def keep(self) -> None:
         """Write it, over the one before."""
-        from safetensors.numpy import save
-
-        metadata = {
-            "experiment": IDENTITY.dump_json(self._identity).decode(),
-            "curve": CURVE.dump_json(self.curve).decode(),
-        }
         arrays: dict[str, Array] = {
             "populations": self._populations,
             "losses": self._losses,
             "means": self._means,
         }
-        content = save(arrays, metadata)
-        try:
-            write_whole(self._file, content)
-        except OSError as error:
-            raise ConfigError(
-                f"--out {self._file.parent}: cannot be written ({error.strerror});"
-                " name another folder"
-            ) from None
+        write_checkpoint(self._file, self._identity, self.curve, arrays)
 
     def _read(self) -> None:
-        from safetensors import SafetensorError, safe_open
+        names = ("populations", "losses", "means")
+        self.curve, arrays = read_checkpoint(self._file, self._identity, names)
+        self._populations, self._losses, self._means = (arrays[name] for name in names)
 
-        try:
-            with safe_open(self._file, "np") as kept:
-                metadata = kept.metadata()
-                arrays = {name: kept.get_tensor(name) for name in kept.keys()}  # noqa: SIM118
-            identity = IDENTITY.validate_json(metadata["experiment"])
-            self.curve = CURVE.validate_json(metadata["curve"])
-            populations, losses, means = (
-                arrays[name] for name in ("populations", "losses", "means")
-            )
-        except (OSError, SafetensorError, KeyError, TypeError, ValidationError) as error:
+
+def write_checkpoint(
+    file: Path, identity: Identity, curve: list[CurvePoint], arrays: dict[str, Array]
+) -> None:
+    """Write the state of an experiment, over the one before."""
+    from safetensors.numpy import save
+
+    metadata = {
+        "experiment": IDENTITY.dump_json(identity).decode(),
+        "curve": CURVE.dump_json(curve).decode(),
+    }
+    content = save(arrays, metadata)
+    try:
+        write_whole(file, content)
+    except OSError as error:
+        raise ConfigError(
+            f"--out {file.parent}: cannot be written ({error.strerror}); name another folder"
+        ) from None
+
+
+def read_checkpoint(
+    file: Path, identity: Identity, names: Iterable[str]
+) -> tuple[list[CurvePoint], dict[str, Array]]:
+    """The curve and the arrays of an experiment's checkpoint.
+
+    ConfigError if it is damaged, lacks an array of these names or is of another experiment.
+    """
+    from safetensors import SafetensorError, safe_open
+
+    try:
+        with safe_open(file, "np") as kept:
+            metadata = kept.metadata()
+            arrays = {name: kept.get_tensor(name) for name in names}
+        found = IDENTITY.validate_json(metadata["experiment"])
+        curve = CURVE.validate_json(metadata["curve"])
+    except (OSError, SafetensorError, KeyError, TypeError, ValidationError) as error:
+        raise ConfigError(
+            f"checkpoint {file}: cannot be read ({error}); remove it to start anew"
+        ) from None
+    for name in sorted(found.keys() | identity.keys()):
+        there, here = found.get(name, "missing"), identity.get(name, "missing")
+        if there != here:
             raise ConfigError(
-                f"checkpoint {self._file}: cannot be read ({error}); remove it to start anew"
-            ) from None
-        self._check(identity)
-        self._populations, self._losses, self._means = populations, losses, means
+                f"--out {file.parent}: holds an experiment with {name} = {there}, not"
+                f" {here}; name another folder"
+            )
+    return curve, arrays
 
-    def _check(self, identity: Identity) -> None:
-        """ConfigError, naming the first difference, if the file is of another experiment."""
-        for name in sorted(identity.keys() | self._identity.keys()):
-            there, here = identity.get(name, "missing"), self._identity.get(name, "missing")
-            if there != here:
-                raise ConfigError(
-                    f"--out {self._file.parent}: holds an experiment with {name} = {there}, not"
-                    f" {here}; name another folder"
-                )
+
+def interval(trips: Int64[Array, " worlds"]) -> Interval:
+    """The mean over worlds and its 95 % interval; the mean itself where there is none."""
+    found = mean_interval(trips.tolist())
+    assert found is not None
+    low, high = found.interval or (found.value, found.value)
+    return Interval(low=low, mean=found.value, high=high)

@@ -13,14 +13,12 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from cmaes import CMA
 
-from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
-from training.checkpoint import Checkpoint
+from training.checkpoint import BEST, Checkpoint, interval
 from training.experiment import Experiment, versions
 from training.policy import (
     Card,
     CurvePoint,
-    Interval,
     Policy,
     layer_card,
     load_policy,
@@ -34,9 +32,6 @@ SIGMA = 0.3
 """Standard deviation of the first generation, in every weight."""
 
 SIZES = {"hidden": HIDDEN}
-
-BEST = "best.safetensors"
-"""The policy that the held-back worlds judge best so far."""
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
@@ -163,14 +158,6 @@ def values_of(trips: Mapping[str, Int64[Array, "networks worlds"]]) -> Float64[A
     """What is maximised: ln(1 + mean round trips), averaged over the scenarios."""
     means = [np.log1p(each.mean(axis=1)) for each in trips.values()]
     return np.asarray(np.mean(means, axis=0), np.float64)
-
-
-def interval(trips: Int64[Array, " worlds"]) -> Interval:
-    """The mean over worlds and its 95 % interval; the mean itself where there is none."""
-    found = mean_interval(trips.tolist())
-    assert found is not None
-    low, high = found.interval or (found.value, found.value)
-    return Interval(low=low, mean=found.value, high=high)
 
 
 def _seed(experiment: int, generation: int) -> int:

@@ -22,7 +22,46 @@ from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
 Infos = list[dict[str, Any]]
 
 
-class SwarmVecEnv(VecEnv):
+class OneForAll(VecEnv):
+    """Environments that share all attributes and methods: those of the whole."""
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
+        """An attribute, once for each environment asked for."""
+        return [getattr(self, attr_name) for _ in self._get_indices(indices)]
+
+    def set_attr(
+        self,
+        attr_name: str,
+        value: Any,  # noqa: ANN401 whatever the attribute holds
+        indices: int | Iterable[int] | None = None,
+    ) -> None:
+        """Set an attribute, of the whole."""
+        setattr(self, attr_name, value)
+
+    def env_method(
+        self,
+        method_name: str,
+        *method_args: Any,  # noqa: ANN401 the method's
+        indices: int | Iterable[int] | None = None,
+        **method_kwargs: Any,  # noqa: ANN401 the method's
+    ) -> list[Any]:
+        """Call a method once; its result, once for each environment asked for."""
+        result = getattr(self, method_name)(*method_args, **method_kwargs)
+        return [result for _ in self._get_indices(indices)]
+
+    def env_is_wrapped(
+        self,
+        wrapper_class: Any,  # noqa: ANN401 a type
+        indices: int | Iterable[int] | None = None,
+    ) -> list[bool]:
+        """No environment is wrapped by itself."""
+        return [False for _ in self._get_indices(indices)]
+
+
+class SwarmVecEnv(OneForAll):
     """W worlds of N robots as W * N environments, so that one policy learns for all robots.
 
     Environment k is robot k % N of world k // N. Options are those of `parallel_env`: what is
@@ -109,41 +148,6 @@ class SwarmVecEnv(VecEnv):
             observations = self.reset()
         done = np.full(self.num_envs, over)
         return observations, rewards.astype(np.float32), done, infos
-
-    def close(self) -> None:
-        """Nothing is held open."""
-
-    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
-        """An attribute, which all robots share, once for each robot asked for."""
-        return [getattr(self, attr_name) for _ in self._get_indices(indices)]
-
-    def set_attr(
-        self,
-        attr_name: str,
-        value: Any,  # noqa: ANN401 whatever the attribute holds
-        indices: int | Iterable[int] | None = None,
-    ) -> None:
-        """Set an attribute, which all robots share."""
-        setattr(self, attr_name, value)
-
-    def env_method(
-        self,
-        method_name: str,
-        *method_args: Any,  # noqa: ANN401 the method's
-        indices: int | Iterable[int] | None = None,
-        **method_kwargs: Any,  # noqa: ANN401 the method's
-    ) -> list[Any]:
-        """Call a method once; its result, once for each robot asked for."""
-        result = getattr(self, method_name)(*method_args, **method_kwargs)
-        return [result for _ in self._get_indices(indices)]
-
-    def env_is_wrapped(
-        self,
-        wrapper_class: Any,  # noqa: ANN401 a type
-        indices: int | Iterable[int] | None = None,
-    ) -> list[bool]:
-        """No robot is wrapped by itself."""
-        return [False for _ in self._get_indices(indices)]
 
 
 class _Block(Part):
