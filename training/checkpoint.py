@@ -4,11 +4,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.scenario import Part
 from training.experiment import Experiment
 from training.policy import CurvePoint, Interval, write_whole
 
@@ -17,10 +18,17 @@ NAME = "checkpoint.safetensors"
 BEST = "best.safetensors"
 """The policy that the held-back worlds judge best so far."""
 
+RECORD = "record"
+"""The one entry of the file beside its arrays."""
+
 Identity = dict[str, str]
 
-IDENTITY = TypeAdapter(Identity)
-CURVE: TypeAdapter[list[CurvePoint]] = TypeAdapter(list[CurvePoint])
+
+class Record(Part):
+    """What is kept in words."""
+
+    experiment: Identity
+    curve: tuple[CurvePoint, ...]
 
 
 class Checkpoint:
@@ -102,11 +110,8 @@ def write_checkpoint(
     """Write the state of an experiment, over the one before."""
     from safetensors.numpy import save
 
-    metadata = {
-        "experiment": IDENTITY.dump_json(identity).decode(),
-        "curve": CURVE.dump_json(curve).decode(),
-    }
-    content = save(arrays, metadata)
+    record = Record(experiment=identity, curve=tuple(curve)).model_dump_json()
+    content = save(arrays, {RECORD: record})
     try:
         write_whole(file, content)
     except OSError as error:
@@ -126,14 +131,13 @@ def read_checkpoint(
 
     try:
         with safe_open(file, "np") as kept:
-            metadata = kept.metadata()
+            record = Record.model_validate_json(kept.metadata()[RECORD])
             arrays = {name: kept.get_tensor(name) for name in names}
-        found = IDENTITY.validate_json(metadata["experiment"])
-        curve = CURVE.validate_json(metadata["curve"])
     except (OSError, SafetensorError, KeyError, TypeError, ValidationError) as error:
         raise ConfigError(
             f"checkpoint {file}: cannot be read ({error}); remove it to start anew"
         ) from None
+    found = record.experiment
     for name in sorted(found.keys() | identity.keys()):
         there, here = found.get(name, "missing"), identity.get(name, "missing")
         if there != here:
@@ -141,7 +145,7 @@ def read_checkpoint(
                 f"--out {file.parent}: holds an experiment with {name} = {there}, not"
                 f" {here}; name another folder"
             )
-    return curve, arrays
+    return list(record.curve), arrays
 
 
 def interval(trips: Int64[Array, " worlds"]) -> Interval:

@@ -133,7 +133,7 @@ def train(  # noqa: PLR0913 the options of a command
         workers=workers,
     )
     experiment.check()
-    _tell(experiment, layer, _run(experiment))
+    _report(experiment, layer, _run(experiment))
 
 
 def _run(experiment: "Experiment") -> "Policy":
@@ -146,8 +146,10 @@ def _run(experiment: "Experiment") -> "Policy":
     return evolution.train(experiment, _say)
 
 
-def _tell(experiment: "Experiment", layer: Layer, policy: "Policy") -> None:
-    """Where the policy lies, how good it is, and how to evaluate it."""
+def _report(experiment: "Experiment", layer: Layer, policy: "Policy") -> None:
+    """Where the policy lies, how good it is, and how to test it on worlds it never met."""
+    from training.experiment import TEST_SEEDS
+
     for name, trips in policy.card.score.items():
         typer.echo(
             f"{name}: {trips.mean:.1f} round trips ({trips.low:.1f} to {trips.high:.1f})"
@@ -155,8 +157,9 @@ def _tell(experiment: "Experiment", layer: Layer, policy: "Policy") -> None:
         )
     learned = CONTROLLER_OF[layer].format(policy.source)
     scenario = experiment.scenarios[0].partition(":")[0]
+    names = f"{scenario} {experiment.controller} {learned}"
     typer.echo(f"policy: {policy.source}")
-    typer.echo(f"evaluate it: swarm-forage evaluate {scenario} {experiment.controller} {learned}")
+    typer.echo(f"test it: swarm-forage evaluate {names} --seed={TEST_SEEDS.start}")
 
 
 def _say(line: str) -> None:

@@ -8,9 +8,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from baselines.controller import Recipe
-from baselines.evaluation.configuration import find_recipe
 from baselines.evaluation.request import check_count
-from swarm_forage_env.controllers import parse_controller
+from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.scenario import Scenario, leaves
@@ -115,7 +114,10 @@ class Experiment:
     @cached_property
     def recipe(self) -> Recipe:
         """The hand-written controller of which layers are replaced."""
-        return find_recipe(self.controller)
+        recipe = find_controller(self.controller)
+        if not isinstance(recipe, Recipe):
+            raise ConfigError(f"controller '{self.controller}': must be a Recipe of layers")
+        return recipe
 
     @property
     def layers(self) -> tuple[LayerName, ...]:

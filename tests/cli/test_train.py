@@ -1,0 +1,107 @@
+"""The command `train`: what it prints and keeps, and what it refuses."""
+
+import pytest
+
+from training.commands import add_commands
+
+TINY = (
+    "--budget=1", "--worlds=1", "--held-back=2", "--population=4", "--workers=1",
+    "--physics=kinematic", "--set=task.duration=5",
+)  # fmt: skip
+
+WITHOUT = """
+import sys
+
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] == "{package}":
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Missing())
+sys.argv = ["swarm-forage", {arguments}]
+import training.cli
+training.cli.main()
+"""
+
+
+@pytest.fixture(autouse=True)
+def _with_train():
+    add_commands()
+
+
+def test_train_explains_itself(command):
+    status, stdout, stderr = command("train", "--help")
+    assert (status, stderr) == (0, "")
+    assert "Usage" in stdout
+    assert max(map(len, stdout.splitlines())) <= 80
+    assert "train" in command()[1]
+
+
+def test_training_ends_with_the_policy_and_how_to_test_it(command, tmp_path):
+    status, stdout, stderr = command("train", "weighting", "es1", "--out=mine", *TINY)
+    assert status == 0
+    assert (tmp_path / "mine" / "best.safetensors").exists()
+    assert (tmp_path / "mine" / "best.json").exists()
+    score, policy, how = stdout.splitlines()
+    assert score == "es1: 0.0 round trips (0.0 to 0.0) on 2 held-back seeds"
+    assert policy == "policy: mine/best.safetensors"
+    assert how == (
+        "test it: swarm-forage evaluate es1 ssgiff"
+        " learned-weighting:policy=mine/best.safetensors --seed=1000"
+    )
+    assert "0 of 1 generations found, 1 to run" in stderr
+    assert "generation 1: held-back round trips es1 0.0" in stderr
+    again = command("train", "weighting", "es1", "--out=mine", *TINY)
+    assert again[:2] == (0, stdout)
+    assert "1 of 1 generations found, 0 to run" in again[2]
+
+
+REFUSED = [
+    (("train",), "Missing argument 'layer'"),
+    (("train", "weighting"), "Missing argument 'SCENARIO...'"),
+    (("train", "sensing", "es1"), "'sensing' is not one of"),
+    (("train", "weighting", "es9"), "no scenario named 'es9'"),
+    (("train", "weighting", "es1", "--algorithm=sgd"), "'sgd' is not one of"),
+    (("train", "motion", "es1", "--algorithm=cma"), "trains the weighting only"),
+    (("train", "weighting", "es1", "--set=frames"), "must be name=value"),
+    (("train", "weighting", "es1", "--set=radio.frame=1"), "did you mean 'radio.frames'"),
+    (("train", "weighting", "es1", "--budget=0"), "--budget=0: must be at least 1"),
+    (("train", "weighting", "es1", "--controller=no-error"), "knows the ground truth"),
+    (("train", "weighting", "es1", "--physics=fluid"), "no physics engine named 'fluid'"),
+    (("train", "weighting", "es1", "--out=file/x"), "--out file/x: cannot be written"),
+    (("evaluate", "es1", "learned-weighting:policy=gone.safetensors"), "cannot be read"),
+    (("evaluate", "es1", "learned-weighting:policy=file"), "no policy named 'file'"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "complaint"), REFUSED, ids=[text for _, text in REFUSED])
+def test_bad_input_is_one_line_on_stderr(command, tmp_path, monkeypatch, arguments, complaint):
+    def run(*_):
+        raise AssertionError("a world was run")
+
+    monkeypatch.setattr("training.trials.run_block", run)
+    monkeypatch.setattr("baselines.evaluation.runner._run_block", run)
+    (tmp_path / "file").write_text("")
+    status, stdout, stderr = command(*arguments)
+    assert (status, stdout) == (2, "")
+    assert complaint in stderr
+    assert len(stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("package", "arguments"),
+    [
+        ("cmaes", '"train", "weighting", "es1"'),
+        ("safetensors", '"evaluate", "es1", "learned-weighting", "--episodes=1"'),
+    ],
+)
+def test_a_missing_package_is_told_in_one_line(process, package, arguments):
+    code = WITHOUT.format(package=package, arguments=arguments)
+    run = process(code=code)
+    stdout, stderr = run.communicate(timeout=300)
+    assert (run.returncode, stdout) == (1, "")
+    *_, last = stderr.splitlines()
+    assert last == (
+        f"swarm-forage: this command needs '{package}': pip install 'swarm-forage[train]'"
+    )
+    assert "Traceback" not in stderr

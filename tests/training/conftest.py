@@ -1,0 +1,70 @@
+"""Policies and experiments small enough for a test."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swarm_forage_env.scenario import Scenario
+from training.experiment import Experiment
+from training.policy import Card, layer_card, save_policy
+from training.weighting import NETWORK, shapes_of, unstrung
+
+BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62", "task.duration": "60"}
+"""Numbers of es1 under which robots soon find areas and meet."""
+
+SIZES = {"hidden": 2}
+
+
+def make_card(**changes):
+    card = Card(
+        layers={"weighting": layer_card("weighting", Scenario(), NETWORK, SIZES)},
+        scenarios=("es1",),
+        settings={},
+        controller="ssgiff",
+        algorithm="cma",
+        command="swarm-forage train weighting es1",
+        seed=0,
+        versions={},
+        curve=(),
+        score={},
+    )
+    return card.model_copy(update=changes)
+
+
+def make_weights(seed=0):
+    shapes = shapes_of(SIZES)
+    count = sum(int(np.prod(shape)) for shape in shapes.values())
+    numbers = np.random.default_rng(seed).normal(0.0, 1.0, count)
+    return {f"weighting.{name}": array for name, array in unstrung(numbers, shapes).items()}
+
+
+@pytest.fixture
+def policy_file(tmp_path):
+    """A policy for the weighting, random but sound."""
+    file = tmp_path / "mine.safetensors"
+    save_policy(file, make_weights(), make_card())
+    return file
+
+
+@pytest.fixture
+def experiment():
+    """Make an experiment of seconds; its folder is relative to the current one."""
+
+    def make(**changes):
+        terms = {
+            "layer": "weighting",
+            "scenarios": ("es1",),
+            "algorithm": "cma",
+            "out": Path("runs/x"),
+            "budget": 3,
+            "every": 2,
+            "worlds": 1,
+            "held_back": 2,
+            "population": 4,
+            "settings": BUSY,
+            "physics": "kinematic",
+        }
+        return Experiment(**terms | changes)
+
+    return make

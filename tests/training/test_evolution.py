@@ -1,0 +1,168 @@
+"""CMA-ES: it climbs, it keeps what held-back worlds judge best, and it survives being killed."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError
+from training import evolution
+from training.checkpoint import BEST, NAME, Checkpoint
+from training.evolution import first_mean, train, values_of
+from training.policy import load_policy
+from training.trials import Trials
+from training.weighting import network_of
+
+FILES = BEST, "best.json", NAME
+
+
+def silent(line):
+    """Nobody is told."""
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def imagined_trips(number, seeds):
+    return 1000.0 * np.exp(-((number - 1.0) ** 2)) + np.sin(seeds)
+
+
+@pytest.fixture
+def _imagined(monkeypatch):
+    """Round trips of a seed and a network's last number alone, best at 1; no world runs."""
+
+    def round_trips(self, networks, seeds):
+        trips = imagined_trips(networks[:, -1].astype(np.float64)[:, None], np.array(seeds))
+        return dict.fromkeys(self.scenarios, trips)
+
+    monkeypatch.setattr(Trials, "round_trips", round_trips)
+
+
+@pytest.mark.usefixtures("_imagined")
+def test_the_search_climbs(experiment):
+    policy = train(experiment(budget=40, population=10, every=20), silent)
+    first, *_, last = policy.card.curve
+    assert first.value < last.value
+    assert network_of(policy)[-1] == pytest.approx(1.0, abs=0.2)
+
+
+@pytest.mark.usefixtures("_imagined")
+def test_the_policy_kept_is_the_best_on_the_held_back_worlds(experiment):
+    policy = train(experiment(budget=8, every=1), silent)
+    values = [point.value for point in policy.card.curve]
+    assert [point.step for point in policy.card.curve] == list(range(9))
+    best = int(np.argmax(values))
+    assert policy.card.score == policy.card.curve[best].round_trips
+    trips = imagined_trips(network_of(policy)[-1], np.array([2000, 2001])).mean()
+    assert np.log1p(trips) == pytest.approx(values[best])
+
+
+def test_the_search_starts_from_the_hand_written_rule(experiment):
+    mine = experiment()
+    trials = Trials(mine.worlds_by_name, mine.recipe, mine.physics)
+    start = first_mean(0)[None].astype(np.float32)
+    rule = np.zeros_like(start)
+    seeds = mine.held_back_seeds
+    found, expected = trials.round_trips(start, seeds), trials.round_trips(rule, seeds)
+    np.testing.assert_array_equal(found["es1"], expected["es1"])
+    assert start.any()
+
+
+@pytest.mark.usefixtures("_imagined")
+def test_a_search_stopped_anywhere_and_started_again_ends_the_same(
+    experiment, tmp_path, monkeypatch
+):
+    mine = experiment(budget=3, every=2)
+    unbroken = finished(mine, tmp_path / "unbroken", monkeypatch)
+    for stop_at in range(1, 6):
+        folder = tmp_path / f"stopped-{stop_at}"
+        stopped(mine, folder, stop_at, monkeypatch)
+        assert finished(mine, folder, monkeypatch) == unbroken
+    assert len(load_policy(tmp_path / "unbroken" / mine.out / BEST).card.curve) == 3
+
+
+def finished(experiment, folder, monkeypatch):
+    """Every file at the end of a run in a folder."""
+    folder.mkdir(exist_ok=True)
+    monkeypatch.chdir(folder)
+    train(experiment, silent)
+    return {name: (experiment.out / name).read_bytes() for name in FILES}
+
+
+def stopped(experiment, folder, stop_at, monkeypatch):
+    """A run that ends before it keeps its checkpoint for that time."""
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    kept, keep = [], Checkpoint.keep
+
+    def keep_or_stop(self):
+        kept.append(self)
+        if len(kept) > stop_at:
+            raise KeyboardInterrupt
+        keep(self)
+
+    with monkeypatch.context() as stopping:
+        stopping.setattr(Checkpoint, "keep", keep_or_stop)
+        with pytest.raises(KeyboardInterrupt):
+            train(experiment, silent)
+
+
+@pytest.mark.usefixtures("_imagined")
+def test_a_larger_budget_goes_on_from_the_smaller_one(experiment, monkeypatch):
+    train(experiment(budget=4, out=Path("a")), silent)
+    tried = []
+    run = evolution.Evolution.advance
+    monkeypatch.setattr(
+        evolution.Evolution, "advance", lambda self, teller: (tried.append(1), run(self, teller))
+    )
+    longer = train(experiment(budget=6, out=Path("a")), silent)
+    assert len(tried) == 2
+    assert longer.card.curve[-1].step == 6
+
+
+@pytest.mark.usefixtures("_imagined")
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"seed": 1}, "with seed = 0, not 1"),
+        ({"worlds": 2}, "with worlds = 1, not 2"),
+        ({"scenarios": ("es1:radio.frames=5",)}, "es1 arena.length = 1.7, not missing"),
+        ({"controller": "ssgiff:mean_run=1"}, "ssgiff motion.mean_run = 0.33, not 1.0"),
+    ],
+)
+def test_the_folder_of_another_experiment_is_refused(experiment, changes, complaint):
+    train(experiment(budget=1), silent)
+    with pytest.raises(ConfigError) as refusal:
+        train(experiment(budget=1, **changes), silent)
+    assert complaint in str(refusal.value)
+
+
+def test_a_damaged_checkpoint_is_refused(experiment):
+    mine = experiment()
+    mine.out.mkdir(parents=True)
+    (mine.out / NAME).write_bytes(b"nonsense")
+    with pytest.raises(ConfigError, match=r"cannot be read .* remove it to start anew"):
+        train(mine, silent)
+
+
+def test_a_folder_that_cannot_be_written_is_refused(experiment, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match="--out file/x: cannot be written"):
+        train(experiment(out=Path("file/x")), silent)
+
+
+def test_the_value_is_the_mean_logarithm_over_the_scenarios():
+    trips = {"a": np.array([[9, 9], [0, 0]]), "b": np.array([[98, 100], [0, 0]])}
+    expected = [(np.log(10.0) + np.log(100.0)) / 2.0, 0.0]
+    np.testing.assert_allclose(values_of(trips), expected)
+
+
+def test_a_trained_policy_runs_as_a_controller(experiment):
+    mine = experiment(budget=1)
+    policy = train(mine, silent)
+    controller = find_controller(f"learned-weighting:policy={policy.source}")
+    assert controller.weighting.policy == str(policy.source)
+    assert list((mine.out / "tensorboard").iterdir())

@@ -1,0 +1,83 @@
+"""Experiments: seeds that never meet, and refusals before anything runs."""
+
+import shlex
+
+import pytest
+
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from training.experiment import (
+    HELD_BACK_SEEDS,
+    LAST_SEED,
+    TEST_SEEDS,
+    WORLDS_PER_EXPERIMENT,
+)
+
+
+def test_training_selection_and_test_never_share_a_seed(experiment):
+    assert range(1000, 1030) == TEST_SEEDS
+    first = experiment(seed=0).training_seeds(0, 1)[0]
+    assert max(TEST_SEEDS) < min(HELD_BACK_SEEDS) <= max(HELD_BACK_SEEDS) < first
+    last = experiment(seed=0).training_seeds(WORLDS_PER_EXPERIMENT - 1, 1)[-1]
+    assert last < experiment(seed=1).training_seeds(0, 1)[0]
+    assert experiment(seed=LAST_SEED).training_seeds(0, WORLDS_PER_EXPERIMENT)[-1] < 2**64
+
+
+def test_training_worlds_are_new_in_each_generation(experiment):
+    mine = experiment(seed=3)
+    assert mine.training_seeds(0, 5)[-1] + 1 == mine.training_seeds(5, 5)[0]
+    with pytest.raises(ConfigError, match="more than 10000000 training worlds"):
+        mine.training_seeds(WORLDS_PER_EXPERIMENT - 1, 2)
+
+
+def test_a_scenario_takes_numbers_of_its_own(experiment):
+    mine = experiment(scenarios=("es1", "es1:radio.frames=50"), settings={"tick": "0.2"})
+    first, second = mine.worlds_by_name.values()
+    assert (first.radio.frames, second.radio.frames) == (10, 50)
+    assert first.tick == second.tick == 0.2
+
+
+REFUSED = [
+    ({"layer": "sensing"}, "no layer named 'sensing'"),
+    ({"algorithm": "sgd"}, "no algorithm named 'sgd'"),
+    ({"layer": "motion"}, "cma: trains the weighting only, not motion"),
+    ({"scenarios": ()}, "must name at least one"),
+    ({"scenarios": ("es1", "es1")}, "scenario 'es1' is named twice"),
+    ({"scenarios": ("es9",)}, "no scenario named 'es9'"),
+    ({"scenarios": ("waypoints-10",), "settings": {}}, "must be one in which robots forage"),
+    ({"scenarios": ("es1:radio.frame=5",)}, "did you mean 'radio.frames'"),
+    ({"settings": {"task.duration": "-1"}}, "task.duration='-1'"),
+    ({"controller": "ssgiif"}, "no controller named 'ssgiif', did you mean"),
+    ({"controller": "no-error"}, "knows the ground truth"),
+    ({"physics": "fluid"}, "fluid"),
+    ({"budget": 0}, "--budget=0: must be at least 1"),
+    ({"every": 0}, "--every=0"),
+    ({"worlds": 0}, "--worlds=0"),
+    ({"workers": 0}, "--workers=0"),
+    ({"held_back": 0}, "--held-back=0: must be from 1 to 1000"),
+    ({"held_back": 1001}, "--held-back=1001"),
+    ({"population": 3}, "--population=3: must be at least 4"),
+    ({"algorithm": "ppo", "population": 8}, "is for cma only"),
+    ({"seed": -1}, "seed=-1"),
+    ({"seed": LAST_SEED + 1}, "must be at most 1000000000"),
+]
+
+
+@pytest.mark.parametrize(("changes", "complaint"), REFUSED, ids=[text for _, text in REFUSED])
+def test_what_cannot_be_trained_is_refused(experiment, changes, complaint):
+    with pytest.raises((ConfigError, UnknownNameError)) as refusal:
+        experiment(**changes).check()
+    assert complaint in str(refusal.value)
+
+
+def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch):
+    from training import commands
+
+    mine = experiment(scenarios=("es1", "real:radio.frames=5"), seed=7)
+    met = []
+    monkeypatch.setattr(commands, "_run", met.append)
+    monkeypatch.setattr(commands, "_report", lambda *_: None)
+    commands.add_commands()
+    program, *arguments = shlex.split(mine.command)
+    assert program == "swarm-forage"
+    assert commands.app(arguments, standalone_mode=False) in (None, 0)
+    assert met == [mine]
