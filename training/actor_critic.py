@@ -18,6 +18,8 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.layout import ObservationLayout
 from training.motion import NETWORK, SIZES, columns_of, dense, motion_shapes, pooled, wheels_of
 from training.policy import LayerName, Shapes
+from training.weighting import FEATURES, HIDDEN, SCALES, shapes_of
+from training.weighting import NETWORK as LOG_ODDS
 
 STILL = -5.0
 """Logarithm of the standard deviation of an action without effect."""
@@ -34,15 +36,16 @@ class Tower(nn.Module):
     sizes: ClassVar[Mapping[str, int]]
 
     def __init__(self, shapes: Shapes, last: str, gain: float) -> None:
-        """Orthogonal weights, those of the last layer with another gain, and no biases."""
+        """Orthogonal matrices, that of the last layer with another gain; all else zero."""
         super().__init__()
         for name, shape in shapes.items():
             layer, _, array = name.partition(".")
-            if array == "weight":
-                made = nn.Linear(shape[1], shape[0])
-                nn.init.orthogonal_(made.weight, gain if layer == last else 2.0**0.5)
-                nn.init.zeros_(made.bias)
-                self.add_module(layer, made)
+            if layer not in dict(self.named_children()):
+                self.add_module(layer, nn.Module())
+            made = nn.Parameter(torch.zeros(shape))
+            if len(shape) > 1:
+                nn.init.orthogonal_(made, gain if layer == last else 2.0**0.5)
+            self.get_submodule(layer).register_parameter(array, made)
 
     @property
     def arrays(self) -> dict[str, Tensor]:
@@ -77,9 +80,10 @@ class MotionValue(Tower):
 
     def __init__(self, layout: ObservationLayout) -> None:
         """For observations of a layout."""
-        shapes = dict(motion_shapes(SIZES))
-        shapes["value.weight"] = (1, shapes.pop("wheels.weight")[1])
-        super().__init__(shapes, "value", 1.0)
+        of_actor = motion_shapes(SIZES)
+        shapes = {name: of_actor[name] for name in of_actor if not name.startswith("wheels")}
+        value = {"value.weight": (1, SIZES["hidden"]), "value.bias": (1,)}
+        super().__init__({**shapes, **value}, "value", 1.0)
         self._columns = columns_of(layout, "situation")
 
     def forward(self, observed: Tensor) -> Tensor:
@@ -89,8 +93,54 @@ class MotionValue(Tower):
         return cast(Tensor, dense(arrays, "value", torch.tanh(dense(arrays, "second", hidden))))
 
 
-ACTORS: Mapping[LayerName, Any] = {"motion": MotionTower}
-CRITICS: Mapping[LayerName, Any] = {"motion": MotionValue}
+class WeightingTower(Tower):
+    """The network of `training.weighting`."""
+
+    network = LOG_ODDS
+    sizes: ClassVar[Mapping[str, int]] = {"hidden": HIDDEN}
+
+    def __init__(self, layout: ObservationLayout) -> None:
+        """For observations of a layout."""
+        super().__init__(shapes_of(self.sizes), "output", GAIN)
+        self._columns = columns_of(layout, "encounter")
+        scales = torch.tensor(SCALES)
+        self._unit, self._centre, self._spread = scales[:, 0], scales[:, 1], scales[:, 2]
+
+    def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
+        """g of both areas, and 1 where two estimates of the area have met."""
+        told = {name: observed[:, each] for name, each in self._columns.items()}
+        both = {name: told[name].expand(-1, 2) for name in ("frames", "range")}
+        elsewhere = {"own_p_elsewhere": told["own_p"].flip(1)}
+        shown = torch.stack([{**told, **both, **elsewhere}[name] for name in FEATURES], 2)
+        x = (torch.log1p(shown / self._unit) - self._centre) / self._spread
+        w, direct = self.arrays, self.arrays["direct.weight"]
+        hidden = torch.tanh(dense(w, "hidden", x))
+        ahead = told["own_p"] - told["heard_p"]
+        network = x @ direct[:-1] + hidden @ w["output.weight"] + w["output.bias"]
+        return torch.sigmoid((1.0 + direct[-1]) * ahead + network), told["own_known"] * told[
+            "heard_known"
+        ]
+
+
+class WeightingValue(Tower):
+    """What an encounter is worth; without one, what a robot is worth on average."""
+
+    def __init__(self, layout: ObservationLayout) -> None:
+        """For observations of a layout."""
+        self._columns = columns_of(layout, "encounter")
+        n = max(each.stop for each in self._columns.values())
+        shapes = {"first.weight": (32, n), "first.bias": (32,)}
+        super().__init__({**shapes, "value.weight": (1, 32), "value.bias": (1,)}, "value", 1.0)
+
+    def forward(self, observed: Tensor) -> Tensor:
+        """The value of each row."""
+        arrays = self.arrays
+        hidden = torch.tanh(dense(arrays, "first", torch.log1p(observed)))
+        return cast(Tensor, dense(arrays, "value", hidden))
+
+
+ACTORS: Mapping[LayerName, Any] = {"weighting": WeightingTower, "motion": MotionTower}
+CRITICS: Mapping[LayerName, Any] = {"weighting": WeightingValue, "motion": MotionValue}
 
 
 class Towers(nn.Module):

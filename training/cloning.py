@@ -11,13 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 import torch
 
-from baselines.controller import Recipe
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.loop import ControlLoop
-from swarm_forage_env.scenario import Scenario
 from training.actor_critic import MotionTower
-from training.motion import situation_layout
 
 EVERY = 20
 """Ticks between two samples of a world: successive ones are alike."""
@@ -48,17 +45,15 @@ def clone(tower: MotionTower, pairs: Sequence[Pairs]) -> float:
     return total / len(observed)
 
 
-def demonstrations(scenario: Scenario, recipe: Recipe, seeds: Sequence[int], physics: str) -> Pairs:
-    """Situations and wheels of a whole episode of a hand-written controller, for each seed."""
-    loop = ControlLoop(scenario, recipe, seeds, physics)
-    layout: ObservationLayout = situation_layout(scenario)
-    sheet = Sheet(layout, loop.world.rows)
-    situations, wheels = [], []
-    for tick in range(scenario.n_ticks):
+def demonstrations(loop: ControlLoop, layout: ObservationLayout) -> Pairs:
+    """Observations and wheels of a whole episode of a hand-written controller."""
+    sheet, estimator = Sheet(layout, loop.world.rows), loop.controller.estimator
+    observed, wheels = [], []
+    for tick in range(loop.world.scenario.n_ticks):
         if tick % EVERY == 0:
-            situation = loop.controller.estimator.situation
-            situations.append(sheet.write({"situation": situation}))
+            parts = {"encounter": estimator.encounter, "situation": estimator.situation}
+            observed.append(sheet.write(parts))
         loop.step()
         if tick % EVERY == 0:  # what was commanded is shown as the last wheels
-            wheels.append(loop.controller.estimator.situation.wheels)
-    return np.concatenate(situations), np.concatenate(wheels)
+            wheels.append(estimator.situation.wheels)
+    return np.concatenate(observed), np.concatenate(wheels)

@@ -42,7 +42,10 @@ class Method:
     """Logarithm of the standard deviation of the first actions."""
 
 
-METHODS: Mapping[str, Method] = {"motion": Method()}
+EVERY_TICK = Method(decision_period=1, discount=0.999, steps=512, log_std=-2.0)
+"""An encounter is seen for one tick, so that a weight is decided in each."""
+
+METHODS: Mapping[str, Method] = {"weighting": EVERY_TICK, "motion": Method(), "both": EVERY_TICK}
 """By what is trained."""
 
 

@@ -21,6 +21,7 @@ from stable_baselines3.common.utils import FloatSchedule, set_random_seed
 from baselines.controller import Recipe
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.loop import ControlLoop
 from training.actor_critic import MotionTower, Tower, Towers
 from training.checkpoint import BEST, NAME, interval, read_checkpoint, write_checkpoint
 from training.cloning import clone, demonstrations
@@ -95,7 +96,8 @@ class Learning:
         for scenario in experiment.worlds_by_name.values():
             n_worlds = max(1, DEMONSTRATORS // scenario.task.n_robots)
             seeds = experiment.training_seeds(0, n_worlds)
-            pairs.append(demonstrations(scenario, experiment.recipe, seeds, experiment.physics))
+            loop = ControlLoop(scenario, experiment.recipe, seeds, experiment.physics)
+            pairs.append(demonstrations(loop, self._env.observation_layout))
         return f"subsumption is copied with a mean squared error of {clone(tower, pairs):.3f}"
 
     def advance(self, teller: Teller) -> str:
