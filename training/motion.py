@@ -26,6 +26,7 @@ from swarm_forage_env.envs.bounds import Bounds
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.envs.observation import situation_fields
 from swarm_forage_env.interface import Situation
+from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.scenario import Part, Scenario
 from training.policy import Policy, Shapes, Weights, load_policy, policy_file
 
@@ -86,8 +87,33 @@ def pooled(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any)
 
 
 def dense(weights: Mapping[str, Any], name: str, x: Any) -> Any:  # noqa: ANN401 as above
-    """One layer: W x + b."""
-    return x @ weights[f"{name}.weight"].T + weights[f"{name}.bias"]
+    """One layer, W x + b along the last axis.
+
+    On arrays it goes row by row in a fixed order: a matrix product of BLAS rounds by how many
+    rows there are, and a world would not be in a block what it is alone.
+    """
+    weight, bias = weights[f"{name}.weight"], weights[f"{name}.bias"]
+    if not isinstance(x, np.ndarray):
+        return x @ weight.T + bias
+    out = np.empty((*x.shape[:-1], len(bias)), np.float32)
+    rows = np.ascontiguousarray(x).reshape(-1, x.shape[-1])
+    multiply(rows, np.ascontiguousarray(weight.T), bias, out.reshape(-1, len(bias)))
+    return out
+
+
+@kernel
+def multiply(
+    x: Float32[Array, "rows inputs"],
+    weight: Float32[Array, "inputs outputs"],
+    bias: Float32[Array, " outputs"],
+    out: Float32[Array, "rows outputs"],
+) -> None:
+    """out = x weight + bias, each row for itself."""
+    for i in range(x.shape[0]):
+        out[i, :] = bias
+        for k in range(x.shape[1]):
+            for j in range(bias.shape[0]):
+                out[i, j] += x[i, k] * weight[k, j]
 
 
 def _own_features(observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 as above

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+import torch
 from stable_baselines3.common.utils import FloatSchedule, set_random_seed
 
 from baselines.controller import Recipe
@@ -71,6 +72,7 @@ class Learning:
     def __init__(self, experiment: Experiment) -> None:
         """Start, or go on from the checkpoint in the experiment's folder."""
         self._experiment = experiment
+        torch.set_num_threads(experiment.workers)
         self._method = METHODS[experiment.layer]
         self._env = environments(experiment, self._method)
         self._model = learner(self._env, experiment, self._method)

@@ -70,6 +70,15 @@ def test_training_and_evaluation_agree(observed, tower):
     assert (moves == 0.0).any()
 
 
+@pytest.mark.parametrize("rows", [1, 3, 8, 50, 301])
+def test_a_row_has_the_same_wheels_to_the_last_bit_whatever_rows_stand_beside_it(
+    observed, tower, rows
+):
+    weights, columns = tower.as_in_file(), columns_of(situation_layout(SCENARIO), "situation")
+    expected = wheels_of(weights, observed, columns, np)
+    assert_array_equal(wheels_of(weights, observed[-rows:], columns, np), expected[-rows:])
+
+
 def test_the_order_of_the_messages_plays_no_part(observed, tower):
     layout = situation_layout(SCENARIO)
     situation = layout.situation(observed)
