@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from baselines.cli import app, stoppable
-from swarm_forage_env.errors import ConfigError
 
 if TYPE_CHECKING:
     from training.experiment import Experiment
@@ -30,8 +29,8 @@ class Algorithm(StrEnum):
     PPO = "ppo"
 
 
-BUDGET = {Algorithm.CMA: 100, Algorithm.PPO: 2_000_000}
-EVERY = {Algorithm.CMA: 5, Algorithm.PPO: 100_000}
+BUDGET = {Algorithm.CMA: 100, Algorithm.PPO: 50_000_000}
+EVERY = {Algorithm.CMA: 5, Algorithm.PPO: 1_500_000}
 WORLDS = {Algorithm.CMA: 8, Algorithm.PPO: 8}
 
 CONTROLLER_OF = {
@@ -139,7 +138,9 @@ def train(  # noqa: PLR0913 the options of a command
 
 def _run(experiment: "Experiment") -> "Policy":
     if experiment.algorithm == "ppo":
-        raise ConfigError("--algorithm=ppo: not built yet")
+        from training import ppo
+
+        return ppo.train(experiment, _say)
     from training import evolution
 
     return evolution.train(experiment, _say)

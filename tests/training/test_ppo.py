@@ -1,0 +1,148 @@
+"""PPO on the layers: it begins as subsumption, goes on after a kill, and keeps its best."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import torch
+from numpy.testing import assert_array_equal
+
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import ControlLoop
+from training import learner, ppo
+from training.actor_critic import MotionTower
+from training.checkpoint import BEST, NAME
+from training.cloning import clone, demonstrations
+from training.motion import situation_layout
+from training.policy import load_policy
+from training.telling import Teller
+
+BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62"}
+
+QUICK = learner.Method(decision_period=4, steps=8, epochs=1, batches=2)
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch, tmp_path):
+    """Rollouts of a moment, and one epoch of cloning."""
+    monkeypatch.chdir(tmp_path)
+    every_tick = replace(QUICK, decision_period=1)
+    methods = {"weighting": every_tick, "motion": QUICK, "both": every_tick}
+    monkeypatch.setattr(ppo, "METHODS", methods)
+    monkeypatch.setattr("training.cloning.EPOCHS", 1)
+
+
+@pytest.fixture
+def motion(experiment):
+    """A motion experiment of two intervals, in two scenarios."""
+
+    def make(**changes):
+        terms = {
+            "layer": "motion",
+            "algorithm": "ppo",
+            "scenarios": ("es1", "es1:task.n_robots=6"),
+            "population": None,
+            "settings": BUSY | {"task.duration": "20"},
+            "budget": 1024,
+            "every": 512,
+            "worlds": 2,
+        }
+        return experiment(**terms | changes)
+
+    return make
+
+
+def silent(_):
+    """Say nothing."""
+
+
+def parameters(folder):
+    return load_policy(folder / "latest.safetensors").weights
+
+
+def test_a_run_keeps_its_best_with_a_card_that_tells_its_curve(motion):
+    said = []
+    experiment = motion()
+    policy = ppo.train(experiment, said.append)
+    card = policy.card
+    assert card.layer == "motion"
+    assert card.curve[0].step == 0
+    assert card.score.keys() == set(experiment.scenarios)
+    assert any("copied" in line for line in said)
+    assert any("robot steps/s" in line for line in said)
+    assert list((experiment.out / "tensorboard").iterdir())
+    last = ppo.Learning(experiment).curve
+    assert [point.step for point in last] == [0, 704, 1408]  # 22 robots, 8 decisions of 4 ticks
+    assert card.curve[-1].value == max(point.value for point in last)
+
+
+def test_a_stopped_run_ends_where_it_would_have_ended(motion, tmp_path):
+    whole = motion(out=tmp_path / "whole")
+    ppo.train(whole, silent)
+    stopped = motion(out=tmp_path / "stopped")
+    with Teller(stopped.out, "robot step", silent) as teller:
+        learning = ppo.Learning(stopped)
+        learning.begin()
+        learning.evaluate(teller)
+        learning.advance(teller)
+        learning.evaluate(teller)
+        learning.advance(teller)  # lost, as nothing was kept after it
+    ppo.train(stopped, silent)
+    expected, found = parameters(whole.out), parameters(stopped.out)
+    assert expected.keys() == found.keys()
+    for name, array in expected.items():
+        assert_array_equal(found[name], array)
+
+
+def test_the_first_interval_of_a_motion_trains_the_critic_alone(motion, tmp_path):
+    experiment = motion(out=tmp_path / "run")
+    with Teller(experiment.out, "robot step", silent) as teller:
+        learning = ppo.Learning(experiment)
+        learning.begin()
+        steps = []
+        for _ in range(3):
+            learning.evaluate(teller)
+            steps.append(parameters(experiment.out))
+            critic = learning._model.policy.mlp_extractor.critic.state_dict()
+            steps[-1]["critic"] = critic["value.weight"].numpy().copy()
+            learning.advance(teller)
+    changed = [{name for name in a if (a[name] != b[name]).any()} for a, b in pairwise(steps)]
+    assert changed[0] == {"critic"}
+    assert {"critic", "motion.wheels.weight", "motion.first.weight"} <= changed[1]
+
+
+@pytest.mark.parametrize("layer", ["weighting", "both"])
+def test_the_other_layers_train_too(motion, layer, tmp_path):
+    experiment = motion(layer=layer, out=tmp_path / layer, scenarios=("es1",), budget=200)
+    policy = ppo.train(experiment, silent)
+    assert policy.card.layers.keys() == set(experiment.layers)
+
+
+def test_a_damaged_checkpoint_is_refused(motion, tmp_path):
+    experiment = motion(out=tmp_path / "run")
+    experiment.out.mkdir()
+    (experiment.out / NAME).write_bytes(b"nothing of use")
+    with pytest.raises(ConfigError, match="remove it to start anew"):
+        ppo.train(experiment, silent)
+    assert not (experiment.out / BEST).exists()
+
+
+def test_a_copy_does_what_it_was_shown(motion, monkeypatch):
+    monkeypatch.setattr("training.cloning.EPOCHS", 10)
+    experiment = motion()
+    scenario = experiment.worlds_by_name["es1"]
+    layout = situation_layout(scenario)
+    loop = ControlLoop(scenario, experiment.recipe, range(20), "kinematic")
+    pairs = demonstrations(loop, layout)
+    observed, wheels = pairs
+    assert not wheels[layout.situation(observed).talking].any()
+    torch.manual_seed(0)
+    tower = MotionTower(layout)
+    before = clone(tower, [pairs])
+    assert clone(tower, [pairs]) < min(before, 0.5 * np.mean(wheels**2))
+
+
+def test_scenarios_with_other_slots_are_refused_together(motion):
+    with pytest.raises(ConfigError, match=r"'es1' shows 39 numbers and 'es1' 43"):
+        ppo.train(motion(scenarios=("es1", "es1:task.n_robots=4")), silent)

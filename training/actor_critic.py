@@ -1,0 +1,196 @@
+"""The networks of the learned layers as stable-baselines3 trains them, one tower for each layer.
+
+Where a layer's action has no effect (a weight without an exchange, the wheels of a robot that
+is talking), the policy does what the running layer does, almost without noise and whatever its
+parameters are: such steps teach the actor nothing, and disturb nothing.
+"""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, cast
+
+import torch
+from stable_baselines3.common.distributions import DiagGaussianDistribution, Distribution
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.type_aliases import Schedule
+from torch import Tensor, nn
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.envs.layout import ObservationLayout
+from training.motion import NETWORK, SIZES, columns_of, dense, motion_shapes, pooled, wheels_of
+from training.policy import LayerName, Shapes
+from training.weighting import FEATURES, HIDDEN, SCALES, shapes_of
+from training.weighting import NETWORK as LOG_ODDS
+
+STILL = -5.0
+"""Logarithm of the standard deviation of an action without effect."""
+
+GAIN = 0.01
+"""Of the first weights of an actor's last layer: it starts near zero."""
+
+
+class Tower(nn.Module):
+    """Named dense layers; the names and shapes are those of a policy's file."""
+
+    network: ClassVar[str]
+    """What kind of network, and its sizes, as a card says."""
+    sizes: ClassVar[Mapping[str, int]]
+
+    def __init__(self, shapes: Shapes, last: str, gain: float) -> None:
+        """Orthogonal matrices, that of the last layer with another gain; all else zero."""
+        super().__init__()
+        for name, shape in shapes.items():
+            layer, _, array = name.partition(".")
+            if layer not in dict(self.named_children()):
+                self.add_module(layer, nn.Module())
+            made = nn.Parameter(torch.zeros(shape))
+            if len(shape) > 1:
+                nn.init.orthogonal_(made, gain if layer == last else 2.0**0.5)
+            self.get_submodule(layer).register_parameter(array, made)
+
+    @property
+    def arrays(self) -> dict[str, Tensor]:
+        """The weights and biases by name."""
+        return dict(self.named_parameters())
+
+    def as_in_file(self) -> dict[str, Float32[Array, "..."]]:
+        """The weights and biases as a policy's file has them."""
+        return {name: array.detach().numpy().copy() for name, array in self.arrays.items()}
+
+
+class MotionTower(Tower):
+    """The network of `training.motion`."""
+
+    network = NETWORK
+    sizes = SIZES
+
+    def __init__(self, layout: ObservationLayout) -> None:
+        """For observations of a layout."""
+        super().__init__(motion_shapes(SIZES), "wheels", GAIN)
+        self._columns = columns_of(layout, "situation")
+
+    def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
+        """The wheels, and 1 where they have an effect."""
+        moves = 1.0 - observed[:, self._columns["talking"]]
+        wheels = wheels_of(self.arrays, observed, self._columns, torch)
+        return wheels * moves, moves.expand(-1, 2)
+
+
+class MotionValue(Tower):
+    """What a situation is worth, by a network of the same form."""
+
+    def __init__(self, layout: ObservationLayout) -> None:
+        """For observations of a layout."""
+        of_actor = motion_shapes(SIZES)
+        shapes = {name: of_actor[name] for name in of_actor if not name.startswith("wheels")}
+        value = {"value.weight": (1, SIZES["hidden"]), "value.bias": (1,)}
+        super().__init__({**shapes, **value}, "value", 1.0)
+        self._columns = columns_of(layout, "situation")
+
+    def forward(self, observed: Tensor) -> Tensor:
+        """The value of each row."""
+        arrays = self.arrays
+        hidden = torch.tanh(dense(arrays, "first", pooled(arrays, observed, self._columns, torch)))
+        return cast(Tensor, dense(arrays, "value", torch.tanh(dense(arrays, "second", hidden))))
+
+
+class WeightingTower(Tower):
+    """The network of `training.weighting`."""
+
+    network = LOG_ODDS
+    sizes: ClassVar[Mapping[str, int]] = {"hidden": HIDDEN}
+
+    def __init__(self, layout: ObservationLayout) -> None:
+        """For observations of a layout."""
+        super().__init__(shapes_of(self.sizes), "output", GAIN)
+        self._columns = columns_of(layout, "encounter")
+        scales = torch.tensor(SCALES)
+        self._unit, self._centre, self._spread = scales[:, 0], scales[:, 1], scales[:, 2]
+
+    def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
+        """g of both areas, and 1 where two estimates of the area have met."""
+        told = {name: observed[:, each] for name, each in self._columns.items()}
+        both = {name: told[name].expand(-1, 2) for name in ("frames", "range")}
+        elsewhere = {"own_p_elsewhere": told["own_p"].flip(1)}
+        shown = torch.stack([{**told, **both, **elsewhere}[name] for name in FEATURES], 2)
+        x = (torch.log1p(shown / self._unit) - self._centre) / self._spread
+        w, direct = self.arrays, self.arrays["direct.weight"]
+        hidden = torch.tanh(dense(w, "hidden", x))
+        ahead = told["own_p"] - told["heard_p"]
+        network = x @ direct[:-1] + hidden @ w["output.weight"] + w["output.bias"]
+        return torch.sigmoid((1.0 + direct[-1]) * ahead + network), told["own_known"] * told[
+            "heard_known"
+        ]
+
+
+class WeightingValue(Tower):
+    """What an encounter is worth; without one, what a robot is worth on average."""
+
+    def __init__(self, layout: ObservationLayout) -> None:
+        """For observations of a layout."""
+        self._columns = columns_of(layout, "encounter")
+        n = max(each.stop for each in self._columns.values())
+        shapes = {"first.weight": (32, n), "first.bias": (32,)}
+        super().__init__({**shapes, "value.weight": (1, 32), "value.bias": (1,)}, "value", 1.0)
+
+    def forward(self, observed: Tensor) -> Tensor:
+        """The value of each row."""
+        arrays = self.arrays
+        hidden = torch.tanh(dense(arrays, "first", torch.log1p(observed)))
+        return cast(Tensor, dense(arrays, "value", hidden))
+
+
+ACTORS: Mapping[LayerName, Any] = {"weighting": WeightingTower, "motion": MotionTower}
+CRITICS: Mapping[LayerName, Any] = {"weighting": WeightingValue, "motion": MotionValue}
+
+
+class Towers(nn.Module):
+    """The actors of all learned layers side by side, and one critic."""
+
+    def __init__(self, layout: ObservationLayout, layers: tuple[LayerName, ...]) -> None:
+        """Layers in the order of their actions; the last one's critic is that of all."""
+        super().__init__()
+        self.actors = nn.ModuleDict({layer: ACTORS[layer](layout) for layer in layers})
+        self.critic = CRITICS[layers[-1]](layout)
+
+    def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
+        """What the actor and what the critic make of the observations."""
+        return self.forward_actor(observed), self.forward_critic(observed)
+
+    def forward_actor(self, observed: Tensor) -> Tensor:
+        """All actions, then for each 1 where it has an effect."""
+        means, effects = zip(*(actor(observed) for actor in self.actors.values()), strict=True)
+        return torch.cat([*means, *effects], 1)
+
+    def forward_critic(self, observed: Tensor) -> Tensor:
+        """The value of each row."""
+        return cast(Tensor, self.critic(observed))
+
+
+class LayersPolicy(ActorCriticPolicy):
+    """The policy of SB3's PPO that acts in the place of one layer or of several."""
+
+    def __init__(
+        self,
+        *spaces: Any,  # noqa: ANN401 spaces and schedule, as SB3 passes them
+        layout: ObservationLayout,
+        layers: tuple[LayerName, ...],
+        **options: Any,  # noqa: ANN401 those of SB3
+    ) -> None:
+        """For observations of a layout."""
+        self._layout = layout
+        self._layers = layers
+        super().__init__(*spaces, **options)
+
+    def _build(self, lr_schedule: Schedule) -> None:
+        self.mlp_extractor = Towers(self._layout, self._layers)  # type: ignore[assignment]
+        self.action_net = nn.Identity()
+        self.value_net = nn.Identity()  # type: ignore[assignment]
+        size = self.action_space.shape or (0,)
+        self.log_std = nn.Parameter(torch.full(size, self.log_std_init))
+        self.optimizer = torch.optim.Adam(self.parameters(), lr_schedule(1), eps=1e-5)
+
+    def _get_action_dist_from_latent(self, latent_pi: Tensor) -> Distribution:
+        means, effects = latent_pi.chunk(2, dim=1)
+        log_std = torch.where(effects > 0.0, self.log_std, STILL)
+        gaussian = cast(DiagGaussianDistribution, self.action_dist)
+        return gaussian.proba_distribution(means, log_std)

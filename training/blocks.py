@@ -1,0 +1,67 @@
+"""Several scenarios at once: their environments side by side, as one of stable-baselines3."""
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.errors import ConfigError
+from training.vec_env import Infos, OneForAll, SwarmVecEnv
+
+
+class Blocks(OneForAll):
+    """Environments of scenarios that show and take the same slots, one block after the other.
+
+    `stepping_s` is the time that all steps and resets took so far [s].
+    """
+
+    def __init__(self, blocks: Sequence[SwarmVecEnv]) -> None:
+        """Blocks of any numbers of robots; the spaces are those of the first.
+
+        ConfigError if the scenarios show other slots.
+        """
+        for each in blocks:
+            if each.observation_layout.names != blocks[0].observation_layout.names:
+                raise ConfigError(
+                    f"'{each.scenario.name}' shows {len(each.observation_layout)} numbers and"
+                    f" '{blocks[0].scenario.name}' {len(blocks[0].observation_layout)}: must be the"
+                    " same to train on both; radio.slots and task.n_robots decide how many"
+                )
+        self._blocks = list(blocks)
+        self._ends = np.cumsum([each.num_envs for each in blocks])
+        self.stepping_s = 0.0
+        self.render_mode = None
+        first = blocks[0]
+        self.observation_layout = first.observation_layout
+        super().__init__(int(self._ends[-1]), first.observation_space, first.action_space)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Begin the sequence of seeds of every block."""
+        return [each for block in self._blocks for each in block.seed(seed)]
+
+    def reset(self) -> Float32[Array, "rows numbers"]:
+        """Start every world anew; what every robot observes."""
+        begin = time.perf_counter()
+        observed = np.concatenate([each.reset() for each in self._blocks])
+        self.reset_infos: Infos = [info for each in self._blocks for info in each.reset_infos]
+        self.stepping_s += time.perf_counter() - begin
+        return observed
+
+    def step_async(self, actions: Float32[Array, "rows numbers"]) -> None:
+        """Take the actions of all robots."""
+        parts = np.split(actions, self._ends[:-1])
+        for each, part in zip(self._blocks, parts, strict=True):
+            each.step_async(np.ascontiguousarray(part))
+
+    def step_wait(
+        self,
+    ) -> tuple[Float32[Array, "rows numbers"], Float32[Array, " rows"], Array, Infos]:
+        """One decision period of all robots."""
+        begin = time.perf_counter()
+        observed, rewards, done, infos = zip(
+            *(each.step_wait() for each in self._blocks), strict=True
+        )
+        self.stepping_s += time.perf_counter() - begin
+        every = [info for each in infos for info in each]
+        return np.concatenate(observed), np.concatenate(rewards), np.concatenate(done), every

@@ -1,0 +1,197 @@
+"""A learned motion: a small network steers every robot by what subsumption is shown.
+
+    m_k    = tanh(A f(beam_k) + a)                    for each message k
+    z      = [f(own), sum_k m_k, max_k m_k]           the order of the messages plays no part
+    wheels = clip(C tanh(B tanh(D z + d) + b) + c, -1, 1)
+
+f scales by hand, not by the bounds of the observation, which are far wider than what occurs:
+directions as cosine and sine, distances d as d / (d + near) and d / (d + far). Communication
+takes control of the motors (TR, Section 5.2): a robot that is talking stands still, whatever
+the network says, as under subsumption; its readings are ten times better for it. The network
+remembers nothing and draws nothing, so that a robot without a goal searches by rule.
+
+The same function runs on NumPy arrays here and on torch tensors in training.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from baselines.motion.base import MOTIONS
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.envs.bounds import Bounds
+from swarm_forage_env.envs.layout import ObservationLayout, Sheet
+from swarm_forage_env.envs.observation import situation_fields
+from swarm_forage_env.interface import Situation
+from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.scenario import Part, Scenario
+from training.policy import Policy, Shapes, Weights, load_policy, policy_file
+
+NETWORK = "deep-set-motion"
+SIZES = {"message": 16, "hidden": 64}
+"""Of the default network."""
+
+NEAR, FAR = 0.15, 1.5
+"""Distances that are told apart well [m]: between robots, and between areas."""
+
+LONG_PATH = 2.0
+"""A path p that is half way to the longest in the network's eyes [m]."""
+
+OWN, MESSAGE = 33, 5
+"""Features of a robot itself, and of each message."""
+
+Columns = Mapping[str, slice]
+"""Where each field of a part lies in a matrix of observations."""
+
+
+def columns_of(layout: ObservationLayout, part: str) -> Columns:
+    """Where each field of a part lies in the observations of a layout."""
+    found, start = {}, 0
+    for owner, fields in layout.parts.items():
+        for each in fields:
+            if owner == part:
+                found[each.name] = slice(start, start + len(each.slots))
+            start += len(each.slots)
+    return found
+
+
+def motion_shapes(sizes: Mapping[str, int]) -> Shapes:
+    """The arrays of a network of these sizes."""
+    message, hidden = sizes["message"], sizes["hidden"]
+    layers = {
+        "message": (message, MESSAGE),
+        "first": (hidden, OWN + 2 * message),
+        "second": (hidden, hidden),
+        "wheels": (2, hidden),
+    }
+    weights = {f"{name}.weight": shape for name, shape in layers.items()}
+    return {**weights, **{f"{name}.bias": shape[:1] for name, shape in layers.items()}}
+
+
+def wheels_of(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 of NumPy or of torch
+    """Left and right wheel for each row, not yet clipped, by `xp`: the module numpy or torch."""
+    hidden = xp.tanh(dense(weights, "first", pooled(weights, observed, columns, xp)))
+    hidden = xp.tanh(dense(weights, "second", hidden))
+    return dense(weights, "wheels", hidden)
+
+
+def pooled(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 as above
+    """The features of each row, and what its messages come to in any order."""
+    heard = observed[:, columns["heard"]][:, :, None]
+    beam = observed[:, columns["beam"]].reshape(len(observed), -1, 3)
+    told = heard * xp.tanh(dense(weights, "message", _message_features(beam, xp)))
+    return xp.concatenate([_own_features(observed, columns, xp), told.sum(1), xp.amax(told, 1)], 1)
+
+
+def dense(weights: Mapping[str, Any], name: str, x: Any) -> Any:  # noqa: ANN401 as above
+    """One layer, W x + b along the last axis.
+
+    On arrays it goes row by row in a fixed order: a matrix product of BLAS rounds by how many
+    rows there are, and a world would not be in a block what it is alone.
+    """
+    weight, bias = weights[f"{name}.weight"], weights[f"{name}.bias"]
+    if not isinstance(x, np.ndarray):
+        return x @ weight.T + bias
+    out = np.empty((*x.shape[:-1], len(bias)), np.float32)
+    rows = np.ascontiguousarray(x).reshape(-1, x.shape[-1])
+    multiply(rows, np.ascontiguousarray(weight.T), bias, out.reshape(-1, len(bias)))
+    return out
+
+
+@kernel
+def multiply(
+    x: Float32[Array, "rows inputs"],
+    weight: Float32[Array, "inputs outputs"],
+    bias: Float32[Array, " outputs"],
+    out: Float32[Array, "rows outputs"],
+) -> None:
+    """out = x weight + bias, each row for itself."""
+    for i in range(x.shape[0]):
+        out[i, :] = bias
+        for k in range(x.shape[1]):
+            for j in range(bias.shape[0]):
+                out[i, j] += x[i, k] * weight[k, j]
+
+
+def _own_features(observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 as above
+    plain = ("proximity", "ground", "known", "goal", "talking", "wheels")
+    places = xp.concatenate([observed[:, columns["target"]], observed[:, columns["areas"]]], 1)
+    p = observed[:, columns["p"]]
+    parts = [observed[:, columns[name]] for name in plain]
+    return xp.concatenate([*parts, p / (p + LONG_PATH), _place_features(places, xp)], 1)
+
+
+def _place_features(places: Any, xp: Any) -> Any:  # noqa: ANN401 as above
+    """Cosine, sine and two squashed distances of each place; zeros for one that is unknown."""
+    x, y = places[:, 0::2], places[:, 1::2]
+    d = xp.sqrt(x * x + y * y)
+    return xp.concatenate([x / (d + 1e-6), y / (d + 1e-6), d / (d + NEAR), d / (d + FAR)], 1)
+
+
+def _message_features(beam: Any, xp: Any) -> Any:  # noqa: ANN401 as above
+    length, bearings = beam[:, :, :1], beam[:, :, 1:]
+    return xp.concatenate([length / (length + NEAR), xp.cos(bearings), xp.sin(bearings)], 2)
+
+
+def situation_layout(scenario: Scenario) -> ObservationLayout:
+    """What a learned motion is shown in a scenario, as a matrix."""
+    slots = min(scenario.radio.slots, max(1, scenario.task.n_robots - 1))
+    bounds = Bounds(scenario, scenario.n_ticks)
+    return ObservationLayout({"situation": situation_fields(bounds, slots)})
+
+
+@MOTIONS.register("learned")
+class LearnedMotion(Part):
+    """A trained network steers. Not in the papers: all of it."""
+
+    policy: str = Field(
+        "motion",
+        description="The network: a name in the box, or a file as runs/x/best.safetensors",
+    )
+
+    @field_validator("policy")
+    @classmethod
+    def _can_be_used(cls, policy: str) -> str:
+        motion_weights(load_policy(policy))
+        return policy
+
+    @property
+    def reads(self) -> tuple[Path, ...]:
+        """Files that its wheels depend on, beside the code."""
+        return (policy_file(self.policy),)
+
+    def start(self, scenario: Scenario, seeds: Sequence[int]) -> "RunningMotion":
+        """The running motion of a block of worlds; ConfigError if the policy does not fit."""
+        policy = load_policy(self.policy)
+        policy.check_fits("motion", scenario)
+        return RunningMotion(motion_weights(policy), scenario, len(seeds))
+
+
+def motion_weights(policy: Policy) -> Weights:
+    """The arrays of a policy's motion; ConfigError if they are of another network."""
+    sizes = policy.sizes_of("motion", NETWORK, tuple(SIZES))
+    return policy.weights_of("motion", motion_shapes(sizes))
+
+
+class RunningMotion:
+    """The motion of all robots of a block of worlds."""
+
+    def __init__(self, weights: Weights, scenario: Scenario, n_worlds: int) -> None:
+        """Robots of a scenario, all under the same network."""
+        layout = situation_layout(scenario)
+        self._weights = weights
+        self._columns = columns_of(layout, "situation")
+        self._sheet = Sheet(layout, n_worlds * scenario.task.n_robots)
+
+    def __call__(self, situation: Situation) -> Float32[Array, "rows 2"]:
+        """Left and right wheel of every robot, in [-1, 1] of the cruise speed."""
+        observed = self._sheet.write({"situation": situation})
+        wheels = wheels_of(self._weights, observed, self._columns, np)
+        wheels[situation.talking] = 0.0
+        return np.asarray(np.clip(wheels, -1.0, 1.0))
+
+    def reset(self, world: int, seed: int) -> None:
+        """There is nothing to forget."""

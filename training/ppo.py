@@ -1,0 +1,207 @@
+"""PPO on the learned layers: one policy for all robots, judged on held-back worlds.
+
+Training goes in intervals. Each starts new worlds from seeds of its own and ends with an
+evaluation and a checkpoint, so that a run that was stopped goes on from the last interval and
+ends where it would have ended. The first interval of a motion trains the critic alone: the
+motion starts as a copy of subsumption, which an untrained critic would undo.
+
+Source: Schulman2017, Proximal Policy Optimization Algorithms (stable-baselines3).
+"""
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import torch
+from stable_baselines3.common.utils import FloatSchedule, set_random_seed
+
+from baselines.controller import Recipe
+from baselines.evaluation.episode import run_episodes
+from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.loop import ControlLoop
+from training.actor_critic import MotionTower, Tower, Towers
+from training.checkpoint import BEST, NAME, interval, read_checkpoint, write_checkpoint
+from training.cloning import clone, demonstrations
+from training.experiment import Experiment, versions
+from training.learner import METHODS, environments, learner, restore, state_of, worlds_of
+from training.motion import LearnedMotion
+from training.policy import (
+    Card,
+    CurvePoint,
+    Interval,
+    LayerName,
+    Policy,
+    layer_card,
+    load_policy,
+    save_policy,
+)
+from training.telling import Teller
+from training.weighting import LearnedWeighting
+
+LATEST = "latest.safetensors"
+"""The policy of the last interval."""
+
+LEARNED: Mapping[LayerName, Any] = {"weighting": LearnedWeighting, "motion": LearnedMotion}
+"""What runs a layer's policy from a file."""
+
+DEMONSTRATORS = 80
+"""Robots of each scenario that are copied, about."""
+
+
+def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
+    """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
+    learning = Learning(experiment)
+    with Teller(experiment.out, "robot step", say) as teller:
+        teller.start(experiment.budget, learning.robot_steps)
+        if not learning.curve:
+            say(learning.begin())
+            learning.evaluate(teller)
+        while learning.robot_steps < experiment.budget:
+            say(learning.advance(teller))
+            learning.evaluate(teller)
+    return load_policy(experiment.out / BEST)
+
+
+class Learning:
+    """A run under way; all that it depends on is in its checkpoint."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        """Start, or go on from the checkpoint in the experiment's folder."""
+        self._experiment = experiment
+        torch.set_num_threads(experiment.workers)
+        self._method = METHODS[experiment.layer]
+        self._env = environments(experiment, self._method)
+        self._model = learner(self._env, experiment, self._method)
+        self._file = experiment.out / NAME
+        self.curve: list[CurvePoint] = []
+        if self._file.exists():
+            names = state_of(self._model)
+            self.curve, arrays = read_checkpoint(self._file, experiment.identity, names)
+            restore(self._model, arrays)
+
+    @property
+    def robot_steps(self) -> int:
+        """Control ticks of single robots so far."""
+        return int(self._model.num_timesteps) * self._method.decision_period
+
+    def begin(self) -> str:
+        """Copy subsumption, if motion is learned; what is to be said of it."""
+        tower, experiment = self._actors.get("motion"), self._experiment
+        if not isinstance(tower, MotionTower):
+            return "starting from nothing"
+        set_random_seed(experiment.seed)
+        pairs = []
+        for scenario in experiment.worlds_by_name.values():
+            n_worlds = max(1, DEMONSTRATORS // scenario.task.n_robots)
+            seeds = experiment.training_seeds(0, n_worlds)
+            loop = ControlLoop(scenario, experiment.recipe, seeds, experiment.physics)
+            pairs.append(demonstrations(loop, self._env.observation_layout))
+        return f"subsumption is copied with a mean squared error of {clone(tower, pairs):.3f}"
+
+    def advance(self, teller: Teller) -> str:
+        """One interval of training, in new worlds; its speed, to be said."""
+        experiment, model, before = self._experiment, self._model, self.robot_steps
+        begin, stepping = time.perf_counter(), self._env.stepping_s
+        seed = _seed(experiment.seed, len(self.curve))
+        set_random_seed(seed)
+        self._env.seed(seed)
+        model._last_obs = None  # so that learning starts with a reset
+        left = max(0.0, 1.0 - before / experiment.budget)
+        model.lr_schedule = FloatSchedule(self._method.rate * left)
+        self._let_act(learn=len(self.curve) > 1 or "motion" not in self._actors)
+        decisions = math.ceil(experiment.every / self._method.decision_period)
+        model.learn(decisions, reset_num_timesteps=False)
+        wall = time.perf_counter() - begin
+        speed = (self.robot_steps - before) / wall
+        share = (self._env.stepping_s - stepping) / wall
+        numbers = {"speed/robot_steps_per_s": speed, "speed/environment_share": share}
+        teller.scalars(self.robot_steps, numbers)
+        return f"{speed:,.0f} robot steps/s, {share:.0%} of the time in the environment"
+
+    def evaluate(self, teller: Teller) -> None:
+        """Judge the policy on the held-back worlds, and keep it, the best and the state."""
+        experiment, weights = self._experiment, self._weights
+        save_policy(experiment.out / LATEST, weights, self._card({}))
+        trips = {name: self._round_trips(name) for name in experiment.worlds_by_name}
+        point = CurvePoint(
+            step=self.robot_steps,
+            simulated_s=self._simulated_s,
+            value=float(np.mean([np.log1p(each.mean()) for each in trips.values()])),
+            round_trips={name: interval(each) for name, each in trips.items()},
+        )
+        is_best = all(point.value > each.value for each in self.curve)
+        self.curve.append(point)
+        if is_best:
+            save_policy(experiment.out / BEST, weights, self._card(point.round_trips))
+        write_checkpoint(self._file, experiment.identity, self.curve, state_of(self._model))
+        teller.point(point)
+
+    def _round_trips(self, name: str) -> Int64[Array, " worlds"]:
+        """Those of the latest policy in each held-back world of a scenario."""
+        experiment = self._experiment
+        scenario, seeds = experiment.worlds_by_name[name], experiment.held_back_seeds
+        recipe = learned(experiment.recipe, experiment.layers, experiment.out / LATEST)
+        episodes = run_episodes(scenario, recipe, seeds, experiment.physics)
+        return np.array([each.round_trips for each in episodes])
+
+    @property
+    def _simulated_s(self) -> float:
+        """Simulated time so far, summed over worlds [s]."""
+        n_worlds = worlds_of(self._experiment)
+        ticks = self.robot_steps / self._env.num_envs
+        scenarios = self._experiment.worlds_by_name.items()
+        return ticks * sum(n_worlds[name] * each.tick for name, each in scenarios)
+
+    @property
+    def _actors(self) -> dict[LayerName, Tower]:
+        actors = cast(Towers, self._model.policy.mlp_extractor).actors
+        return cast(dict[LayerName, Tower], dict(actors.items()))
+
+    @property
+    def _weights(self) -> dict[str, Float32[Array, "..."]]:
+        """The arrays of the actors, as a policy's file names them."""
+        return {
+            f"{layer}.{name}": array
+            for layer, actor in self._actors.items()
+            for name, array in actor.as_in_file().items()
+        }
+
+    def _let_act(self, learn: bool) -> None:
+        """Let the actors learn, or the critic alone."""
+        self._model.policy.log_std.requires_grad_(learn)
+        for actor in self._actors.values():
+            actor.requires_grad_(learn)
+
+    def _card(self, score: dict[str, Interval]) -> Card:
+        experiment = self._experiment
+        scenario = next(iter(experiment.worlds_by_name.values()))
+        return Card(
+            layers={
+                layer: layer_card(layer, scenario, actor.network, actor.sizes)
+                for layer, actor in self._actors.items()
+            },
+            scenarios=experiment.scenarios,
+            settings=dict(experiment.settings),
+            controller=experiment.controller,
+            algorithm=experiment.algorithm,
+            command=experiment.command,
+            seed=experiment.seed,
+            versions=versions("stable-baselines3", "torch"),
+            curve=tuple(self.curve),
+            score=score,
+        )
+
+
+def learned(recipe: Recipe, layers: Sequence[LayerName], policy: Path) -> Recipe:
+    """The same controller with a policy in the place of some layers."""
+    parts = {layer: LEARNED[layer](policy=str(policy)) for layer in layers}
+    return replace(recipe, **parts)
+
+
+def _seed(experiment: int, interval: int) -> int:
+    """The seed of an interval's draws and worlds."""
+    return int(np.random.SeedSequence([experiment, interval]).generate_state(1)[0])

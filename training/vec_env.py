@@ -1,0 +1,168 @@
+"""Stable-baselines3: the robots of W worlds as its environments, arrays in and arrays out."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.vec_env import VecEnv
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.envs.actions import Actions, is_within
+from swarm_forage_env.envs.batch import Batch
+from swarm_forage_env.envs.terms import Terms
+from swarm_forage_env.envs.waypoints import WaypointBatch
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import ControllerRecipe
+from swarm_forage_env.scenario import Count, Part, validated
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.streams import checked_seed
+from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
+
+Infos = list[dict[str, Any]]
+
+
+class OneForAll(VecEnv):
+    """Environments that share all attributes and methods: those of the whole."""
+
+    def close(self) -> None:
+        """Nothing is held open."""
+
+    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
+        """An attribute, once for each environment asked for."""
+        return [getattr(self, attr_name) for _ in self._get_indices(indices)]
+
+    def set_attr(
+        self,
+        attr_name: str,
+        value: Any,  # noqa: ANN401 whatever the attribute holds
+        indices: int | Iterable[int] | None = None,
+    ) -> None:
+        """Set an attribute, of the whole."""
+        setattr(self, attr_name, value)
+
+    def env_method(
+        self,
+        method_name: str,
+        *method_args: Any,  # noqa: ANN401 the method's
+        indices: int | Iterable[int] | None = None,
+        **method_kwargs: Any,  # noqa: ANN401 the method's
+    ) -> list[Any]:
+        """Call a method once; its result, once for each environment asked for."""
+        result = getattr(self, method_name)(*method_args, **method_kwargs)
+        return [result for _ in self._get_indices(indices)]
+
+    def env_is_wrapped(
+        self,
+        wrapper_class: Any,  # noqa: ANN401 a type
+        indices: int | Iterable[int] | None = None,
+    ) -> list[bool]:
+        """No environment is wrapped by itself."""
+        return [False for _ in self._get_indices(indices)]
+
+
+class SwarmVecEnv(OneForAll):
+    """W worlds of N robots as W * N environments, so that one policy learns for all robots.
+
+    Environment k is robot k % N of world k // N. Options are those of `parallel_env`: what is
+    learned (`learn`, `reward`, `shaping`, `discount`, `decision_period`, `physics`,
+    `max_cycles`) and numbers of the scenario by dotted name.
+
+    All worlds run out of time together and start anew from the next seeds of the sequence that
+    `seed` began. The last infos hold `terminal_observation`, `TimeLimit.truncated` (time-outs
+    are bootstrapped, as foraging has no end) and what `parallel_env` logs of a robot, as
+    `round_trips`. Actions out of bounds and NaN are refused with a ConfigError: PPO clips its
+    own.
+    """
+
+    def __init__(
+        self,
+        scenario: str | Path | AnyScenario = "es1",
+        n_worlds: int = 8,
+        controller: str | ControllerRecipe | None = None,
+        seed: int = 0,
+        **options: Any,  # noqa: ANN401 checked by Terms and by the scenario
+    ) -> None:
+        """Make the worlds; `reset` starts them from the seeds that follow from `seed`."""
+        _ = validated(_Block, {"n_worlds": n_worlds})
+        agreed = {name: options.pop(name) for name in Terms.model_fields if name in options}
+        terms = validated(Terms, agreed)
+        chosen = find_scenario(scenario, options)
+        self.batch = _batch(chosen, terms, controller, range(n_worlds))
+        self.scenario = chosen
+        self.max_cycles = self.batch.n_cycles
+        self.observation_layout = self.batch.observation_layout
+        self.action_layout = self.batch.action_layout
+        self.render_mode = None
+        self._n_worlds = n_worlds
+        rows = self.batch.world.rows
+        self._space = self.action_layout.box()
+        self._actions = Actions([f"environment {k}" for k in range(rows)], self.action_layout)
+        self._next: Float32[Array, "rows numbers"] | None = None
+        self._cycles = 0
+        super().__init__(rows, self.observation_layout.box(), self._space)
+        self.seed(seed)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Begin the sequence of seeds that the next resets draw from."""
+        checked = None if seed is None else checked_seed(seed)
+        self._rng = np.random.default_rng(checked)
+        return [checked] * self.num_envs
+
+    def reset(self) -> Float32[Array, "rows numbers"]:
+        """Start every world anew; what every robot observes."""
+        self._cycles = 0
+        self.reset_infos: Infos = [{} for _ in range(self.num_envs)]
+        seeds = self._rng.integers(2**63, size=self._n_worlds)
+        return np.asarray(self.batch.reset([int(seed) for seed in seeds]))
+
+    def step_async(self, actions: Float32[Array, "rows numbers"]) -> None:
+        """Take the actions of all robots; ConfigError if one cannot be used."""
+        given = np.asarray(actions)
+        if given.shape != (self.num_envs, *self._space.shape):
+            raise ConfigError(
+                f"actions of shape {given.shape}: must be {(self.num_envs, *self._space.shape)}"
+            )
+        if given.dtype != np.float32 or not is_within(given, self._space.low, self._space.high):
+            given = self._actions.matrix(
+                {f"environment {k}": action for k, action in enumerate(given)}
+            )
+        self._next = given
+
+    def step_wait(
+        self,
+    ) -> tuple[Float32[Array, "rows numbers"], Float32[Array, " rows"], Array, Infos]:
+        """One decision period of all robots."""
+        if self._next is None:
+            raise ConfigError("step_wait() without an action: call step_async(actions) first")
+        observations, rewards = self.batch.step(self._next)
+        self._next = None
+        self._cycles += 1
+        over = self._cycles >= self.max_cycles
+        infos: Infos = [{} for _ in range(self.num_envs)]
+        if over:
+            for info, last, log in zip(infos, observations, self.batch.log(), strict=True):
+                info["terminal_observation"] = last
+                info["TimeLimit.truncated"] = True
+                info |= zip(self.batch.infos, log, strict=True)
+            observations = self.reset()
+        done = np.full(self.num_envs, over)
+        return observations, rewards.astype(np.float32), done, infos
+
+
+class _Block(Part):
+    """How many worlds run side by side."""
+
+    n_worlds: Count
+
+
+def _batch(
+    scenario: AnyScenario,
+    terms: Terms,
+    controller: str | ControllerRecipe | None,
+    seeds: Sequence[int],
+) -> Batch | WaypointBatch:
+    """The batch of a scenario's worlds."""
+    if isinstance(scenario, WaypointsScenario):
+        return WaypointBatch(scenario, terms, controller or "boids-adaptive", seeds)
+    return Batch(scenario, terms, controller or "ssgikf", seeds)
