@@ -4,9 +4,10 @@ WORKERS ?= 2
 EXTRAS  := evaluate,calibrate,dev
 BIN     := .venv/bin
 READY   := .venv/.ready
+TESTS   := pytest hypothesis beartype
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test check lint coverage bench reproduce docs-equations clean
+.PHONY: help install demo test test-rllib test-torchrl check lint coverage bench reproduce docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -14,6 +15,18 @@ help:  ## list the targets
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install -qq --constraint constraints.txt --editable '.[$(EXTRAS)]'
+	@touch $@
+
+.venv-rllib/.ready: pyproject.toml constraints-rllib.txt
+	$(PYTHON) -m venv .venv-rllib
+	.venv-rllib/bin/python -m pip install -qq --constraint constraints-rllib.txt \
+		--editable '.[rllib]' $(TESTS)
+	@touch $@
+
+.venv-torchrl/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv-torchrl
+	.venv-torchrl/bin/python -m pip install -qq --constraint constraints.txt \
+		--editable '.[torchrl]' $(TESTS)
 	@touch $@
 
 install: $(READY)  ## make .venv with the tested set; quick when nothing changed
@@ -24,6 +37,12 @@ demo: $(READY)  ## evaluate three baselines on es1: table, boxplot, dataset
 
 test: $(READY)  ## the tests, without those marked slow or reproduces
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m 'not slow and not reproduces'
+
+test-rllib: .venv-rllib/.ready  ## the RLlib example, in .venv-rllib, as ray pins gymnasium
+	.venv-rllib/bin/pytest -m rllib tests/plugs
+
+test-torchrl: .venv-torchrl/.ready  ## the TorchRL and BenchMARL examples, in .venv-torchrl
+	.venv-torchrl/bin/pytest -m torchrl tests/plugs
 
 lint: $(READY)  ## style, types, the house, spelling
 	$(BIN)/ruff check .
@@ -51,7 +70,7 @@ reproduce: $(READY)  ## the claims and figures of the three papers (hours)
 docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings
 	$(BIN)/python docs/make_equations.py
 
-clean:  ## remove caches and build outputs; .venv and runs/ stay
+clean:  ## remove caches and build outputs; environments and runs/ stay
 	rm -rf build dist site *.egg-info .coverage .hypothesis .import_linter_cache .mypy_cache \
 		.pytest_cache .ruff_cache
-	find swarm_forage_env baselines training tests docs -name __pycache__ -prune -exec rm -rf {} +
+	find swarm_forage_env baselines training tests docs examples -name __pycache__ -prune -exec rm -rf {} +

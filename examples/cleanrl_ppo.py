@@ -62,7 +62,7 @@ class Options:
 class Worlds:
     """Several PettingZoo environments as arrays, begun anew when their time is out."""
 
-    def __init__(self, options: Options, **more: Any) -> None:  # noqa: ANN401 as parallel_env
+    def __init__(self, options: Options, **more: Any) -> None:
         """`more` are keywords of `parallel_env`: `physics="kinematic"`, `reward="team"`."""
         terms = {
             "learn": options.learn,
@@ -161,7 +161,9 @@ class Rollout:
 
 
 @torch.no_grad()
-def collect(agent: Agent, worlds: Worlds, begin: Tensor, options: Options) -> tuple[Rollout, Tensor]:
+def collect(
+    agent: Agent, worlds: Worlds, begin: Tensor, options: Options
+) -> tuple[Rollout, Tensor]:
     """Let all robots act for `steps` decisions; also what they observe after the last."""
     shape = options.steps, worlds.rows
     observed = torch.zeros(*shape, worlds.n_observed)
@@ -208,7 +210,7 @@ def update(agent: Agent, optimiser: torch.optim.Adam, seen: Rollout, options: Op
     return loss.item()
 
 
-def train(options: Options, **more: Any) -> Agent:  # noqa: ANN401 as parallel_env
+def train(options: Options, **more: Any) -> Agent:
     """Train one policy for all robots; weights and curves are written to `out`."""
     torch.manual_seed(options.seed)
     torch.set_num_threads(1)  # quicker for networks this small, and always in the same order

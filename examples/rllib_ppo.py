@@ -71,7 +71,7 @@ def configure(seed: int, steps: int, **options: Any) -> PPOConfig:
             lambda_=0.95,
             lr=3e-4,
             train_batch_size_per_learner=steps,  # decisions of the whole swarm
-            minibatch_size=max(steps // 4, 1),
+            minibatch_size=max(steps // 2, 1),  # of single robots
             num_epochs=4,
         )
         .debugging(seed=seed)
