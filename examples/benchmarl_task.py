@@ -1,6 +1,6 @@
 """BenchMARL: a task of its own, for any of its algorithms.
 
-    make .venv-torchrl                   # the tested set, with torchrl and benchmarl beside
+    make .venv-torchrl/.ready            # the tested set, with torchrl and benchmarl beside
     .venv-torchrl/bin/python examples/benchmarl_task.py --task ES1_MOTION --algorithm mappo
 
 A task is a name in an enum and a dictionary of `parallel_env`'s keywords. BenchMARL gives every

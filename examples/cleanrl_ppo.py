@@ -27,7 +27,7 @@ import torch
 from numpy.typing import NDArray
 from safetensors.torch import save_file
 from torch import Tensor, nn
-from torch.distributions import Independent, Normal
+from torch.distributions import Distribution, Independent, Normal
 from torch.utils.tensorboard import SummaryWriter
 
 from swarm_forage_env import parallel_env
@@ -64,7 +64,7 @@ class Worlds:
 
     def __init__(self, options: Options, **more: Any) -> None:
         """`more` are keywords of `parallel_env`: `physics="kinematic"`, `reward="team"`."""
-        terms = {
+        terms: dict[str, Any] = {
             "learn": options.learn,
             "decision_period": HOLD[options.learn],
             "max_cycles": options.max_cycles,
@@ -92,7 +92,8 @@ class Worlds:
         centre, half = (self.high + self.low) / 2, (self.high - self.low) / 2
         scaled: NDArray[np.float32] = np.clip(centre + half * action.numpy(), self.low, self.high)
         of_worlds = scaled.reshape(len(self.envs), len(self.agents), -1)
-        observed, rewards, infos = [], [], []
+        observed, infos = [], []
+        rewards: list[float] = []
         for env, of_robots in zip(self.envs, of_worlds, strict=True):
             observation, reward, _, truncated, info = env.step(
                 dict(zip(self.agents, of_robots, strict=True))
@@ -122,7 +123,7 @@ class Agent(nn.Module):
         self.critic = network(n_observed, 1, gain=1.0)
         self.log_deviation = nn.Parameter(torch.full((n_actions,), -0.5))
 
-    def act(self, observed: Tensor) -> Independent:
+    def act(self, observed: Tensor) -> Distribution:
         """The distribution that actions are drawn from."""
         mean = self.policy(symlog(observed))
         return Independent(Normal(mean, self.log_deviation.exp().expand_as(mean)), 1)
@@ -207,7 +208,7 @@ def update(agent: Agent, optimiser: torch.optim.Adam, seen: Rollout, options: Op
             loss.backward()
             nn.utils.clip_grad_norm_(agent.parameters(), options.max_gradient)
             optimiser.step()
-    return loss.item()
+    return float(loss.item())
 
 
 def train(options: Options, **more: Any) -> Agent:

@@ -1,7 +1,10 @@
 """RLlib's PPO (new API stack): one policy for all robots.
 
-    make .venv-rllib                     # ray pins another gymnasium: an environment of its own
+    make .venv-rllib/.ready              # ray pins another gymnasium: an environment of its own
     .venv-rllib/bin/python examples/rllib_ppo.py --scenario es1 --learn motion --iterations 100
+
+RLlib keeps the robots in a set, whose order differs from process to process: one seed gives one
+policy only with `PYTHONHASHSEED=0` in front of the command.
 
 Observations are in SI with bounds that are proven but kilometres wide: never scale by them. A
 connector squeezes them with symlog, on the way to the module.

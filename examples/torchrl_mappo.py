@@ -1,6 +1,6 @@
 """TorchRL: `PettingZooWrapper`, one policy for all robots, a critic that knows the truth (MAPPO).
 
-    make .venv-torchrl                   # the tested set, with torchrl beside
+    make .venv-torchrl/.ready            # the tested set, with torchrl beside
     .venv-torchrl/bin/python examples/torchrl_mappo.py --scenario es1 --learn motion
 
 The critic reads `env.state()`: true poses and all beliefs, which no robot ever sees.
