@@ -7,7 +7,8 @@ READY   := .venv/.ready
 TESTS   := pytest hypothesis beartype
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-rllib test-torchrl check lint coverage bench reproduce docs-equations clean
+.PHONY: help install demo test test-rllib test-torchrl check lint coverage bench \
+	reproduce docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -73,4 +74,5 @@ docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings
 clean:  ## remove caches and build outputs; environments and runs/ stay
 	rm -rf build dist site *.egg-info .coverage .hypothesis .import_linter_cache .mypy_cache \
 		.pytest_cache .ruff_cache
-	find swarm_forage_env baselines training tests docs examples -name __pycache__ -prune -exec rm -rf {} +
+	find swarm_forage_env baselines training tests docs examples -name __pycache__ -prune \
+		-exec rm -rf {} +
