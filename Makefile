@@ -1,13 +1,14 @@
 # Every target makes .venv where it is missing, so each works on a fresh clone.
 PYTHON  ?= python3
 WORKERS ?= 2
-EXTRAS  := evaluate,calibrate,render,dev
+EXTRAS  := evaluate,calibrate,render,train,dev
 BIN     := .venv/bin
 READY   := .venv/.ready
+TESTS   := pytest hypothesis beartype
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo score-plot test test-browser check lint coverage bench reproduce pictures \
-	docs-equations clean
+.PHONY: help install demo test test-browser test-rllib test-torchrl check lint coverage bench \
+	reproduce pictures score-plot docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -15,6 +16,18 @@ help:  ## list the targets
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install -qq --constraint constraints.txt --editable '.[$(EXTRAS)]'
+	@touch $@
+
+.venv-rllib/.ready: pyproject.toml constraints-rllib.txt
+	$(PYTHON) -m venv .venv-rllib
+	.venv-rllib/bin/python -m pip install -qq --constraint constraints-rllib.txt \
+		--editable '.[rllib]' $(TESTS)
+	@touch $@
+
+.venv-torchrl/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv-torchrl
+	.venv-torchrl/bin/python -m pip install -qq --constraint constraints.txt \
+		--editable '.[torchrl]' $(TESTS)
 	@touch $@
 
 install: $(READY)  ## make .venv with the tested set; quick when nothing changed
@@ -35,6 +48,12 @@ test-browser: $(READY)  ## the replay in Chromium, which must be there (`make te
 		command -v $$name && exit 0; \
 	done; echo 'no Chromium on the PATH; on Debian: apt-get install chromium' >&2; exit 1
 	$(BIN)/pytest -m browser tests/rendering/replay
+
+test-rllib: .venv-rllib/.ready  ## the RLlib example, in .venv-rllib, as ray pins gymnasium
+	.venv-rllib/bin/pytest -m rllib tests/plugs
+
+test-torchrl: .venv-torchrl/.ready  ## the TorchRL and BenchMARL examples, in .venv-torchrl
+	.venv-torchrl/bin/pytest -m torchrl tests/plugs
 
 lint: $(READY)  ## style, types, the house, spelling
 	$(BIN)/ruff check .
@@ -68,7 +87,8 @@ pictures: $(READY)  ## the still and the clip of README and docs
 docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings
 	$(BIN)/python docs/make_equations.py
 
-clean:  ## remove caches and build outputs; .venv and runs/ stay
+clean:  ## remove caches and build outputs; environments and runs/ stay
 	rm -rf build dist site *.egg-info .coverage .hypothesis .import_linter_cache .mypy_cache \
 		.pytest_cache .ruff_cache
-	find swarm_forage_env baselines training tests docs -name __pycache__ -prune -exec rm -rf {} +
+	find swarm_forage_env baselines training tests docs examples -name __pycache__ -prune \
+		-exec rm -rf {} +
