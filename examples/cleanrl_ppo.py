@@ -32,8 +32,11 @@ from torch.utils.tensorboard import SummaryWriter
 
 from swarm_forage_env import parallel_env
 
-HOLD = {"weighting": 1, "both": 1, "motion": 5, "everything": 5}
+HOLD = {"weighting": 1, "both": 1, "motion": 10, "everything": 10}
 """Ticks (0.1 s) for which an action is held: exchanges are seen in the tick they end."""
+
+FORWARD = 0.5
+"""Wheel speed that an untrained policy drives with: around zero, no robot finds an area."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +49,9 @@ class Options:
     iterations: int = 200
     worlds: int = 8
     steps: int = 256  # decisions of every robot in an iteration
-    max_cycles: int = 1800  # decisions in an episode
+    ticks: int = 9000  # of an episode: 0.1 s each
     shaping: float = 1.0  # weight of the potential-based shaping
-    discount: float = 0.995
+    discount: float = 0.995  # of a decision: take more where actions are held for less
     trace: float = 0.95  # lambda of GAE
     epochs: int = 4
     minibatches: int = 8
@@ -67,7 +70,7 @@ class Worlds:
         terms: dict[str, Any] = {
             "learn": options.learn,
             "decision_period": HOLD[options.learn],
-            "max_cycles": options.max_cycles,
+            "max_cycles": options.ticks // HOLD[options.learn],
             "shaping": options.shaping,
             "discount": options.discount,
         }
@@ -76,6 +79,8 @@ class Worlds:
         self.rows = options.worlds * len(self.agents)
         self.n_observed = len(self.envs[0].observation_layout)
         self.n_actions = len(self.envs[0].action_layout)
+        names = self.envs[0].action_layout.names
+        self.wheels = torch.tensor([name.startswith("wheels.") for name in names])
         space = self.envs[0].action_space(self.agents[0])
         self.low, self.high = space.low, space.high
         self.rng = np.random.default_rng(options.seed)
@@ -116,12 +121,12 @@ def rows_of(observations: Sequence[dict[str, NDArray[np.float32]]]) -> Tensor:
 class Agent(nn.Module):
     """One policy and one value for every robot: a Gaussian over actions, from what it observes."""
 
-    def __init__(self, n_observed: int, n_actions: int) -> None:
-        """Two networks of two hidden layers."""
+    def __init__(self, n_observed: int, wheels: Tensor) -> None:
+        """Two networks; `wheels` tells which actions are wheel speeds, (n_actions,)."""
         super().__init__()
-        self.policy = network(n_observed, n_actions, gain=0.01)
-        self.critic = network(n_observed, 1, gain=1.0)
-        self.log_deviation = nn.Parameter(torch.full((n_actions,), -0.5))
+        self.policy = network(n_observed, FORWARD * wheels, gain=0.01)
+        self.critic = network(n_observed, torch.zeros(1), gain=1.0)
+        self.log_deviation = nn.Parameter(torch.full((len(wheels),), -0.5))
 
     def act(self, observed: Tensor) -> Distribution:
         """The distribution that actions are drawn from."""
@@ -138,16 +143,17 @@ def symlog(x: Tensor) -> Tensor:
     return torch.sign(x) * torch.log1p(torch.abs(x))
 
 
-def network(n_inputs: int, n_outputs: int, gain: float, width: int = 64) -> nn.Sequential:
-    """Two hidden layers, orthogonal weights."""
-    sizes = [(n_inputs, width, 2**0.5), (width, width, 2**0.5), (width, n_outputs, gain)]
-    layers: list[nn.Module] = []
-    for fan_in, fan_out, scale in sizes:
-        linear = nn.Linear(fan_in, fan_out)
-        nn.init.orthogonal_(linear.weight, scale)
-        nn.init.zeros_(linear.bias)
-        layers += [linear, nn.Tanh()]
-    return nn.Sequential(*layers[:-1])
+def network(n_inputs: int, start: Tensor, gain: float, width: int = 64) -> nn.Sequential:
+    """Two hidden layers, orthogonal weights; before any training it gives about `start`."""
+    first, second, last = (
+        nn.Linear(fan_in, fan_out)
+        for fan_in, fan_out in ((n_inputs, width), (width, width), (width, len(start)))
+    )
+    for layer, scale in ((first, 2**0.5), (second, 2**0.5), (last, gain)):
+        nn.init.orthogonal_(layer.weight, scale)
+        nn.init.zeros_(layer.bias)
+    last.bias.data += start
+    return nn.Sequential(first, nn.Tanh(), second, nn.Tanh(), last)
 
 
 @dataclass(frozen=True)
@@ -217,7 +223,7 @@ def train(options: Options, **more: Any) -> Agent:
     torch.set_num_threads(1)  # quicker for networks this small, and always in the same order
     torch.use_deterministic_algorithms(True)
     worlds = Worlds(options, **more)
-    agent = Agent(worlds.n_observed, worlds.n_actions)
+    agent = Agent(worlds.n_observed, worlds.wheels)
     optimiser = torch.optim.Adam(agent.parameters(), lr=options.learning_rate, eps=1e-5)
     now = worlds.reset()
     with SummaryWriter(options.out) as writer:

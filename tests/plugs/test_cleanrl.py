@@ -18,9 +18,9 @@ def ppo(example, one_thread):
 def options(ppo, tmp_path):
     """Two iterations in two worlds, in each of which one episode ends half-way."""
 
-    def make(**more):
-        few = {"iterations": 2, "worlds": 2, "steps": 60, "max_cycles": 40}
-        return ppo.Options(**{**few, "out": str(tmp_path / "run"), **more})
+    def make(learn="motion", **more):
+        few = {"iterations": 2, "worlds": 2, "steps": 60, "ticks": 40 * ppo.HOLD[learn]}
+        return ppo.Options(**{**few, "learn": learn, "out": str(tmp_path / "run"), **more})
 
     return make
 
@@ -47,7 +47,7 @@ def test_the_policy_learns_and_is_kept_with_its_curve(ppo, options, small, tmp_p
 def test_a_time_out_is_valued_like_any_other_state(ppo, options, small):
     chosen = options(shaping=0.0, trace=0.0)
     worlds = ppo.Worlds(chosen, **small)
-    agent = ppo.Agent(worlds.n_observed, worlds.n_actions)
+    agent = ppo.Agent(worlds.n_observed, worlds.wheels)
     last = agent.critic[-1]
     torch.nn.init.zeros_(last.weight)
     torch.nn.init.constant_(last.bias, 2.0)
@@ -61,7 +61,7 @@ def test_a_time_out_is_valued_like_any_other_state(ppo, options, small):
 def test_advantages_stop_at_the_end_of_an_episode(ppo, options, small):
     chosen = options(shaping=0.0, trace=1.0)
     worlds = ppo.Worlds(chosen, **small)
-    agent = ppo.Agent(worlds.n_observed, worlds.n_actions)
+    agent = ppo.Agent(worlds.n_observed, worlds.wheels)
     last = agent.critic[-1]
     torch.nn.init.zeros_(last.weight)
     torch.nn.init.constant_(last.bias, 2.0)
@@ -75,6 +75,17 @@ def test_worlds_differ_and_no_episode_comes_twice(ppo, options, small):
     worlds = ppo.Worlds(options(), **small)
     first, second = worlds.reset(), worlds.reset()
     assert len({tuple(row.tolist()) for row in torch.cat([first, second])}) == 2 * worlds.rows
+
+
+@pytest.mark.parametrize("learn", ["motion", "weighting", "both", "everything"])
+def test_an_untrained_policy_drives_forward(ppo, options, small, learn):
+    worlds = ppo.Worlds(options(learn=learn), **small)
+    agent = ppo.Agent(worlds.n_observed, worlds.wheels)
+    n_wheels = 0 if learn == "weighting" else 2
+    assert int(worlds.wheels.sum()) == n_wheels
+    mean = agent.act(worlds.reset()).mean
+    assert ((mean[:, worlds.wheels] - ppo.FORWARD).abs() < 0.1).all()
+    assert (mean[:, ~worlds.wheels].abs() < 0.1).all()
 
 
 def test_the_command_line_names_every_option(ppo, monkeypatch):
