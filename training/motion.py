@@ -7,7 +7,7 @@
 f scales by hand, not by the bounds of the observation, which are far wider than what occurs:
 directions as cosine and sine, distances d as d / (d + near) and d / (d + far). Communication
 takes control of the motors (TR, Section 5.2): a robot that is talking stands still, whatever
-the network says, as under subsumption; its readings are ten times better for it. The network
+the network says, as under subsumption; it averages more messages for it. The network
 remembers nothing and draws nothing, so that a robot without a goal searches by rule.
 
 The same function runs on NumPy arrays here and on torch tensors in training.
