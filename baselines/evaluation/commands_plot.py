@@ -17,6 +17,7 @@ class FigureName(StrEnum):
     TABLE = "table"
     PATHS = "paths"
     LEARNING = "learning"
+    WEIGHTS = "weights"
 
 
 def plot(  # noqa: PLR0913 the options of a command
@@ -27,7 +28,8 @@ def plot(  # noqa: PLR0913 the options of a command
         list[str],
         typer.Argument(
             metavar="DATASET",
-            help="Folders that evaluate or reproduce has written; cards for learning.",
+            help="Folders that evaluate or reproduce has written; cards for learning,"
+            " controllers for weights.",
         ),
     ],
     out: Annotated[
@@ -81,6 +83,9 @@ def plot(  # noqa: PLR0913 the options of a command
     positions; also without a dataset: plot paths es1 nc ssgikf.
 
     **learning**: learning curves of trained policies, from the cards (.json) beside them.
+
+    **weights**: how far each of some controllers believes what it hears, over the own and the
+    heard path: plot weights ssgikf ssgiff learned-weighting.
 
     The caption says n, the intervals and the command. Example:
     swarm-forage plot boxplot runs/es1 --out trips.png --out trips.pdf

@@ -26,6 +26,9 @@ SHADES = "Blues"
 DARK = 0.6
 """Share of the range from which a cell is so dark that its text is white."""
 
+CONTOURS = (0.1, 0.25, 0.5, 0.75, 0.9)
+"""Weights that have a line on their map."""
+
 Table = Mapping[str, Mapping[str, Estimate | None]]
 """Means by row and column; None, or left out, where there is none."""
 
@@ -113,6 +116,28 @@ def density_panels(densities: Mapping[str, Density], text: str) -> Figure:
     bar = figure.colorbar(image, ax=all_axes, shrink=0.85, pad=0.02)
     bar.set_label("robots per m$^2$ (square-root scale)")
     bar.ax.tick_params(labelsize=8.5)
+    caption(figure, text)
+    return figure
+
+
+def weight_panels(
+    maps: Mapping[str, Float64[Array, "heard own"]], longest: float, columns: int, text: str
+) -> Figure:
+    """Maps of a weight g from 0 to 1 over two paths up to the longest [m]; contours name g."""
+    figure = Figure(
+        figsize=(max(5.0, 3.1 * columns + 0.8), 3.1 * len(maps) / columns + 0.9),
+        layout="constrained",
+    )
+    all_axes = figure.subplots(len(maps) // columns, columns, squeeze=False).flat
+    for axes, (title, weights) in zip(all_axes, maps.items(), strict=True):
+        extent = (0.0, longest, 0.0, longest)
+        image = axes.imshow(weights, origin="lower", cmap=SHADES, vmin=0.0, vmax=1.0, extent=extent)
+        paths = np.linspace(0.0, longest, len(weights))
+        lines = axes.contour(paths, paths, weights, CONTOURS, colors=INK, linewidths=0.9)
+        axes.clabel(lines, fontsize=7.5, fmt="%g")
+        name_panel(axes, title, ("own path since the area [m]", "heard path [m]"))
+    bar = figure.colorbar(image, ax=list(figure.axes), shrink=0.85, pad=0.02)
+    bar.set_label("g")
     caption(figure, text)
     return figure
 

@@ -1,0 +1,90 @@
+"""What a confidence weighting does: g over the own and the heard path, a map for each rule."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from baselines.estimators.social_odometry import SocialOdometryParameters
+from baselines.evaluation.configuration import find_recipe
+from baselines.evaluation.figures.base import FIGURES, Wish
+from baselines.evaluation.maps import weight_panels
+from baselines.evaluation.plots import TITLE_LETTERS
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import Encounter
+
+LONGEST, STEPS = 6.0, 61
+"""Paths since an area are shown up to here [m], at so many points."""
+
+DISAGREEMENTS = (0.1, 0.5)
+"""Between the own and the heard place [m]; one row of maps for each."""
+
+MESSAGES, RANGE = 8.0, 0.1
+"""Averaged in the exchange, as in es1; distance of the partner [m]."""
+
+PREY = 1
+"""The area that the exchange is about."""
+
+
+class Weights:
+    """Maps of g, a column for each controller."""
+
+    options: frozenset[str] = frozenset()
+
+    def draw(self, wish: Wish) -> Figure:
+        """The sources are controllers, as `evaluate` takes them.
+
+        ConfigError for one that carries covariances in the place of paths.
+        """
+        maps = {
+            f"{name[:TITLE_LETTERS]}\ndisagreement {100 * disagreement:g} cm": _map(
+                name, disagreement
+            )
+            for disagreement in DISAGREEMENTS
+            for name in wish.sources
+        }
+        text = (
+            f"g: share of the heard estimate, for an exchange of {MESSAGES:g} messages over"
+            f" {100 * RANGE:g} cm about the area that the robot heads for; it left the other area"
+            " a quarter of its path ago."
+        )
+        return weight_panels(maps, LONGEST, len(wish.sources), wish.caption(text))
+
+
+FIGURES.register("weights")(Weights())
+
+
+def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
+    """g over the heard path (rows) and the own path (columns)."""
+    recipe = find_recipe(name)
+    if type(recipe.estimator) is not SocialOdometryParameters:
+        raise ConfigError(
+            f"controller '{recipe.name}': its confidence is no path; 'weights' shows rules that"
+            " weigh paths, such as ssgikf, ssgiff or learned-weighting"
+        )
+    grid = np.linspace(0.0, LONGEST, STEPS)
+    own, heard = (each.ravel() for each in np.meshgrid(grid, grid))
+    g = recipe.weighting(_encounters(own, heard, disagreement))
+    return np.asarray(g[:, PREY], np.float64).reshape(STEPS, STEPS)
+
+
+def _encounters(
+    own: Float64[Array, " rows"], heard: Float64[Array, " rows"], disagreement: float
+) -> Encounter:
+    """An exchange about the prey for each pair of paths [m]."""
+    rows = len(own)
+    numbers: Mapping[str, Array] = {
+        "own_p": np.stack([own / 4, own], axis=1),
+        "heard_p": np.stack([heard / 4, heard], axis=1),
+        "disagreement": np.full((rows, 2), disagreement),
+        "range": np.full(rows, RANGE),
+        "frames": np.full(rows, MESSAGES),
+    }
+    return Encounter(
+        valid=np.ones(rows, np.bool_),
+        own_known=np.ones((rows, 2), np.bool_),
+        heard_known=np.ones((rows, 2), np.bool_),
+        goal=np.full(rows, PREY, np.int8),
+        **{name: np.asarray(value, np.float32) for name, value in numbers.items()},
+    )

@@ -1,0 +1,33 @@
+"""The maps of weights: what they show is what the rule says."""
+
+import numpy as np
+import pytest
+
+from baselines.evaluation.figures.base import FIGURES, Wish
+from baselines.evaluation.figures.weights import DISAGREEMENTS, LONGEST, STEPS
+
+
+def drawn(*controllers):
+    return FIGURES["weights"].draw(Wish("weights", controllers))
+
+
+def shown(figure):
+    """The weights of each map, heard paths in rows and own paths in columns."""
+    return [np.asarray(axes.images[0].get_array()) for axes in figure.axes if axes.images]
+
+
+def test_a_map_is_the_weight_of_each_pair_of_paths():
+    maps = shown(drawn("ssgikf"))
+    assert len(maps) == len(DISAGREEMENTS)
+    own, heard = 30, 10  # 3 m and 1 m
+    assert (LONGEST, STEPS) == (6.0, 61)
+    assert maps[0][heard, own] == pytest.approx(3.0 / (3.0 + 1.0))
+
+
+def test_rules_stand_side_by_side_and_share_the_scale():
+    figure = drawn("ssgikf", "ssgiff:beta=0.01")
+    panels = [axes for axes in figure.axes if axes.images]
+    assert len(panels) == 2 * len(DISAGREEMENTS)
+    assert {axes.images[0].get_clim() for axes in panels} == {(0.0, 1.0)}
+    own, heard = 40, 20
+    assert shown(figure)[1][heard, own] == pytest.approx(1.0 / (1.0 + np.exp(-2.0)))
