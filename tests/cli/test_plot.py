@@ -51,7 +51,7 @@ REFUSED = [
     (("learning", "runs/es1", "--out=x.png"), "policy card runs/es1"),
     (("paths", "es1", "--out=x.png"), "plot paths es1 nc ssgikf"),
     (("weights", "sikf", "--out=x.png"), "its confidence is no path"),
-    (("weights", "ssgif", "--out=x.png"), "did you mean 'ssgiff'?"),
+    (("weights", "ssgif", "--out=x.png"), "did you mean 'ssgi"),
 ]
 
 
