@@ -141,7 +141,7 @@ def test_range_and_both_bearings_have_their_own_noise(believable):
 
 
 def test_a_receiver_at_rest_averages_its_frames_and_a_moving_one_does_not():
-    block = Block([(0, 0, 0), (0.1, 0, 0)], n_worlds=2000, loss_near=0.0, loss_far=0.0)
+    block = Block([(0, 0, 0), (0.1, 0, 0)], n_worlds=2000, frames=10, loss_near=0.0, loss_far=0.0)
     block.state.wheels[1::2] = 0.06
     heard = block.listen()
     assert heard.frames[0::2, 0].tolist() == [10] * 2000
@@ -158,7 +158,7 @@ def test_a_bearing_stays_in_its_circle():
 
 
 def test_the_real_board_measures_between_the_rims():
-    block = Block([(0, 0, 0), (0.12, 0, 0)], n_worlds=2000, range_model="board")
+    block = Block([(0, 0, 0), (0.12, 0, 0)], n_worlds=2000, frames=10, range_model="board")
     heard = block.listen()
     ranges = heard.beam[..., 0][heard.valid]
     assert ranges.min() > 0.07

@@ -103,7 +103,11 @@ def into_a_corner(world, rng, tick, wheels):
     return towards(world, 0.5 * world.scenario.arena.length, 0.5 * world.scenario.arena.width)
 
 
-FORAGERS = [name for name in CONTROLLERS if CONTROLLERS[name].runs_on(Scenario())]
+FORAGERS = [
+    name
+    for name in CONTROLLERS
+    if CONTROLLERS[name].runs_on(Scenario()) and "motion.policy" not in CONTROLLERS[name].parameters
+]  # a trained motion is for so many messages at a time as it was trained on
 DRIVERS = (at_random, straight, into_a_clump, into_a_corner, *FORAGERS)
 
 
