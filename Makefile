@@ -80,7 +80,7 @@ reproduce: $(READY)  ## the claims and figures of the three papers (hours)
 		--page docs/papers/adaptive_boids.md
 
 pictures: $(READY)  ## the still and the clip of README and docs
-	$(BIN)/swarm-forage watch es1 ssgikf --seed 1 --start 571 --seconds 1 --select 3 \
+	$(BIN)/swarm-forage watch es1 ssgikf --seed 1 --start 571 --seconds 1 --select 7 \
 		--size 800 --frame docs/images/es1.png
 	$(BIN)/swarm-forage watch es1 ssgikf --seed 1 --start 420 --seconds 100 --speed 12 \
 		--size 480 --video docs/images/es1.gif
