@@ -69,15 +69,15 @@ def train(  # noqa: PLR0913 the options of a command
     budget: Annotated[
         int | None,
         typer.Option(
-            help="How long: generations (cma) or environment steps (ppo).",
-            show_default="100 or 2000000",
+            help="How long: generations (cma) or robot steps (ppo).",
+            show_default=f"{BUDGET[Algorithm.CMA]} or {BUDGET[Algorithm.PPO]}",
         ),
     ] = None,
     every: Annotated[
         int | None,
         typer.Option(
             help="Evaluate on held-back seeds so often: generations or steps.",
-            show_default="5 or 100000",
+            show_default=f"{EVERY[Algorithm.CMA]} or {EVERY[Algorithm.PPO]}",
         ),
     ] = None,
     worlds: Annotated[

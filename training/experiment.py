@@ -51,9 +51,9 @@ class Experiment:
     out: Path
     seed: int = 0
     budget: int = 100
-    """Generations (cma) or environment steps (ppo)."""
+    """Generations (cma) or robot steps (ppo)."""
     every: int = 5
-    """Generations (cma) or environment steps (ppo) between two evaluations."""
+    """Generations (cma) or robot steps (ppo) between two evaluations."""
     worlds: int = 8
     """Worlds side by side: for each candidate in each scenario (cma), or in all (ppo)."""
     held_back: int = 10

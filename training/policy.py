@@ -64,7 +64,7 @@ class CurvePoint(Part):
     """How good the policy was at one moment of its training, on the held-back seeds."""
 
     step: NotNegative
-    """Generations or environment steps so far."""
+    """Generations or robot steps so far."""
     simulated_s: NotNegative
     """Simulated time so far, summed over worlds [s]."""
     value: float
