@@ -80,7 +80,8 @@ def overview_tables() -> Group:
     """The names, for a reader."""
     return Group(
         _scenarios(), Text(), _controllers("controller", CONTROLLERS), Text(),
-        _controllers("reference (knows the truth)", REFERENCES), Text(), _engines(), Text(),
+        Text("References, which know the truth: to compare with, not to use"),
+        _controllers("reference", REFERENCES), Text(), _engines(), Text(),
         Text("Every number of one of them: swarm-forage list es1, swarm-forage list ssgiff"),
     )  # fmt: skip
 
@@ -156,7 +157,7 @@ def _scenarios() -> Table:
 
 
 def _controllers(kind: str, registry: Registry[Any]) -> Table:
-    table = _table(kind, *LAYERS, "differs from the defaults in")
+    table = _table(kind, *LAYERS, "changed")
     for name in registry:
         recipe: Recipe = registry[name]
         layers = [layer_name(layer, part) for layer, part in recipe.layers.items()]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.bounds import Bounds
-from swarm_forage_env.envs.cuts import CUTS, Cut
+from swarm_forage_env.envs.cuts import CUTS, RESIDUAL_CUTS, Cut
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.envs.rewards import REWARDS, Potential
 from swarm_forage_env.envs.stepping import Stepping
@@ -37,7 +37,8 @@ class Batch(Stepping):
         recipe = find_controller(controller)
         self._reward = REWARDS[terms.reward]
         self._period = terms.decision_period
-        self.cut: Cut = CUTS[terms.learn](scenario, recipe, seeds, terms.physics or "rigid")
+        cuts = RESIDUAL_CUTS if terms.residual else CUTS
+        self.cut: Cut = cuts[terms.learn](scenario, recipe, seeds, terms.physics or "rigid")
         self.world = self.cut.world
         self.agents = [f"epuck_{k}" for k in range(self.world.n_robots)]
         bounds = Bounds(scenario, max(scenario.n_ticks, self.n_cycles * self._period))

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.envs.bounds import Bounds
 from swarm_forage_env.envs.layout import Field, Layout, Slot
 from swarm_forage_env.envs.observation import (
@@ -69,6 +69,12 @@ class Cut(Protocol):
 
 CUTS: Registry[Any] = Registry("layer to learn")
 """Cuts by the name that `learn` takes; made from scenario, recipe, seeds and physics."""
+
+RESIDUAL_CUTS: Registry[Any] = Registry("layer to learn as a residual")
+"""The same, where the policy's wheels are added to those of the hand-written motion."""
+
+REACH = 2.0
+"""Wheels that a residual of 1 adds: full speed back becomes full speed ahead."""
 
 
 class _LayerCut:
@@ -149,6 +155,46 @@ class BothCut(_LayerCut):
         g, wheels = np.split(action, [len(G)], axis=1)
         feedback: Feedback = self._loop.step(np.ascontiguousarray(g), np.ascontiguousarray(wheels))
         return feedback
+
+
+@RESIDUAL_CUTS.register("motion")
+class ResidualMotionCut(MotionCut):
+    """The policy corrects what the hand-written motion does."""
+
+    def tick(self, action: Float32[Array, "rows 2"]) -> Feedback:
+        """One tick with the corrected wheels."""
+        return super().tick(_corrected_by(action, self._loop))
+
+
+@RESIDUAL_CUTS.register("both")
+class ResidualBothCut(BothCut):
+    """The policy weighs, and corrects what the hand-written motion does."""
+
+    def tick(self, action: Float32[Array, "rows 4"]) -> Feedback:
+        """One tick with the policy's weights and the corrected wheels."""
+        wheels = _corrected_by(action[:, len(G) :], self._loop)
+        return super().tick(np.concatenate([action[:, : len(G)], wheels], axis=1))
+
+
+def corrected(
+    own: Float32[Array, "rows 2"],
+    residual: Float32[Array, "rows 2"],
+    talking: Bool[Array, " rows"],
+) -> Float32[Array, "rows 2"]:
+    """Wheels of a hand-written motion, corrected: clip(own + REACH residual, -1, 1).
+
+    A robot that is talking does what the hand-written motion says, as communication takes
+    control of the motors (TR, Section 5.2).
+
+    Source: Silver2018, Residual Policy Learning (arXiv:1812.06298).
+    """
+    wheels = np.clip(own + np.float32(REACH) * residual, -1.0, 1.0)
+    return np.where(talking[:, None], own, wheels)
+
+
+def _corrected_by(residual: Float32[Array, "rows 2"], loop: ControlLoop) -> Array:
+    situation = loop.controller.estimator.situation
+    return corrected(loop.controller.motion(situation), residual, situation.talking)
 
 
 @CUTS.register("everything")

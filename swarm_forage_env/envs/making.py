@@ -38,6 +38,9 @@ def make_batch(
     chosen = _overridden(scenario, overrides)
     waypoints = isinstance(chosen, WaypointsScenario)
     recipe = find_controller(controller or ("boids-adaptive" if waypoints else "ssgikf"))
+    if terms.residual and (single_learner or waypoints):
+        where = "a single learner" if single_learner else "robots that visit waypoints"
+        raise ConfigError(f"residual=True: cannot be had for {where}; leave it out")
     if single_learner:
         _check_shares_a_language(terms)
         recipe = AmongTeamMates(recipe)

@@ -35,6 +35,10 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
     `scenario` is a name, a TOML file or a Scenario; further keywords change single numbers of
     it, by dotted name: `parallel_env("es1", **{"radio.max_range": 0.2})`.
 
+    With `residual` the policy corrects the hand-written motion instead of replacing it: its
+    wheels, times two, are added to that motion's, at each tick of a decision period; a robot
+    that is talking is left alone. Zeros are the hand-written motion.
+
     `reward` is "own" or "team"; `shaping` weighs a potential with the learner's `discount`. An
     action is held for `decision_period` ticks and the rewards of these ticks are added up.
     Nobody dies; after `max_cycles` steps (by default the scenario's time) all are truncated
@@ -54,6 +58,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         scenario: str | Path | AnyScenario = "es1",
         learn: str = "motion",
         controller: str | ControllerRecipe | None = None,
+        residual: bool = False,
         reward: str = "own",
         shaping: float = 0.0,
         discount: float = 0.99,
@@ -65,8 +70,9 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
     ) -> None:
         """Make the environment; `reset` starts an episode."""
         options = {
-            "learn": learn, "reward": reward, "shaping": shaping, "discount": discount,
-            "decision_period": decision_period, "physics": physics, "max_cycles": max_cycles,
+            "learn": learn, "residual": residual, "reward": reward, "shaping": shaping,
+            "discount": discount, "decision_period": decision_period, "physics": physics,
+            "max_cycles": max_cycles,
         }  # fmt: skip
         rest = {"controller": controller, "render_mode": render_mode}
         EzPickle.__init__(self, scenario, **options, **rest, **overrides)

@@ -13,6 +13,9 @@ class Terms(Part):
     """What is learned, for what reward, and how the world runs."""
 
     learn: str = Field("motion", description="Layer that the policy takes the place of")
+    residual: bool = Field(
+        False, description="Wheels of the policy are added to those of the hand-written motion"
+    )
     reward: str = Field("own", description="Who is credited with a round trip")
     shaping: NotNegative = Field(0.0, description="Weight of the potential-based shaping; 0: none")
     discount: Share = Field(0.99, description="The learner's discount, for the shaping")

@@ -6,7 +6,7 @@ from the published counts of round trips; each field's description says its orig
 """
 
 from swarm_forage_env.registry import SCENARIOS
-from swarm_forage_env.scenario import Arena, Radio, Scenario, Sensors, Task
+from swarm_forage_env.scenario import Arena, Radio, Robot, Scenario, Sensors, Task
 
 ES1 = Scenario(name="es1")
 
@@ -24,10 +24,12 @@ ES3 = Scenario(
 
 REAL = Scenario(
     name="real",
+    robot=Robot(cruise_speed=0.05),
     radio=Radio(range_model="board", exchange_time=0.5, frames=1),
 )
 """Ten real e-pucks in the arena of es1. Communication takes 20-30 % longer (TR 6.2, published);
-one message of two is good for a reading (derived: fits the round trips of TR 6.2)."""
+one message of two is good for a reading, and the wheels turn slower than simulated ones (both
+derived: they fit the round trips and the share on the path of TR 6.2)."""
 
 ANTS2008 = Scenario(
     name="ants2008",

@@ -20,7 +20,7 @@ from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env import parallel_env
 from swarm_forage_env.envs.bounds import Bounds
-from swarm_forage_env.envs.cuts import CUTS
+from swarm_forage_env.envs.cuts import CUTS, RESIDUAL_CUTS, corrected
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.interface import WORDS
 from swarm_forage_env.loop import ControlLoop
@@ -49,10 +49,10 @@ def cases(registry):
     ]
 
 
-def assert_same_run(learn, scenario, recipe, decide):
+def assert_same_run(learn, scenario, recipe, decide, residual=False):
     """Drive one layer from outside by `decide(layout, observations)`; compare with the loop."""
     loop = ControlLoop(scenario, recipe, [SEED])
-    env = parallel_env(scenario, learn=learn, controller=recipe)
+    env = parallel_env(scenario, learn=learn, controller=recipe, residual=residual)
     observations, _ = env.reset(seed=SEED)
     exchanges = 0
     for tick in range(TICKS):
@@ -105,6 +105,41 @@ def test_both_layers_from_outside_are_both_inside(busy):
     exchanges, trips = assert_same_run("both", busy, recipe, decide)
     assert exchanges > 100
     assert trips > 0
+
+
+@pytest.mark.parametrize("learn", list(RESIDUAL_CUTS))
+def test_residuals_of_zero_are_the_hand_written_motion(learn, busy):
+    rule = SGIKF()
+    recipe = Recipe("inside", SocialOdometryParameters(), rule, SubsumptionParameters())
+
+    def decide(layout, matrix):
+        zeros = np.zeros((len(matrix), 2), np.float32)
+        if learn == "motion":
+            return zeros
+        return np.concatenate([rule(layout.encounter(matrix)), zeros], axis=1)
+
+    exchanges, _ = assert_same_run(learn, busy, recipe, decide, residual=True)
+    assert exchanges > 50
+
+
+def test_a_residual_is_added_twice_and_robots_that_talk_are_let_be():
+    own = np.array([[0.5, -0.5], [0.5, -0.5], [1.0, 1.0], [0.0, 0.0]], np.float32)
+    residual = np.array([[0.125, 0.125], [0.5, -0.5], [-1.0, -0.5], [1.0, -1.0]], np.float32)
+    talking = np.array([False, False, False, True])
+    expected = [[0.75, -0.25], [1.0, -1.0], [-1.0, 0.0], [0.0, 0.0]]
+    assert_array_equal(corrected(own, residual, talking), expected)
+
+
+@pytest.mark.parametrize("learn", list(RESIDUAL_CUTS))
+def test_a_residual_moves_the_robots(learn):
+    envs = [parallel_env(learn=learn, residual=residual) for residual in (False, True)]
+    for env in envs:
+        env.reset(seed=3)
+        for _ in range(20):
+            env.step({agent: np.ones(env.action_space(agent).shape, np.float32)
+                      for agent in env.agents})  # fmt: skip
+    given, added = (env.world.state.pose for env in envs)
+    assert (given != added).any(axis=1).all()  # subsumption turns, and full speed does not
 
 
 def scrambled(feedback, keep, rng):
@@ -162,10 +197,13 @@ def test_a_robot_is_shown_and_does_only_what_follows_from_its_own_readings_and_m
     assert exchanges > 5
 
 
-@pytest.mark.parametrize(("learn", "period"), list(product(CUTS, [2, 5])))
-def test_a_held_action_is_the_same_action_given_at_every_tick(learn, period, sampler):
-    held = parallel_env(learn=learn, decision_period=period)
-    fine = parallel_env(learn=learn)
+@pytest.mark.parametrize(
+    ("learn", "residual", "period"),
+    [*product(CUTS, [False], [2, 5]), *product(RESIDUAL_CUTS, [True], [2, 5])],
+)
+def test_a_held_action_is_the_same_action_given_at_every_tick(learn, residual, period, sampler):
+    held = parallel_env(learn=learn, residual=residual, decision_period=period)
+    fine = parallel_env(learn=learn, residual=residual)
     held.reset(seed=3)
     fine.reset(seed=3)
     act = sampler(held, 5)

@@ -12,6 +12,7 @@ from swarm_forage_env import ConfigError, UnknownNameError, env, parallel_env
     ("options", "says"),
     [
         ({"learn": "motoin"}, "no layer to learn named 'motoin', did you mean 'motion'"),
+        ({"learn": "weighting", "residual": True}, "no layer to learn as a residual named 'weigh"),
         ({"reward": "teem"}, "no reward named 'teem', did you mean 'team'"),
         ({"controller": "sgikf"}, "no controller named 'sgikf', did you mean"),
         ({"controller": "ssgiff:beat=1"}, "no parameter of ssgiff named 'beat'"),
@@ -30,6 +31,8 @@ def test_an_unknown_name_is_answered_with_the_nearest(options, says):
     ("options", "says"),
     [
         ({"learn": 3}, "learn=3"),
+        ({"residual": 2}, "residual=2"),
+        ({"residual": True, "scenario": "waypoints-05"}, "residual=True: cannot be had for robots"),
         ({"physics": ["rigid"]}, "physics="),
         ({"shaping": -1.0}, "shaping=-1.0: input should be greater than or equal to 0"),
         ({"shaping": float("nan")}, "shaping=nan"),

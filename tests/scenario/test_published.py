@@ -46,7 +46,7 @@ def test_robot_noise_and_loss_are_the_published_ones(name):
     assert scenario.tick == 0.1
 
 
-def test_the_real_robots_differ_in_what_an_exchange_measures_and_how_long_it_takes_only():
+def test_the_real_robots_differ_in_their_speed_and_in_what_an_exchange_takes_only():
     simulated, real = find_scenario("es1"), find_scenario("real")
     assert real.radio.is_board
     assert not simulated.radio.is_board
@@ -55,6 +55,7 @@ def test_the_real_robots_differ_in_what_an_exchange_measures_and_how_long_it_tak
     back = {"range_model": "uniform"} | simulated.radio.model_dump(
         include={"exchange_time", "frames"}
     )
+    back["cruise_speed"] = simulated.robot.cruise_speed
     assert find_scenario(real, back | {"name": "es1"}) == simulated
 
 
