@@ -1,4 +1,4 @@
-"""CMA-ES on the weighting network: round trips are maximised directly.
+"""CMA-ES on a layer of few numbers: the round trips of the swarm are maximised directly.
 
 In each generation all candidates meet the same new worlds, so that chance favours none. What
 is kept is the mean of the search, as the held-back worlds judge it.
@@ -13,25 +13,42 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from cmaes import CMA
 
+from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from training.checkpoint import BEST, Checkpoint, interval
 from training.experiment import Experiment, versions
 from training.policy import (
     Card,
     CurvePoint,
+    LayerName,
     Policy,
+    Shapes,
     layer_card,
     load_policy,
     save_policy,
 )
+from training.reflexes import NETWORK as REFLEXES
+from training.reflexes import SHAPES as REFLEX_SHAPES
 from training.telling import Teller
 from training.trials import Trials
 from training.weighting import HIDDEN, NETWORK, shapes_of, unstrung
 
-SIGMA = 0.3
+SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
 """Standard deviation of the first generation, in every weight."""
 
+FIRST_BETA = 0.001
+"""Of the SGIFF that the search starts from [1/cm]: the best in large arenas."""
+
 SIZES = {"hidden": HIDDEN}
+
+NETWORKS: Mapping[LayerName, tuple[str, Mapping[str, int]]] = {
+    "weighting": (NETWORK, SIZES),
+    "motion": (REFLEXES, {}),
+}
+"""The network that is searched for each layer, and its sizes."""
+
+SHAPES: Mapping[LayerName, Shapes] = {"weighting": shapes_of(SIZES), "motion": REFLEX_SHAPES}
+"""Its arrays."""
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
@@ -53,12 +70,18 @@ class Evolution:
     def __init__(self, experiment: Experiment) -> None:
         """Start, or go on from the checkpoint in the experiment's folder."""
         self._experiment = experiment
-        self._shapes = shapes_of(SIZES)
+        (self._layer,) = experiment.layers
+        self._shapes = SHAPES[self._layer]
         self._trials = Trials(
-            experiment.worlds_by_name, experiment.recipe, experiment.physics, experiment.workers
+            experiment.worlds_by_name,
+            experiment.recipe,
+            experiment.physics,
+            experiment.workers,
+            self._layer,
         )
-        start = first_mean(experiment.seed)
-        self._search = CMA(start, SIGMA, population_size=experiment.population)
+        start = first_mean(experiment.seed, self._layer)
+        sigma = SIGMA[self._layer]
+        self._search = CMA(start, sigma, population_size=experiment.population)
         self._checkpoint = Checkpoint.open(experiment, self._search.population_size, len(start))
         for population, losses in self._checkpoint.told():
             self._tell(population, losses)
@@ -116,7 +139,7 @@ class Evolution:
         """Write the best policy so far, with the curve so far."""
         best, numbers = self._checkpoint.best
         arrays = unstrung(numbers, self._shapes)
-        weights = {f"weighting.{name}": array for name, array in arrays.items()}
+        weights = {f"{self._layer}.{name}": array for name, array in arrays.items()}
         save_policy(self._experiment.out / BEST, weights, self._card(best))
 
     @property
@@ -131,7 +154,7 @@ class Evolution:
         experiment = self._experiment
         scenario = next(iter(self._trials.scenarios.values()))
         return Card(
-            layers={"weighting": layer_card("weighting", scenario, NETWORK, SIZES)},
+            layers={self._layer: layer_card(self._layer, scenario, *NETWORKS[self._layer])},
             scenarios=experiment.scenarios,
             settings=dict(experiment.settings),
             controller=experiment.controller,
@@ -144,13 +167,19 @@ class Evolution:
         )
 
 
-def first_mean(seed: int) -> Float64[Array, " numbers"]:
-    """Where the search starts: some hidden units, of which nothing reaches the output yet."""
-    shapes = shapes_of(SIZES)
+def first_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:
+    """Where the search starts: zeros for the motion; SGIFF with a tenth of its beta.
+
+    The weighting has some hidden units, of which nothing reaches the output yet.
+    """
+    shapes = SHAPES[layer]
+    if layer == "motion":
+        return np.zeros(sum(math.prod(shape) for shape in shapes.values()))
     hidden = math.prod(shapes["hidden.weight"])
     mean = np.zeros(sum(math.prod(shape) for shape in shapes.values()))
     spread = 1.0 / math.sqrt(shapes["hidden.weight"][1])
     mean[:hidden] = np.random.default_rng(seed).normal(0.0, spread, hidden)
+    mean[-2] = FIRST_BETA / SGIFF().beta - 1.0
     return mean
 
 

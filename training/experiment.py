@@ -9,6 +9,7 @@ from pathlib import Path
 
 from baselines.controller import Recipe
 from baselines.evaluation.request import check_count
+from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.physics import ENGINES
@@ -71,12 +72,16 @@ class Experiment:
         """ConfigError or UnknownNameError for the first fault."""
         _check_choice("layer", self.layer, LAYERS)
         _check_choice("--algorithm", self.algorithm, ALGORITHMS)
-        if self.algorithm == "cma" and self.layer != "weighting":
-            raise ConfigError(
-                f"--algorithm=cma: trains the weighting only, not {self.layer}; use ppo"
-            )
+        if self.algorithm == "cma" and len(self.layers) > 1:
+            raise ConfigError("--algorithm=cma: trains one layer at a time, not both; use ppo")
         self._check_numbers()
         self._check_worlds()
+        corrects = self.algorithm == "cma" and self.layer == "motion"
+        if corrects and self.recipe.motion != SubsumptionParameters():
+            raise ConfigError(
+                f"--controller={self.controller}: a motion found by cma corrects subsumption as"
+                " it is by default; change no parameter of the motion"
+            )
 
     def _check_numbers(self) -> None:
         for option in ("budget", "every", "worlds", "workers"):

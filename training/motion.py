@@ -25,9 +25,10 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.bounds import Bounds
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.envs.observation import situation_fields
-from swarm_forage_env.interface import Situation
+from swarm_forage_env.interface import Motion, Situation
 from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.scenario import Part, Scenario
+from training import reflexes
 from training.policy import Policy, Shapes, Weights, load_policy, policy_file
 
 NETWORK = "deep-set-motion"
@@ -155,7 +156,7 @@ class LearnedMotion(Part):
     @field_validator("policy")
     @classmethod
     def _can_be_used(cls, policy: str) -> str:
-        motion_weights(load_policy(policy))
+        _check_network(load_policy(policy))
         return policy
 
     @property
@@ -163,11 +164,22 @@ class LearnedMotion(Part):
         """Files that its wheels depend on, beside the code."""
         return (policy_file(self.policy),)
 
-    def start(self, scenario: Scenario, seeds: Sequence[int]) -> "RunningMotion":
+    def start(self, scenario: Scenario, seeds: Sequence[int]) -> Motion:
         """The running motion of a block of worlds; ConfigError if the policy does not fit."""
         policy = load_policy(self.policy)
         policy.check_fits("motion", scenario)
+        if policy.card.layers["motion"].network == reflexes.NETWORK:
+            return reflexes.Reflexes(reflexes.reflexes_of(policy)[None], scenario, seeds)
         return RunningMotion(motion_weights(policy), scenario, len(seeds))
+
+
+def _check_network(policy: Policy) -> None:
+    """ConfigError if the policy's motion is not one that runs."""
+    layer = policy.card.layers.get("motion")
+    if layer is not None and layer.network == reflexes.NETWORK:
+        reflexes.reflexes_of(policy)
+    else:
+        motion_weights(policy)
 
 
 def motion_weights(policy: Policy) -> Weights:

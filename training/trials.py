@@ -1,4 +1,4 @@
-"""Candidates for the weighting tried out: many networks, many worlds, side by side.
+"""Candidates for a layer tried out: many networks, many worlds, side by side.
 
 A candidate in a world of a block has the round trips that it has alone, whatever the blocks.
 """
@@ -17,6 +17,8 @@ from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.metrics import total
 from swarm_forage_env.scenario import Scenario
+from training.policy import LayerName
+from training.reflexes import Reflexes
 from training.weighting import Networks
 
 MAX_ROWS = 2000
@@ -35,6 +37,8 @@ class Block:
     """The candidate of each world."""
     seeds: tuple[int, ...]
     """The seed of each world."""
+    layer: LayerName
+    """What the candidates take the place of."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,7 @@ class Trials:
     recipe: Recipe
     physics: str = "rigid"
     workers: int = 1
+    layer: LayerName = "weighting"
 
     def warm_up(self) -> None:
         """Go through every kernel once, so that workers find them compiled."""
@@ -78,7 +83,7 @@ class Trials:
         size = min(room, -(-len(worlds) // self.workers))
         for part in np.array_split(np.arange(len(worlds)), -(-len(worlds) // size)):
             which, own_seeds = zip(*(worlds[k] for k in part), strict=True)
-            yield Block(scenario, self.recipe, self.physics, networks, which, own_seeds)
+            yield Block(scenario, self.recipe, self.physics, networks, which, own_seeds, self.layer)
 
     def _run(self, blocks: Sequence[Block]) -> list[Int64[Array, " worlds"]]:
         parallel = Parallel(n_jobs=self.workers, return_as="generator", batch_size=1)
@@ -92,7 +97,10 @@ def run_block(block: Block) -> Int64[Array, " worlds"]:
     """Whole episodes; the round trips of each world."""
     loop = ControlLoop(block.scenario, block.recipe, block.seeds, block.physics)
     of_row = np.repeat(np.array(block.which, np.int64), block.scenario.task.n_robots)
-    loop.controller.weighting = Networks(block.networks, of_row)
+    if block.layer == "weighting":
+        loop.controller.weighting = Networks(block.networks, of_row)
+    else:
+        loop.controller.motion = Reflexes(block.networks, block.scenario, block.seeds, of_row)
     for _ in range(block.scenario.n_ticks):
         loop.step()
     return total(loop.world.state.round_trips, len(block.seeds))

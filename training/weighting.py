@@ -30,7 +30,7 @@ centimetres and tens of metres alike end within a few units of zero."""
 OWN_P, HEARD_P, DISAGREEMENT, FRAMES, RANGE = 0, 2, 4, 6, 7
 """Columns of what is shown; the first three have one for each area."""
 
-HIDDEN = 8
+HIDDEN = 4
 """Hidden units unless a card says otherwise."""
 
 

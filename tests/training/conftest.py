@@ -39,6 +39,12 @@ def make_weights(seed=0):
     return {f"weighting.{name}": array for name, array in unstrung(numbers, shapes).items()}
 
 
+@pytest.fixture(name="make_card")
+def _make_card():
+    """Make a card, of a weighting unless told otherwise."""
+    return make_card
+
+
 @pytest.fixture
 def policy_file(tmp_path):
     """A policy for the weighting, random but sound."""

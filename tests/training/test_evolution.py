@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from training import evolution
@@ -72,12 +73,40 @@ def test_the_policy_kept_is_the_best_on_the_held_back_worlds(experiment):
 def test_the_search_starts_from_the_hand_written_rule(experiment):
     mine = experiment()
     trials = Trials(mine.worlds_by_name, mine.recipe, mine.physics)
-    start = first_mean(0)[None].astype(np.float32)
+    start = first_mean(0, "weighting")[None].astype(np.float32)
     rule = np.zeros_like(start)
+    rule[0, -2] = 0.001 / 0.01 - 1.0  # as ssgiff:beta=0.001
     seeds = mine.held_back_seeds
     found, expected = trials.round_trips(start, seeds), trials.round_trips(rule, seeds)
     np.testing.assert_array_equal(found["es1"], expected["es1"])
-    assert start.any()
+    assert (start != rule).any()
+    assert not first_mean(0, "motion").any()
+
+
+def test_a_motion_is_searched_and_runs_as_a_controller(experiment):
+    mine = experiment(layer="motion", budget=2, every=1)
+    policy = train(mine, silent)
+    assert policy.card.layers["motion"].network == "reflexes"
+    tried = load_policy(mine.out / BEST).weights["motion.steer.weight"]
+    assert tried.shape == (2, 2, 12)
+    controller = find_controller(f"learned-motion:policy={policy.source}")
+    trips = [
+        each.round_trips
+        for each in run_episodes(
+            mine.worlds_by_name["es1"], controller, mine.held_back_seeds, "kinematic"
+        )
+    ]
+    assert np.mean(trips) == policy.card.score["es1"].mean
+
+
+def test_a_candidate_motion_makes_the_trips_of_its_own_numbers(experiment):
+    mine = experiment(layer="motion")
+    trials = Trials(mine.worlds_by_name, mine.recipe, mine.physics, layer="motion")
+    two = np.random.default_rng(0).normal(0.0, 0.2, (2, 60)).astype(np.float32)
+    both = trials.round_trips(two, range(6))["es1"]
+    alone = [trials.round_trips(each[None], range(6))["es1"][0] for each in two]
+    np.testing.assert_array_equal(both, alone)
+    assert (both[0] != both[1]).any()
 
 
 @pytest.mark.usefixtures("_imagined")

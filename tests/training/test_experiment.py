@@ -39,7 +39,8 @@ def test_a_scenario_takes_numbers_of_its_own(experiment):
 REFUSED = [
     ({"layer": "sensing"}, "no layer named 'sensing'"),
     ({"algorithm": "sgd"}, "no algorithm named 'sgd'"),
-    ({"layer": "motion"}, "cma: trains the weighting only, not motion"),
+    ({"layer": "both"}, "cma: trains one layer at a time, not both"),
+    ({"layer": "motion", "controller": "ssgiff:mean_run=1"}, "corrects subsumption as it is by"),
     ({"scenarios": ()}, "must name at least one"),
     ({"scenarios": ("es1", "es1")}, "scenario 'es1' is named twice"),
     ({"scenarios": ("es9",)}, "no scenario named 'es9'"),

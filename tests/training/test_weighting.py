@@ -48,7 +48,7 @@ def encounters(rows, seed=0):
 
 
 def test_the_network_has_under_500_numbers():
-    assert N_NUMBERS == 72
+    assert N_NUMBERS == 40
 
 
 def test_zero_weights_are_sgiff():

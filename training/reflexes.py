@@ -1,0 +1,199 @@
+"""A learned motion of few numbers: linear reflexes that correct subsumption.
+
+    residual = tanh(W_k x)                            k: with a goal, or without one
+    wheels   = clip(subsumption + 2 residual, -1, 1)
+    run      = 10^tanh(v x) run                       of the random walk, without a goal
+
+x are the features below; the rows of W_k give a share forward and a share of turning. Zeros are
+subsumption.
+
+So few numbers can be searched by the round trips of the whole swarm, where a gradient for each
+robot's own trips may teach it to push its neighbours aside.
+"""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from baselines.motion.subsumption import RUN, Subsumption, SubsumptionParameters
+from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int64
+from swarm_forage_env.envs.cuts import corrected
+from swarm_forage_env.interface import Situation
+from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.kernels.proximity import PROXIMITY_ANGLES
+from swarm_forage_env.scenario import Scenario
+from training.policy import Policy, Shapes
+from training.weighting import strung
+
+NETWORK = "reflexes"
+"""The name of this network on a card."""
+
+FEATURES = (
+    "one", "target_left", "target_ahead", "near", "unsure",
+    "obstacle_left", "obstacle_ahead", "obstacle_right",
+    "robot_left", "robot_ahead", "robots", "turning",
+)  # fmt: skip
+"""What a reflex answers to. `near` fades with the distance to the goal, or without a goal with the
+path walked since there was one; `unsure` grows with the inverse confidence, or with that path;
+`robot` is the nearest sender heard, `robots` the share of slots with a message."""
+
+SHAPES: Shapes = {
+    "steer.weight": (2, 2, len(FEATURES)),  # with and without a goal; forward and turning
+    "walk.weight": (len(FEATURES),),
+}
+"""The arrays of a policy."""
+
+NUMBERS = 5 * len(FEATURES)
+
+CLOSE, LONG = 0.15, 2.0
+"""Distances [m] at which `near` and the closeness of a robot are one half, and `unsure` is."""
+
+SPAN = math.log(10.0)
+"""Straight runs get longer or shorter by up to this, in the logarithm."""
+
+
+@kernel
+def think_of_goal(
+    target: Float32[Array, "2"], p: float, searched: float, out_x: Float64[Array, " features"]
+) -> None:
+    """Where the goal is and how sure that is; `searched` is negative with a goal."""
+    distance, unsure = searched, searched
+    if searched < 0.0:
+        distance, unsure = math.hypot(target[0], target[1]), p
+        out_x[1] = target[1] / (distance + 1e-6)
+        out_x[2] = target[0] / (distance + 1e-6)
+    out_x[3] = CLOSE / (CLOSE + distance)
+    out_x[4] = unsure / (unsure + LONG)
+
+
+@kernel
+def look(proximity: Float32[Array, "8"], out_x: Float64[Array, " features"]) -> None:
+    """What is close to the left, ahead and to the right."""
+    for k in range(8):
+        side, ahead = math.sin(PROXIMITY_ANGLES[k]), math.cos(PROXIMITY_ANGLES[k])
+        out_x[5] += proximity[k] * max(side, 0.0)
+        out_x[6] += proximity[k] * max(ahead, 0.0)
+        out_x[7] += proximity[k] * max(-side, 0.0)
+
+
+@kernel
+def listen(
+    heard: Bool[Array, " slots"],
+    beam: Float32[Array, "slots beam"],
+    out_x: Float64[Array, " features"],
+) -> None:
+    """Where the nearest sender is, and how many there are."""
+    nearest, messages = -1, 0
+    for slot in range(heard.shape[0]):
+        if heard[slot]:
+            messages += 1
+            if nearest < 0 or beam[slot, 0] < beam[nearest, 0]:
+                nearest = slot
+    if nearest >= 0:
+        closeness = CLOSE / (CLOSE + beam[nearest, 0])
+        out_x[8] = closeness * math.sin(beam[nearest, 1])
+        out_x[9] = closeness * math.cos(beam[nearest, 1])
+        out_x[10] = messages / heard.shape[0]
+
+
+@kernel
+def react(
+    x: Float64[Array, " features"], numbers: Float64[Array, " numbers"], mode: int
+) -> tuple[float, float, float]:
+    """Residual of the left and right wheel, and the factor of a straight run.
+
+    forward, turning = tanh(W_mode x);  left, right = forward -+ turning, in [-1, 1]
+    """
+    forward, turning, walk = 0.0, 0.0, 0.0
+    n = x.shape[0]
+    for k in range(n):
+        forward += numbers[2 * mode * n + k] * x[k]
+        turning += numbers[(2 * mode + 1) * n + k] * x[k]
+        walk += numbers[4 * n + k] * x[k]
+    forward, turning = math.tanh(forward), math.tanh(turning)
+    left = min(max(forward - turning, -1.0), 1.0)
+    right = min(max(forward + turning, -1.0), 1.0)
+    return left, right, math.exp(SPAN * math.tanh(walk))
+
+
+@kernel
+def reflex(  # noqa: PLR0913 inputs first, then the outputs
+    proximity: Float32[Array, "rows 8"],
+    target: Float32[Array, "rows 2"],
+    p: Float32[Array, "rows areas"],
+    goal: Int8[Array, " rows"],
+    heard: Bool[Array, "rows slots"],
+    beam: Float32[Array, "rows slots beam"],
+    wheels: Float32[Array, "rows 2"],
+    searched: Float64[Array, " rows"],
+    which: Int64[Array, " rows"],
+    numbers: Float64[Array, "candidates numbers"],
+    out_residual: Float32[Array, "rows 2"],
+    out_factor: Float64[Array, " rows"],
+) -> None:
+    """The residual of every robot, and the factor of its straight runs."""
+    x = np.zeros(len(FEATURES))
+    for i in range(proximity.shape[0]):
+        x[:] = 0.0
+        x[0] = 1.0
+        has_goal = goal[i] >= 0
+        think_of_goal(
+            target[i],
+            float(p[i, goal[i]]) if has_goal else 0.0,
+            -1.0 if has_goal else searched[i],
+            x,
+        )
+        look(proximity[i], x)
+        listen(heard[i], beam[i], x)
+        x[11] = 0.5 * (wheels[i, 1] - wheels[i, 0])
+        left, right, factor = react(x, numbers[which[i]], 0 if has_goal else 1)
+        out_residual[i, 0], out_residual[i, 1] = left, right
+        out_factor[i] = factor
+
+
+class Reflexes(Subsumption):
+    """Subsumption under the reflexes of one policy, or of one candidate for each world."""
+
+    def __init__(
+        self,
+        numbers: Array,
+        scenario: Scenario,
+        seeds: Sequence[int],
+        of_row: Int64[Array, " rows"] | None = None,
+    ) -> None:
+        """The numbers of each candidate, a row for each, and which is whose; None: one for all."""
+        super().__init__(SubsumptionParameters(), scenario, seeds)
+        rows = len(seeds) * self._n_robots
+        single = np.asarray(numbers, np.float32).astype(np.float64)
+        self._numbers = single
+        self._of_row = np.zeros(rows, np.int64) if of_row is None else of_row
+        self._path = 0.5 * scenario.robot.cruise_speed * scenario.tick
+        self._searched: Float64[Array, " rows"] = np.zeros(rows)
+
+    def __call__(self, situation: Situation) -> Float32[Array, "rows 2"]:
+        """Left and right wheel of every robot, in [-1, 1] of the cruise speed."""
+        s = situation
+        walked = self._path * np.abs(s.wheels.sum(axis=1, dtype=np.float64))
+        self._searched = np.where(s.goal >= 0, 0.0, self._searched + walked)
+        residual, factor = np.empty((len(s.goal), 2), np.float32), np.empty(len(s.goal))
+        reflex(
+            s.proximity, s.target, s.p, s.goal, s.heard, s.beam, s.wheels,
+            self._searched, self._of_row, self._numbers, residual, factor,
+        )  # fmt: skip
+        before = self._memory[:, RUN].copy()
+        own = super().__call__(s)
+        went = (self._memory[:, RUN] < before) & (s.goal < 0)
+        self._memory[went, RUN] += 2.0 * self._path * (1.0 - 1.0 / factor[went])
+        return corrected(own, residual, s.talking)
+
+    def reset(self, world: int, seed: int) -> None:
+        """Forget one world's courses, and walk at random from this seed from now on."""
+        super().reset(world, seed)
+        self._searched[world * self._n_robots : (world + 1) * self._n_robots] = 0.0
+
+
+def reflexes_of(policy: Policy) -> Float64[Array, " numbers"]:
+    """The numbers of a policy's reflexes; ConfigError if it does not fit."""
+    policy.sizes_of("motion", NETWORK, ())
+    return strung(policy.weights_of("motion", SHAPES), SHAPES)
