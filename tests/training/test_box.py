@@ -40,3 +40,17 @@ def test_every_learned_controller_beats_robots_that_do_not_communicate(name):
         for who in (name, "nc")
     )
     assert min(learned) > max(alone)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "gain"), [("es1", {}, 1.4), ("es2", {"task.duration": "1800"}, 1.1)]
+)
+def test_the_learned_motion_makes_more_trips_than_subsumption_in_small_and_large_arenas(
+    name, changes, gain
+):
+    scenario, seeds = find_foraging(name, changes), TEST_SEEDS[:2]
+    learned, own = (
+        sum(each.round_trips for each in run_episodes(scenario, find_controller(who), seeds))
+        for who in ("learned-motion", "ssgiff")
+    )
+    assert learned > gain * own
