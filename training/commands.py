@@ -53,7 +53,7 @@ def train(  # noqa: PLR0913 the options of a command
     algorithm: Annotated[
         Algorithm | None,
         typer.Option(
-            help="cma: evolve the network on round trips (weighting only). ppo: policy gradient.",
+            help="cma: evolve one layer on the round trips of the swarm. ppo: policy gradient.",
             show_default="cma for weighting, else ppo",
         ),
     ] = None,
