@@ -23,7 +23,7 @@ def test_two_estimates_meet_by_their_weights():
     det = np.linalg.det
     w = (det(S) - det(np.linalg.inv(other)) + det(np.linalg.inv(P))) / (2.0 * det(S))
     information = w * np.linalg.inv(P) + (1.0 - w) * np.linalg.inv(other)
-    np.testing.assert_allclose(fused, np.linalg.inv(information))
+    np.testing.assert_allclose(fused, np.linalg.inv(information), rtol=1e-7, atol=1e-15)
     mean = fused @ ((1.0 - w) * np.linalg.inv(other) @ POSES[1])
     np.testing.assert_allclose(pose, mean)
 

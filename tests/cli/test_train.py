@@ -62,7 +62,7 @@ REFUSED = [
     (("train", "sensing", "es1"), "'sensing' is not one of"),
     (("train", "weighting", "es9"), "no scenario named 'es9'"),
     (("train", "weighting", "es1", "--algorithm=sgd"), "'sgd' is not one of"),
-    (("train", "motion", "es1", "--algorithm=cma"), "trains the weighting only"),
+    (("train", "both", "es1", "--algorithm=cma"), "trains one layer at a time"),
     (("train", "weighting", "es1", "--set=frames"), "must be name=value"),
     (("train", "weighting", "es1", "--set=radio.frame=1"), "did you mean 'radio.frames'"),
     (("train", "weighting", "es1", "--budget=0"), "--budget=0: must be at least 1"),
