@@ -156,7 +156,11 @@ class LearnedMotion(Part):
     @field_validator("policy")
     @classmethod
     def _can_be_used(cls, policy: str) -> str:
-        _check_network(load_policy(policy))
+        found = load_policy(policy)
+        if _has_reflexes(found):
+            reflexes.reflexes_of(found)
+        else:
+            motion_weights(found)
         return policy
 
     @property
@@ -168,18 +172,14 @@ class LearnedMotion(Part):
         """The running motion of a block of worlds; ConfigError if the policy does not fit."""
         policy = load_policy(self.policy)
         policy.check_fits("motion", scenario)
-        if policy.card.layers["motion"].network == reflexes.NETWORK:
+        if _has_reflexes(policy):
             return reflexes.Reflexes(reflexes.reflexes_of(policy)[None], scenario, seeds)
         return RunningMotion(motion_weights(policy), scenario, len(seeds))
 
 
-def _check_network(policy: Policy) -> None:
-    """ConfigError if the policy's motion is not one that runs."""
+def _has_reflexes(policy: Policy) -> bool:
     layer = policy.card.layers.get("motion")
-    if layer is not None and layer.network == reflexes.NETWORK:
-        reflexes.reflexes_of(policy)
-    else:
-        motion_weights(policy)
+    return layer is not None and layer.network == reflexes.NETWORK
 
 
 def motion_weights(policy: Policy) -> Weights:

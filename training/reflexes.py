@@ -165,8 +165,7 @@ class Reflexes(Subsumption):
         """The numbers of each candidate, a row for each, and which is whose; None: one for all."""
         super().__init__(SubsumptionParameters(), scenario, seeds)
         rows = len(seeds) * self._n_robots
-        single = np.asarray(numbers, np.float32).astype(np.float64)
-        self._numbers = single
+        self._numbers = np.asarray(numbers, np.float32).astype(np.float64)
         self._of_row = np.zeros(rows, np.int64) if of_row is None else of_row
         self._path = 0.5 * scenario.robot.cruise_speed * scenario.tick
         self._searched: Float64[Array, " rows"] = np.zeros(rows)
