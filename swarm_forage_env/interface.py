@@ -107,6 +107,12 @@ class Encounter:
     disagreement: Float32[Array, "rows areas"]
     """Distance between the own and the heard location, where both are known [m]."""
 
+    own_distance: Float32[Array, "rows areas"]
+    """How far the robot is from the own location [m]; zero where unknown."""
+
+    heard_distance: Float32[Array, "rows areas"]
+    """How far the robot is from the heard location [m]; zero where unknown."""
+
     range: Float32[Array, " rows"]
     """Distance to the partner, averaged [m]."""
 

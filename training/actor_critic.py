@@ -33,7 +33,7 @@ class Tower(nn.Module):
 
     network: ClassVar[str]
     """What kind of network, and its sizes, as a card says."""
-    sizes: ClassVar[Mapping[str, int]]
+    sizes: Mapping[str, int]
 
     def __init__(self, shapes: Shapes, last: str, gain: float) -> None:
         """Orthogonal matrices, that of the last layer with another gain; all else zero."""
@@ -97,10 +97,10 @@ class WeightingTower(Tower):
     """The network of `training.weighting`."""
 
     network = LOG_ODDS
-    sizes: ClassVar[Mapping[str, int]] = {"hidden": HIDDEN}
 
-    def __init__(self, layout: ObservationLayout) -> None:
-        """For observations of a layout."""
+    def __init__(self, layout: ObservationLayout, hidden: int = HIDDEN) -> None:
+        """For observations of a layout, with so many hidden units."""
+        self.sizes = {"hidden": hidden}
         super().__init__(shapes_of(self.sizes), "output", GAIN)
         self._columns = columns_of(layout, "encounter")
         scales = torch.tensor(SCALES)

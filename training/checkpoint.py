@@ -1,6 +1,6 @@
 """The checkpoint of a search: everything it was told, in one file that appears whole."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +10,8 @@ from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenario import Part
-from training.experiment import Experiment
-from training.policy import CurvePoint, Interval, write_whole
+from training.experiment import Experiment, versions
+from training.policy import Card, CurvePoint, Interval, LayerCard, LayerName, write_whole
 
 NAME = "checkpoint.safetensors"
 
@@ -146,6 +146,28 @@ def read_checkpoint(
                 f" {here}; name another folder"
             )
     return list(record.curve), arrays
+
+
+def card_of(
+    experiment: Experiment,
+    layers: Mapping[LayerName, LayerCard],
+    packages: tuple[str, ...],
+    curve: Sequence[CurvePoint],
+    score: Mapping[str, Interval],
+) -> Card:
+    """The card of a policy that an experiment trained with these packages."""
+    return Card(
+        layers=dict(layers),
+        scenarios=experiment.scenarios,
+        settings=dict(experiment.settings),
+        controller=experiment.controller,
+        algorithm=experiment.algorithm,
+        command=experiment.command,
+        seed=experiment.seed,
+        versions=versions(*packages),
+        curve=tuple(curve),
+        score=dict(score),
+    )
 
 
 def interval(trips: Int64[Array, " worlds"]) -> Interval:

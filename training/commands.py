@@ -26,12 +26,18 @@ class Algorithm(StrEnum):
     """How it is trained."""
 
     CMA = "cma"
+    IMITATION = "imitation"
     PPO = "ppo"
 
 
-BUDGET = {Algorithm.CMA: 100, Algorithm.PPO: 50_000_000}
-EVERY = {Algorithm.CMA: 5, Algorithm.PPO: 1_500_000}
-WORLDS = {Algorithm.CMA: 8, Algorithm.PPO: 8}
+BUDGET = {Algorithm.CMA: 100, Algorithm.IMITATION: 10, Algorithm.PPO: 50_000_000}
+EVERY = {Algorithm.CMA: 5, Algorithm.IMITATION: 2, Algorithm.PPO: 1_500_000}
+WORLDS = {Algorithm.CMA: 8, Algorithm.IMITATION: 24, Algorithm.PPO: 8}
+
+
+def _in_turn(numbers: dict[Algorithm, int]) -> str:
+    return ", ".join(f"{algorithm}: {number}" for algorithm, number in numbers.items())
+
 
 CONTROLLER_OF = {
     Layer.WEIGHTING: "learned-weighting:policy={}",
@@ -53,7 +59,8 @@ def train(  # noqa: PLR0913 the options of a command
     algorithm: Annotated[
         Algorithm | None,
         typer.Option(
-            help="cma: evolve one layer on the round trips of the swarm. ppo: policy gradient.",
+            help="cma: evolve one layer on the round trips of the swarm. imitation: fit the"
+            " weighting to what the truth would have weighed. ppo: policy gradient.",
             show_default="cma for weighting, else ppo",
         ),
     ] = None,
@@ -69,22 +76,23 @@ def train(  # noqa: PLR0913 the options of a command
     budget: Annotated[
         int | None,
         typer.Option(
-            help="How long: generations (cma) or robot steps (ppo).",
-            show_default=f"{BUDGET[Algorithm.CMA]} or {BUDGET[Algorithm.PPO]}",
+            help="How long: generations (cma), rounds (imitation) or robot steps (ppo).",
+            show_default=_in_turn(BUDGET),
         ),
     ] = None,
     every: Annotated[
         int | None,
         typer.Option(
-            help="Evaluate on held-back seeds so often: generations or steps.",
-            show_default=f"{EVERY[Algorithm.CMA]} or {EVERY[Algorithm.PPO]}",
+            help="Evaluate on held-back seeds so often: generations, rounds or steps.",
+            show_default=_in_turn(EVERY),
         ),
     ] = None,
     worlds: Annotated[
         int | None,
         typer.Option(
-            help="Worlds side by side: for each candidate in each scenario (cma), in all (ppo).",
-            show_default="8",
+            help="Worlds side by side: for each candidate in each scenario (cma), or of the"
+            " smallest swarm (imitation, ppo).",
+            show_default=_in_turn(WORLDS),
         ),
     ] = None,
     held_back: Annotated[
@@ -141,6 +149,10 @@ def _run(experiment: "Experiment") -> "Policy":
         from training import ppo
 
         return ppo.train(experiment, _say)
+    if experiment.algorithm == "imitation":
+        from training import imitation
+
+        return imitation.train(experiment, _say)
     from training import evolution
 
     return evolution.train(experiment, _say)

@@ -15,8 +15,8 @@ from cmaes import CMA
 
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
-from training.checkpoint import BEST, Checkpoint, interval
-from training.experiment import Experiment, versions
+from training.checkpoint import BEST, Checkpoint, card_of, interval
+from training.experiment import Experiment
 from training.policy import (
     Card,
     CurvePoint,
@@ -151,20 +151,10 @@ class Evolution:
         self._search.tell(list(told))
 
     def _card(self, best: CurvePoint) -> Card:
-        experiment = self._experiment
         scenario = next(iter(self._trials.scenarios.values()))
-        return Card(
-            layers={self._layer: layer_card(self._layer, scenario, *NETWORKS[self._layer])},
-            scenarios=experiment.scenarios,
-            settings=dict(experiment.settings),
-            controller=experiment.controller,
-            algorithm=experiment.algorithm,
-            command=experiment.command,
-            seed=experiment.seed,
-            versions=versions("cmaes"),
-            curve=tuple(self._checkpoint.curve),
-            score=best.round_trips,
-        )
+        layer = layer_card(self._layer, scenario, *NETWORKS[self._layer])
+        curve = self._checkpoint.curve
+        return card_of(self._experiment, {self._layer: layer}, ("cmaes",), curve, best.round_trips)
 
 
 def first_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:

@@ -25,7 +25,7 @@ LAYERS: dict[str, tuple[LayerName, ...]] = {
 }
 """What can be trained, and the layers that it takes the place of."""
 
-ALGORITHMS = ("cma", "ppo")
+ALGORITHMS = ("cma", "imitation", "ppo")
 
 TEST_SEEDS = range(1_000, 1_030)
 """For the final score of a policy: never used in training or selection."""
@@ -52,11 +52,12 @@ class Experiment:
     out: Path
     seed: int = 0
     budget: int = 100
-    """Generations (cma) or robot steps (ppo)."""
+    """Generations (cma), rounds (imitation) or robot steps (ppo)."""
     every: int = 5
-    """Generations (cma) or robot steps (ppo) between two evaluations."""
+    """Generations, rounds or robot steps between two evaluations."""
     worlds: int = 8
-    """Worlds side by side: for each candidate in each scenario (cma), or in all (ppo)."""
+    """Worlds side by side: for each candidate in each scenario (cma), or of the smallest swarm
+    (imitation and ppo), with fewer of the larger ones."""
     held_back: int = 10
     """Held-back seeds of an evaluation, in each scenario."""
     population: int | None = None
@@ -74,6 +75,11 @@ class Experiment:
         _check_choice("--algorithm", self.algorithm, ALGORITHMS)
         if self.algorithm == "cma" and len(self.layers) > 1:
             raise ConfigError("--algorithm=cma: trains one layer at a time, not both; use ppo")
+        if self.algorithm == "imitation" and self.layer != "weighting":
+            raise ConfigError(
+                f"--algorithm=imitation: trains the weighting only, not {self.layer}; what would"
+                " have been right is known of an exchange, not of a motion; use cma or ppo"
+            )
         self._check_numbers()
         self._check_worlds()
         corrects = self.algorithm == "cma" and self.layer == "motion"
@@ -175,6 +181,13 @@ class Experiment:
         words += [f"{name}={value}" for name, value in options.items()]
         words += [f"--set={name}={value}" for name, value in self.settings.items()]
         return shlex.join(words)
+
+
+def worlds_of(experiment: Experiment) -> dict[str, int]:
+    """Worlds of each scenario, so that all have about as many robots as the smallest."""
+    robots = {name: each.task.n_robots for name, each in experiment.worlds_by_name.items()}
+    fewest = min(robots.values())
+    return {name: max(1, experiment.worlds * fewest // n) for name, n in robots.items()}
 
 
 def versions(*more: str) -> dict[str, str]:

@@ -11,7 +11,7 @@ from stable_baselines3.common.logger import configure
 from swarm_forage_env.arrays import Array
 from training.actor_critic import LayersPolicy
 from training.blocks import Blocks
-from training.experiment import Experiment
+from training.experiment import Experiment, worlds_of
 from training.telling import FOLDER
 from training.vec_env import SwarmVecEnv
 
@@ -48,13 +48,6 @@ EVERY_TICK = Method(decision_period=1, discount=0.999, log_std=-2.0)
 
 METHODS: Mapping[str, Method] = {"weighting": EVERY_TICK, "motion": Method(), "both": EVERY_TICK}
 """By what is trained."""
-
-
-def worlds_of(experiment: Experiment) -> dict[str, int]:
-    """Worlds of each scenario, so that all have about as many robots as the smallest."""
-    robots = {name: each.task.n_robots for name, each in experiment.worlds_by_name.items()}
-    fewest = min(robots.values())
-    return {name: max(1, experiment.worlds * fewest // n) for name, n in robots.items()}
 
 
 def environments(experiment: Experiment, method: Method) -> Blocks:

@@ -24,10 +24,10 @@ from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import ControlLoop
 from training.actor_critic import MotionTower, Tower, Towers
-from training.checkpoint import BEST, NAME, interval, read_checkpoint, write_checkpoint
+from training.checkpoint import BEST, NAME, card_of, interval, read_checkpoint, write_checkpoint
 from training.cloning import clone, demonstrations
-from training.experiment import Experiment, versions
-from training.learner import METHODS, environments, learner, restore, state_of, worlds_of
+from training.experiment import Experiment, worlds_of
+from training.learner import METHODS, environments, learner, restore, state_of
 from training.motion import LearnedMotion
 from training.policy import (
     Card,
@@ -179,21 +179,11 @@ class Learning:
     def _card(self, score: dict[str, Interval]) -> Card:
         experiment = self._experiment
         scenario = next(iter(experiment.worlds_by_name.values()))
-        return Card(
-            layers={
-                layer: layer_card(layer, scenario, actor.network, actor.sizes)
-                for layer, actor in self._actors.items()
-            },
-            scenarios=experiment.scenarios,
-            settings=dict(experiment.settings),
-            controller=experiment.controller,
-            algorithm=experiment.algorithm,
-            command=experiment.command,
-            seed=experiment.seed,
-            versions=versions("stable-baselines3", "torch"),
-            curve=tuple(self.curve),
-            score=score,
-        )
+        layers = {
+            layer: layer_card(layer, scenario, actor.network, actor.sizes)
+            for layer, actor in self._actors.items()
+        }
+        return card_of(experiment, layers, ("stable-baselines3", "torch"), self.curve, score)
 
 
 def learned(recipe: Recipe, layers: Sequence[LayerName], policy: Path) -> Recipe:

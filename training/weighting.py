@@ -19,16 +19,25 @@ from training.policy import Policy, Shapes, Weights, load_policy, policy_file
 NETWORK = "log-odds"
 """The name of this network on a card."""
 
-FEATURES = ("own_p", "heard_p", "disagreement", "own_p_elsewhere", "frames", "range")
+FEATURES = (
+    "own_p",
+    "heard_p",
+    "disagreement",
+    "own_p_elsewhere",
+    "own_distance",
+    "heard_distance",
+    "frames",
+    "range",
+)
 """What the network is shown of an encounter, for the area in question."""
 
-SCALES = ((0.1, 3.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.5), (0.1, 3.0, 1.5), (1.0, 3.5, 1.5),
-          (0.1, 0.75, 0.25))  # fmt: skip
+SCALES = ((0.1, 3.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.0),
+          (0.1, 2.0, 1.0), (1.0, 3.5, 1.5), (0.1, 0.75, 0.25))  # fmt: skip
 """For each feature the unit u [m, or frames], centre c and spread s of (ln(1 + x / u) - c) / s:
 centimetres and tens of metres alike end within a few units of zero."""
 
-OWN_P, HEARD_P, DISAGREEMENT, FRAMES, RANGE = 0, 2, 4, 6, 7
-"""Columns of what is shown; the first three have one for each area."""
+OWN_P, HEARD_P, DISAGREEMENT, OWN_DISTANCE, HEARD_DISTANCE, FRAMES, RANGE = 0, 2, 4, 6, 8, 10, 11
+"""Columns of what is shown; all but the last two have one for each area."""
 
 HIDDEN = 4
 """Hidden units unless a card says otherwise."""
@@ -69,8 +78,10 @@ def describe(
     out_features[1] = shown[HEARD_P + area]
     out_features[2] = shown[DISAGREEMENT + area]
     out_features[3] = shown[OWN_P + 1 - area]
-    out_features[4] = shown[FRAMES]
-    out_features[5] = shown[RANGE]
+    out_features[4] = shown[OWN_DISTANCE + area]
+    out_features[5] = shown[HEARD_DISTANCE + area]
+    out_features[6] = shown[FRAMES]
+    out_features[7] = shown[RANGE]
     for k in range(len(SCALES)):
         unit, centre, spread = SCALES[k]
         out_features[k] = (math.log1p(out_features[k] / unit) - centre) / spread
@@ -117,12 +128,16 @@ def weigh(
             out_g[i, area] = 0.5 + 0.5 * math.tanh(0.5 * odds)
 
 
-def columns(encounter: Encounter, rows: Int64[Array, " encounters"]) -> Float64[Array, "rows 8"]:
+def columns(
+    encounter: Encounter, rows: Int64[Array, " encounters"]
+) -> Float64[Array, "rows columns"]:
     """What the network is shown, for some rows."""
     parts = (
         encounter.own_p[rows],
         encounter.heard_p[rows],
         encounter.disagreement[rows],
+        encounter.own_distance[rows],
+        encounter.heard_distance[rows],
         encounter.frames[rows],
         encounter.range[rows],
     )

@@ -45,6 +45,7 @@ def describe_situation(  # noqa: PLR0913 inputs first, then the outputs
 @kernel
 def describe_encounter(  # noqa: PLR0913 inputs first, then the outputs
     ended: Bool[Array, " rows"],
+    pose: Float64[Array, "rows 3"],
     location: Float64[Array, "rows areas 2"],
     p: Float64[Array, "rows areas"],
     known: Bool[Array, "rows areas"],
@@ -58,6 +59,8 @@ def describe_encounter(  # noqa: PLR0913 inputs first, then the outputs
     out_own_known: Bool[Array, "rows areas"],
     out_heard_known: Bool[Array, "rows areas"],
     out_disagreement: Float32[Array, "rows areas"],
+    out_own_distance: Float32[Array, "rows areas"],
+    out_heard_distance: Float32[Array, "rows areas"],
     out_range: Float32[Array, " rows"],
     out_frames: Float32[Array, " rows"],
 ) -> None:
@@ -73,8 +76,15 @@ def describe_encounter(  # noqa: PLR0913 inputs first, then the outputs
             out_own_p[i, area] = p[i, area] if own else 0.0
             out_heard_p[i, area] = heard_p[i, area] if told else 0.0
             out_disagreement[i, area] = 0.0
-            if own and told:
-                x = heard_sum[i, area, 0] / heard_weight[i, area]
-                y = heard_sum[i, area, 1] / heard_weight[i, area]
-                dx, dy = x - location[i, area, 0], y - location[i, area, 1]
-                out_disagreement[i, area] = math.hypot(dx, dy)
+            out_own_distance[i, area] = 0.0
+            out_heard_distance[i, area] = 0.0
+            x, y = location[i, area]
+            if own:
+                out_own_distance[i, area] = math.hypot(x - pose[i, 0], y - pose[i, 1])
+            if told:
+                heard_x = heard_sum[i, area, 0] / heard_weight[i, area]
+                heard_y = heard_sum[i, area, 1] / heard_weight[i, area]
+                away = math.hypot(heard_x - pose[i, 0], heard_y - pose[i, 1])
+                out_heard_distance[i, area] = away
+                if own:
+                    out_disagreement[i, area] = math.hypot(heard_x - x, heard_y - y)

@@ -149,9 +149,10 @@ class SocialOdometry:
     ) -> None:
         b, e = self.beliefs, self.encounter
         describe_encounter(
-            ended, b.location, b.p, b.known,
+            ended, b.pose, b.location, b.p, b.known,
             b.heard_sum, b.heard_weight, b.heard_p, b.range_sum, b.frames,
-            e.own_p, e.heard_p, e.own_known, e.heard_known, e.disagreement, e.range, e.frames,
+            e.own_p, e.heard_p, e.own_known, e.heard_known, e.disagreement,
+            e.own_distance, e.heard_distance, e.range, e.frames,
         )  # fmt: skip
         e.valid[:] = ended
         e.goal[:] = np.where(ended, b.goal, -1)
@@ -197,6 +198,8 @@ def _no_encounter(rows: int) -> Encounter:
         own_known=np.zeros((rows, 2), np.bool_),
         heard_known=np.zeros((rows, 2), np.bool_),
         disagreement=np.zeros((rows, 2), np.float32),
+        own_distance=np.zeros((rows, 2), np.float32),
+        heard_distance=np.zeros((rows, 2), np.float32),
         range=np.zeros(rows, np.float32),
         frames=np.zeros(rows, np.float32),
         goal=np.full(rows, -1, np.int8),

@@ -36,16 +36,23 @@ class Oracle:
 
     def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
         """g for each row and area."""
-        b = self._beliefs
-        told = np.maximum(b.heard_weight, 1.0)[:, :, None]
-        own, heard = self._error(b.location), self._error(b.heard_sum / told)
-        g: Float32[Array, "rows areas"] = (encounter.heard_known & (heard < own)).astype(np.float32)
+        own, heard = errors(self._beliefs, self._truth)
+        nearer = np.hypot(*heard.T).T < np.hypot(*own.T).T
+        g: Float32[Array, "rows areas"] = (encounter.heard_known & nearer).astype(np.float32)
         return g
 
-    def _error(self, location: Float64[Array, "rows areas 2"]) -> Float64[Array, "rows areas"]:
-        """How far places of the robots' own frames truly are from the areas [m]."""
-        offset = in_world(location, self._beliefs, self._truth) - self._truth.areas
-        return np.asarray(np.hypot(offset[:, :, 0], offset[:, :, 1]), np.float64)
+
+def errors(
+    beliefs: Beliefs, truth: GroundTruth
+) -> tuple[Float64[Array, "rows areas 2"], Float64[Array, "rows areas 2"]]:
+    """By how much the own and the heard places truly miss the areas, world frame [m].
+
+    They mean something only where the place is known, or was heard in an exchange.
+    """
+    told = np.maximum(beliefs.heard_weight, 1.0)[:, :, None]
+    own = in_world(beliefs.location, beliefs, truth) - truth.areas
+    heard = in_world(beliefs.heard_sum / told, beliefs, truth) - truth.areas
+    return own, heard
 
 
 def in_world(

@@ -20,6 +20,7 @@ GOAL = field("goal", GOALS, "0 or 1", FLAG, shape=(), dtype=np.int8)
 def encounter_fields(bounds: Bounds) -> tuple[Field, ...]:
     """The exchange that just ended, as `Encounter` says; zeros where none did."""
     path, apart = (0.0, bounds.path), (0.0, 2.0 * bounds.believed)
+    away = (0.0, bounds.believed)
     return (
         field("valid", ("",), "0 or 1", FLAG, shape=(), dtype=np.bool_),
         field("own_p", AREAS, "m", path),
@@ -27,6 +28,8 @@ def encounter_fields(bounds: Bounds) -> tuple[Field, ...]:
         field("own_known", AREAS, "0 or 1", FLAG, dtype=np.bool_),
         field("heard_known", AREAS, "0 or 1", FLAG, dtype=np.bool_),
         field("disagreement", AREAS, "m", apart),
+        field("own_distance", AREAS, "m", away),
+        field("heard_distance", AREAS, "m", away),
         field("range", ("",), "m", (0.0, bounds.beam), range_noise(bounds.scenario), ()),
         field("frames", ("",), "frames", (0.0, bounds.frames), shape=()),
         GOAL,

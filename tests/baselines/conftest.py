@@ -30,6 +30,8 @@ def encounter():
             own_known=both,
             heard_known=both,
             disagreement=np.zeros((rows, 2), np.float32),
+            own_distance=np.zeros((rows, 2), np.float32),
+            heard_distance=np.zeros((rows, 2), np.float32),
             range=np.full(rows, 0.1, np.float32),
             frames=np.full(rows, 10.0, np.float32),
             goal=np.zeros(rows, np.int8),

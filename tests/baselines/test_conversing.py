@@ -195,6 +195,11 @@ def test_the_encounter_says_what_the_weighting_needs():
     np.testing.assert_allclose(encounter.own_p, [[1.0, 3.0], [2.0, 0.5]])
     np.testing.assert_allclose(encounter.heard_p, [[2.0, 0.5], [1.0, 3.0]])
     np.testing.assert_allclose(encounter.disagreement, math.hypot(0.1, 0.2), atol=1e-6)
+    hypot = math.hypot
+    own_away = [[hypot(0.55, 0.1), hypot(0.55, 0.2)], [hypot(0.55, 0.28), hypot(0.55, 0.02)]]
+    heard_away = [[hypot(0.45, 0.3), 0.65], [hypot(0.65, 0.08), hypot(0.45, 0.22)]]
+    np.testing.assert_allclose(encounter.own_distance, own_away, atol=1e-6)
+    np.testing.assert_allclose(encounter.heard_distance, heard_away, atol=1e-6)
     np.testing.assert_allclose(encounter.range, math.hypot(0.1, 0.02), atol=1e-6)
     assert encounter.goal.tolist() == [PREY, NEST]
     assert encounter.own_known.all()

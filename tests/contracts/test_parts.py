@@ -82,6 +82,8 @@ def random_encounter(rng, rows):
         own_known=known[0],
         heard_known=known[1],
         disagreement=rng.random((rows, 2)).astype(np.float32),
+        own_distance=rng.random((rows, 2)).astype(np.float32),
+        heard_distance=rng.random((rows, 2)).astype(np.float32),
         range=rng.random(rows).astype(np.float32),
         frames=rng.integers(0, 60, rows).astype(np.float32),
         goal=rng.integers(-1, 2, rows).astype(np.int8),

@@ -39,7 +39,7 @@ def test_a_layout_prints_as_a_table():
     lines = str(parallel_env(learn="weighting", range_noise=0.025).observation_layout).splitlines()
     assert lines[0].split() == ["name", "unit", "low", "high", "noise"]
     assert lines[1].split() == ["0", "encounter.valid", "0", "or", "1", "0", "1"]
-    assert len(lines) == 1 + 16
+    assert len(lines) == 1 + 20
     assert "+- 0.025 m, each frame" in next(line for line in lines if "encounter.range" in line)
 
 
@@ -95,5 +95,5 @@ def test_what_is_not_in_an_observation_is_refused(stacked):
     observations, _ = env.reset(seed=0)
     with pytest.raises(ConfigError, match="holds no situation, only encounter"):
         env.observation_layout.situation(stacked(observations))
-    with pytest.raises(ConfigError, match=r"shape \(16,\): must be \(robots, 16\)"):
+    with pytest.raises(ConfigError, match=r"shape \(20,\): must be \(robots, 20\)"):
         env.observation_layout.encounter(observations["epuck_0"])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_forage_env.scenario import Scenario
+from training.checkpoint import BEST, NAME
 from training.experiment import Experiment
 from training.policy import Card, layer_card, save_policy
 from training.weighting import NETWORK, shapes_of, unstrung
@@ -14,6 +15,9 @@ BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62", "task.durati
 """Numbers of es1 under which robots soon find areas and meet."""
 
 SIZES = {"hidden": 2}
+
+FILES = BEST, "best.json", NAME
+"""Of an experiment's folder, when it has ended."""
 
 
 def make_card(**changes):
@@ -74,3 +78,45 @@ def experiment():
         return Experiment(**terms | changes)
 
     return make
+
+
+@pytest.fixture
+def broken_anywhere(tmp_path, monkeypatch):
+    """Check that an experiment stopped at each of some checkpoints ends as an unbroken one.
+
+    The checkpoint is kept by a method of a class; the policy of the unbroken run is returned.
+    """
+
+    def check(train, experiment, keeper, stops):
+        def finished(folder):
+            folder.mkdir(exist_ok=True)
+            monkeypatch.chdir(folder)
+            policy = train(experiment, str)
+            return policy, {name: (experiment.out / name).read_bytes() for name in FILES}
+
+        policy, unbroken = finished(tmp_path / "unbroken")
+        for stop_at in stops:
+            folder = tmp_path / f"stopped-{stop_at}"
+            folder.mkdir()
+            monkeypatch.chdir(folder)
+            with monkeypatch.context() as stopping:
+                stopping.setattr(*keeper, stopping_after(stop_at, getattr(*keeper)))
+                with pytest.raises(KeyboardInterrupt):
+                    train(experiment, str)
+            assert finished(folder)[1] == unbroken
+        return policy
+
+    return check
+
+
+def stopping_after(times, keep):
+    """A method that keeps so often, and then stops the run."""
+    kept = []
+
+    def keep_or_stop(self):
+        kept.append(self)
+        if len(kept) > times:
+            raise KeyboardInterrupt
+        keep(self)
+
+    return keep_or_stop

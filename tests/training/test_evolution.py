@@ -15,8 +15,6 @@ from training.policy import CurvePoint, load_policy
 from training.trials import Trials
 from training.weighting import network_of
 
-FILES = BEST, "best.json", NAME
-
 
 def silent(line):
     """Nobody is told."""
@@ -110,42 +108,10 @@ def test_a_candidate_motion_makes_the_trips_of_its_own_numbers(experiment):
 
 
 @pytest.mark.usefixtures("_imagined")
-def test_a_search_stopped_anywhere_and_started_again_ends_the_same(
-    experiment, tmp_path, monkeypatch
-):
+def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, broken_anywhere):
     mine = experiment(budget=3, every=2)
-    unbroken = finished(mine, tmp_path / "unbroken", monkeypatch)
-    for stop_at in range(1, 6):
-        folder = tmp_path / f"stopped-{stop_at}"
-        stopped(mine, folder, stop_at, monkeypatch)
-        assert finished(mine, folder, monkeypatch) == unbroken
-    assert len(load_policy(tmp_path / "unbroken" / mine.out / BEST).card.curve) == 3
-
-
-def finished(experiment, folder, monkeypatch):
-    """Every file at the end of a run in a folder."""
-    folder.mkdir(exist_ok=True)
-    monkeypatch.chdir(folder)
-    train(experiment, silent)
-    return {name: (experiment.out / name).read_bytes() for name in FILES}
-
-
-def stopped(experiment, folder, stop_at, monkeypatch):
-    """A run that ends before it keeps its checkpoint for that time."""
-    folder.mkdir()
-    monkeypatch.chdir(folder)
-    kept, keep = [], Checkpoint.keep
-
-    def keep_or_stop(self):
-        kept.append(self)
-        if len(kept) > stop_at:
-            raise KeyboardInterrupt
-        keep(self)
-
-    with monkeypatch.context() as stopping:
-        stopping.setattr(Checkpoint, "keep", keep_or_stop)
-        with pytest.raises(KeyboardInterrupt):
-            train(experiment, silent)
+    policy = broken_anywhere(train, mine, (Checkpoint, "keep"), range(1, 6))
+    assert len(policy.card.curve) == 3
 
 
 @pytest.mark.usefixtures("_imagined")

@@ -141,6 +141,8 @@ def test_the_weighting_that_is_trained_is_the_one_that_runs():
         yes,
         yes,
         path(),
+        path(),
+        path(),
         one,
         50.0 * one,
         np.zeros(n, np.int8),

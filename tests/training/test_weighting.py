@@ -41,6 +41,8 @@ def encounters(rows, seed=0):
         own_known=np.ones((rows, 2), np.bool_),
         heard_known=np.ones((rows, 2), np.bool_),
         disagreement=rng.exponential(0.5, (rows, 2)).astype(np.float32),
+        own_distance=rng.exponential(1.0, (rows, 2)).astype(np.float32),
+        heard_distance=rng.exponential(1.0, (rows, 2)).astype(np.float32),
         range=rng.uniform(0.07, 0.15, rows).astype(np.float32),
         frames=rng.integers(1, 250, rows).astype(np.float32),
         goal=rng.integers(0, 2, rows).astype(np.int8),
@@ -48,7 +50,7 @@ def encounters(rows, seed=0):
 
 
 def test_the_network_has_under_500_numbers():
-    assert N_NUMBERS == 40
+    assert N_NUMBERS == 50
 
 
 def test_zero_weights_are_sgiff():
@@ -67,6 +69,8 @@ def test_the_network_computes_its_equation():
         "heard_p": seen.heard_p,
         "disagreement": seen.disagreement,
         "own_p_elsewhere": seen.own_p[:, ::-1],
+        "own_distance": seen.own_distance,
+        "heard_distance": seen.heard_distance,
         "frames": np.repeat(seen.frames[:, None], 2, 1),
         "range": np.repeat(seen.range[:, None], 2, 1),
     }

@@ -20,8 +20,8 @@ LONGEST, STEPS = 6.0, 61
 DISAGREEMENTS = (0.1, 0.5)
 """Between the own and the heard place [m]; one row of maps for each."""
 
-MESSAGES, RANGE = 8.0, 0.1
-"""Averaged in the exchange, as in es1; distance of the partner [m]."""
+MESSAGES, RANGE, AWAY = 8.0, 0.1, 0.75
+"""Averaged in the exchange, as in es1; distances of the partner and of both places [m]."""
 
 PREY = 1
 """The area that the exchange is about."""
@@ -46,8 +46,8 @@ class Weights:
         }
         text = (
             f"g: share of the heard estimate, for an exchange of {MESSAGES:g} messages over"
-            f" {100 * RANGE:g} cm about the area that the robot heads for; it left the other area"
-            " a quarter of its path ago."
+            f" {100 * RANGE:g} cm about the area that the robot heads for, {AWAY:g} m ahead;"
+            " it left the other area a quarter of its path ago."
         )
         return weight_panels(maps, LONGEST, len(wish.sources), wish.caption(text))
 
@@ -78,6 +78,8 @@ def _encounters(
         "own_p": np.stack([own / 4, own], axis=1),
         "heard_p": np.stack([heard / 4, heard], axis=1),
         "disagreement": np.full((rows, 2), disagreement),
+        "own_distance": np.full((rows, 2), AWAY),
+        "heard_distance": np.full((rows, 2), AWAY),
         "range": np.full(rows, RANGE),
         "frames": np.full(rows, MESSAGES),
     }

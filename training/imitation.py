@@ -1,0 +1,349 @@
+"""A weighting that learns from the truth: from the places that robots were wrong about.
+
+In training, and nowhere else, it is known by how much the own place errs at an exchange, and by
+how much the heard one. So what a weight is worth need not be found out by trial. In each round
+robots that weigh by the network itself run new worlds, for what they meet depends on how they
+weigh; all their exchanges are noted, and the network is fitted to the weights that would have
+made the merged places err least.
+
+Source: Ross2011, A Reduction of Imitation Learning and Structured Prediction to No-Regret
+Online Learning (DAgger); here without the exchanges of earlier rounds, with a falling rate.
+"""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+import torch
+from joblib import Parallel, delayed
+from torch import Tensor
+
+from baselines.controller import Recipe
+from baselines.estimators.social_odometry import SocialOdometry
+from baselines.evaluation.runner import deaf_to_interrupts
+from baselines.references.oracle import errors
+from baselines.references.reference import Reference
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.envs.bounds import Bounds
+from swarm_forage_env.envs.layout import ObservationLayout, Sheet
+from swarm_forage_env.envs.observation import encounter_fields
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.ground_truth import GroundTruth
+from swarm_forage_env.interface import Encounter
+from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.scenario import Scenario
+from training.actor_critic import WeightingTower
+from training.checkpoint import (
+    BEST,
+    NAME,
+    card_of,
+    interval,
+    read_checkpoint,
+    write_checkpoint,
+)
+from training.evolution import values_of
+from training.experiment import Experiment, worlds_of
+from training.policy import Card, CurvePoint, Policy, layer_card, load_policy, save_policy
+from training.telling import Teller
+from training.trials import Trials
+from training.weighting import Networks, shapes_of, strung
+
+HIDDEN = 16
+"""Hidden units: a fit bears more of them than a search."""
+
+FAR = 0.5
+"""A squared error counts at most this much [m2]: who misses an area by 0.7 m is lost anyway."""
+
+STEPS, BATCH, RATE = 500, 1024, 0.01
+"""Steps of Adam in a round, exchanges of each scenario in a step, learning rate in the first
+round; it falls to zero over the budget."""
+
+
+@dataclass(frozen=True)
+class Exchanges:
+    """Exchanges in which two places of one area met, a row for each such area."""
+
+    observed: Float32[Array, "rows numbers"]
+    """The robot's encounter, as an observation shows it."""
+    area: Float32[Array, "rows areas"]
+    """1 for the area in question."""
+    own_error: Float32[Array, "rows 2"]
+    """By how much the own place truly misses the area [m]."""
+    heard_error: Float32[Array, "rows 2"]
+    """By how much the heard place does [m]."""
+
+    def __len__(self) -> int:
+        """How many."""
+        return len(self.observed)
+
+
+def squared_error(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
+    """Squared error of the merged place, at most `FAR` [m2].
+
+        |(1 - g) e_i + g e_j|^2
+
+    e_i, e_j are the errors of the own and of the heard place [m].
+    """
+    merged = (1.0 - g)[:, None] * own + g[:, None] * heard
+    return torch.clamp((merged**2).sum(1), max=FAR)
+
+
+def oracle_gain(own: Tensor, heard: Tensor) -> Tensor:
+    """What taking the truly nearer place gains over believing nobody [m2]: the mean."""
+    nobody = torch.zeros(len(own))
+    alone, told = squared_error(nobody, own, heard), squared_error(nobody + 1.0, own, heard)
+    return (alone - torch.minimum(alone, told)).mean()
+
+
+@dataclass(frozen=True)
+class Watched:
+    """In the place of a weighting: a network, watched by one who knows the truth."""
+
+    numbers: Float32[Array, " numbers"]
+    layout: ObservationLayout
+
+    def start_knowing(self, estimator: SocialOdometry, truth: GroundTruth) -> "Watch":
+        """The running network of robots that believe this, in worlds of which that is true."""
+        return Watch(self, estimator, truth)
+
+
+class Watch:
+    """Weighs as the network does, and notes every exchange."""
+
+    heard_p_share = Networks.heard_p_share
+
+    def __init__(self, watched: Watched, estimator: SocialOdometry, truth: GroundTruth) -> None:
+        """Nothing noted yet."""
+        self._weigh = Networks(watched.numbers[None])
+        self._sheet = Sheet(watched.layout, len(truth.pose))
+        self._n_slots = len(watched.layout)
+        self._estimator = estimator
+        self._truth = truth
+        self._noted: list[tuple[Array, ...]] = []
+
+    def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
+        """g for each row and area."""
+        met = encounter.own_known & encounter.heard_known
+        if not self._estimator.parameters.double:
+            met &= encounter.goal[:, None] == np.arange(2)
+        row, area = np.nonzero(met)
+        own, heard = errors(self._estimator.beliefs, self._truth)
+        observed = self._sheet.write({"encounter": encounter})[row]
+        one: Float64[Array, "areas areas"] = np.eye(2)
+        self._noted.append((observed, one[area], own[row, area], heard[row, area]))
+        return self._weigh(encounter)
+
+    @property
+    def exchanges(self) -> Exchanges:
+        """All that were noted."""
+        nothing = np.zeros((0, self._n_slots)), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2))
+        columns = zip(nothing, *self._noted, strict=True)
+        return Exchanges(*(np.concatenate(each).astype(np.float32) for each in columns))
+
+
+def watch(
+    scenario: Scenario,
+    recipe: Recipe,
+    numbers: Float32[Array, " numbers"],
+    seeds: Sequence[int],
+    physics: str,
+) -> Exchanges:
+    """All exchanges of whole episodes of robots that weigh by a network."""
+    watched = Watched(numbers, layout_of(scenario))
+    privileged = Reference(recipe.name, recipe.estimator, watched, recipe.motion)
+    loop = ControlLoop(scenario, privileged, seeds, physics)
+    for _ in range(scenario.n_ticks):
+        loop.step()
+    return cast(Watch, loop.controller.weighting).exchanges
+
+
+def layout_of(scenario: Scenario) -> ObservationLayout:
+    """What a weighting sees."""
+    return ObservationLayout({"encounter": encounter_fields(Bounds(scenario, scenario.n_ticks))})
+
+
+def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
+    """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
+    imitation = Imitation(experiment)
+    with Teller(experiment.out, "round", say) as teller:
+        teller.start(experiment.budget, imitation.rounds)
+        imitation.evaluate_if_due(teller)
+        while imitation.rounds < experiment.budget:
+            say(imitation.advance(teller))
+            imitation.evaluate_if_due(teller)
+    imitation.keep_best()
+    return load_policy(experiment.out / BEST)
+
+
+class Imitation:
+    """A training under way; all that it depends on is in its checkpoint."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        """Start, or go on from the checkpoint in the experiment's folder."""
+        self._experiment = experiment
+        self._scenarios = experiment.worlds_by_name
+        self._n_worlds = worlds_of(experiment)
+        self._trials = Trials(
+            self._scenarios, experiment.recipe, experiment.physics, experiment.workers
+        )
+        torch.manual_seed(experiment.seed)
+        first = next(iter(self._scenarios.values()))
+        self._tower = WeightingTower(layout_of(first), HIDDEN)
+        self._file = experiment.out / NAME
+        self._best = self._tower.as_in_file()
+        self.rounds = 0
+        self.curve: list[CurvePoint] = []
+        if self._file.exists():
+            self._read()
+        else:
+            self._keep()
+        self._trials.warm_up()
+
+    def advance(self, teller: Teller) -> str:
+        """One round: meet, note, fit, and keep the checkpoint; what was gained, to be said."""
+        begin = time.perf_counter()
+        found = self._exchanges()
+        wall = time.perf_counter() - begin
+        shares = self._fit(found)
+        self.rounds += 1
+        self._keep()
+        numbers = {f"share/{name}": share for name, share in shares.items()}
+        numbers["speed/episodes_per_s"] = sum(self._n_worlds.values()) / wall
+        numbers["speed/simulated_s_per_s"] = self._simulated_s / self.rounds / wall
+        teller.scalars(self.rounds, numbers)
+        told = ", ".join(f"{name} {share:.0%}" for name, share in shares.items())
+        return f"round {self.rounds}: of what an oracle gains at an exchange, {told}"
+
+    def evaluate_if_due(self, teller: Teller) -> None:
+        """Judge the network on the held-back worlds at the start, in between and at the end."""
+        experiment = self._experiment
+        due = self.rounds % experiment.every == 0 or self.rounds == experiment.budget
+        if not due or (self.curve and self.curve[-1].step >= self.rounds):
+            return
+        found = self._trials.round_trips(self._numbers[None], experiment.held_back_seeds)
+        point = CurvePoint(
+            step=self.rounds,
+            simulated_s=self._simulated_s,
+            value=float(values_of(found)[0]),
+            round_trips={name: interval(trips[0]) for name, trips in found.items()},
+        )
+        if all(point.value > each.value for each in self.curve):
+            self._best = self._tower.as_in_file()
+        self.curve.append(point)
+        self._keep()
+        self.keep_best()
+        teller.point(point)
+
+    def keep_best(self) -> None:
+        """Write the best policy so far, with the curve so far."""
+        best = max(self.curve, key=lambda point: point.value)
+        weights = {f"weighting.{name}": array for name, array in self._best.items()}
+        save_policy(self._experiment.out / BEST, weights, self._card(best))
+
+    def _exchanges(self) -> dict[str, Exchanges]:
+        """Those of a round of new worlds, in each scenario."""
+        experiment = self._experiment
+        seeds = experiment.training_seeds(self.rounds * experiment.worlds, experiment.worlds)
+        parallel = Parallel(n_jobs=experiment.workers, return_as="generator", batch_size=1)
+        with deaf_to_interrupts():
+            finished = parallel(
+                delayed(watch)(
+                    scenario,
+                    experiment.recipe,
+                    self._numbers,
+                    seeds[: self._n_worlds[name]],
+                    experiment.physics,
+                )
+                for name, scenario in self._scenarios.items()
+            )
+        with closing(finished):  # ends the workers, whatever happens
+            return dict(zip(self._scenarios, finished, strict=True))
+
+    def _fit(self, found: Mapping[str, Exchanges]) -> dict[str, float]:
+        """Fit the network; of what an oracle would gain, the share that it gains afterwards."""
+        experiment = self._experiment
+        torch.set_num_threads(1)  # so that sums are the same whatever the workers
+        draws = torch.Generator().manual_seed(experiment.seed + self.rounds)
+        batches = {name: Batch.of(name, each) for name, each in found.items()}
+        left = 1.0 - self.rounds / experiment.budget
+        optimiser = torch.optim.Adam(self._tower.parameters(), RATE * left)
+        for _ in range(STEPS):
+            shares = [each.draw(draws).share(self._tower) for each in batches.values()]
+            loss = -torch.stack(shares).mean()
+            optimiser.zero_grad()
+            loss.backward()  # type: ignore[no-untyped-call]
+            optimiser.step()
+        with torch.no_grad():
+            return {name: float(each.share(self._tower)) for name, each in batches.items()}
+
+    @property
+    def _numbers(self) -> Float32[Array, " numbers"]:
+        """The network as it stands, in a row."""
+        shapes = shapes_of(self._tower.sizes)
+        return strung(self._tower.as_in_file(), shapes).astype(np.float32)
+
+    @property
+    def _simulated_s(self) -> float:
+        """Simulated time of all rounds so far, summed over worlds [s]."""
+        each = (self._n_worlds[k] * s.n_ticks * s.tick for k, s in self._scenarios.items())
+        return self.rounds * sum(each)
+
+    def _keep(self) -> None:
+        best = {f"best.{name}": array for name, array in self._best.items()}
+        arrays = {"rounds": np.array(self.rounds), **self._tower.as_in_file(), **best}
+        write_checkpoint(self._file, self._experiment.identity, self.curve, arrays)
+
+    def _read(self) -> None:
+        now = tuple(self._tower.arrays)
+        names = ("rounds", *now, *(f"best.{name}" for name in now))
+        self.curve, arrays = read_checkpoint(self._file, self._experiment.identity, names)
+        self.rounds = int(arrays["rounds"])
+        self._tower.load_state_dict({name: torch.from_numpy(arrays[name]) for name in now})
+        self._best = {name: arrays[f"best.{name}"] for name in now}
+
+    def _card(self, best: CurvePoint) -> Card:
+        scenario, tower = next(iter(self._scenarios.values())), self._tower
+        layer = layer_card("weighting", scenario, tower.network, tower.sizes)
+        return card_of(
+            self._experiment, {"weighting": layer}, ("torch",), self.curve, best.round_trips
+        )
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Exchanges of one scenario as tensors, and what an oracle gains there."""
+
+    observed: Tensor
+    area: Tensor
+    own: Tensor
+    heard: Tensor
+    gain: Tensor
+
+    @classmethod
+    def of(cls, name: str, exchanges: Exchanges) -> "Batch":
+        """All exchanges; ConfigError if there is nothing to learn from them."""
+        arrays = exchanges.observed, exchanges.area, exchanges.own_error, exchanges.heard_error
+        observed, area, own, heard = map(torch.from_numpy, arrays)
+        if not len(exchanges) or not (gain := oracle_gain(own, heard)) > 0.0:
+            raise ConfigError(
+                f"scenario '{name}': in {len(exchanges)} exchanges nobody who knew an area was told"
+                " a better place of it, so that there is nothing to learn; take more --worlds, or"
+                " worlds in which robots meet"
+            )
+        return cls(observed, area, own, heard, gain)
+
+    def draw(self, draws: torch.Generator) -> "Batch":
+        """Some of the exchanges, with replacement."""
+        rows = torch.randint(len(self.observed), (BATCH,), generator=draws)
+        parts = self.observed[rows], self.area[rows], self.own[rows], self.heard[rows]
+        return Batch(*parts, self.gain)
+
+    def share(self, tower: WeightingTower) -> Tensor:
+        """What a network gains over believing nobody, as a share of what the oracle gains."""
+        weights, _ = tower(self.observed)
+        g = (weights * self.area).sum(1)
+        nobody = squared_error(torch.zeros_like(g), self.own, self.heard).mean()
+        return (nobody - squared_error(g, self.own, self.heard).mean()) / self.gain
