@@ -27,9 +27,7 @@ from baselines.evaluation.runner import deaf_to_interrupts
 from baselines.references.oracle import errors
 from baselines.references.reference import Reference
 from swarm_forage_env.arrays import Array, Float32, Float64
-from swarm_forage_env.envs.bounds import Bounds
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
-from swarm_forage_env.envs.observation import encounter_fields
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.ground_truth import GroundTruth
 from swarm_forage_env.interface import Encounter
@@ -46,7 +44,15 @@ from training.checkpoint import (
 )
 from training.evolution import values_of
 from training.experiment import Experiment, worlds_of
-from training.policy import Card, CurvePoint, Policy, layer_card, load_policy, save_policy
+from training.policy import (
+    Card,
+    CurvePoint,
+    Policy,
+    encounter_layout,
+    layer_card,
+    load_policy,
+    save_policy,
+)
 from training.telling import Teller
 from training.trials import Trials
 from training.weighting import Networks, shapes_of, strung
@@ -152,17 +158,12 @@ def watch(
     physics: str,
 ) -> Exchanges:
     """All exchanges of whole episodes of robots that weigh by a network."""
-    watched = Watched(numbers, layout_of(scenario))
+    watched = Watched(numbers, encounter_layout(scenario))
     privileged = Reference(recipe.name, recipe.estimator, watched, recipe.motion)
     loop = ControlLoop(scenario, privileged, seeds, physics)
     for _ in range(scenario.n_ticks):
         loop.step()
     return cast(Watch, loop.controller.weighting).exchanges
-
-
-def layout_of(scenario: Scenario) -> ObservationLayout:
-    """What a weighting sees."""
-    return ObservationLayout({"encounter": encounter_fields(Bounds(scenario, scenario.n_ticks))})
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
@@ -191,7 +192,7 @@ class Imitation:
         )
         torch.manual_seed(experiment.seed)
         first = next(iter(self._scenarios.values()))
-        self._tower = WeightingTower(layout_of(first), HIDDEN)
+        self._tower = WeightingTower(encounter_layout(first), HIDDEN)
         self._file = experiment.out / NAME
         self._best = self._tower.as_in_file()
         self.rounds = 0

@@ -162,13 +162,18 @@ class Policy:
 
 def observed(layer: LayerName, scenario: Scenario) -> tuple[SlotName, ...]:
     """The slots that a layer is shown in a scenario."""
-    bounds = Bounds(scenario, scenario.n_ticks)
     if layer == "weighting":
-        layout = ObservationLayout({"encounter": encounter_fields(bounds)})
+        layout = encounter_layout(scenario)
     else:
+        bounds = Bounds(scenario, scenario.n_ticks)
         slots = min(scenario.radio.slots, max(1, scenario.task.n_robots - 1))
         layout = ObservationLayout({"situation": situation_fields(bounds, slots)})
     return tuple(SlotName(name=slot.name, unit=slot.unit) for slot in layout)
+
+
+def encounter_layout(scenario: Scenario) -> ObservationLayout:
+    """What a weighting sees in a scenario."""
+    return ObservationLayout({"encounter": encounter_fields(Bounds(scenario, scenario.n_ticks))})
 
 
 def given(layer: LayerName) -> tuple[SlotName, ...]:

@@ -78,7 +78,7 @@ def describe_encounter(  # noqa: PLR0913 inputs first, then the outputs
             out_disagreement[i, area] = 0.0
             out_own_distance[i, area] = 0.0
             out_heard_distance[i, area] = 0.0
-            x, y = location[i, area]
+            x, y = location[i, area, 0], location[i, area, 1]
             if own:
                 out_own_distance[i, area] = math.hypot(x - pose[i, 0], y - pose[i, 1])
             if told:

@@ -17,13 +17,12 @@ from training.imitation import (
     Batch,
     Exchanges,
     Imitation,
-    layout_of,
     oracle_gain,
     squared_error,
     train,
     watch,
 )
-from training.policy import load_policy
+from training.policy import encounter_layout, load_policy
 from training.trials import Trials
 from training.weighting import LearnedWeighting, Networks, network_of, shapes_of, strung
 
@@ -31,7 +30,7 @@ OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 120.0}
 SCENARIO = find_foraging("es1", BUSY)
-LAYOUT = layout_of(SCENARIO)
+LAYOUT = encounter_layout(SCENARIO)
 SEEDS = 10_000, 10_001, 10_002
 
 
