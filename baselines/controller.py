@@ -82,7 +82,8 @@ class Controller(Layers):
     def _told(self, wheels: Float32[Array, "rows 2"]) -> Command:
         """These wheels, and what the estimators say."""
         words, speaking, lost = self.estimator.say()
-        return Command(wheels.astype(np.float64) * self._cruise, words, speaking, lost)
+        known = self.estimator.situation.known
+        return Command(wheels.astype(np.float64) * self._cruise, words, speaking, lost, known)
 
 
 class WaypointController(Layers):

@@ -83,6 +83,9 @@ class Command:
     lost: Bool[Array, " rows"]
     """Reported to the experimenter, not to the swarm: the robot just found itself lost."""
 
+    known: Bool[Array, "rows areas"]
+    """Reported likewise: the robot believes it knows where the area is."""
+
 
 @checked
 @dataclass(frozen=True, slots=True)

@@ -36,20 +36,18 @@ def on_path_share(
 ) -> Float64[Array, " worlds"]:
     """Share of the robots that is on the path, mean over the second half of the episode.
 
-    A robot is on the path while it has visited both areas since it last reported itself
-    lost. `n_ticks` is the length of the episode so far, or of the whole one [ticks].
+    A robot is on the path while it reports that it knows both areas, so that its forage layer
+    drives it. `n_ticks` is the length of the episode so far, or of the whole one [ticks].
 
-    Source: TR, Section 6.1.3; the definition is chosen, the TR gives none.
+    Source: TR, Sections 5.1 and 6.1.3; the definition is chosen, the TR gives none.
     """
     counted = max(1, n_ticks - n_ticks // 2)
     return np.asarray(path_ticks.reshape(n_worlds, -1).mean(axis=1) / counted)
 
 
-def on_path_now(
-    seen_since_lost: Bool[Array, "rows areas"], n_worlds: int
-) -> Float64[Array, " worlds"]:
+def on_path_now(known: Bool[Array, "rows areas"], n_worlds: int) -> Float64[Array, " worlds"]:
     """Share of the robots that is on the path at this moment, as `on_path_share` defines it."""
-    return np.asarray(seen_since_lost.all(axis=1).reshape(n_worlds, -1).mean(axis=1))
+    return np.asarray(known.all(axis=1).reshape(n_worlds, -1).mean(axis=1))
 
 
 def recruited_at(

@@ -40,8 +40,8 @@ class SwarmState:
     first_visit: Int64[Array, "rows areas"]
     """Tick of the first visit to each area, -1 before it. Writer: score."""
 
-    seen_since_lost: Bool[Array, "rows areas"]
-    """The area was visited since the robot last reported itself lost. Writer: score."""
+    known: Bool[Array, "rows areas"]
+    """The robot reports that it knows where the area is. Writer: World.tick."""
 
     path_ticks: Int64[Array, " rows"]
     """Ticks on the path in the second half of the episode. Writer: score."""
@@ -65,7 +65,7 @@ def empty_state(n_worlds: int, n_robots: int) -> SwarmState:
         leg=np.zeros(rows, np.int8),
         round_trips=np.zeros(rows, np.int32),
         first_visit=np.full((rows, 2), -1, np.int64),
-        seen_since_lost=np.zeros((rows, 2), np.bool_),
+        known=np.zeros((rows, 2), np.bool_),
         path_ticks=np.zeros(rows, np.int64),
         lost_events=np.zeros(rows, np.int32),
         messages=np.zeros(rows, np.int32),

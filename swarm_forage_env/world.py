@@ -82,6 +82,7 @@ class World:
         self._physics.move(state.pose, state.wheels, self.neighbours)
         self._settle()
         state.ticks[:] += 1
+        state.known[:] = command.known
         reward = self._score(command.lost)
         readings = self._sense()
         state.words[:] = command.words
@@ -111,6 +112,7 @@ class World:
         score(
             state.pose,
             lost,
+            state.known,
             self.areas,
             scenario.task.area_radius,
             scenario.sensors.ground_ahead,
@@ -119,7 +121,6 @@ class World:
             state.leg,
             state.round_trips,
             state.first_visit,
-            state.seen_since_lost,
             state.path_ticks,
             state.lost_events,
             reward,

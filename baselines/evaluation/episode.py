@@ -112,7 +112,7 @@ class PathMeter:
         """Take a sample if a hundredth of the episode ends with this tick."""
         if tick * SERIES_LENGTH // self._n_ticks > (tick - 1) * SERIES_LENGTH // self._n_ticks:
             world = loop.world
-            self._samples.append(on_path_now(world.state.seen_since_lost, world.n_worlds))
+            self._samples.append(on_path_now(world.state.known, world.n_worlds))
 
     def series(self, world: int) -> tuple[float, ...]:
         """The samples of one world."""

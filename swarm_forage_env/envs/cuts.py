@@ -201,7 +201,8 @@ def _corrected_by(residual: Float32[Array, "rows 2"], loop: ControlLoop) -> Arra
 class EverythingCut:
     """The policy sees raw readings and messages, steers and speaks; no controller runs.
 
-    Nobody reports itself lost, and nobody's beliefs are known.
+    Nobody reports itself lost, and nobody's beliefs are known: whoever has visited an area
+    counts as knowing it.
     """
 
     action_layout = Layout((*SPEEDS, SPEAK, *SAID))
@@ -234,4 +235,5 @@ class EverythingCut:
         """One tick with the policy's wheels and words."""
         wheels = action[:, :2].astype(np.float64) * self._cruise
         words, speaking = action[:, 3:], action[:, 2] > 0.0
-        return self.world.tick(Command(wheels, words, speaking, self._nobody))
+        visited = self.world.state.first_visit >= 0
+        return self.world.tick(Command(wheels, words, speaking, self._nobody, visited))

@@ -53,7 +53,7 @@ class Truth:
         """The numbers that are logged, a row for each robot, in the order of INFOS."""
         state, numbers = self._world.state, np.empty((self._world.rows, len(INFOS)))
         write_log(
-            state.round_trips, state.lost_events, state.seen_since_lost, state.messages,
+            state.round_trips, state.lost_events, state.known, state.messages,
             state.pose, self._nowhere if beliefs is None else beliefs.areas,
             self._nothing if beliefs is None else beliefs.known, self._world.areas, numbers,
         )  # fmt: skip
@@ -78,7 +78,7 @@ class Truth:
 def write_log(  # noqa: PLR0913 inputs first, then the output
     round_trips: Int32[Array, " rows"],
     lost_events: Int32[Array, " rows"],
-    seen_since_lost: Bool[Array, "rows areas"],
+    reported: Bool[Array, "rows areas"],
     messages: Int32[Array, " rows"],
     pose: Float64[Array, "rows 3"],
     believed: Float32[Array, "rows areas 2"],
@@ -93,7 +93,7 @@ def write_log(  # noqa: PLR0913 inputs first, then the output
         n_known = int(known[i, 0]) + int(known[i, 1])
         out_numbers[i, 0] = round_trips[i]
         out_numbers[i, 1] = lost_events[i]
-        out_numbers[i, 2] = seen_since_lost[i, 0] and seen_since_lost[i, 1]
+        out_numbers[i, 2] = reported[i, 0] and reported[i, 1]
         out_numbers[i, 3] = messages[i]
         out_numbers[i, 4] = n_known
         out_numbers[i, 5] = (error[i, 0] + error[i, 1]) / max(n_known, 1)

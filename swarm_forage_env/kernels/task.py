@@ -93,6 +93,7 @@ def next_leg(leg: int, area: int) -> tuple[int, bool]:
 def score(  # noqa: PLR0913 inputs first, then the outputs
     pose: Float64[Array, "rows 3"],
     lost: Bool[Array, " rows"],
+    known: Bool[Array, "rows areas"],
     areas: Float64[Array, "areas 2"],
     radius: float,
     ahead: float,
@@ -101,7 +102,6 @@ def score(  # noqa: PLR0913 inputs first, then the outputs
     leg: Int8[Array, " rows"],
     round_trips: Int32[Array, " rows"],
     first_visit: Int64[Array, "rows areas"],
-    seen_since_lost: Bool[Array, "rows areas"],
     path_ticks: Int64[Array, " rows"],
     lost_events: Int32[Array, " rows"],
     out_reward: Float32[Array, " rows"],
@@ -109,23 +109,18 @@ def score(  # noqa: PLR0913 inputs first, then the outputs
     """Book the visits, round trips and lost reports of one tick, in place.
 
     A robot visits an area when its middle ground sensor, `ahead` of its centre [m], is truly
-    over it. It is on the path while it has visited both areas since it last reported itself
-    lost.
+    over it. It is on the path while it reports that it knows both areas.
     """
     n_robots = pose.shape[0] // ticks.shape[0]
     for i in range(pose.shape[0]):
         now = ticks[i // n_robots]
-        if lost[i]:
-            lost_events[i] += 1
-            seen_since_lost[i, :] = False
+        lost_events[i] += lost[i]
         dx, dy = to_outer(ahead, 0.0, pose[i, 2])
         area = area_at(pose[i, 0] + dx, pose[i, 1] + dy, areas, radius)
         leg[i], completed = next_leg(leg[i], area)
         round_trips[i] += completed
         out_reward[i] = completed
-        if area != FLOOR:
-            seen_since_lost[i, area] = True
-            if first_visit[i, area] < 0:
-                first_visit[i, area] = now
-        if now > half_time and seen_since_lost[i, NEST] and seen_since_lost[i, PREY]:
+        if area != FLOOR and first_visit[i, area] < 0:
+            first_visit[i, area] = now
+        if now > half_time and known[i, NEST] and known[i, PREY]:
             path_ticks[i] += 1

@@ -152,7 +152,7 @@ def scene_of(world: World, beliefs: Situation | None, which: int = 0) -> Scene:
         p=p,
         messages=_messages(world.feedback.heard, rows),
         round_trips=state.round_trips[rows].copy(),
-        on_path=float(on_path_now(state.seen_since_lost[rows], 1)[0]),
+        on_path=float(on_path_now(state.known[rows], 1)[0]),
     )
 
 
@@ -164,7 +164,7 @@ def _doing(state: SwarmState, beliefs: Situation | None, rows: slice) -> Int8[Ar
         doing[state.leg[rows] == TO_PREY] = TO_THE_PREY
         return doing
     goal, talking = beliefs.goal[rows], beliefs.talking[rows]
-    astray = (state.lost_events[rows] > 0) & ~state.seen_since_lost[rows].any(axis=1)
+    astray = (state.lost_events[rows] > 0) & ~state.known[rows].any(axis=1)
     doing[astray & (goal < 0)] = LOST
     doing[goal == 0] = TO_THE_NEST
     doing[goal == 1] = TO_THE_PREY

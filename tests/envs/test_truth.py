@@ -68,7 +68,7 @@ def test_infos_are_what_the_world_knows(after_a_while):
         assert info == {
             "round_trips": state.round_trips[k],
             "lost_events": state.lost_events[k],
-            "on_path": state.seen_since_lost[k].all(),
+            "on_path": state.known[k].all(),
             "messages": state.messages[k],
             "known_areas": known,
             "localisation_error_m": pytest.approx(error[k].sum() / max(known, 1)),

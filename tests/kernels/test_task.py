@@ -81,7 +81,7 @@ def book():
             self.state = empty_state(1, 1)
             self.half_time = half_time
 
-        def tick(self, place, lost=False):
+        def tick(self, place, lost=False, known=(False, False)):
             s = self.state
             x, y, theta = {
                 "nest": (-0.4 - 0.03, 0.0, 0.0),
@@ -97,6 +97,7 @@ def book():
             score(
                 s.pose,
                 np.array([lost]),
+                np.array([known]),
                 AREAS,
                 0.1,
                 0.03,
@@ -105,7 +106,6 @@ def book():
                 s.leg,
                 s.round_trips,
                 s.first_visit,
-                s.seen_since_lost,
                 s.path_ticks,
                 s.lost_events,
                 reward,
@@ -133,24 +133,23 @@ def test_the_sensor_counts_and_not_the_centre(book):
     assert book.state.first_visit[0].tolist() == [-1, -1]
 
 
-def test_a_robot_is_on_the_path_after_both_areas_in_the_second_half_until_lost(book):
-    for place in ("nest", "prey", "floor", "floor"):
-        book.tick(place)
+def test_a_robot_is_on_the_path_while_it_knows_both_areas_in_the_second_half(book):
+    both = True, True
+    for _ in range(4):
+        book.tick("floor", known=both)
     assert book.state.path_ticks[0] == 0  # the first half does not count
-    book.tick("floor")
-    book.tick("floor")
+    book.tick("floor", known=both)
+    book.tick("nest", known=both)
     assert book.state.path_ticks[0] == 2
+    book.tick("prey", known=(True, False))
+    book.tick("nest", known=(False, True))
+    assert book.state.path_ticks[0] == 2  # where it is does not count
+
+
+def test_every_lost_report_is_counted(book):
     book.tick("floor", lost=True)
-    book.tick("nest")
-    assert book.state.path_ticks[0] == 2
-    book.tick("prey")
-    assert book.state.path_ticks[0] == 3
+    book.tick("floor")
     assert book.state.lost_events[0] == 1
-
-
-def test_a_robot_that_reports_itself_lost_on_an_area_has_seen_that_area(book):
-    book.tick("nest", lost=True)
-    assert book.state.seen_since_lost[0].tolist() == [True, False]
 
 
 def test_getting_lost_does_not_undo_the_leg(book):

@@ -125,7 +125,8 @@ def swarm(scenario, driver, physics, seed):
         wheels = driver(world, rng, tick, wheels)
         words = rng.normal(size=(world.rows, WORDS)).astype(np.float32)
         yes, no = np.ones(world.rows, np.bool_), np.zeros(world.rows, np.bool_)
-        return world.tick(Command(wheels * scenario.robot.max_speed, words, yes, no))
+        known = np.zeros((world.rows, 2), np.bool_)
+        return world.tick(Command(wheels * scenario.robot.max_speed, words, yes, no, known))
 
     return world, step
 

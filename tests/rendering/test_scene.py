@@ -53,7 +53,7 @@ def test_a_scene_is_the_truth_about_its_own_world(loop):
         assert_array_equal(scene.pose, state.pose[rows])
         assert_array_equal(scene.round_trips, state.round_trips[rows])
         assert scene.total == state.round_trips[rows].sum()
-        assert scene.on_path == state.seen_since_lost[rows].all(axis=1).mean()
+        assert scene.on_path == state.known[rows].all(axis=1).mean()
     assert len({scene.total for scene in scenes(loop)}) == 2
 
 
@@ -91,9 +91,9 @@ def test_a_robot_is_doing_what_it_believes_to_do(loop):
     state, situation = loop.world.state, loop.controller.estimator.situation
     goal, talking = np.full(20, -1, np.int8), np.zeros(20, np.bool_)
     goal[:3], talking[2] = [0, 1, 1], True
-    state.lost_events[:10], state.seen_since_lost[:10] = 0, False
+    state.lost_events[:10], state.known[:10] = 0, False
     state.lost_events[[3, 4, 0]] = 1
-    state.seen_since_lost[4, 1] = True
+    state.known[4, 1] = True
     scene = scene_of(loop.world, replace(situation, goal=goal, talking=talking))
     assert scene.doing[:5].tolist() == [TO_THE_NEST, TO_THE_PREY, TALKING, LOST, EXPLORING]
 

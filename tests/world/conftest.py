@@ -27,13 +27,14 @@ def running():
 def command():
     """A command to every robot of a world: wheels [m/s], and what to say."""
 
-    def tell(world, wheels=0.0, speaking=False, words=0.0, lost=False):
+    def tell(world, wheels=0.0, speaking=False, words=0.0, lost=False, known=False):
         rows = world.rows
         return Command(
             wheels=np.broadcast_to(np.asarray(wheels, float), (rows, 2)).copy(),
             words=np.full((rows, WORDS), words, np.float32),
             speaking=np.full(rows, speaking),
             lost=np.full(rows, lost),
+            known=np.full((rows, 2), known),
         )
 
     return tell

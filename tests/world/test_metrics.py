@@ -37,13 +37,23 @@ def test_no_ticks_is_no_share():
     assert on_path_share(np.zeros(2, np.int64), 1, 0).tolist() == [0.0]
 
 
-def test_all_ticks_of_the_second_half_on_the_path_are_a_share_of_one(running):
+def test_all_ticks_of_the_second_half_on_the_path_are_a_share_of_one(running, command):
     loop = running("es1", [0], duration=1.5, n_robots=1)
-    loop.world.state.seen_since_lost[:] = True
     for _ in range(15):
-        loop.step()
+        loop.world.tick(command(loop.world, known=True))
     assert loop.world.state.path_ticks[0] == 8
     assert on_path_share(loop.world.state.path_ticks, 1, 15).tolist() == [1.0]
+
+
+def test_robots_report_what_their_estimator_knew_before_the_tick(running):
+    loop = running("es1", [0], duration=120.0)
+    reported = 0
+    for _ in range(1200):
+        known = loop.controller.estimator.situation.known
+        loop.step()
+        np.testing.assert_array_equal(loop.world.state.known, known)
+        reported += known.sum()
+    assert reported > 0
 
 
 def test_the_localisation_error_is_the_distance_from_the_true_area():
