@@ -127,6 +127,11 @@ class Recipe:
         """Every parameter by dotted name."""
         return leaves({layer: part.model_dump() for layer, part in self.layers.items()})
 
+    @property
+    def message_path(self) -> float:
+        """What a message adds to the p that it tells [m]."""
+        return float(getattr(self.estimator, "message_path", 0.0))
+
     def with_parameters(self, values: Mapping[str, Any]) -> "Recipe":
         """The same recipe with some parameters changed, named as `beta` or `weighting.beta`."""
         changes: dict[str, dict[str, Any]] = {}

@@ -17,6 +17,7 @@ from swarm_forage_env.registry import CONTROLLERS
 ALONE = SocialOdometryParameters(speaks=False)
 SINGLE = SocialOdometryParameters(double=False)
 DOUBLE = SocialOdometryParameters(double=True)
+WARY = SocialOdometryParameters(double=True, message_path=4.0, tells_within=20.0)
 SUBSUMPTION = SubsumptionParameters()
 LOCALISATION = LocalisationParameters()
 
@@ -26,6 +27,7 @@ RECIPES = (
     Recipe("dsgikf", DOUBLE, SGIKF(), SUBSUMPTION),
     Recipe("ssgiff", SINGLE, SGIFF(), SUBSUMPTION),
     Recipe("dsgiff", DOUBLE, SGIFF(), SUBSUMPTION),
+    Recipe("dsgiff-wary", WARY, SGIFF(), SUBSUMPTION),
     Recipe("sikf", SIKFParameters(**SINGLE.model_dump()), SIKF(), SUBSUMPTION),
     Recipe("covariance", CovarianceParameters(**SINGLE.model_dump()), Covariance(), SUBSUMPTION),
     Recipe("subsumption", LOCALISATION, Full(), SUBSUMPTION),
@@ -33,7 +35,8 @@ RECIPES = (
     Recipe("boids-static", LOCALISATION, Full(), BoidsParameters(gains="static")),
     Recipe("boids-adaptive", LOCALISATION, Full(), BoidsParameters(gains="adaptive")),
 )
-"""The strategies of TR 6.1: no communication, and the single and double filters; then the
+"""The strategies of TR 6.1: no communication, and the single and double filters; the double one
+among robots that are wary of hearsay, which is not in the papers; then the
 filters of covariances that they simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5,
 and subsumption over its filters, where robots forage."""
 

@@ -39,6 +39,9 @@ def _in_turn(numbers: dict[Algorithm, int]) -> str:
     return ", ".join(f"{algorithm}: {number}" for algorithm, number in numbers.items())
 
 
+REST = {Layer.WEIGHTING: "dsgiff-wary", Layer.MOTION: "ssgiff", Layer.BOTH: "dsgiff-wary"}
+"""The hand-written rest of the controllers that run such policies."""
+
 CONTROLLER_OF = {
     Layer.WEIGHTING: "learned-weighting:policy={}",
     Layer.MOTION: "learned-motion:policy={}",
@@ -105,8 +108,12 @@ def train(  # noqa: PLR0913 the options of a command
         ),
     ] = None,
     controller: Annotated[
-        str, typer.Option(help="The hand-written rest; parameters as in `evaluate`.")
-    ] = "ssgiff",
+        str | None,
+        typer.Option(
+            help="The hand-written rest; parameters as in `evaluate`.",
+            show_default="ssgiff for motion, else dsgiff-wary",
+        ),
+    ] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
@@ -136,7 +143,7 @@ def train(  # noqa: PLR0913 the options of a command
         held_back=held_back,
         population=population,
         settings=parse_settings(settings or []),
-        controller=controller,
+        controller=controller or REST[layer],
         physics=physics,
         workers=workers,
     )
@@ -167,11 +174,27 @@ def _report(experiment: "Experiment", layer: Layer, policy: "Policy") -> None:
             f"{name}: {trips.mean:.1f} round trips ({trips.low:.1f} to {trips.high:.1f})"
             f" on {experiment.held_back} held-back seeds"
         )
-    learned = CONTROLLER_OF[layer].format(policy.source)
+    learned = _runner(experiment, layer, policy)
     scenario = experiment.scenarios[0].partition(":")[0]
     names = f"{scenario} {experiment.controller} {learned}"
     typer.echo(f"policy: {policy.source}")
     typer.echo(f"test it: swarm-forage evaluate {names} --seed={TEST_SEEDS.start}")
+
+
+def _runner(experiment: "Experiment", layer: Layer, policy: "Policy") -> str:
+    """The learned controller that runs a policy over the estimator it was trained with."""
+    from baselines.controller import Recipe
+    from swarm_forage_env.controllers import find_controller
+
+    learned = CONTROLLER_OF[layer].format(policy.source)
+    rest = find_controller(REST[layer])
+    assert isinstance(rest, Recipe)
+    usual = rest.estimator.model_dump()
+    trained_with = experiment.recipe.estimator.model_dump()
+    changed = [
+        f",{name}={value}" for name, value in trained_with.items() if usual.get(name) != value
+    ]
+    return learned + "".join(changed)
 
 
 def _say(line: str) -> None:

@@ -79,12 +79,16 @@ def note(  # noqa: PLR0913 inputs first, then what is updated
     words: Float32[Array, " words"],
     beam: Float32[Array, " beam"],
     weight: float,
+    message_path: float,
     pose: Float64[Array, "3"],
     heard_sum: Float64[Array, "areas 2"],
     heard_weight: Float64[Array, " areas"],
     heard_p: Float64[Array, " areas"],
 ) -> None:
-    """Add one message to the running means of a conversation, in the receiver's own frame."""
+    """Add one message to the running means of a conversation, in the receiver's own frame.
+
+    What is heard counts as if its sender had gone `message_path` farther [m].
+    """
     theta = pose[2]
     for area in range(2):
         at = area * WORDS_PER_AREA
@@ -94,7 +98,7 @@ def note(  # noqa: PLR0913 inputs first, then what is updated
             heard_sum[area, 0] += weight * (pose[0] + c * ahead - s * left)
             heard_sum[area, 1] += weight * (pose[1] + s * ahead + c * left)
             heard_weight[area] += weight
-            heard_p[area] = words[at + 3]
+            heard_p[area] = words[at + 3] + message_path
 
 
 @kernel
@@ -154,6 +158,7 @@ def converse(  # noqa: PLR0913 inputs first, then what is updated
     fixed time, averages what that robot says in it, and then closes to that robot for a while.
     """
     double = parameters[0]["double"] > 0.0
+    message_path = float(parameters[0]["message_path"])
     n_ended = 0
     for i in range(pose.shape[0]):
         out_ended[i] = False
@@ -176,7 +181,7 @@ def converse(  # noqa: PLR0913 inputs first, then what is updated
         if slot < valid.shape[1]:
             weight = float(frames[i, slot])
             note(
-                words[i, slot], beam[i, slot], weight, pose[i],
+                words[i, slot], beam[i, slot], weight, message_path, pose[i],
                 heard_sum[i], heard_weight[i], heard_p[i],
             )  # fmt: skip
             range_sum[i] += weight * beam[i, slot, 0]
@@ -234,6 +239,7 @@ def merge(  # noqa: PLR0913 inputs first, then what is updated
 @kernel
 def speak(  # noqa: PLR0913 inputs first, then the outputs
     double: bool,
+    tells_within: float,
     pose: Float64[Array, "rows 3"],
     location: Float64[Array, "rows areas 2"],
     p: Float64[Array, "rows areas"],
@@ -242,13 +248,17 @@ def speak(  # noqa: PLR0913 inputs first, then the outputs
     out_words: Float32[Array, "rows words"],
     out_speaking: Bool[Array, " rows"],
 ) -> None:
-    """Tell of every known area; a single filter on its way tells only where it comes from."""
+    """Tell of every known area; who knows both, only of one whose p is at most `tells_within`.
+
+    A single filter on its way tells only where it comes from.
+    """
     out_words[:] = 0.0
     for i in range(p.shape[0]):
         out_speaking[i] = False
         on_the_way = not double and known[i, 0] and known[i, 1] and goal[i] != NOWHERE
         for area in range(2):
-            if not known[i, area] or (on_the_way and area == goal[i]):
+            unsure = known[i, 1 - area] and p[i, area] > tells_within
+            if not known[i, area] or unsure or (on_the_way and area == goal[i]):
                 continue
             dx, dy = location[i, area, 0] - pose[i, 0], location[i, area, 1] - pose[i, 1]
             distance, direction = range_and_bearing(dx, dy, pose[i, 2])

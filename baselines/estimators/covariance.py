@@ -21,7 +21,7 @@ import numpy as np
 
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.ellipses import merge_ellipses, note_ellipses, tell_ellipses
-from baselines.estimators.sikf import Uncertain
+from baselines.estimators.sikf import Uncertain, UncertainParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.weighting.covariance import Covariance
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
@@ -30,7 +30,7 @@ from swarm_forage_env.scenario import Scenario
 
 
 @ESTIMATORS.register("covariance")
-class CovarianceParameters(SocialOdometryParameters):
+class CovarianceParameters(UncertainParameters):
     """What social odometry leaves open; the covariance follows from the scenario."""
 
     def start(self, scenario: Scenario, n_worlds: int) -> "CovarianceKnowledge":

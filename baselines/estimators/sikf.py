@@ -15,7 +15,10 @@ Not in the paper, and chosen here:
 - all that `social_odometry` chose.
 """
 
+from typing import Self
+
 import numpy as np
+from pydantic import model_validator
 
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.social_odometry import SocialOdometry, SocialOdometryParameters
@@ -25,8 +28,22 @@ from swarm_forage_env.interface import Readings
 from swarm_forage_env.scenario import Scenario
 
 
+class UncertainParameters(SocialOdometryParameters):
+    """What social odometry leaves open, where p is no path."""
+
+    @model_validator(mode="after")
+    def _no_path(self) -> Self:
+        for name in ("message_path", "tells_within"):
+            if getattr(self, name):
+                raise ValueError(
+                    f"{name}: is a path, and this estimator tells covariances; use it with"
+                    " social_odometry, as in ssgiff"
+                )
+        return self
+
+
 @ESTIMATORS.register("sikf")
-class SIKFParameters(SocialOdometryParameters):
+class SIKFParameters(UncertainParameters):
     """What social odometry leaves open; the covariance follows from the scenario."""
 
     def start(self, scenario: Scenario, n_worlds: int) -> "InducedKalman":

@@ -13,9 +13,12 @@ Not in the paper, and chosen here:
 - the point stored on entering an area is its centre, if the robot was heading there;
 - how near to the believed centre is "there", and how far it then looks on, before it is lost;
 - a robot that just got lost ignores messages for `deaf_when_lost`;
+- optionally, a message costs precision (`message_path`), and who is on its way and too unsure of
+  an area does not tell of it (`tells_within`), which ends rumours; in the papers neither;
 - a robot that was told of an area without having visited any heads for the nearer one.
 """
 
+import math
 from typing import Any, cast
 
 import numpy as np
@@ -41,6 +44,16 @@ class SocialOdometryParameters(Part):
         False,
         description="Exchange both areas; false: tell where it comes from, correct where it goes."
         " TR 6.1 (published)",
+    )
+    message_path: NotNegative = Field(
+        0.0,
+        description="What is heard counts as if its sender had gone this much farther, for a"
+        " message costs precision too [m]. 0: TR 4.2 (published)",
+    )
+    tells_within: NotNegative = Field(
+        0.0,
+        description="Knowing both areas, it tells of one only while its own p is at most this [m];"
+        " 0: always, as in TR 5.2 (published)",
     )
     refractory: NotNegative = Field(
         20.0, description="A partner is not talked to again for this long [s] (derived)"
@@ -112,7 +125,8 @@ class SocialOdometry:
         speaking = np.zeros(len(b.pose), np.bool_)
         if self.parameters.speaks:
             double = self.parameters.double
-            speak(double, b.pose, b.location, b.p, b.known, b.goal, words, speaking)
+            within = self.parameters.tells_within or math.inf
+            speak(double, within, b.pose, b.location, b.p, b.known, b.goal, words, speaking)
         return words, speaking, b.lost.copy()
 
     def reset(self, world: int, seed: int) -> None:
@@ -181,6 +195,7 @@ def _record(parameters: SocialOdometryParameters, scenario: Scenario) -> Array:
     """The parameters as kernels read them, times in ticks."""
     return record(
         double=parameters.double,
+        message_path=parameters.message_path,
         lost_within=parameters.lost_within,
         overshoot=parameters.overshoot,
         talk_ticks=max(1, round(scenario.radio.exchange_time / scenario.tick)),

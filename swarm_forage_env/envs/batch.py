@@ -41,7 +41,8 @@ class Batch(Stepping):
         self.cut: Cut = cuts[terms.learn](scenario, recipe, seeds, terms.physics or "rigid")
         self.world = self.cut.world
         self.agents = [f"epuck_{k}" for k in range(self.world.n_robots)]
-        bounds = Bounds(scenario, max(scenario.n_ticks, self.n_cycles * self._period))
+        n_ticks = max(scenario.n_ticks, self.n_cycles * self._period)
+        bounds = Bounds(scenario, n_ticks, getattr(recipe, "message_path", 0.0))
         self.observation_layout = ObservationLayout(self.cut.fields(bounds))
         self.action_layout = self.cut.action_layout
         self.truth = Truth(self.world, self.agents, bounds)

@@ -22,16 +22,16 @@ class Bounds:
         beam       = max_range + range_noise              (uniform ranges)
                    = 2 radius + exp(9.06422) / 100        (the board's, at no power)
         turn       = 2 step / axle
-        path       = (n_ticks + 1) step
+        path       = (n_ticks + 1) step + n_ticks message_path
         believed   = diagonal + ground_ahead + area_radius + n_ticks (step + beam)
 
     An encoder tells at most `step` in a tick. A path grows by the longer of the two wheels'
     paths, |drho| + |dtheta| b / 2 = max(|dU_l|, |dU_r|) <= step, and what is heard and blended
-    in was told by a robot under the same bound. A believed area starts at most ground_ahead +
-    area_radius away; in each tick dead reckoning moves it by at most `step`, and one radio hop
-    adds at most one measured beam: the worst case, in which an estimate is handed on in every
-    tick, always outwards. The diagonal of the arena is room for looking on straight past the
-    place. Estimates in use stay far below both.
+    in was told by a robot under the same bound, plus `message_path` a tick at most. A believed
+    area starts at most ground_ahead + area_radius away; in each tick dead reckoning moves it by
+    at most `step`, and one radio hop adds at most one measured beam: the worst case, in which
+    an estimate is handed on in every tick, always outwards. The diagonal of the arena is room
+    for looking on straight past the place. Estimates in use stay far below both.
 
     They hold for weights g in [0, 1], for a `heard_p_share` of at most 1, and for estimators
     that reckon p and locations as social odometry does. A p that is a standard deviation, as
@@ -40,6 +40,8 @@ class Bounds:
 
     scenario: Scenario
     n_ticks: int
+    message_path: float = 0.0
+    """What a message adds to the p that it tells [m]."""
 
     @property
     def step(self) -> float:
@@ -55,7 +57,7 @@ class Bounds:
     @property
     def path(self) -> float:
         """Path since leaving an area, p [m]."""
-        return SLACK * (self.n_ticks + 1) * self.step
+        return SLACK * ((self.n_ticks + 1) * self.step + self.n_ticks * self.message_path)
 
     @property
     def beam(self) -> float:

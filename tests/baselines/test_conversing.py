@@ -12,6 +12,7 @@ from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.kernels.frames import range_and_bearing, to_body, to_outer
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenarios import find_scenario
@@ -311,6 +312,48 @@ def test_on_its_way_a_single_filter_tells_only_where_it_comes_from(believers):
         np.testing.assert_allclose(spoken[0, 1:4], [2.0, -math.pi / 2, 1.5], rtol=1e-6)
         if double:
             np.testing.assert_allclose(spoken[0, 5:8], [3.0, 0.0, 4.0], rtol=1e-6)
+
+
+def test_who_knows_both_areas_tells_of_none_of_which_it_is_too_unsure(believers):
+    swarm = believers(1, double=True, tells_within=4.0)
+    swarm.know(0, NEST, 0.0, -2.0, p=4.0, came_from=True)
+    swarm.know(0, PREY, 3.0, 0.0, p=4.1)
+    swarm.sense()
+    spoken, speaking, _ = swarm.estimator.say()
+    assert speaking[0]
+    np.testing.assert_allclose(spoken[0, :4], [1.0, 2.0, -math.pi / 2, 4.0], rtol=1e-6)
+    assert np.all(spoken[0, 4:8] == 0.0)
+    swarm.beliefs.p[:] = 5.0
+    _, speaking, _ = swarm.estimator.say()
+    assert not speaking[0]
+
+
+def test_who_knows_one_area_tells_of_it_however_unsure(believers):
+    swarm = believers(1, double=True, tells_within=4.0)
+    swarm.know(0, NEST, 0.0, -2.0, p=400.0, came_from=True)
+    swarm.sense()
+    spoken, speaking, _ = swarm.estimator.say()
+    assert speaking[0]
+    assert spoken[0, 3] == 400.0
+
+
+def test_what_a_message_costs_counts_as_path(believers, words):
+    swarm = believers(2, double=True, message_path=1.5)
+    swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
+    told = [(0, 1, words(nest=(0.7, 0.3, 2.0), prey=(0.5, 0.1, 3.0)), BEAM)]
+    for _ in range(TICKS):
+        swarm.sense(messages=told)
+    assert swarm.estimator.encounter.valid[0]
+    np.testing.assert_allclose(swarm.estimator.encounter.heard_p[0], [3.5, 4.5])
+    swarm.estimator.merge(np.full((2, 2), 0.25, np.float32), 1.0)
+    np.testing.assert_allclose(swarm.beliefs.p[0], [0.75 * 1.0 + 0.25 * 3.5, 4.5])
+
+
+@pytest.mark.parametrize("parameter", ["message_path", "tells_within"])
+@pytest.mark.parametrize("estimator", ["sikf", "covariance"])
+def test_what_a_message_costs_is_refused_where_p_is_no_path(estimator, parameter):
+    with pytest.raises(ConfigError, match=f"{parameter}: is a path, and this estimator tells"):
+        find_controller(f"{estimator}:{parameter}=4")
 
 
 def test_who_knows_nothing_says_nothing(believers):

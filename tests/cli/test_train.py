@@ -2,6 +2,7 @@
 
 import pytest
 
+from swarm_forage_env.controllers import find_controller
 from training.commands import add_commands
 
 TINY = (
@@ -46,7 +47,7 @@ def test_training_ends_with_the_policy_and_how_to_test_it(command, tmp_path):
     assert score == "es1: 0.0 round trips (0.0 to 0.0) on 2 held-back seeds"
     assert policy == "policy: mine/best.safetensors"
     assert how == (
-        "test it: swarm-forage evaluate es1 ssgiff"
+        "test it: swarm-forage evaluate es1 dsgiff-wary"
         " learned-weighting:policy=mine/best.safetensors --seed=1000"
     )
     assert "0 of 1 generations found, 1 to run" in stderr
@@ -54,6 +55,15 @@ def test_training_ends_with_the_policy_and_how_to_test_it(command, tmp_path):
     again = command("train", "weighting", "es1", "--out=mine", *TINY)
     assert again[:2] == (0, stdout)
     assert "1 of 1 generations found, 0 to run" in again[2]
+
+
+def test_what_tests_a_policy_runs_it_over_the_estimator_it_was_trained_with(command):
+    rest = "ssgiff:pause=10"
+    _, stdout, _ = command("train", "weighting", "es1", f"--controller={rest}", "--out=x", *TINY)
+    *_, scenario, trained_with, how, _ = stdout.split()
+    assert (scenario, trained_with) == ("es1", rest)
+    assert how.startswith("learned-weighting:policy=x/best.safetensors,")
+    assert find_controller(how).estimator == find_controller(rest).estimator
 
 
 REFUSED = [

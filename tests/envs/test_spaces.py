@@ -45,6 +45,7 @@ def test_observations_and_state_stay_within_their_spaces(learn, scenario):
 
 @given(
     learn=st.sampled_from(list(CUTS)),
+    controller=st.sampled_from(["dsgikf", "dsgiff:message_path=9"]),
     seed=st.integers(0, 2**64 - 1),
     decision_period=st.integers(1, 4),
     physics=st.sampled_from(["rigid", "kinematic"]),
@@ -69,10 +70,10 @@ def test_observations_and_state_stay_within_their_spaces(learn, scenario):
 )
 @settings(max_examples=25)
 def test_whatever_the_scenario_nothing_is_nan_and_all_is_within_bounds(
-    learn, seed, decision_period, physics, options
+    learn, controller, seed, decision_period, physics, options
 ):
     env = parallel_env(
-        "es1", learn=learn, controller="dsgikf", reward="team", shaping=0.5,
+        "es1", learn=learn, controller=controller, reward="team", shaping=0.5,
         decision_period=decision_period, physics=physics, **options,
     )  # fmt: skip
     box, rng = env.action_space("epuck_0"), np.random.default_rng(seed)
@@ -106,6 +107,7 @@ def test_the_bounds_follow_from_the_scenario():
     assert bounds.beam == pytest.approx(1.01 * 0.175)
     assert bounds.frames == 60
     assert 1001 * 0.0132 < bounds.path < 1.03 * 1001 * 0.0132
+    assert Bounds(scenario, 1000, 9.0).path == pytest.approx(bounds.path + 1.01 * 9000.0)
     assert 1000 * (0.0132 + 0.175) < bounds.believed < 2.0 * 1000 * (0.0132 + 0.175)
 
 

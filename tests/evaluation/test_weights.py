@@ -19,8 +19,8 @@ def shown(figure):
 def test_a_map_is_the_weight_of_each_pair_of_paths():
     maps = shown(drawn("ssgikf"))
     assert len(maps) == len(DISAGREEMENTS)
-    own, heard = 30, 10  # 3 m and 1 m
-    assert (LONGEST, STEPS) == (6.0, 61)
+    own, heard = 15, 5  # 3 m and 1 m
+    assert (LONGEST, STEPS) == (12.0, 61)
     assert maps[0][heard, own] == pytest.approx(3.0 / (3.0 + 1.0))
 
 
@@ -29,5 +29,10 @@ def test_rules_stand_side_by_side_and_share_the_scale():
     panels = [axes for axes in figure.axes if axes.images]
     assert len(panels) == 2 * len(DISAGREEMENTS)
     assert {axes.images[0].get_clim() for axes in panels} == {(0.0, 1.0)}
-    own, heard = 40, 20
+    own, heard = 20, 10
     assert shown(figure)[1][heard, own] == pytest.approx(1.0 / (1.0 + np.exp(-2.0)))
+
+
+def test_what_a_message_costs_is_added_to_what_the_partner_went():
+    plain, wary = (shown(drawn(name))[0] for name in ("ssgiff", "dsgiff-wary"))
+    np.testing.assert_allclose(wary[:-20], plain[20:])  # 4 m

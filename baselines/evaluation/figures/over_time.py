@@ -47,7 +47,7 @@ class OverTime:
 
 FIGURES.register("on-path")(
     OverTime(
-        "Robots that have visited both areas since they were last lost.",
+        "Robots that know both areas.",
         "robots on the path [%]",
         path_over_time,
     )

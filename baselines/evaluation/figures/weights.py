@@ -14,8 +14,8 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Encounter
 
-LONGEST, STEPS = 6.0, 61
-"""Paths since an area are shown up to here [m], at so many points."""
+LONGEST, STEPS = 12.0, 61
+"""Paths of the robot and of its partner are shown up to here [m], at so many points."""
 
 DISAGREEMENTS = (0.1, 0.5)
 """Between the own and the heard place [m]; one row of maps for each."""
@@ -56,7 +56,7 @@ FIGURES.register("weights")(Weights())
 
 
 def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
-    """g over the heard path (rows) and the own path (columns)."""
+    """g over the partner's path (rows) and the own path (columns)."""
     recipe = find_recipe(name)
     if type(recipe.estimator) is not SocialOdometryParameters:
         raise ConfigError(
@@ -65,7 +65,7 @@ def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
         )
     grid = np.linspace(0.0, LONGEST, STEPS)
     own, heard = (each.ravel() for each in np.meshgrid(grid, grid))
-    g = recipe.weighting(_encounters(own, heard, disagreement))
+    g = recipe.weighting(_encounters(own, heard + recipe.message_path, disagreement))
     return np.asarray(g[:, PREY], np.float64).reshape(STEPS, STEPS)
 
 
