@@ -170,6 +170,22 @@ def card_of(
     )
 
 
+def judged(
+    step: int, simulated_s: float, trips: Mapping[str, Int64[Array, " worlds"]]
+) -> CurvePoint:
+    """A point of the curve: the round trips in the held-back worlds of each scenario.
+
+    Its value, by which the best is chosen, is ln(1 + mean round trips), averaged over the
+    scenarios.
+    """
+    return CurvePoint(
+        step=step,
+        simulated_s=simulated_s,
+        value=float(np.mean([np.log1p(each.mean()) for each in trips.values()])),
+        round_trips={name: interval(each) for name, each in trips.items()},
+    )
+
+
 def interval(trips: Int64[Array, " worlds"]) -> Interval:
     """The mean over worlds and its 95 % interval; the mean itself where there is none."""
     found = mean_interval(trips.tolist())

@@ -15,7 +15,7 @@ from cmaes import CMA
 
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
-from training.checkpoint import BEST, Checkpoint, card_of, interval
+from training.checkpoint import BEST, Checkpoint, card_of, judged
 from training.experiment import Experiment
 from training.policy import (
     Card,
@@ -124,12 +124,7 @@ class Evolution:
         mean = self._search.mean.astype(np.float32)
         found = self._trials.round_trips(mean[None], experiment.held_back_seeds)
         trained = self._trials.simulated(self.generation * experiment.worlds * self._candidates)
-        point = CurvePoint(
-            step=self.generation,
-            simulated_s=trained,
-            value=float(values_of(found)[0]),
-            round_trips={name: interval(trips[0]) for name, trips in found.items()},
-        )
+        point = judged(self.generation, trained, {name: each[0] for name, each in found.items()})
         self._checkpoint.add_point(point, mean)
         self._checkpoint.keep()
         self.keep_best()

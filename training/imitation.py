@@ -38,11 +38,10 @@ from training.checkpoint import (
     BEST,
     NAME,
     card_of,
-    interval,
+    judged,
     read_checkpoint,
     write_checkpoint,
 )
-from training.evolution import values_of
 from training.experiment import Experiment, worlds_of
 from training.policy import (
     Card,
@@ -225,12 +224,8 @@ class Imitation:
         if not due or (self.curve and self.curve[-1].step >= self.rounds):
             return
         found = self._trials.round_trips(self._numbers[None], experiment.held_back_seeds)
-        point = CurvePoint(
-            step=self.rounds,
-            simulated_s=self._simulated_s,
-            value=float(values_of(found)[0]),
-            round_trips={name: interval(trips[0]) for name, trips in found.items()},
-        )
+        trips = {name: each[0] for name, each in found.items()}
+        point = judged(self.rounds, self._simulated_s, trips)
         if all(point.value > each.value for each in self.curve):
             self._best = self._tower.as_in_file()
         self.curve.append(point)

@@ -24,7 +24,7 @@ from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import ControlLoop
 from training.actor_critic import MotionTower, Tower, Towers
-from training.checkpoint import BEST, NAME, card_of, interval, read_checkpoint, write_checkpoint
+from training.checkpoint import BEST, NAME, card_of, judged, read_checkpoint, write_checkpoint
 from training.cloning import clone, demonstrations
 from training.experiment import Experiment, worlds_of
 from training.learner import METHODS, environments, learner, restore, state_of
@@ -127,12 +127,7 @@ class Learning:
         experiment, weights = self._experiment, self._weights
         save_policy(experiment.out / LATEST, weights, self._card({}))
         trips = {name: self._round_trips(name) for name in experiment.worlds_by_name}
-        point = CurvePoint(
-            step=self.robot_steps,
-            simulated_s=self._simulated_s,
-            value=float(np.mean([np.log1p(each.mean()) for each in trips.values()])),
-            round_trips={name: interval(each) for name, each in trips.items()},
-        )
+        point = judged(self.robot_steps, self._simulated_s, trips)
         is_best = all(point.value > each.value for each in self.curve)
         self.curve.append(point)
         if is_best:
