@@ -16,6 +16,7 @@ from cmaes import CMA
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from training.checkpoint import BEST, Checkpoint, card_of, judged
+from training.course import run
 from training.experiment import Experiment
 from training.policy import (
     Card,
@@ -24,7 +25,6 @@ from training.policy import (
     Policy,
     Shapes,
     layer_card,
-    load_policy,
     save_policy,
 )
 from training.reflexes import NETWORK as REFLEXES
@@ -53,15 +53,7 @@ SHAPES: Mapping[LayerName, Shapes] = {"weighting": shapes_of(SIZES), "motion": R
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
-    evolution = Evolution(experiment)
-    with Teller(experiment.out, "generation", say) as teller:
-        teller.start(experiment.budget, evolution.generation)
-        evolution.evaluate_if_due(teller)
-        while evolution.generation < experiment.budget:
-            evolution.advance(teller)
-            evolution.evaluate_if_due(teller)
-    evolution.keep_best()
-    return load_policy(experiment.out / BEST)
+    return run(Evolution(experiment), experiment, "generation", say)
 
 
 class Evolution:
@@ -88,24 +80,29 @@ class Evolution:
         self._trials.warm_up()
 
     @property
-    def generation(self) -> int:
+    def done(self) -> int:
         """Generations that have ended."""
         return self._checkpoint.generation
+
+    @property
+    def curve(self) -> list[CurvePoint]:
+        """What the held-back worlds said so far."""
+        return self._checkpoint.curve
 
     def advance(self, teller: Teller) -> None:
         """One generation: ask, try out, tell, and keep the checkpoint."""
         experiment, begin = self._experiment, time.perf_counter()
-        self._search.reseed_rng(_seed(experiment.seed, self.generation))
+        self._search.reseed_rng(_seed(experiment.seed, self.done))
         asked = [self._search.ask() for _ in range(self._search.population_size)]
         population = np.array(asked, np.float32)
-        seeds = experiment.training_seeds(self.generation * experiment.worlds, experiment.worlds)
+        seeds = experiment.training_seeds(self.done * experiment.worlds, experiment.worlds)
         values = values_of(self._trials.round_trips(population, seeds))
         self._tell(population, -values)
         self._checkpoint.add(population, -values)
         self._checkpoint.keep()
         worlds, wall = experiment.worlds * len(population), time.perf_counter() - begin
         teller.scalars(
-            self.generation,
+            self.done,
             {
                 "generation/value": float(values.mean()),
                 "generation/best": float(values.max()),
@@ -115,20 +112,17 @@ class Evolution:
             },
         )
 
-    def evaluate_if_due(self, teller: Teller) -> None:
-        """Judge the mean on the held-back worlds at the start, in between and at the end."""
-        experiment, curve = self._experiment, self._checkpoint.curve
-        due = self.generation % experiment.every == 0 or self.generation == experiment.budget
-        if not due or (curve and curve[-1].step >= self.generation):
-            return
+    def evaluate(self) -> CurvePoint:
+        """Judge the mean on the held-back worlds, and keep it if it is the best."""
+        experiment = self._experiment
         mean = self._search.mean.astype(np.float32)
         found = self._trials.round_trips(mean[None], experiment.held_back_seeds)
-        trained = self._trials.simulated(self.generation * experiment.worlds * self._candidates)
-        point = judged(self.generation, trained, {name: each[0] for name, each in found.items()})
+        trained = self._trials.simulated(self.done * experiment.worlds * self._candidates)
+        point = judged(self.done, trained, {name: each[0] for name, each in found.items()})
         self._checkpoint.add_point(point, mean)
         self._checkpoint.keep()
         self.keep_best()
-        teller.point(point)
+        return point
 
     def keep_best(self) -> None:
         """Write the best policy so far, with the curve so far."""
@@ -148,8 +142,8 @@ class Evolution:
     def _card(self, best: CurvePoint) -> Card:
         scenario = next(iter(self._trials.scenarios.values()))
         layer = layer_card(self._layer, scenario, *NETWORKS[self._layer])
-        curve = self._checkpoint.curve
-        return card_of(self._experiment, {self._layer: layer}, ("cmaes",), curve, best.round_trips)
+        layers = {self._layer: layer}
+        return card_of(self._experiment, layers, ("cmaes",), self.curve, best.round_trips)
 
 
 def first_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:

@@ -42,6 +42,7 @@ from training.checkpoint import (
     read_checkpoint,
     write_checkpoint,
 )
+from training.course import run
 from training.experiment import Experiment, worlds_of
 from training.policy import (
     Card,
@@ -49,7 +50,6 @@ from training.policy import (
     Policy,
     encounter_layout,
     layer_card,
-    load_policy,
     save_policy,
 )
 from training.telling import Teller
@@ -167,15 +167,7 @@ def watch(
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
-    imitation = Imitation(experiment)
-    with Teller(experiment.out, "round", say) as teller:
-        teller.start(experiment.budget, imitation.rounds)
-        imitation.evaluate_if_due(teller)
-        while imitation.rounds < experiment.budget:
-            say(imitation.advance(teller))
-            imitation.evaluate_if_due(teller)
-    imitation.keep_best()
-    return load_policy(experiment.out / BEST)
+    return run(Imitation(experiment), experiment, "round", say)
 
 
 class Imitation:
@@ -194,7 +186,7 @@ class Imitation:
         self._tower = WeightingTower(encounter_layout(first), HIDDEN)
         self._file = experiment.out / NAME
         self._best = self._tower.as_in_file()
-        self.rounds = 0
+        self.done = 0
         self.curve: list[CurvePoint] = []
         if self._file.exists():
             self._read()
@@ -208,30 +200,27 @@ class Imitation:
         found = self._exchanges()
         wall = time.perf_counter() - begin
         shares = self._fit(found)
-        self.rounds += 1
+        self.done += 1
         self._keep()
         numbers = {f"share/{name}": share for name, share in shares.items()}
         numbers["speed/episodes_per_s"] = sum(self._n_worlds.values()) / wall
-        numbers["speed/simulated_s_per_s"] = self._simulated_s / self.rounds / wall
-        teller.scalars(self.rounds, numbers)
+        numbers["speed/simulated_s_per_s"] = self._simulated_s / self.done / wall
+        teller.scalars(self.done, numbers)
         told = ", ".join(f"{name} {share:.0%}" for name, share in shares.items())
-        return f"round {self.rounds}: of what an oracle gains at an exchange, {told}"
+        return f"round {self.done}: of what an oracle gains at an exchange, {told}"
 
-    def evaluate_if_due(self, teller: Teller) -> None:
-        """Judge the network on the held-back worlds at the start, in between and at the end."""
-        experiment = self._experiment
-        due = self.rounds % experiment.every == 0 or self.rounds == experiment.budget
-        if not due or (self.curve and self.curve[-1].step >= self.rounds):
-            return
-        found = self._trials.round_trips(self._numbers[None], experiment.held_back_seeds)
+    def evaluate(self) -> CurvePoint:
+        """Judge the network on the held-back worlds, and keep it if it is the best."""
+        seeds = self._experiment.held_back_seeds
+        found = self._trials.round_trips(self._numbers[None], seeds)
         trips = {name: each[0] for name, each in found.items()}
-        point = judged(self.rounds, self._simulated_s, trips)
+        point = judged(self.done, self._simulated_s, trips)
         if all(point.value > each.value for each in self.curve):
             self._best = self._tower.as_in_file()
         self.curve.append(point)
         self._keep()
         self.keep_best()
-        teller.point(point)
+        return point
 
     def keep_best(self) -> None:
         """Write the best policy so far, with the curve so far."""
@@ -242,7 +231,7 @@ class Imitation:
     def _exchanges(self) -> dict[str, Exchanges]:
         """Those of a round of new worlds, in each scenario."""
         experiment = self._experiment
-        seeds = experiment.training_seeds(self.rounds * experiment.worlds, experiment.worlds)
+        seeds = experiment.training_seeds(self.done * experiment.worlds, experiment.worlds)
         parallel = Parallel(n_jobs=experiment.workers, return_as="generator", batch_size=1)
         with deaf_to_interrupts():
             finished = parallel(
@@ -262,9 +251,9 @@ class Imitation:
         """Fit the network; of what an oracle would gain, the share that it gains afterwards."""
         experiment = self._experiment
         torch.set_num_threads(1)  # so that sums are the same whatever the workers
-        draws = torch.Generator().manual_seed(experiment.seed + self.rounds)
+        draws = torch.Generator().manual_seed(experiment.seed + self.done)
         batches = {name: Batch.of(name, each) for name, each in found.items()}
-        left = 1.0 - self.rounds / experiment.budget
+        left = 1.0 - self.done / experiment.budget
         optimiser = torch.optim.Adam(self._tower.parameters(), RATE * left)
         for _ in range(STEPS):
             shares = [each.draw(draws).share(self._tower) for each in batches.values()]
@@ -285,18 +274,18 @@ class Imitation:
     def _simulated_s(self) -> float:
         """Simulated time of all rounds so far, summed over worlds [s]."""
         each = (self._n_worlds[k] * s.n_ticks * s.tick for k, s in self._scenarios.items())
-        return self.rounds * sum(each)
+        return self.done * sum(each)
 
     def _keep(self) -> None:
         best = {f"best.{name}": array for name, array in self._best.items()}
-        arrays = {"rounds": np.array(self.rounds), **self._tower.as_in_file(), **best}
+        arrays = {"rounds": np.array(self.done), **self._tower.as_in_file(), **best}
         write_checkpoint(self._file, self._experiment.identity, self.curve, arrays)
 
     def _read(self) -> None:
         now = tuple(self._tower.arrays)
         names = ("rounds", *now, *(f"best.{name}" for name in now))
         self.curve, arrays = read_checkpoint(self._file, self._experiment.identity, names)
-        self.rounds = int(arrays["rounds"])
+        self.done = int(arrays["rounds"])
         self._tower.load_state_dict({name: torch.from_numpy(arrays[name]) for name in now})
         self._best = {name: arrays[f"best.{name}"] for name in now}
 
