@@ -18,7 +18,7 @@ import optuna
 from optuna.distributions import BaseDistribution, FloatDistribution, IntDistribution
 from optuna.trial import FrozenTrial, TrialState
 
-from baselines.papers.calibration_ranges import ARENAS, HAND_MADE, RANGES, Range, defaults, tidied
+from baselines.papers.calibration_ranges import ARENAS, RANGES, Range, defaults, tidied
 from baselines.papers.calibration_swarm import Gauge
 from baselines.papers.calibration_targets import score
 
@@ -66,7 +66,7 @@ class Search:
     """The trials kept in a folder, and the next ones."""
 
     def __init__(self, folder: Path, gauge: Gauge, identity: str, seed: int = 0) -> None:
-        """Go on with the trials of this identity, or begin with the starting points."""
+        """Go on with the trials of this identity, or begin with the defaults."""
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
@@ -81,8 +81,7 @@ class Search:
             load_if_exists=True,
         )
         if not self._study.get_trials(deepcopy=False):
-            for start in (HAND_MADE, defaults()):
-                self._study.enqueue_trial(tidied(start))
+            self._study.enqueue_trial(tidied(defaults()))
         self._retry()
 
     @property

@@ -147,29 +147,9 @@ RANGES = (
 )  # fmt: skip
 """Every parameter that is searched."""
 
-HAND_MADE: Values = {
-    "robot.cruise_speed": 0.06,
-    "sensors.wheel_noise": 0.058,
-    "radio.exchange_time": 0.4,
-    "radio.frames": 2,
-    "estimator.refractory": 20.0,
-    "estimator.pause": 15.0,
-    "estimator.deaf_when_lost": 5.0,
-    "estimator.lost_within": 0.05,
-    "estimator.overshoot": 0.18,
-    "motion.gap": 0.011,
-    "motion.swerve": 1.75,
-    "motion.hold": 0.0,
-    "motion.mean_run": 0.33,
-    "es1.area_distance": 1.5,
-    "es2.area_distance": 2.8,
-    "es3.area_distance": 2.4,
-}
-"""The best set of a search by hand; the search starts from it and from the defaults."""
-
 
 def defaults() -> dict[str, float]:
-    """The value of every parameter today."""
+    """The value of every parameter today: where a search starts."""
     found: dict[str, Any] = leaves(
         SCENARIOS["es1"].model_dump(include={"robot", "sensors", "radio"})
     )

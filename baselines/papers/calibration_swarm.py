@@ -11,9 +11,9 @@ from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import Estimate
 from baselines.papers.calibration_ranges import (
     ARENAS,
-    HAND_MADE,
     RANGES,
     Values,
+    defaults,
     recipe_with,
     scenario_with,
 )
@@ -72,7 +72,7 @@ class Swarm:
     @property
     def identity(self) -> str:
         """A hash of all that a score depends on but the values: scores of one are comparable."""
-        code = self.configuration(HAND_MADE, ARENAS[0], CONTROLLERS[0]).code
+        code = self.configuration(defaults(), ARENAS[0], CONTROLLERS[0]).code
         tables = [asdict(each) for each in TARGETS], [asdict(each) for each in RANGES]
         rest = [code, self.physics, self.seed, dict(self.worlds), dict(self.settings)]
         return hashlib.sha256(json.dumps([tables, rest]).encode()).hexdigest()[:16]

@@ -13,7 +13,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedCo
 from swarm_forage_env.errors import ConfigError
 
 if TYPE_CHECKING:
-    from baselines.papers.calibration import Best, Search
+    from baselines.papers.calibration import Search
+    from baselines.papers.calibration_ranges import Values
     from baselines.papers.calibration_swarm import Swarm
 
 
@@ -68,11 +69,13 @@ def calibrate(  # noqa: PLR0913 the options of a command
 
     Every trial is kept in the folder --out; the same command later goes on from there. With
     `--trials 0` nothing is searched: `--report 30` and `--sensitivity` then speak of the best
-    set found so far. What becomes a default is changed by hand: the lines are printed.
+    set found so far, or of the defaults if there is none. What becomes a default is changed by
+    hand: the lines are printed.
     """
     from baselines.evaluation.configuration import parse_settings
     from baselines.evaluation.dataset import Dataset
     from baselines.papers.calibration import Best, Search
+    from baselines.papers.calibration_ranges import defaults
     from baselines.papers.calibration_swarm import Swarm
     from swarm_forage_env.physics import ENGINES
 
@@ -94,13 +97,15 @@ def calibrate(  # noqa: PLR0913 the options of a command
         finally:
             search.close()
     best = Best.read(out / "best.json")
-    if best is None:
-        raise ConfigError(f"--out {out}: no trial has ended there yet; --trials must be at least 1")
-    _show(best, swarm, out)
+    values, title = defaults(), "The defaults; no trial has ended yet"
+    if best:
+        title = f"The best set: trial {best.trial}, score {best.score:.3f} ({out / 'best.json'})"
+        values = best.values
+    _show(values, title, swarm)
     if report:
-        _report(best, swarm, report, out)
+        _report(values, swarm, report, out)
     if sensitivity:
-        _sensitivity(best, swarm, out)
+        _sensitivity(values, swarm, out)
 
 
 def _boids(trials: int, seed: int, workers: int, out: Path) -> None:
@@ -135,46 +140,44 @@ def _run(search: "Search", trials: int, hours: float | None) -> None:
         search.run(trials, hours, tell)
 
 
-def _show(best: "Best", swarm: "Swarm", out: Path) -> None:
-    """The best set, what it measures in the worlds it was fitted to, and the lines to change."""
+def _show(values: "Values", title: str, swarm: "Swarm") -> None:
+    """A set, what it measures in the worlds of the search, and the lines to change."""
     from baselines.papers import calibration_lines, calibration_report
     from baselines.papers.calibration_swarm import all_arenas
 
-    _say("measuring the best set; what is kept is not run again")
-    measured = all_arenas(best.values, swarm)
-    _print(
-        f"The best set: trial {best.trial}, score {best.score:.3f} ({out / 'best.json'})",
-        calibration_report.values_table(best.values),
-    )
-    _print("In the worlds that it was fitted to", calibration_report.fit_table(measured))
-    typer.echo("To make it the default, change these lines:\n")
-    for line in calibration_lines.lines(best.values):
-        typer.echo(str(line))
+    _say("measuring the set; what is kept is not run again")
+    measured = all_arenas(values, swarm)
+    _print(title, calibration_report.values_table(values))
+    _print("In the worlds of the search", calibration_report.fit_table(measured))
+    if lines := list(calibration_lines.lines(values)):
+        typer.echo("To make it the default, change these lines:\n")
+        for line in lines:
+            typer.echo(str(line))
 
 
-def _report(best: "Best", swarm: "Swarm", worlds: int, out: Path) -> None:
-    """The best set in worlds that it was not fitted to."""
+def _report(values: "Values", swarm: "Swarm", worlds: int, out: Path) -> None:
+    """A set in worlds that none was fitted to."""
     from baselines.papers import calibration_report
     from baselines.papers.calibration_swarm import estimates
 
     _say(f"report: {worlds} other worlds of each arena")
-    found = estimates(best.values, swarm.elsewhere(worlds))
+    found = estimates(values, swarm.elsewhere(worlds))
     _write(out / "report.json", calibration_report.rows(found))
     _print(f"In {worlds} other worlds of each arena", calibration_report.report_table(found))
 
 
-def _sensitivity(best: "Best", swarm: "Swarm", out: Path) -> None:
-    """Each parameter varied alone, in the worlds that the set was fitted to."""
+def _sensitivity(values: "Values", swarm: "Swarm", out: Path) -> None:
+    """Each parameter varied alone, in the worlds of the search."""
     from baselines.papers import calibration_report
     from baselines.papers.calibration_swarm import all_arenas, sensitivity
 
-    base = all_arenas(best.values, swarm)
+    base = all_arenas(values, swarm)
     varied = []
-    for each in sensitivity(best.values, swarm):
+    for each in sensitivity(values, swarm):
         _say(f"sensitivity: {each.parameter} = {each.value:g}")
         varied.append(each)
     _write(out / "sensitivity.json", calibration_report.sensitivity_rows(base, varied))
-    table = calibration_report.sensitivity_table(base, varied, best.values)
+    table = calibration_report.sensitivity_table(base, varied, values)
     _print("Each parameter varied alone: change of the score, and round trips", table)
 
 

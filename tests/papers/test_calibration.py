@@ -15,7 +15,6 @@ from baselines.evaluation.episode import Episode
 from baselines.papers.calibration_lines import lines
 from baselines.papers.calibration_ranges import (
     ARENAS,
-    HAND_MADE,
     RANGES,
     defaults,
     recipe_with,
@@ -40,6 +39,8 @@ from baselines.papers.calibration import Best, Search
 from baselines.papers.calibration_swarm import sensitivity
 
 ROOT = Path(__file__).resolve().parents[2]
+
+DEFAULTS = defaults()
 
 EPISODE = Episode(
     scenario="es1",
@@ -135,7 +136,7 @@ def test_both_ends_of_every_range_make_scenarios_and_controllers(each):
     assert each.low < each.high
     assert each.reason
     for end in (each.low, each.high):
-        values = HAND_MADE | {each.name: end}
+        values = DEFAULTS | {each.name: end}
         for arena in ARENAS:
             scenario = scenario_with(values, arena, {})
             assert scenario.task.area_distance == values[f"{arena}.area_distance"]
@@ -146,15 +147,15 @@ def test_both_ends_of_every_range_make_scenarios_and_controllers(each):
 
 @pytest.mark.parametrize("each", RANGES, ids=lambda each: each.name)
 def test_a_step_aside_is_within_the_range_and_no_standstill(each):
-    for value in (each.low, each.high, tidied(HAND_MADE)[each.name]):
+    for value in (each.low, each.high, tidied(DEFAULTS)[each.name]):
         below, above = each.beside(value)
         assert each.low <= below <= value <= above <= each.high
         assert below < above
 
 
-def test_starting_points_lie_within_the_ranges():
-    assert tidied(HAND_MADE) == HAND_MADE
-    assert set(defaults()) == set(HAND_MADE)
+def test_the_defaults_lie_within_the_ranges():
+    for each in RANGES:
+        assert each.low <= DEFAULTS[each.name] <= each.high
 
 
 def test_the_lines_to_change_hold_the_values():
@@ -170,8 +171,8 @@ def test_the_lines_to_change_hold_the_values():
 
 
 def valley(values, arena):
-    """A stub: an arena's trips are right where each value is the one made by hand."""
-    off = sum(abs(values[each.name] - HAND_MADE[each.name] * 0.9) for each in RANGES)
+    """A stub: an arena's trips are right where each value is a tenth below its default."""
+    off = sum(abs(values[each.name] - DEFAULTS[each.name] * 0.9) for each in RANGES)
     return {trips("equal", 60.0, source=arena): 60.0 * math.exp(0.01 * off)}
 
 
@@ -185,12 +186,12 @@ def tried(folder, trials, gauge=valley, seed=3):
         search.close()
 
 
-def test_the_search_begins_with_the_starting_points_and_stops_what_is_too_far_off(tmp_path):
+def test_the_search_begins_with_the_defaults_and_stops_what_is_too_far_off(tmp_path):
     told, best = tried(tmp_path, 30)
     assert len(told) == 30
     assert any("stopped" in line for line in told[3:])
     assert best.score <= score(
-        {t: x for arena in ARENAS for t, x in valley(HAND_MADE, arena).items()}
+        {t: x for arena in ARENAS for t, x in valley(tidied(DEFAULTS), arena).items()}
     )
     assert Best.read(tmp_path / "best.json") == best
     assert tried(tmp_path, 30) == ([], best), "nothing is repeated"
@@ -229,11 +230,11 @@ def test_no_trial_starts_when_time_is_up(tmp_path):
 
 def test_each_parameter_is_varied_alone():
     def told(values, arena):
-        changed = {name for name, value in values.items() if value != HAND_MADE[name]}
+        changed = {name for name, value in values.items() if value != DEFAULTS[name]}
         assert len(changed) == 1
         return valley(values, arena)
 
-    varied = list(sensitivity(HAND_MADE, told))
+    varied = list(sensitivity(DEFAULTS, told))
     assert {each.parameter for each in varied} == {each.name for each in RANGES}
     assert len(varied) == 2 * len(RANGES) - 2, "none above: es1; none below: hold"
 
@@ -272,9 +273,10 @@ def test_two_trials_of_a_tiny_scenario_killed_between(tmp_path):
     assert not stdout.startswith("swarm-forage:")
 
 
-def test_nothing_to_report_is_said_in_one_line(tmp_path):
-    refused = run("--trials=0", "--out=none", cwd=tmp_path)
-    stdout, stderr = refused.communicate(timeout=60)
-    assert (refused.returncode, stdout) == (2, "")
-    assert stderr.startswith("swarm-forage: --out none: no trial has ended there yet")
-    assert stderr.count("\n") == 1
+def test_without_a_trial_the_defaults_are_reported_on(tmp_path):
+    told = run("--trials=0", "--report=1", "--out=none", cwd=tmp_path)
+    stdout, stderr = told.communicate(timeout=120)
+    assert told.returncode == 0, stderr
+    assert stdout.startswith("The defaults; no trial has ended yet")
+    assert "change these lines" not in stdout
+    assert len(json.loads((tmp_path / "none/report.json").read_text())) == len(TARGETS)
