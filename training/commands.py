@@ -110,7 +110,8 @@ def train(  # noqa: PLR0913 the options of a command
     controller: Annotated[
         str | None,
         typer.Option(
-            help="The hand-written rest; parameters as in `evaluate`.",
+            help="The rest; parameters as in `evaluate`. If its own layer is a learned one, cma"
+            " and imitation go on from that.",
             show_default="ssgiff for motion, else dsgiff-wary",
         ),
     ] = None,

@@ -1,7 +1,8 @@
 """CMA-ES on a layer of few numbers: the round trips of the swarm are maximised directly.
 
-In each generation all candidates meet the same new worlds, so that chance favours none. What
-is kept is the mean of the search, as the held-back worlds judge it.
+The search starts at the layer of the controller: at its numbers if it is a learned one, else near
+the hand-written rule. In each generation all candidates meet the same new worlds, so that chance
+favours none. What is kept is the mean of the search, as the held-back worlds judge it.
 
 Source: Hansen2016, The CMA Evolution Strategy: A Tutorial (the package cmaes).
 """
@@ -18,6 +19,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from training.checkpoint import BEST, Checkpoint, card_of, judged
 from training.course import run
 from training.experiment import Experiment
+from training.motion import LearnedMotion
 from training.policy import (
     Card,
     CurvePoint,
@@ -25,13 +27,22 @@ from training.policy import (
     Policy,
     Shapes,
     layer_card,
+    load_policy,
     save_policy,
 )
 from training.reflexes import NETWORK as REFLEXES
 from training.reflexes import SHAPES as REFLEX_SHAPES
+from training.reflexes import reflexes_of
 from training.telling import Teller
 from training.trials import Trials
-from training.weighting import HIDDEN, NETWORK, shapes_of, unstrung
+from training.weighting import (
+    HIDDEN,
+    NETWORK,
+    LearnedWeighting,
+    network_of,
+    shapes_of,
+    unstrung,
+)
 
 SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
 """Standard deviation of the first generation, in every weight."""
@@ -39,16 +50,11 @@ SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
 FIRST_BETA = 0.001
 """Of the SGIFF that the search starts from [1/cm]: the best in large arenas."""
 
-SIZES = {"hidden": HIDDEN}
+NETWORKS: Mapping[LayerName, str] = {"weighting": NETWORK, "motion": REFLEXES}
+"""The network that is searched for each layer."""
 
-NETWORKS: Mapping[LayerName, tuple[str, Mapping[str, int]]] = {
-    "weighting": (NETWORK, SIZES),
-    "motion": (REFLEXES, {}),
-}
-"""The network that is searched for each layer, and its sizes."""
-
-SHAPES: Mapping[LayerName, Shapes] = {"weighting": shapes_of(SIZES), "motion": REFLEX_SHAPES}
-"""Its arrays."""
+SIZES: Mapping[LayerName, Mapping[str, int]] = {"weighting": {"hidden": HIDDEN}, "motion": {}}
+"""Its sizes, where the search does not start from a learned one."""
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
@@ -63,7 +69,8 @@ class Evolution:
         """Start, or go on from the checkpoint in the experiment's folder."""
         self._experiment = experiment
         (self._layer,) = experiment.layers
-        self._shapes = SHAPES[self._layer]
+        self._sizes, start = start_of(experiment, self._layer)
+        self._shapes = arrays_of(self._layer, self._sizes)
         self._trials = Trials(
             experiment.worlds_by_name,
             experiment.recipe,
@@ -71,7 +78,6 @@ class Evolution:
             experiment.workers,
             self._layer,
         )
-        start = first_mean(experiment.seed, self._layer)
         sigma = SIGMA[self._layer]
         self._search = CMA(start, sigma, population_size=experiment.population)
         self._checkpoint = Checkpoint.open(experiment, self._search.population_size, len(start))
@@ -141,17 +147,35 @@ class Evolution:
 
     def _card(self, best: CurvePoint) -> Card:
         scenario = next(iter(self._trials.scenarios.values()))
-        layer = layer_card(self._layer, scenario, *NETWORKS[self._layer])
+        layer = layer_card(self._layer, scenario, NETWORKS[self._layer], self._sizes)
         layers = {self._layer: layer}
         return card_of(self._experiment, layers, ("cmaes",), self.curve, best.round_trips)
 
 
+def start_of(
+    experiment: Experiment, layer: LayerName
+) -> tuple[Mapping[str, int], Float64[Array, " numbers"]]:
+    """The sizes and the numbers of the network that the search starts from."""
+    part = experiment.recipe.layers[layer]
+    if layer == "motion" and isinstance(part, LearnedMotion):
+        return SIZES[layer], reflexes_of(load_policy(part.policy))
+    if layer == "weighting" and isinstance(part, LearnedWeighting):
+        policy = load_policy(part.policy)
+        return policy.card.layers[layer].sizes, network_of(policy)
+    return SIZES[layer], first_mean(experiment.seed, layer)
+
+
+def arrays_of(layer: LayerName, sizes: Mapping[str, int]) -> Shapes:
+    """The shapes of the arrays of a layer's network."""
+    return REFLEX_SHAPES if layer == "motion" else shapes_of(sizes)
+
+
 def first_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:
-    """Where the search starts: zeros for the motion; SGIFF with a tenth of its beta.
+    """Where the search starts by rule: zeros for the motion; SGIFF with a tenth of its beta.
 
     The weighting has some hidden units, of which nothing reaches the output yet.
     """
-    shapes = SHAPES[layer]
+    shapes = arrays_of(layer, SIZES[layer])
     if layer == "motion":
         return np.zeros(sum(math.prod(shape) for shape in shapes.values()))
     hidden = math.prod(shapes["hidden.weight"])

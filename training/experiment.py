@@ -1,5 +1,6 @@
 """An experiment: what is trained where, checked as a whole before anything runs."""
 
+import hashlib
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,7 +17,9 @@ from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.scenario import Scenario, leaves
 from swarm_forage_env.scenarios import find_foraging
 from swarm_forage_env.streams import checked_seed
-from training.policy import LayerName
+from training.motion import LearnedMotion
+from training.policy import LayerName, load_policy
+from training.reflexes import reflexes_of
 
 LAYERS: dict[str, tuple[LayerName, ...]] = {
     "weighting": ("weighting",),
@@ -82,8 +85,14 @@ class Experiment:
             )
         self._check_numbers()
         self._check_worlds()
-        corrects = self.algorithm == "cma" and self.layer == "motion"
-        if corrects and self.recipe.motion != SubsumptionParameters():
+        if self.algorithm == "cma" and self.layer == "motion":
+            self._check_reflexes()
+
+    def _check_reflexes(self) -> None:
+        motion = self.recipe.motion
+        if isinstance(motion, LearnedMotion):
+            reflexes_of(load_policy(motion.policy))
+        elif motion != SubsumptionParameters():
             raise ConfigError(
                 f"--controller={self.controller}: a motion found by cma corrects subsumption as"
                 " it is by default; change no parameter of the motion"
@@ -158,7 +167,12 @@ class Experiment:
         for name, scenario in self.worlds_by_name.items():
             found |= {f"{name} {k}": str(v) for k, v in leaves(scenario.model_dump()).items()}
         rest = self.recipe.parameters.items()
-        return found | {f"{self.recipe.name} {k}": str(v) for k, v in rest}
+        found |= {f"{self.recipe.name} {k}": str(v) for k, v in rest}
+        for layer, part in self.recipe.layers.items():
+            for file in getattr(part, "reads", ()):
+                digest = hashlib.sha256(file.read_bytes()).hexdigest()
+                found[f"{self.recipe.name} {layer}, sha256"] = digest
+        return found
 
     @property
     def command(self) -> str:

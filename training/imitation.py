@@ -50,11 +50,12 @@ from training.policy import (
     Policy,
     encounter_layout,
     layer_card,
+    load_policy,
     save_policy,
 )
 from training.telling import Teller
 from training.trials import Trials
-from training.weighting import Networks, shapes_of, strung
+from training.weighting import LearnedWeighting, Networks, shapes_of, strung
 
 HIDDEN = 16
 """Hidden units: a fit bears more of them than a search."""
@@ -165,6 +166,20 @@ def watch(
     return cast(Watch, loop.controller.weighting).exchanges
 
 
+def tower_of(experiment: Experiment) -> WeightingTower:
+    """The network to fit: the controller's own if that is a learned one, else a new one."""
+    layout = encounter_layout(next(iter(experiment.worlds_by_name.values())))
+    own = experiment.recipe.weighting
+    if not isinstance(own, LearnedWeighting):
+        return WeightingTower(layout, HIDDEN)
+    policy = load_policy(own.policy)
+    sizes = policy.card.layers["weighting"].sizes
+    tower = WeightingTower(layout, sizes["hidden"])
+    weights = policy.weights_of("weighting", shapes_of(sizes))
+    tower.load_state_dict({name: torch.from_numpy(array) for name, array in weights.items()})
+    return tower
+
+
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
     return run(Imitation(experiment), experiment, "round", say)
@@ -182,8 +197,7 @@ class Imitation:
             self._scenarios, experiment.recipe, experiment.physics, experiment.workers
         )
         torch.manual_seed(experiment.seed)
-        first = next(iter(self._scenarios.values()))
-        self._tower = WeightingTower(encounter_layout(first), HIDDEN)
+        self._tower = tower_of(experiment)
         self._file = experiment.out / NAME
         self._best = self._tower.as_in_file()
         self.done = 0

@@ -10,8 +10,9 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from training import evolution
 from training.checkpoint import BEST, NAME, Checkpoint
-from training.evolution import first_mean, train, values_of
-from training.policy import CurvePoint, load_policy
+from training.evolution import first_mean, start_of, train, values_of
+from training.policy import CurvePoint, load_policy, save_policy
+from training.reflexes import reflexes_of
 from training.trials import Trials
 from training.weighting import network_of
 
@@ -79,6 +80,31 @@ def test_the_search_starts_from_the_hand_written_rule(experiment):
     np.testing.assert_array_equal(found["es1"], expected["es1"])
     assert (start != rule).any()
     assert not first_mean(0, "motion").any()
+
+
+@pytest.mark.parametrize(
+    ("layer", "numbers_of"), [("weighting", network_of), ("motion", reflexes_of)]
+)
+def test_the_search_goes_on_from_a_learned_layer(experiment, layer, numbers_of):
+    mine = experiment(layer=layer, controller="learned-both", budget=1, every=1)
+    shipped = numbers_of(load_policy(mine.recipe.layers[layer].policy))
+    _, start = start_of(mine, layer)
+    np.testing.assert_array_equal(start, shipped)
+    policy = train(mine, silent)
+    assert policy.card.curve[0].step == 0
+    assert numbers_of(policy).shape == shipped.shape
+
+
+@pytest.mark.usefixtures("_imagined")
+def test_a_search_does_not_go_on_among_other_weights(experiment, tmp_path):
+    copy = tmp_path / "mine.safetensors"
+    mine = experiment(budget=1, controller=f"learned-weighting:policy={copy}")
+    shipped = load_policy("weighting")
+    save_policy(copy, shipped.weights, shipped.card)
+    train(mine, silent)
+    save_policy(copy, {k: 2.0 * each for k, each in shipped.weights.items()}, shipped.card)
+    with pytest.raises(ConfigError, match="learned-weighting weighting, sha256 = "):
+        train(mine, silent)
 
 
 def test_a_motion_is_searched_and_runs_as_a_controller(experiment):

@@ -44,6 +44,7 @@ REFUSED = [
     ({"algorithm": "imitation", "layer": "both", "population": None}, "not both; what would"),
     ({"algorithm": "imitation", "population": 8}, "is for cma only"),
     ({"layer": "motion", "controller": "ssgiff:mean_run=1"}, "corrects subsumption as it is by"),
+    ({"layer": "motion", "controller": "learned-motion:policy=motion-es1"}, "not 'reflexes'"),
     ({"scenarios": ()}, "must name at least one"),
     ({"scenarios": ("es1", "es1")}, "scenario 'es1' is named twice"),
     ({"scenarios": ("es9",)}, "no scenario named 'es9'"),

@@ -155,6 +155,15 @@ def test_training_ends_with_the_best_policy_as_a_controller(imitating):
     assert list((mine.out / "tensorboard").iterdir())
 
 
+@pytest.mark.parametrize("name", ["weighting", "mine"])
+def test_a_fit_goes_on_from_a_learned_weighting(imitating, name, policy_file):
+    policy = load_policy({"weighting": "weighting", "mine": policy_file}[name])
+    mine = imitating(controller=f"learned-weighting:policy={policy.source}")
+    tower = Imitation(mine)._tower
+    shapes = shapes_of(tower.sizes)
+    np.testing.assert_array_equal(strung(tower.as_in_file(), shapes), network_of(policy))
+
+
 def test_the_network_in_training_is_the_one_that_runs(imitating, exchanges, monkeypatch):
     monkeypatch.setattr(imitation, "STEPS", 20)
     policy = train(imitating(budget=1), silent)
