@@ -68,6 +68,24 @@ STEPS, BATCH, RATE = 500, 1024, 0.01
 round; it falls to zero over the budget."""
 
 
+def squared_error(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
+    """Squared error of the merged place, at most `FAR` [m2].
+
+        |(1 - g) e_i + g e_j|^2
+
+    e_i, e_j are the errors of the own and of the heard place [m].
+    """
+    merged = (1.0 - g)[:, None] * own + g[:, None] * heard
+    return torch.clamp((merged**2).sum(1), max=FAR)
+
+
+def oracle_gain(own: Tensor, heard: Tensor) -> Tensor:
+    """What taking the truly nearer place gains over believing nobody [m2]: the mean."""
+    nobody = torch.zeros(len(own))
+    alone, told = squared_error(nobody, own, heard), squared_error(nobody + 1.0, own, heard)
+    return (alone - torch.minimum(alone, told)).mean()
+
+
 @dataclass(frozen=True)
 class Exchanges:
     """Exchanges in which two places of one area met, a row for each such area."""
@@ -85,23 +103,37 @@ class Exchanges:
         """How many."""
         return len(self.observed)
 
+    def draw(self, draws: torch.Generator) -> "Exchanges":
+        """A batch of them, with replacement."""
+        rows = torch.randint(len(self), (BATCH,), generator=draws).numpy()
+        every = self.observed, self.area, self.own_error, self.heard_error
+        return Exchanges(*(each[rows] for each in every))
 
-def squared_error(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
-    """Squared error of the merged place, at most `FAR` [m2].
+    def error(self, tower: WeightingTower) -> Tensor:
+        """Squared error of the places that a network merges [m2]: the mean."""
+        weights, _ = tower(torch.from_numpy(self.observed))
+        g = (weights * torch.from_numpy(self.area)).sum(1)
+        return squared_error(g, *self._errors).mean()
 
-        |(1 - g) e_i + g e_j|^2
+    def gain(self, name: str) -> Tensor:
+        """What an oracle gains in the scenario of this name; ConfigError if that is nothing."""
+        if not len(self) or not (gain := oracle_gain(*self._errors)) > 0.0:
+            raise ConfigError(
+                f"scenario '{name}': in {len(self)} exchanges nobody who knew an area was told"
+                " a better place of it, so that there is nothing to learn; take more --worlds, or"
+                " worlds in which robots meet"
+            )
+        return gain
 
-    e_i, e_j are the errors of the own and of the heard place [m].
-    """
-    merged = (1.0 - g)[:, None] * own + g[:, None] * heard
-    return torch.clamp((merged**2).sum(1), max=FAR)
+    def share(self, tower: WeightingTower, gain: Tensor) -> float:
+        """What a network gains over believing nobody, as a share of what the oracle gains."""
+        nobody = squared_error(torch.zeros(len(self)), *self._errors).mean()
+        with torch.no_grad():
+            return float((nobody - self.error(tower)) / gain)
 
-
-def oracle_gain(own: Tensor, heard: Tensor) -> Tensor:
-    """What taking the truly nearer place gains over believing nobody [m2]: the mean."""
-    nobody = torch.zeros(len(own))
-    alone, told = squared_error(nobody, own, heard), squared_error(nobody + 1.0, own, heard)
-    return (alone - torch.minimum(alone, told)).mean()
+    @property
+    def _errors(self) -> tuple[Tensor, Tensor]:
+        return torch.from_numpy(self.own_error), torch.from_numpy(self.heard_error)
 
 
 @dataclass(frozen=True)
@@ -266,17 +298,16 @@ class Imitation:
         experiment = self._experiment
         torch.set_num_threads(1)  # so that sums are the same whatever the workers
         draws = torch.Generator().manual_seed(experiment.seed + self.done)
-        batches = {name: Batch.of(name, each) for name, each in found.items()}
+        gains = {name: each.gain(name) for name, each in found.items()}
         left = 1.0 - self.done / experiment.budget
         optimiser = torch.optim.Adam(self._tower.parameters(), RATE * left)
         for _ in range(STEPS):
-            shares = [each.draw(draws).share(self._tower) for each in batches.values()]
-            loss = -torch.stack(shares).mean()
+            errors = [each.draw(draws).error(self._tower) / gains[k] for k, each in found.items()]
+            loss = torch.stack(errors).mean()
             optimiser.zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]
             optimiser.step()
-        with torch.no_grad():
-            return {name: float(each.share(self._tower)) for name, each in batches.items()}
+        return {name: each.share(self._tower, gains[name]) for name, each in found.items()}
 
     @property
     def _numbers(self) -> Float32[Array, " numbers"]:
@@ -309,40 +340,3 @@ class Imitation:
         return card_of(
             self._experiment, {"weighting": layer}, ("torch",), self.curve, best.round_trips
         )
-
-
-@dataclass(frozen=True)
-class Batch:
-    """Exchanges of one scenario as tensors, and what an oracle gains there."""
-
-    observed: Tensor
-    area: Tensor
-    own: Tensor
-    heard: Tensor
-    gain: Tensor
-
-    @classmethod
-    def of(cls, name: str, exchanges: Exchanges) -> "Batch":
-        """All exchanges; ConfigError if there is nothing to learn from them."""
-        arrays = exchanges.observed, exchanges.area, exchanges.own_error, exchanges.heard_error
-        observed, area, own, heard = map(torch.from_numpy, arrays)
-        if not len(exchanges) or not (gain := oracle_gain(own, heard)) > 0.0:
-            raise ConfigError(
-                f"scenario '{name}': in {len(exchanges)} exchanges nobody who knew an area was told"
-                " a better place of it, so that there is nothing to learn; take more --worlds, or"
-                " worlds in which robots meet"
-            )
-        return cls(observed, area, own, heard, gain)
-
-    def draw(self, draws: torch.Generator) -> "Batch":
-        """Some of the exchanges, with replacement."""
-        rows = torch.randint(len(self.observed), (BATCH,), generator=draws)
-        parts = self.observed[rows], self.area[rows], self.own[rows], self.heard[rows]
-        return Batch(*parts, self.gain)
-
-    def share(self, tower: WeightingTower) -> Tensor:
-        """What a network gains over believing nobody, as a share of what the oracle gains."""
-        weights, _ = tower(self.observed)
-        g = (weights * self.area).sum(1)
-        nobody = squared_error(torch.zeros_like(g), self.own, self.heard).mean()
-        return (nobody - squared_error(g, self.own, self.heard).mean()) / self.gain

@@ -14,7 +14,6 @@ from training import imitation
 from training.actor_critic import WeightingTower
 from training.imitation import (
     HIDDEN,
-    Batch,
     Exchanges,
     Imitation,
     oracle_gain,
@@ -112,12 +111,12 @@ def test_the_errors_noted_are_as_far_apart_as_the_places(exchanges):
 
 
 def test_believing_nobody_gains_nothing_and_the_truth_gains_more(exchanges):
-    batch, tower = Batch.of("es1", exchanges), WeightingTower(LAYOUT, HIDDEN)
+    gain, tower = exchanges.gain("es1"), WeightingTower(LAYOUT, HIDDEN)
     with torch.no_grad():
         tower.arrays["output.bias"].fill_(-1e6)
-        assert float(batch.share(tower)) == pytest.approx(0.0, abs=1e-6)
+        assert exchanges.share(tower, gain) == pytest.approx(0.0, abs=1e-6)
         tower.arrays["output.bias"].fill_(1e6)  # believe everybody
-        assert float(batch.share(tower)) < 0.9
+        assert exchanges.share(tower, gain) < 0.9
 
 
 def test_a_fit_finds_out_who_is_right(imitating):
