@@ -78,7 +78,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if not hasattr(error, "format_message"):  # the parser's complaints have one
             raise
-        return _refuse(f"{error.format_message()} See: swarm-forage --help", 2)
+        complaint = error.format_message().replace("Value error, ", "")  # a word of pydantic's
+        return _refuse(f"{complaint.rstrip('.')}. See: swarm-forage --help", 2)
     return status if isinstance(status, int) else 0
 
 
