@@ -1,4 +1,4 @@
-"""Warm start: a network copies what subsumption does, before it learns to do better.
+"""Warm start: a network copies what a motion does, before it learns to do better.
 
 Subsumption remembers (the course of its random walk, a course held past an obstacle) and
 draws; the network does neither. What a robot does without a goal is therefore copied in the

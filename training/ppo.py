@@ -3,7 +3,7 @@
 Training goes in intervals. Each starts new worlds from seeds of its own and ends with an
 evaluation and a checkpoint, so that a run that was stopped goes on from the last interval and
 ends where it would have ended. The first interval of a motion trains the critic alone: the
-motion starts as a copy of subsumption, which an untrained critic would undo.
+motion starts as a copy of the controller's own, which an untrained critic would undo.
 
 Source: Schulman2017, Proximal Policy Optimization Algorithms (stable-baselines3).
 """
@@ -89,7 +89,7 @@ class Learning:
         return int(self._model.num_timesteps) * self._method.decision_period
 
     def begin(self) -> str:
-        """Copy subsumption, if motion is learned; what is to be said of it."""
+        """Copy the controller's own motion, if motion is learned; what is to be said of it."""
         tower, experiment = self._actors.get("motion"), self._experiment
         if not isinstance(tower, MotionTower):
             return "starting from nothing"
@@ -100,7 +100,8 @@ class Learning:
             seeds = experiment.training_seeds(0, n_worlds)
             loop = ControlLoop(scenario, experiment.recipe, seeds, experiment.physics)
             pairs.append(demonstrations(loop, self._env.observation_layout))
-        return f"subsumption is copied with a mean squared error of {clone(tower, pairs):.3f}"
+        error = clone(tower, pairs)
+        return f"the motion of {experiment.controller} is copied; mean squared error {error:.3f}"
 
     def advance(self, teller: Teller) -> str:
         """One interval of training, in new worlds; its speed, to be said."""
