@@ -42,13 +42,6 @@ def _in_turn(numbers: dict[Algorithm, int]) -> str:
 REST = {Layer.WEIGHTING: "dsgiff-wary", Layer.MOTION: "ssgiff", Layer.BOTH: "dsgiff-wary"}
 """The hand-written rest of the controllers that run such policies."""
 
-CONTROLLER_OF = {
-    Layer.WEIGHTING: "learned-weighting:policy={}",
-    Layer.MOTION: "learned-motion:policy={}",
-    Layer.BOTH: "learned-both:weighting.policy={0},motion.policy={0}",
-}
-"""The controller that runs a policy."""
-
 
 def train(  # noqa: PLR0913 the options of a command
     layer: Annotated[Layer, typer.Argument(help="What the policy takes the place of.")],
@@ -149,7 +142,7 @@ def train(  # noqa: PLR0913 the options of a command
         workers=workers,
     )
     experiment.check()
-    _report(experiment, layer, _run(experiment))
+    _report(experiment, _run(experiment))
 
 
 def _run(experiment: "Experiment") -> "Policy":
@@ -166,36 +159,24 @@ def _run(experiment: "Experiment") -> "Policy":
     return evolution.train(experiment, _say)
 
 
-def _report(experiment: "Experiment", layer: Layer, policy: "Policy") -> None:
+def _report(experiment: "Experiment", policy: "Policy") -> None:
     """Where the policy lies, how good it is, and how to test it on worlds it never met."""
     from training.experiment import TEST_SEEDS
+    from training.recipes import learned, named
 
     for name, trips in policy.card.score.items():
         typer.echo(
             f"{name}: {trips.mean:.1f} round trips ({trips.low:.1f} to {trips.high:.1f})"
             f" on {experiment.held_back} held-back seeds"
         )
-    learned = _runner(experiment, layer, policy)
-    scenario = experiment.scenarios[0].partition(":")[0]
-    names = f"{scenario} {experiment.controller} {learned}"
     typer.echo(f"policy: {policy.source}")
-    typer.echo(f"test it: swarm-forage evaluate {names} --seed={TEST_SEEDS.start}")
-
-
-def _runner(experiment: "Experiment", layer: Layer, policy: "Policy") -> str:
-    """The learned controller that runs a policy over the estimator it was trained with."""
-    from baselines.controller import Recipe
-    from swarm_forage_env.controllers import find_controller
-
-    learned = CONTROLLER_OF[layer].format(policy.source)
-    rest = find_controller(REST[layer])
-    assert isinstance(rest, Recipe)
-    usual = rest.estimator.model_dump()
-    trained_with = experiment.recipe.estimator.model_dump()
-    changed = [
-        f",{name}={value}" for name, value in trained_with.items() if usual.get(name) != value
-    ]
-    return learned + "".join(changed)
+    runs = named(learned(experiment.recipe, experiment.layers, policy.source))
+    if runs:
+        scenario = experiment.scenarios[0].partition(":")[0]
+        names = f"{scenario} {experiment.controller} {runs}"
+        typer.echo(f"test it: swarm-forage evaluate {names} --seed={TEST_SEEDS.start}")
+    else:
+        typer.echo("test it in Python: training.recipes.learned makes a controller that runs it")
 
 
 def _say(line: str) -> None:

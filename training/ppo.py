@@ -10,16 +10,13 @@ Source: Schulman2017, Proximal Policy Optimization Algorithms (stable-baselines3
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from pathlib import Path
-from typing import Any, cast
+from collections.abc import Callable
+from typing import cast
 
 import numpy as np
 import torch
 from stable_baselines3.common.utils import FloatSchedule, set_random_seed
 
-from baselines.controller import Recipe
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import ControlLoop
@@ -28,7 +25,6 @@ from training.checkpoint import BEST, NAME, card_of, judged, read_checkpoint, wr
 from training.cloning import clone, demonstrations
 from training.experiment import Experiment, worlds_of
 from training.learner import METHODS, environments, learner, restore, state_of
-from training.motion import LearnedMotion
 from training.policy import (
     Card,
     CurvePoint,
@@ -39,14 +35,11 @@ from training.policy import (
     load_policy,
     save_policy,
 )
+from training.recipes import learned
 from training.telling import Teller
-from training.weighting import LearnedWeighting
 
 LATEST = "latest.safetensors"
 """The policy of the last interval."""
-
-LEARNED: Mapping[LayerName, Any] = {"weighting": LearnedWeighting, "motion": LearnedMotion}
-"""What runs a layer's policy from a file."""
 
 DEMONSTRATORS = 80
 """Robots of each scenario that are copied, about."""
@@ -180,12 +173,6 @@ class Learning:
             for layer, actor in self._actors.items()
         }
         return card_of(experiment, layers, ("stable-baselines3", "torch"), self.curve, score)
-
-
-def learned(recipe: Recipe, layers: Sequence[LayerName], policy: Path) -> Recipe:
-    """The same controller with a policy in the place of some layers."""
-    parts = {layer: LEARNED[layer](policy=str(policy)) for layer in layers}
-    return replace(recipe, **parts)
 
 
 def _seed(experiment: int, interval: int) -> int:

@@ -48,7 +48,7 @@ def test_training_ends_with_the_policy_and_how_to_test_it(command, tmp_path):
     assert policy == "policy: mine/best.safetensors"
     assert how == (
         "test it: swarm-forage evaluate es1 dsgiff-wary"
-        " learned-weighting:policy=mine/best.safetensors --seed=1000"
+        " learned-weighting:weighting.policy=mine/best.safetensors --seed=1000"
     )
     assert "0 of 1 generations found, 1 to run" in stderr
     assert "generation 1: held-back round trips es1 0.0" in stderr
@@ -57,13 +57,34 @@ def test_training_ends_with_the_policy_and_how_to_test_it(command, tmp_path):
     assert "1 of 1 generations found, 0 to run" in again[2]
 
 
-def test_what_tests_a_policy_runs_it_over_the_estimator_it_was_trained_with(command):
-    rest = "ssgiff:pause=10"
-    _, stdout, _ = command("train", "weighting", "es1", f"--controller={rest}", "--out=x", *TINY)
+@pytest.mark.parametrize(
+    ("layer", "rest", "runs"),
+    [
+        ("weighting", "ssgiff:pause=10", "learned-weighting"),
+        ("weighting", "learned-weighting:pause=10", "learned-weighting"),
+        ("weighting", "learned-both", "learned-both"),
+        ("motion", "ssgiff:beta=0.001", "learned-motion"),
+        ("motion", "learned-weighting", "learned-both"),
+        ("motion", "learned-both:motion.policy=motion", "learned-both"),
+    ],
+)
+def test_what_tests_a_policy_runs_it_among_the_layers_it_was_trained_with(
+    command, layer, rest, runs
+):
+    options = f"--controller={rest}", "--out=x", "--algorithm=cma", *TINY
+    _, stdout, _ = command("train", layer, "es1", *options)
     *_, scenario, trained_with, how, _ = stdout.split()
     assert (scenario, trained_with) == ("es1", rest)
-    assert how.startswith("learned-weighting:policy=x/best.safetensors,")
-    assert find_controller(how).estimator == find_controller(rest).estimator
+    assert how.partition(":")[0] == runs
+    found = find_controller(how).layers
+    assert found.pop(layer).policy == "x/best.safetensors"
+    assert found.items() <= find_controller(rest).layers.items()
+
+
+def test_what_no_named_controller_can_test_is_said(command):
+    options = "--controller=ssgikf", "--out=x", "--algorithm=cma", *TINY
+    _, stdout, _ = command("train", "motion", "es1", *options)
+    assert stdout.splitlines()[-1].startswith("test it in Python: training.recipes.learned")
 
 
 REFUSED = [

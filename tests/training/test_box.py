@@ -54,3 +54,13 @@ def test_the_learned_motion_makes_more_trips_than_subsumption_in_small_and_large
         for who in ("learned-motion", "ssgiff")
     )
     assert learned > gain * own
+
+
+@pytest.mark.parametrize(("name", "changes"), [("es1", {}), ("es3", {"task.duration": "2400"})])
+def test_both_together_make_more_trips_than_either_alone(name, changes):
+    scenario, seeds = find_foraging(name, changes), TEST_SEEDS[:2]
+    both, weighting, motion = (
+        sum(each.round_trips for each in run_episodes(scenario, find_controller(who), seeds))
+        for who in ("learned-both", "learned-weighting", "learned-motion")
+    )
+    assert both > max(weighting, motion)
