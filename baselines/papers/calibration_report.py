@@ -37,7 +37,7 @@ def fit_table(measured: Mapping[Target, float]) -> Table:
     table = _table("arena", "quantity", ">published", ">ours", ">weight", ">cost", "source")
     for target, ours in measured.items():
         table.add_row(
-            target.arena, target.name, target.bound, f"{ours:.3g}", f"{target.weight:g}",
+            target.arena, target.name, target.bound, _number(ours), f"{target.weight:g}",
             f"{term(target, ours):.3f}", target.source,
         )  # fmt: skip
     table.add_row("", "score", "", "", "", f"{score(measured):.3f}", "", style="bold")
@@ -48,7 +48,7 @@ def report_table(estimates: Estimates) -> Table:
     """Quantity, published, and ours with its interval."""
     table = _table("arena", "quantity", ">published", ">ours", ">95 % interval", ">n", "source")
     for target, ours in estimates.items():
-        cells = ("n/a", "", "") if ours is None else (f"{ours.value:.3g}", _span(ours), str(ours.n))
+        cells = ("n/a", "", "") if ours is None else (_number(ours.value), _span(ours), str(ours.n))
         table.add_row(target.arena, target.name, target.bound, *cells, target.source)
     return table
 
@@ -89,12 +89,14 @@ def sensitivity_table(
     base: Mapping[Target, float], varied: Sequence[Varied], values: Values
 ) -> Table:
     """Each parameter varied alone: the change of the score, and the round trips."""
-    table = _table("parameter", ">value", ">score", *(f">{arena} {name}" for arena, name in MAIN))
+    table = _table("parameter", ">was", ">score", *(f">{arena}\n{name}" for arena, name in MAIN))
+    table.padding = (0, 1, 0, 0)
     table.add_row("(the set)", "", f"{score(base):.2f}", *_main(base), style="bold")
     for each in varied:
         change = f"{score(each.measured) - score(base):+.2f}"
-        step = f"{values[each.parameter]:g} -> {each.value:g}"
-        table.add_row(each.parameter, step, change, *_main(each.measured))
+        name = each.parameter if each.parameter.startswith(ARENAS) else _leaf(each.parameter)
+        row = f"{name} = {each.value:.4g}", f"{values[each.parameter]:.4g}"
+        table.add_row(*row, change, *_main(each.measured))
     return table
 
 
@@ -123,11 +125,20 @@ def _main(measured: Mapping[Target, float]) -> list[str]:
         for target, ours in measured.items()
         if target.quantity == "round_trips" and not target.over
     }
-    return [f"{trips[cell]:.3g}" for cell in MAIN]
+    return [f"{trips[cell]:.0f}" for cell in MAIN]
+
+
+def _leaf(name: str) -> str:
+    return name.rpartition(".")[2]
+
+
+def _number(value: float) -> str:
+    """With three digits, or all before the point: 0.0647, 1226."""
+    return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
 
 
 def _span(found: Estimate) -> str:
-    return "n/a" if found.interval is None else "{:.3g} to {:.3g}".format(*found.interval)
+    return "n/a" if found.interval is None else " to ".join(map(_number, found.interval))
 
 
 def _table(*headings: str) -> Table:
