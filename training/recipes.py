@@ -20,7 +20,12 @@ from training.weighting import LearnedWeighting
 RECIPES = (
     Recipe("learned-weighting", WARY, LearnedWeighting(), SUBSUMPTION),
     Recipe("learned-motion", SINGLE, SGIFF(), LearnedMotion()),
-    Recipe("learned-both", WARY, LearnedWeighting(), LearnedMotion(policy="motion-both")),
+    Recipe(
+        "learned-both",
+        WARY,
+        LearnedWeighting(policy="weighting-both"),
+        LearnedMotion(policy="motion-both"),
+    ),
 )
 
 for recipe in RECIPES:
