@@ -19,7 +19,6 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from training.checkpoint import BEST, Checkpoint, card_of, judged
 from training.course import run
 from training.experiment import Experiment
-from training.motion import LearnedMotion
 from training.policy import (
     Card,
     CurvePoint,
@@ -27,7 +26,6 @@ from training.policy import (
     Policy,
     Shapes,
     layer_card,
-    load_policy,
     save_policy,
 )
 from training.reflexes import NETWORK as REFLEXES
@@ -38,7 +36,6 @@ from training.trials import Trials
 from training.weighting import (
     HIDDEN,
     NETWORK,
-    LearnedWeighting,
     network_of,
     shapes_of,
     unstrung,
@@ -156,13 +153,11 @@ def start_of(
     experiment: Experiment, layer: LayerName
 ) -> tuple[Mapping[str, int], Float64[Array, " numbers"]]:
     """The sizes and the numbers of the network that the search starts from."""
-    part = experiment.recipe.layers[layer]
-    if layer == "motion" and isinstance(part, LearnedMotion):
-        return SIZES[layer], reflexes_of(load_policy(part.policy))
-    if layer == "weighting" and isinstance(part, LearnedWeighting):
-        policy = load_policy(part.policy)
-        return policy.card.layers[layer].sizes, network_of(policy)
-    return SIZES[layer], first_mean(experiment.seed, layer)
+    policy = experiment.policy_of(layer)
+    if policy is None:
+        return SIZES[layer], first_mean(experiment.seed, layer)
+    numbers = reflexes_of(policy) if layer == "motion" else network_of(policy)
+    return policy.card.layers[layer].sizes, numbers
 
 
 def arrays_of(layer: LayerName, sizes: Mapping[str, int]) -> Shapes:

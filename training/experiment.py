@@ -18,8 +18,9 @@ from swarm_forage_env.scenario import Scenario, leaves
 from swarm_forage_env.scenarios import find_foraging
 from swarm_forage_env.streams import checked_seed
 from training.motion import LearnedMotion
-from training.policy import LayerName, load_policy
+from training.policy import LayerName, Policy, load_policy
 from training.reflexes import reflexes_of
+from training.weighting import LearnedWeighting
 
 LAYERS: dict[str, tuple[LayerName, ...]] = {
     "weighting": ("weighting",),
@@ -89,10 +90,10 @@ class Experiment:
             self._check_reflexes()
 
     def _check_reflexes(self) -> None:
-        motion = self.recipe.motion
-        if isinstance(motion, LearnedMotion):
-            reflexes_of(load_policy(motion.policy))
-        elif motion != SubsumptionParameters():
+        policy = self.policy_of("motion")
+        if policy is not None:
+            reflexes_of(policy)
+        elif self.recipe.motion != SubsumptionParameters():
             raise ConfigError(
                 f"--controller={self.controller}: a motion found by cma corrects subsumption as"
                 " it is by default; change no parameter of the motion"
@@ -138,6 +139,13 @@ class Experiment:
         if not isinstance(recipe, Recipe):
             raise ConfigError(f"controller '{self.controller}': must be a Recipe of layers")
         return recipe
+
+    def policy_of(self, layer: LayerName) -> Policy | None:
+        """What the controller has learned of a layer; None where that is hand-written."""
+        part = self.recipe.layers[layer]
+        if isinstance(part, LearnedWeighting | LearnedMotion):
+            return load_policy(part.policy)
+        return None
 
     @property
     def layers(self) -> tuple[LayerName, ...]:

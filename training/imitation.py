@@ -50,12 +50,11 @@ from training.policy import (
     Policy,
     encounter_layout,
     layer_card,
-    load_policy,
     save_policy,
 )
 from training.telling import Teller
 from training.trials import Trials
-from training.weighting import LearnedWeighting, Networks, shapes_of, strung
+from training.weighting import Networks, shapes_of, strung
 
 HIDDEN = 16
 """Hidden units: a fit bears more of them than a search."""
@@ -201,10 +200,9 @@ def watch(
 def tower_of(experiment: Experiment) -> WeightingTower:
     """The network to fit: the controller's own if that is a learned one, else a new one."""
     layout = encounter_layout(next(iter(experiment.worlds_by_name.values())))
-    own = experiment.recipe.weighting
-    if not isinstance(own, LearnedWeighting):
+    policy = experiment.policy_of("weighting")
+    if policy is None:
         return WeightingTower(layout, HIDDEN)
-    policy = load_policy(own.policy)
     sizes = policy.card.layers["weighting"].sizes
     tower = WeightingTower(layout, sizes["hidden"])
     weights = policy.weights_of("weighting", shapes_of(sizes))
