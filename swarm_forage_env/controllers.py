@@ -49,8 +49,12 @@ def _admitted(recipe: ControllerRecipe, references: bool) -> ControllerRecipe:
     return recipe
 
 
-def parse_controller(text: str) -> tuple[str, dict[str, str]]:
+def parse_controller(
+    text: str, kind: str = "controller", example: str = "ssgiff:beta=0.01,refractory=10"
+) -> tuple[str, dict[str, str]]:
     """The name and the parameters in `name:parameter=value,parameter=value`.
+
+    Scenarios are named so too; a refusal tells of which kind it is, and gives an example.
 
     >>> parse_controller("ssgiff:beta=0.01,refractory=10")
     ('ssgiff', {'beta': '0.01', 'refractory': '10'})
@@ -61,10 +65,9 @@ def parse_controller(text: str) -> tuple[str, dict[str, str]]:
         parameter, equals, value = (part.strip() for part in item.partition("="))
         if not (parameter and equals and value):
             raise ConfigError(
-                f"controller='{text}': '{item.strip()}' must be parameter=value,"
-                " as in ssgiff:beta=0.01,refractory=10"
+                f"{kind}='{text}': '{item.strip()}' must be parameter=value, as in {example}"
             )
         if parameter in parameters:
-            raise ConfigError(f"controller='{text}': {parameter} is given twice")
+            raise ConfigError(f"{kind}='{text}': {parameter} is given twice")
         parameters[parameter] = value
     return name, parameters

@@ -192,6 +192,11 @@ class Scenario(Part):
         return round(self.task.duration / self.tick)
 
     @property
+    def slots(self) -> int:
+        """Messages that a robot can hear in a tick: at most one of each other robot."""
+        return min(self.radio.slots, max(1, self.task.n_robots - 1))
+
+    @property
     def areas(self) -> Float64[Array, "areas 2"]:
         """Centres of nest and prey, world frame [m]."""
         half = 0.5 * self.task.area_distance

@@ -107,7 +107,7 @@ class WeightingTower(Tower):
         self._unit, self._centre, self._spread = scales[:, 0], scales[:, 1], scales[:, 2]
 
     def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
-        """g of both areas, and 1 where two estimates of the area have met."""
+        """g of both areas, and 1 where two estimates of the area have met; else both zero."""
         told = {name: observed[:, each] for name, each in self._columns.items()}
         both = {name: told[name].expand(-1, 2) for name in ("frames", "range")}
         elsewhere = {"own_p_elsewhere": told["own_p"].flip(1)}
@@ -117,9 +117,8 @@ class WeightingTower(Tower):
         hidden = torch.tanh(dense(w, "hidden", x))
         ahead = told["own_p"] - told["heard_p"]
         network = x @ direct[:-1] + hidden @ w["output.weight"] + w["output.bias"]
-        return torch.sigmoid((1.0 + direct[-1]) * ahead + network), told["own_known"] * told[
-            "heard_known"
-        ]
+        met = told["own_known"] * told["heard_known"]
+        return torch.sigmoid((1.0 + direct[-1]) * ahead + network) * met, met
 
 
 class WeightingValue(Tower):

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.errors import ConfigError
 from training.vec_env import Infos, OneForAll, SwarmVecEnv
 
 
@@ -17,17 +16,7 @@ class Blocks(OneForAll):
     """
 
     def __init__(self, blocks: Sequence[SwarmVecEnv]) -> None:
-        """Blocks of any numbers of robots; the spaces are those of the first.
-
-        ConfigError if the scenarios show other slots.
-        """
-        for each in blocks:
-            if each.observation_layout.names != blocks[0].observation_layout.names:
-                raise ConfigError(
-                    f"'{each.scenario.name}' shows {len(each.observation_layout)} numbers and"
-                    f" '{blocks[0].scenario.name}' {len(blocks[0].observation_layout)}: must be the"
-                    " same to train on both; radio.slots and task.n_robots decide how many"
-                )
+        """Blocks of any numbers of robots; the spaces are those of the first."""
         self._blocks = list(blocks)
         self._ends = np.cumsum([each.num_envs for each in blocks])
         self.stepping_s = 0.0

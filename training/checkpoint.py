@@ -115,9 +115,12 @@ def write_checkpoint(
     try:
         write_whole(file, content)
     except OSError as error:
-        raise ConfigError(
-            f"--out {file.parent}: cannot be written ({error.strerror}); name another folder"
-        ) from None
+        raise not_writable(file.parent, error) from None
+
+
+def not_writable(folder: Path, error: OSError) -> ConfigError:
+    """What is to be said of a folder that takes no files."""
+    return ConfigError(f"--out {folder}: cannot be written ({error.strerror}); name another folder")
 
 
 def read_checkpoint(
@@ -138,7 +141,7 @@ def read_checkpoint(
             f"checkpoint {file}: cannot be read ({error}); remove it to start anew"
         ) from None
     found = record.experiment
-    for name in sorted(found.keys() | identity.keys()):
+    for name in (*identity, *sorted(found.keys() - identity.keys())):
         there, here = found.get(name, "missing"), identity.get(name, "missing")
         if there != here:
             raise ConfigError(

@@ -1,5 +1,6 @@
 """The command `train`: learn a layer, and keep the best policy."""
 
+import shlex
 import sys
 from enum import StrEnum
 from pathlib import Path
@@ -68,7 +69,9 @@ def train(  # noqa: PLR0913 the options of a command
             show_default="runs/train-<layer>-<algorithm>",
         ),
     ] = None,
-    workers: Annotated[int, typer.Option(help="Processes to run worlds in.")] = 2,
+    workers: Annotated[
+        int, typer.Option(help="Processes to run worlds in; for ppo, threads of torch.")
+    ] = 2,
     budget: Annotated[
         int | None,
         typer.Option(
@@ -100,6 +103,13 @@ def train(  # noqa: PLR0913 the options of a command
             help="Candidates of a generation (cma).", show_default="4 + 3 ln(number of weights)"
         ),
     ] = None,
+    trust: Annotated[
+        float,
+        typer.Option(
+            help="Share of what is fitted in the log-odds of the weight; the rest is the"
+            " controller's SGIFF (imitation)."
+        ),
+    ] = 1.0,
     controller: Annotated[
         str | None,
         typer.Option(
@@ -119,7 +129,7 @@ def train(  # noqa: PLR0913 the options of a command
     The best policy, as worlds held back from training judge it, is kept in the folder --out
     as best.safetensors, with a card of how it was made (best.json). The same command later
     goes on from the last checkpoint, so that a run that was stopped loses nothing before it;
-    with a larger --budget it trains on. Watch it with: tensorboard --logdir runs
+    cma trains on with a larger --budget. Watch it with: tensorboard --logdir runs
     """
     from baselines.evaluation.configuration import parse_settings
     from training.experiment import Experiment
@@ -136,6 +146,7 @@ def train(  # noqa: PLR0913 the options of a command
         worlds=WORLDS[algorithm] if worlds is None else worlds,
         held_back=held_back,
         population=population,
+        trust=trust,
         settings=parse_settings(settings or []),
         controller=controller or REST[layer],
         physics=physics,
@@ -161,6 +172,7 @@ def _run(experiment: "Experiment") -> "Policy":
 
 def _report(experiment: "Experiment", policy: "Policy") -> None:
     """Where the policy lies, how good it is, and how to test it on worlds it never met."""
+    from swarm_forage_env.controllers import parse_controller
     from training.experiment import TEST_SEEDS
     from training.recipes import learned, named
 
@@ -172,9 +184,12 @@ def _report(experiment: "Experiment", policy: "Policy") -> None:
     typer.echo(f"policy: {policy.source}")
     runs = named(learned(experiment.recipe, experiment.layers, policy.source))
     if runs:
-        scenario = experiment.scenarios[0].partition(":")[0]
-        names = f"{scenario} {experiment.controller} {runs}"
-        typer.echo(f"test it: swarm-forage evaluate {names} --seed={TEST_SEEDS.start}")
+        scenario, own = parse_controller(experiment.scenarios[0])
+        changes = {**experiment.settings, **own}
+        words = ["evaluate", scenario, experiment.controller, runs, f"--seed={TEST_SEEDS.start}"]
+        words += [f"--set={name}={value}" for name, value in changes.items()]
+        words += [f"--physics={experiment.physics}"] if experiment.physics != "rigid" else []
+        typer.echo(f"test it: swarm-forage {shlex.join(words)}")
     else:
         typer.echo("test it in Python: training.recipes.learned makes a controller that runs it")
 

@@ -50,7 +50,7 @@ def run(course: Course, experiment: Experiment, step: str, say: Callable[[str], 
 
 def _evaluate_if_due(course: Course, experiment: Experiment, teller: Teller) -> None:
     """At the start, in between and at the end; what was judged before a stop is not again."""
-    due = course.done % experiment.every == 0 or course.done == experiment.budget
-    judged = bool(course.curve) and course.curve[-1].step >= course.done
-    if due and not judged:
+    last = course.curve[-1].step if course.curve else -experiment.every
+    over = course.done >= experiment.budget
+    if course.done > last and (over or course.done - last >= experiment.every):
         teller.point(course.evaluate())

@@ -11,6 +11,7 @@ from pathlib import Path
 from baselines.controller import Recipe
 from baselines.evaluation.request import check_count
 from baselines.motion.subsumption import SubsumptionParameters
+from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.physics import ENGINES
@@ -18,7 +19,7 @@ from swarm_forage_env.scenario import Scenario, leaves
 from swarm_forage_env.scenarios import find_foraging
 from swarm_forage_env.streams import checked_seed
 from training.motion import LearnedMotion
-from training.policy import LayerName, Policy, load_policy
+from training.policy import LayerName, Policy, load_policy, observed
 from training.reflexes import reflexes_of
 from training.weighting import LearnedWeighting
 
@@ -66,6 +67,9 @@ class Experiment:
     """Held-back seeds of an evaluation, in each scenario."""
     population: int | None = None
     """Candidates of a generation (cma); None: as many as its method takes."""
+    trust: float = 1.0
+    """Share of what is fitted in the log-odds that run, beside the controller's SGIFF
+    (imitation)."""
     settings: Mapping[str, str] = field(default_factory=dict)
     """Numbers to change in every scenario."""
     controller: str = "ssgiff"
@@ -85,6 +89,7 @@ class Experiment:
                 " have been right is known of an exchange, not of a motion; use cma or ppo"
             )
         self._check_numbers()
+        self._check_trust()
         self._check_worlds()
         if self.algorithm == "cma" and self.layer == "motion":
             self._check_reflexes()
@@ -106,12 +111,23 @@ class Experiment:
             raise ConfigError(
                 f"--held-back={self.held_back}: must be from 1 to {len(HELD_BACK_SEEDS)}"
             )
-        if self.population is not None and (self.algorithm != "cma" or self.population < 4):
-            raise ConfigError(
-                f"--population={self.population}: must be at least 4, and is for cma only"
-            )
+        if self.population is not None and self.algorithm != "cma":
+            raise ConfigError(f"--population={self.population}: is for cma only")
+        if self.population is not None and self.population < 4:
+            raise ConfigError(f"--population={self.population}: must be at least 4")
         if checked_seed(self.seed) > LAST_SEED:
             raise ConfigError(f"--seed={self.seed}: must be at most {LAST_SEED}")
+
+    def _check_trust(self) -> None:
+        if not 0.0 < self.trust <= 1.0:
+            raise ConfigError(f"--trust={self.trust}: must be above 0 and at most 1")
+        if self.trust < 1.0 and self.algorithm != "imitation":
+            raise ConfigError(f"--trust={self.trust}: is for imitation only")
+        if self.trust < 1.0 and not isinstance(self.recipe.weighting, SGIFF):
+            raise ConfigError(
+                f"--trust={self.trust}: the rest is the weighting of {self.controller}, which is"
+                " not SGIFF; name another --controller, as dsgiff-wary"
+            )
 
     def _check_worlds(self) -> None:
         if not self.scenarios:
@@ -122,13 +138,26 @@ class Experiment:
         _ = ENGINES[self.physics]
         for scenario in self.worlds_by_name.values():
             self.recipe.check_made_for(scenario)
+        self._check_shows_alike()
+
+    def _check_shows_alike(self) -> None:
+        """ConfigError for scenarios that show a layer other slots: no policy runs in both."""
+        first, *others = self.worlds_by_name
+        for layer in self.layers:
+            shown = observed(layer, self.worlds_by_name[first])
+            for name in others:
+                if observed(layer, self.worlds_by_name[name]) != shown:
+                    raise ConfigError(
+                        f"scenarios '{first}' and '{name}': show other numbers to the {layer}, so"
+                        " that no policy fits both; radio.slots and task.n_robots decide how many"
+                    )
 
     @cached_property
     def worlds_by_name(self) -> dict[str, Scenario]:
         """The scenarios as they are run, by the names they were asked for."""
         found = {}
         for text in self.scenarios:
-            name, changes = parse_controller(text)
+            name, changes = parse_controller(text, "scenario", "es1:radio.frames=5")
             found[text] = find_foraging(name, {**self.settings, **changes})
         return found
 
@@ -168,10 +197,19 @@ class Experiment:
     def identity(self) -> dict[str, str]:
         """All that the result depends on, but for how far it is run: what a checkpoint is of."""
         found = {
-            name: str(getattr(self, name))
-            for name in ("layer", "algorithm", "seed", "every", "worlds", "held_back", "population",
-                         "physics")
-        }  # fmt: skip
+            "layer": self.layer,
+            "algorithm": self.algorithm,
+            "scenarios": " ".join(self.scenarios),
+            "controller": self.recipe.name,
+        }
+        for name in ("seed", "every", "worlds", "held_back", "population", "physics"):
+            found[name] = str(getattr(self, name))
+        if self.algorithm != "cma":  # the learning rate falls to zero over the budget
+            found["budget"] = str(self.budget)
+        if self.algorithm == "imitation":
+            found["trust"] = str(self.trust)
+        if self.algorithm == "ppo":  # as many threads, whose sums differ in the last digits
+            found["workers"] = str(self.workers)
         for name, scenario in self.worlds_by_name.items():
             found |= {f"{name} {k}": str(v) for k, v in leaves(scenario.model_dump()).items()}
         rest = self.recipe.parameters.items()
@@ -199,6 +237,8 @@ class Experiment:
         }
         if self.population is not None:
             options["--population"] = self.population
+        if self.trust != 1.0:
+            options["--trust"] = self.trust
         words = ["swarm-forage", "train", self.layer, *self.scenarios]
         words += [f"{name}={value}" for name, value in options.items()]
         words += [f"--set={name}={value}" for name, value in self.settings.items()]

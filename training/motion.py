@@ -22,14 +22,19 @@ from pydantic import Field, field_validator
 
 from baselines.motion.base import MOTIONS
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.envs.bounds import Bounds
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
-from swarm_forage_env.envs.observation import situation_fields
 from swarm_forage_env.interface import Motion, Situation
 from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.scenario import Part, Scenario
 from training import reflexes
-from training.policy import Policy, Shapes, Weights, load_policy, policy_file
+from training.policy import (
+    Policy,
+    Shapes,
+    Weights,
+    load_policy,
+    policy_file,
+    situation_layout,
+)
 
 NETWORK = "deep-set-motion"
 SIZES = {"message": 16, "hidden": 64}
@@ -135,13 +140,6 @@ def _place_features(places: Any, xp: Any) -> Any:  # noqa: ANN401 as above
 def _message_features(beam: Any, xp: Any) -> Any:  # noqa: ANN401 as above
     length, bearings = beam[:, :, :1], beam[:, :, 1:]
     return xp.concatenate([length / (length + NEAR), xp.cos(bearings), xp.sin(bearings)], 2)
-
-
-def situation_layout(scenario: Scenario) -> ObservationLayout:
-    """What a learned motion is shown in a scenario, as a matrix."""
-    slots = min(scenario.radio.slots, max(1, scenario.task.n_robots - 1))
-    bounds = Bounds(scenario, scenario.n_ticks)
-    return ObservationLayout({"situation": situation_fields(bounds, slots)})
 
 
 @MOTIONS.register("learned")

@@ -162,18 +162,19 @@ class Policy:
 
 def observed(layer: LayerName, scenario: Scenario) -> tuple[SlotName, ...]:
     """The slots that a layer is shown in a scenario."""
-    if layer == "weighting":
-        layout = encounter_layout(scenario)
-    else:
-        bounds = Bounds(scenario, scenario.n_ticks)
-        slots = min(scenario.radio.slots, max(1, scenario.task.n_robots - 1))
-        layout = ObservationLayout({"situation": situation_fields(bounds, slots)})
+    layout = encounter_layout(scenario) if layer == "weighting" else situation_layout(scenario)
     return tuple(SlotName(name=slot.name, unit=slot.unit) for slot in layout)
 
 
 def encounter_layout(scenario: Scenario) -> ObservationLayout:
     """What a weighting sees in a scenario."""
     return ObservationLayout({"encounter": encounter_fields(Bounds(scenario, scenario.n_ticks))})
+
+
+def situation_layout(scenario: Scenario) -> ObservationLayout:
+    """What a motion sees in a scenario."""
+    fields = situation_fields(Bounds(scenario, scenario.n_ticks), scenario.slots)
+    return ObservationLayout({"situation": fields})
 
 
 def given(layer: LayerName) -> tuple[SlotName, ...]:

@@ -21,8 +21,17 @@ from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import ControlLoop
 from training.actor_critic import MotionTower, Tower, Towers
-from training.checkpoint import BEST, NAME, card_of, judged, read_checkpoint, write_checkpoint
+from training.checkpoint import (
+    BEST,
+    NAME,
+    card_of,
+    judged,
+    not_writable,
+    read_checkpoint,
+    write_checkpoint,
+)
 from training.cloning import clone, demonstrations
+from training.course import run
 from training.experiment import Experiment, worlds_of
 from training.learner import METHODS, environments, learner, restore, state_of
 from training.policy import (
@@ -32,7 +41,6 @@ from training.policy import (
     LayerName,
     Policy,
     layer_card,
-    load_policy,
     save_policy,
 )
 from training.recipes import learned
@@ -48,15 +56,9 @@ DEMONSTRATORS = 80
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
     learning = Learning(experiment)
-    with Teller(experiment.out, "robot step", say) as teller:
-        teller.start(experiment.budget, learning.robot_steps)
-        if not learning.curve:
-            say(learning.begin())
-            learning.evaluate(teller)
-        while learning.robot_steps < experiment.budget:
-            say(learning.advance(teller))
-            learning.evaluate(teller)
-    return load_policy(experiment.out / BEST)
+    if not learning.curve:
+        say(learning.begin())
+    return run(learning, experiment, "robot step", say)
 
 
 class Learning:
@@ -68,16 +70,21 @@ class Learning:
         torch.set_num_threads(experiment.workers)
         self._method = METHODS[experiment.layer]
         self._env = environments(experiment, self._method)
-        self._model = learner(self._env, experiment, self._method)
+        try:
+            self._model = learner(self._env, experiment, self._method)
+        except OSError as error:  # of the logs, which come first
+            raise not_writable(experiment.out, error) from None
         self._file = experiment.out / NAME
         self.curve: list[CurvePoint] = []
+        self._best = self._weights
         if self._file.exists():
-            names = state_of(self._model)
+            names = [*state_of(self._model), *(f"best.{name}" for name in self._best)]
             self.curve, arrays = read_checkpoint(self._file, experiment.identity, names)
             restore(self._model, arrays)
+            self._best = {name: arrays[f"best.{name}"] for name in self._best}
 
     @property
-    def robot_steps(self) -> int:
+    def done(self) -> int:
         """Control ticks of single robots so far."""
         return int(self._model.num_timesteps) * self._method.decision_period
 
@@ -98,7 +105,7 @@ class Learning:
 
     def advance(self, teller: Teller) -> str:
         """One interval of training, in new worlds; its speed, to be said."""
-        experiment, model, before = self._experiment, self._model, self.robot_steps
+        experiment, model, before = self._experiment, self._model, self.done
         begin, stepping = time.perf_counter(), self._env.stepping_s
         seed = _seed(experiment.seed, len(self.curve))
         set_random_seed(seed)
@@ -110,24 +117,31 @@ class Learning:
         decisions = math.ceil(experiment.every / self._method.decision_period)
         model.learn(decisions, reset_num_timesteps=False)
         wall = time.perf_counter() - begin
-        speed = (self.robot_steps - before) / wall
+        speed = (self.done - before) / wall
         share = (self._env.stepping_s - stepping) / wall
         numbers = {"speed/robot_steps_per_s": speed, "speed/environment_share": share}
-        teller.scalars(self.robot_steps, numbers)
+        teller.scalars(self.done, numbers)
         return f"{speed:,.0f} robot steps/s, {share:.0%} of the time in the environment"
 
-    def evaluate(self, teller: Teller) -> None:
+    def evaluate(self) -> CurvePoint:
         """Judge the policy on the held-back worlds, and keep it, the best and the state."""
         experiment, weights = self._experiment, self._weights
         save_policy(experiment.out / LATEST, weights, self._card({}))
         trips = {name: self._round_trips(name) for name in experiment.worlds_by_name}
-        point = judged(self.robot_steps, self._simulated_s, trips)
-        is_best = all(point.value > each.value for each in self.curve)
+        point = judged(self.done, self._simulated_s, trips)
+        if all(point.value > each.value for each in self.curve):
+            self._best = weights
         self.curve.append(point)
-        if is_best:
-            save_policy(experiment.out / BEST, weights, self._card(point.round_trips))
-        write_checkpoint(self._file, experiment.identity, self.curve, state_of(self._model))
-        teller.point(point)
+        best = {f"best.{name}": array for name, array in self._best.items()}
+        arrays = {**state_of(self._model), **best}
+        write_checkpoint(self._file, experiment.identity, self.curve, arrays)
+        self.keep_best()
+        return point
+
+    def keep_best(self) -> None:
+        """Write the best policy so far, with the curve so far."""
+        best = max(self.curve, key=lambda point: point.value)
+        save_policy(self._experiment.out / BEST, self._best, self._card(best.round_trips))
 
     def _round_trips(self, name: str) -> Int64[Array, " worlds"]:
         """Those of the latest policy in each held-back world of a scenario."""
@@ -141,7 +155,7 @@ class Learning:
     def _simulated_s(self) -> float:
         """Simulated time so far, summed over worlds [s]."""
         n_worlds = worlds_of(self._experiment)
-        ticks = self.robot_steps / self._env.num_envs
+        ticks = self.done / self._env.num_envs
         scenarios = self._experiment.worlds_by_name.items()
         return ticks * sum(n_worlds[name] * each.tick for name, each in scenarios)
 

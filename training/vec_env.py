@@ -9,15 +9,12 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.actions import Actions, is_within
-from swarm_forage_env.envs.batch import Batch
-from swarm_forage_env.envs.terms import Terms
-from swarm_forage_env.envs.waypoints import WaypointBatch
+from swarm_forage_env.envs.making import make_batch
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import ControllerRecipe
 from swarm_forage_env.scenario import Count, Part, validated
-from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.streams import checked_seed
-from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
+from swarm_forage_env.waypoints_scenario import AnyScenario
 
 Infos = list[dict[str, Any]]
 
@@ -85,11 +82,8 @@ class SwarmVecEnv(OneForAll):
     ) -> None:
         """Make the worlds; `reset` starts them from the seeds that follow from `seed`."""
         _ = validated(_Block, {"n_worlds": n_worlds})
-        agreed = {name: options.pop(name) for name in Terms.model_fields if name in options}
-        terms = validated(Terms, agreed)
-        chosen = find_scenario(scenario, options)
-        self.batch = _batch(chosen, terms, controller, range(n_worlds))
-        self.scenario = chosen
+        self.batch = make_batch(range(n_worlds), options, scenario, controller)
+        self.scenario = self.batch.world.scenario
         self.max_cycles = self.batch.n_cycles
         self.observation_layout = self.batch.observation_layout
         self.action_layout = self.batch.action_layout
@@ -154,15 +148,3 @@ class _Block(Part):
     """How many worlds run side by side."""
 
     n_worlds: Count
-
-
-def _batch(
-    scenario: AnyScenario,
-    terms: Terms,
-    controller: str | ControllerRecipe | None,
-    seeds: Sequence[int],
-) -> Batch | WaypointBatch:
-    """The batch of a scenario's worlds."""
-    if isinstance(scenario, WaypointsScenario):
-        return WaypointBatch(scenario, terms, controller or "boids-adaptive", seeds)
-    return Batch(scenario, terms, controller or "ssgikf", seeds)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from gymnasium.error import ResetNeeded
@@ -14,7 +14,7 @@ from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, para
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.actions import Actions
 from swarm_forage_env.envs.making import make_batch
-from swarm_forage_env.envs.showing import Frame, Screen, mover
+from swarm_forage_env.envs.showing import Frame, Screen, mover, render_modes
 from swarm_forage_env.envs.waypoints import WaypointBatch
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.interface import ControllerRecipe
@@ -24,6 +24,15 @@ from swarm_forage_env.waypoints_scenario import AnyScenario
 
 Observations = dict[str, Float32[Array, " numbers"]]
 Infos = dict[str, dict[str, float]]
+
+
+METADATA: dict[str, Any] = {
+    "name": "swarm_forage_v0",
+    "render_modes": list(RENDER_MODES),
+    "is_parallelizable": True,
+    "render_fps": 10,
+}
+"""Of the class; an environment says which render modes its scenario has."""
 
 
 class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 PettingZoo's name
@@ -46,12 +55,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
     print them. Bounds hold for the longer of the scenario's time and `max_cycles` as given.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
-        "name": "swarm_forage_v0",
-        "render_modes": list(RENDER_MODES),
-        "is_parallelizable": True,
-        "render_fps": 10,
-    }
+    metadata: dict[str, Any] = METADATA
 
     def __init__(  # noqa: PLR0913 PettingZoo's habit: all options are keywords
         self,
@@ -82,6 +86,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         self._screen = Screen(batch, render_mode, mover(controller, learn))
         self.world = batch.world
         self.scenario = batch.world.scenario
+        self.metadata = {**self.metadata, "render_modes": render_modes(self.scenario)}
         self.max_cycles = batch.n_cycles
         self.possible_agents = batch.agents
         self.agents: list[str] = []

@@ -143,7 +143,7 @@ class TupleEnv(_SwarmEnv):
                 f"action={action!r}: must be {self.n_agents} whole numbers, one for each robot,"
                 f" from 0 to {len(self._choices) - 1}"
             )
-        return self._choices[list(action)]
+        return self._choices[np.array(action, np.int64)]
 
     def _reward(self, rewards: Float64[Array, "1 learners"]) -> Any:  # noqa: ANN401 one, or a list
         return rewards[0].tolist()

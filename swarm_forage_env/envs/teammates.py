@@ -14,6 +14,11 @@ class AmongTeamMates:
 
     recipe: ControllerRecipe
 
+    @property
+    def message_path(self) -> float:
+        """What a message adds to a path [m]."""
+        return float(getattr(self.recipe, "message_path", 0.0))
+
     def build(self, scenario: Any, seeds: Sequence[int]) -> "TeamController":  # noqa: ANN401 either world
         """The running controller for a block of worlds, one for each seed."""
         return TeamController(self.recipe.build(scenario, seeds), scenario.task.n_robots)

@@ -10,6 +10,7 @@ from gymnasium.vector.utils import batch_space
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
 from swarm_forage_env.envs.block import Block
+from swarm_forage_env.envs.showing import render_modes
 from swarm_forage_env.envs.single import METADATA
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.streams import checked_seed, drawn_seed
@@ -42,7 +43,6 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         or the scenario's time would let go on, as a TimeLimit does; -1 stands for none.
         """
         self._mode = _autoreset_mode(autoreset_mode)
-        self.metadata = {**self.metadata, "autoreset_mode": self._mode}
         self.num_envs = _count("num_envs", num_envs)
         self._block = block = Block(self.num_envs, self.single_learner, options)
         if max_episode_steps not in (None, -1):
@@ -50,6 +50,11 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         self.render_mode = block.render_mode
         self.world = block.batch.world
         self.scenario = block.batch.world.scenario
+        self.metadata = {
+            **self.metadata,
+            "render_modes": render_modes(self.scenario),
+            "autoreset_mode": self._mode,
+        }
         self.max_cycles = block.n_cycles
         self.observation_layout = block.batch.observation_layout
         self.action_layout = block.batch.action_layout
@@ -57,7 +62,9 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         self.single_action_space = block.action_space
         self.observation_space = batch_space(block.observation_space, self.num_envs)
         self.action_space = batch_space(block.action_space, self.num_envs)
-        self._rngs = [seeding.np_random()[0] for _ in range(self.num_envs)]
+        self._rngs, self._rng_seeds = map(
+            list, zip(*(seeding.np_random() for _ in range(self.num_envs)), strict=True)
+        )
 
     def reset(
         self, *, seed: Seeds = None, options: dict[str, Any] | None = None
@@ -67,7 +74,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         world_seeds = []
         for world, own in enumerate(self._seeds(seed)):
             if own is not None:
-                self._rngs[world], _ = seeding.np_random(own)
+                self._rngs[world], self._rng_seeds[world] = seeding.np_random(own)
             world_seeds.append(drawn_seed(self._rngs[world]) if own is None else own)
         return self._block.reset(world_seeds), self._infos()
 
@@ -99,6 +106,16 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
             infos |= self._masked(last)
         truncated = np.full(self.num_envs, over)
         return observations, self._block.joint(rewards), never, truncated, infos
+
+    @property  # type: ignore[misc]
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The generator of each world's seeds, as of single environments side by side."""
+        return tuple(self._rngs)
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The seed of each of them."""
+        return tuple(self._rng_seeds)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
         """A frame of each world, as rows of red, green and blue.

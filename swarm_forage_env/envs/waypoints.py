@@ -314,7 +314,8 @@ class WaypointPotential(Shaping):
 class WaypointBatch(Stepping):
     """Worlds, controllers, spaces and rewards; a row of every array is a robot.
 
-    A goal rightly claimed earns 1, in the tick after the robot said so.
+    A goal rightly claimed earns 1, in the tick after the robot said so; what it would say on the
+    last observation comes too late, though `swarm-forage evaluate` counts that as well.
     """
 
     infos = INFOS

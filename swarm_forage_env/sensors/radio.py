@@ -31,8 +31,7 @@ class RadioBoard:
         self._is_board = scenario.radio.is_board
         self._n_robots = scenario.task.n_robots
         self._diameter = 2.0 * scenario.robot.radius
-        slots = min(scenario.radio.slots, max(1, scenario.task.n_robots - 1))
-        self._sender: Int32[Array, "rows slots"] = np.zeros((rows, slots), np.int32)
+        self._sender: Int32[Array, "rows slots"] = np.zeros((rows, scenario.slots), np.int32)
         self._count: Int32[Array, " rows"] = np.zeros(rows, np.int32)
 
     def silence(self) -> Heard:

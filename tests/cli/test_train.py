@@ -49,6 +49,7 @@ def test_training_ends_with_the_policy_and_how_to_test_it(command, tmp_path):
     assert how == (
         "test it: swarm-forage evaluate es1 dsgiff-wary"
         " learned-weighting:weighting.policy=mine/best.safetensors --seed=1000"
+        " --set=task.duration=5 --physics=kinematic"
     )
     assert "0 of 1 generations found, 1 to run" in stderr
     assert "generation 1: held-back round trips es1 0.0" in stderr
@@ -73,7 +74,8 @@ def test_what_tests_a_policy_runs_it_among_the_layers_it_was_trained_with(
 ):
     options = f"--controller={rest}", "--out=x", "--algorithm=cma", *TINY
     _, stdout, _ = command("train", layer, "es1", *options)
-    *_, scenario, trained_with, how, _ = stdout.split()
+    _, _, found = stdout.splitlines()[-1].partition("evaluate ")
+    scenario, trained_with, how, *_ = found.split()
     assert (scenario, trained_with) == ("es1", rest)
     assert how.partition(":")[0] == runs
     found = find_controller(how).layers

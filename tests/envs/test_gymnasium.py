@@ -58,6 +58,15 @@ def test_gymnasium_accepts_every_layer(learn):
         check_env(gym.make(SINGLE, learn=learn).unwrapped)
 
 
+def test_a_true_choice_of_a_tuple_env_is_the_choice_one():
+    results = []
+    for choice in (True, 1):
+        env = gym.make(TUPLE, **FEW).unwrapped
+        env.reset(seed=1)
+        results.append(env.step([choice] * 3)[0])
+    assert_array_equal(*results)
+
+
 def test_an_id_brings_its_module_and_the_import_brings_nothing_heavy():
     code = (
         "import sys, swarm_forage_env\n"

@@ -2,6 +2,7 @@
 
 import math
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -41,6 +42,13 @@ def test_observations_and_state_stay_within_their_spaces(learn, scenario):
             ends = rng.random((len(env.agents), *box.shape)) < 0.5
             actions = dict(zip(env.agents, np.where(ends, box.low, box.high), strict=True))
         observations, *_ = env.step(actions)
+
+
+def test_a_single_learner_stays_within_its_space_too():
+    options = {"learn": "weighting", "controller": "dsgiff:message_path=9", "task.duration": 60.0}
+    single = gym.make("SwarmForage/ES1-v0", **options).unwrapped
+    together = parallel_env("es1", **options)
+    assert single.observation_layout.box() == together.observation_layout.box()
 
 
 @given(

@@ -39,6 +39,7 @@ def assert_equal_for(steps, block, single):
     assert block.single_observation_space == single.single_observation_space
     for seed in (11, None, [5, None, 3]):
         assert_same(block.reset(seed=seed), single.reset(seed=seed), f"reset with seed {seed}")
+        assert block.np_random_seed == single.np_random_seed
         for step in range(steps):
             actions = rng.uniform(box.low, box.high).astype(np.float32)
             ours, theirs = block.step(actions), single.step(actions)
@@ -67,6 +68,7 @@ def assert_equal_for(steps, block, single):
 def test_a_block_is_its_single_environments(made, options, mode):
     options = {"max_cycles": 60, **options}
     block, single = in_one_block(made, mode, **options), one_by_one(made, mode, **options)
+    assert block.metadata["render_modes"] == single.envs[0].unwrapped.metadata["render_modes"]
     assert assert_equal_for(150, block, single) == 3 * 2
 
 

@@ -159,7 +159,8 @@ def test_a_larger_budget_goes_on_from_the_smaller_one(experiment, monkeypatch):
     [
         ({"seed": 1}, "with seed = 0, not 1"),
         ({"worlds": 2}, "with worlds = 1, not 2"),
-        ({"scenarios": ("es1:radio.frames=5",)}, "es1 arena.length = 1.7, not missing"),
+        ({"scenarios": ("es1:radio.frames=5",)}, "with scenarios = es1, not es1:radio.frames=5"),
+        ({"controller": "dsgiff"}, "with controller = ssgiff, not dsgiff"),
         ({"controller": "ssgiff:mean_run=1"}, "ssgiff motion.mean_run = 0.33, not 1.0"),
     ],
 )

@@ -36,6 +36,8 @@ def test_a_scenario_takes_numbers_of_its_own(experiment):
     assert first.tick == second.tick == 0.2
 
 
+IMITATION = {"algorithm": "imitation", "population": None}
+
 REFUSED = [
     ({"layer": "sensing"}, "no layer named 'sensing'"),
     ({"algorithm": "sgd"}, "no algorithm named 'sgd'"),
@@ -62,6 +64,14 @@ REFUSED = [
     ({"held_back": 1001}, "--held-back=1001"),
     ({"population": 3}, "--population=3: must be at least 4"),
     ({"algorithm": "ppo", "population": 8}, "is for cma only"),
+    ({"trust": 0.5}, "--trust=0.5: is for imitation only"),
+    ({"trust": 0.0}, "--trust=0.0: must be above 0 and at most 1"),
+    (
+        {"trust": 0.5, "controller": "ssgikf", **IMITATION},
+        "weighting of ssgikf, which is not SGIFF",
+    ),
+    ({"layer": "motion", "scenarios": ("es1", "es1:radio.slots=2")}, "show other numbers to the m"),
+    ({"scenarios": ("es1:frames",)}, "scenario='es1:frames': 'frames' must be parameter=value"),
     ({"seed": -1}, "seed=-1"),
     ({"seed": LAST_SEED + 1}, "must be at most 1000000000"),
 ]
@@ -74,10 +84,23 @@ def test_what_cannot_be_trained_is_refused(experiment, changes, complaint):
     assert complaint in str(refusal.value)
 
 
+def test_all_that_a_result_depends_on_is_told_apart(experiment):
+    mine = experiment()
+    two, turned = experiment(scenarios=("es1", "real")), experiment(scenarios=("real", "es1"))
+    assert two.identity != turned.identity
+    assert experiment(budget=9).identity == mine.identity  # a longer search goes on
+    assert experiment(workers=2).identity == mine.identity
+    fit = experiment(**IMITATION)
+    assert experiment(**IMITATION, budget=9).identity != fit.identity
+    assert experiment(**IMITATION, trust=0.5).identity != fit.identity
+    gradient = experiment(algorithm="ppo", population=None)
+    assert experiment(algorithm="ppo", population=None, workers=2).identity != gradient.identity
+
+
 def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch):
     from training import commands
 
-    mine = experiment(scenarios=("es1", "real:radio.frames=5"), seed=7)
+    mine = experiment(scenarios=("es1", "real:radio.frames=5"), seed=7, **IMITATION, trust=0.5)
     met = []
     monkeypatch.setattr(commands, "_run", met.append)
     monkeypatch.setattr(commands, "_report", lambda *_: None)

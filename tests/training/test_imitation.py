@@ -7,23 +7,35 @@ import pytest
 import torch
 
 from baselines.evaluation.episode import run_episodes
+from baselines.references.reference import Reference
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenarios import find_foraging
 from training import imitation
 from training.actor_critic import WeightingTower
+from training.checkpoint import BEST
 from training.imitation import (
     HIDDEN,
     Exchanges,
     Imitation,
+    Watched,
     oracle_gain,
     squared_error,
+    tempered,
     train,
     watch,
 )
 from training.policy import encounter_layout, load_policy
-from training.trials import Trials
-from training.weighting import LearnedWeighting, Networks, network_of, shapes_of, strung
+from training.telling import Teller
+from training.weighting import (
+    LearnedWeighting,
+    Networks,
+    log_odds,
+    network_of,
+    shapes_of,
+    strung,
+)
 
 OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
@@ -76,14 +88,23 @@ def test_the_gain_of_an_oracle_by_hand():
     assert float(oracle_gain(OWN, HEARD)) == pytest.approx((0.08 + 0.0 + 0.49) / 3.0, abs=1e-7)
 
 
-def test_watching_changes_nothing(exchanges):
-    assert len(exchanges) > 20
-    found = Trials({"es1": SCENARIO}, find_controller("ssgiff"), "kinematic").round_trips(
-        random_numbers()[None], SEEDS
+def test_watching_changes_nothing():
+    recipe = find_controller("ssgiff")
+    watched = Watched(random_numbers(), LAYOUT)
+    seen = ControlLoop(
+        SCENARIO,
+        Reference(recipe.name, recipe.estimator, watched, recipe.motion),
+        SEEDS,
+        "kinematic",
     )
-    again = watch(SCENARIO, find_controller("ssgiff"), random_numbers(), SEEDS, "kinematic")
-    np.testing.assert_array_equal(again.observed, exchanges.observed)
-    assert found["es1"].sum() > 0
+    alone = ControlLoop(SCENARIO, recipe, SEEDS, "kinematic")
+    alone.controller.weighting = Networks(random_numbers()[None])
+    for _ in range(SCENARIO.n_ticks):
+        seen.step()
+        alone.step()
+    assert len(seen.controller.weighting.exchanges) > 20
+    np.testing.assert_array_equal(seen.world.state.pose, alone.world.state.pose)
+    assert alone.world.state.round_trips.any()
 
 
 def test_what_is_noted_is_of_the_area_that_the_robot_heads_for(exchanges):
@@ -125,8 +146,10 @@ def test_a_fit_finds_out_who_is_right(imitating):
     seen = {name: k for k, name in enumerate(LAYOUT.names)}
     observed = np.zeros((rows, len(LAYOUT)), np.float32)
     heard_p = rng.uniform(0.0, 2.0, rows).astype(np.float32)
-    for name, value in (("own_p.prey", 1.0), ("heard_p.prey", heard_p), ("frames", 8.0)):
-        observed[:, seen[f"encounter.{name}"]] = value
+    shown = {"own_p": 1.0, "own_known": 1.0, "heard_p": heard_p, "heard_known": 1.0}
+    for name, value in shown.items():
+        observed[:, seen[f"encounter.{name}.prey"]] = value
+    observed[:, seen["encounter.frames"]] = 8.0
     wrong, right = rng.normal(0.0, 0.2, (rows, 2)), np.zeros((rows, 2))
     fresh = (heard_p < 1.0)[:, None]
     area = np.tile(np.array([0.0, 1.0], np.float32), (rows, 1))
@@ -135,6 +158,28 @@ def test_a_fit_finds_out_who_is_right(imitating):
     learning = Imitation(imitating())
     shares = learning._fit({"es1": Exchanges(observed, area, *errors)})
     assert shares["es1"] > 0.95
+
+
+def test_a_network_half_trusted_is_half_way_to_the_rule():
+    fitted = WeightingTower(LAYOUT, HIDDEN).as_in_file()
+    rng, shapes = np.random.default_rng(0), shapes_of({"hidden": HIDDEN})
+    fitted = {name: rng.normal(0.0, 0.5, a.shape).astype(np.float32) for name, a in fitted.items()}
+    features, ahead = rng.normal(0.0, 1.0, 8), 1.3
+    half = log_odds(features, ahead, strung(tempered(fitted, 0.5, 0.003), shapes))
+    alone = log_odds(features, ahead, strung(fitted, shapes))
+    assert half == pytest.approx(0.5 * (alone + 0.003 * 100.0 * ahead), abs=1e-6)  # 100 cm in a m
+
+
+def test_what_is_half_trusted_runs_and_is_kept_so(imitating, monkeypatch):
+    monkeypatch.setattr(imitation, "STEPS", 20)
+    mine = imitating(trust=0.5, controller="dsgiff-wary:beta=0.003")
+    learning = Imitation(mine)
+    learning.advance(Teller(mine.out, "round", silent))
+    expected = tempered(learning._tower.as_in_file(), 0.5, 0.003)
+    learning.evaluate()
+    shapes = shapes_of({"hidden": HIDDEN})
+    np.testing.assert_array_equal(learning._numbers, strung(expected, shapes).astype(np.float32))
+    np.testing.assert_array_equal(network_of(load_policy(mine.out / BEST)), learning._numbers)
 
 
 def test_training_ends_with_the_best_policy_as_a_controller(imitating):
@@ -173,7 +218,8 @@ def test_the_network_in_training_is_the_one_that_runs(imitating, exchanges, monk
     with torch.no_grad():
         g, _ = tower(torch.from_numpy(exchanges.observed))
     rule = LearnedWeighting(policy=str(policy.source))
-    np.testing.assert_allclose(rule(seen), g.numpy(), atol=1e-5)
+    met = seen.own_known & seen.heard_known
+    np.testing.assert_allclose(np.where(met, rule(seen), 0.0), g.numpy(), atol=1e-5)
     numbers = strung(tower.as_in_file(), shapes_of(tower.sizes))
     np.testing.assert_array_equal(Networks(numbers[None])(seen), rule(seen))
 

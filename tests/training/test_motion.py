@@ -168,7 +168,7 @@ def test_acts_without_effect_teach_the_actor_nothing(learn):
     names = list(layout.names)
     if "motion" in layers:
         idle[:, names.index("situation.talking")] = 1.0
-    actions, _, _ = policy(idle)
+    actions = policy(idle)[0].detach()
     _, log_prob, _ = policy.evaluate_actions(idle, actions)
     log_prob.sum().backward()
     parameters = [*policy.mlp_extractor.actors.parameters(), policy.log_std]

@@ -74,7 +74,19 @@ def test_a_run_keeps_its_best_with_a_card_that_tells_its_curve(motion):
     assert list((experiment.out / "tensorboard").iterdir())
     last = ppo.Learning(experiment).curve
     assert [point.step for point in last] == [0, 704, 1408]  # 22 robots, 8 decisions of 4 ticks
-    assert card.curve[-1].value == max(point.value for point in last)
+    assert [point.value for point in card.curve] == [point.value for point in last]
+    best = max(last, key=lambda point: point.value)
+    assert card.score == best.round_trips
+
+
+def test_a_finished_run_writes_its_best_again(motion):
+    experiment = motion()
+    first = ppo.train(experiment, silent)
+    first.source.unlink()
+    again = ppo.train(experiment, silent)
+    for name, array in first.weights.items():
+        assert_array_equal(again.weights[name], array)
+    assert again.card.score == first.card.score
 
 
 def test_a_stopped_run_ends_where_it_would_have_ended(motion, tmp_path):
@@ -84,9 +96,9 @@ def test_a_stopped_run_ends_where_it_would_have_ended(motion, tmp_path):
     with Teller(stopped.out, "robot step", silent) as teller:
         learning = ppo.Learning(stopped)
         learning.begin()
-        learning.evaluate(teller)
+        learning.evaluate()
         learning.advance(teller)
-        learning.evaluate(teller)
+        learning.evaluate()
         learning.advance(teller)  # lost, as nothing was kept after it
     ppo.train(stopped, silent)
     expected, found = parameters(whole.out), parameters(stopped.out)
@@ -102,7 +114,7 @@ def test_the_first_interval_of_a_motion_trains_the_critic_alone(motion, tmp_path
         learning.begin()
         steps = []
         for _ in range(3):
-            learning.evaluate(teller)
+            learning.evaluate()
             steps.append(parameters(experiment.out))
             critic = learning._model.policy.mlp_extractor.critic.state_dict()
             steps[-1]["critic"] = critic["value.weight"].numpy().copy()
@@ -128,6 +140,12 @@ def test_a_damaged_checkpoint_is_refused(motion, tmp_path):
     assert not (experiment.out / BEST).exists()
 
 
+def test_a_folder_that_cannot_be_written_is_refused(motion, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match="file/x: cannot be written"):
+        ppo.train(motion(out=tmp_path / "file" / "x"), silent)
+
+
 def test_a_copy_does_what_it_was_shown(motion, monkeypatch):
     monkeypatch.setattr("training.cloning.EPOCHS", 10)
     experiment = motion()
@@ -144,5 +162,6 @@ def test_a_copy_does_what_it_was_shown(motion, monkeypatch):
 
 
 def test_scenarios_with_other_slots_are_refused_together(motion):
-    with pytest.raises(ConfigError, match=r"'es1' shows 39 numbers and 'es1' 43"):
-        ppo.train(motion(scenarios=("es1", "es1:task.n_robots=4")), silent)
+    mine = motion(scenarios=("es1", "es1:task.n_robots=4"))
+    with pytest.raises(ConfigError, match=r"'es1' and 'es1:task.n_robots=4': show other numbers"):
+        mine.check()
