@@ -79,7 +79,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
         if not hasattr(error, "format_message"):  # the parser's complaints have one
             raise
         complaint = error.format_message().replace("Value error, ", "")  # a word of pydantic's
-        return _refuse(f"{complaint.rstrip('.')}. See: swarm-forage --help", 2)
+        context = getattr(error, "ctx", None)
+        command = f" {context.info_name}" if context and context.parent else ""
+        return _refuse(f"{complaint.rstrip('.')}. See: swarm-forage{command} --help", 2)
     return status if isinstance(status, int) else 0
 
 

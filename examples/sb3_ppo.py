@@ -1,9 +1,12 @@
-"""Stable-baselines3's PPO on a swarm: one policy learns to steer all robots of eight worlds.
+"""Stable-baselines3's PPO on a swarm: one policy learns to correct how all robots steer.
 
-python examples/sb3_ppo.py [robot steps]
+    python examples/sb3_ppo.py --robot-steps 2000000
+
+The policy's wheels are added to those of subsumption (`residual`), so that robots forage from the
+first step on; wheels drawn around zero alone would never bring one to an area.
 """
 
-import sys
+import argparse
 
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor
@@ -21,6 +24,7 @@ def main(robot_steps: int) -> PPO:
         n_worlds=8,
         learn="motion",
         controller="ssgiff",
+        residual=True,
         decision_period=PERIOD,
         shaping=1.0,
         discount=0.995,
@@ -32,6 +36,7 @@ def main(robot_steps: int) -> PPO:
         gamma=0.995,
         n_steps=256,
         batch_size=2048,
+        policy_kwargs={"log_std_init": -2.0},
         seed=0,
         device="cpu",
         verbose=1,
@@ -40,4 +45,6 @@ def main(robot_steps: int) -> PPO:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 2_000_000)
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--robot-steps", type=int, default=2_000_000, metavar="N")
+    main(parser.parse_args().robot_steps)

@@ -62,6 +62,9 @@ REFERENCES: Registry[Any] = Registry("reference")
 SCENARIOS: Registry[Any] = Registry("scenario")
 """Scenarios that a name stands for."""
 
+ORIGINS: dict[str, dict[str, str]] = {}
+"""Where a scenario has its own numbers from, by dotted name, if not where the defaults are from."""
+
 
 def load_plugins() -> None:
     """Import every module listed under the entry-point group; a second call does nothing new."""

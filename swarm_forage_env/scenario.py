@@ -168,7 +168,7 @@ class Task(Part):
 class Scenario(Part):
     """Everything that fixes a world but its seed."""
 
-    name: str = Field("custom", description="Name in tables and data")
+    name: str = Field("custom", min_length=1, description="Name in tables and data")
     arena: Arena = Arena()
     robot: Robot = Robot()
     sensors: Sensors = Sensors()

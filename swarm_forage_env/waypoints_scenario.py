@@ -116,7 +116,7 @@ class Errands(Part):
 class WaypointsScenario(Part):
     """Everything that fixes a world of waypoints but its seed."""
 
-    name: str = Field("custom", description="Name in tables and data")
+    name: str = Field("custom", min_length=1, description="Name in tables and data")
     robot: Create = Create()
     sensors: Measurements = Measurements()
     task: Errands = Errands()

@@ -103,13 +103,6 @@ def train(  # noqa: PLR0913 the options of a command
             help="Candidates of a generation (cma).", show_default="4 + 3 ln(number of weights)"
         ),
     ] = None,
-    trust: Annotated[
-        float,
-        typer.Option(
-            help="Share of what is fitted in the log-odds of the weight; the rest is the"
-            " controller's SGIFF (imitation)."
-        ),
-    ] = 1.0,
     controller: Annotated[
         str | None,
         typer.Option(
@@ -146,7 +139,6 @@ def train(  # noqa: PLR0913 the options of a command
         worlds=WORLDS[algorithm] if worlds is None else worlds,
         held_back=held_back,
         population=population,
-        trust=trust,
         settings=parse_settings(settings or []),
         controller=controller or REST[layer],
         physics=physics,

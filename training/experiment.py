@@ -11,7 +11,6 @@ from pathlib import Path
 from baselines.controller import Recipe
 from baselines.evaluation.request import check_count
 from baselines.motion.subsumption import SubsumptionParameters
-from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.physics import ENGINES
@@ -67,9 +66,6 @@ class Experiment:
     """Held-back seeds of an evaluation, in each scenario."""
     population: int | None = None
     """Candidates of a generation (cma); None: as many as its method takes."""
-    trust: float = 1.0
-    """Share of what is fitted in the log-odds that run, beside the controller's SGIFF
-    (imitation)."""
     settings: Mapping[str, str] = field(default_factory=dict)
     """Numbers to change in every scenario."""
     controller: str = "ssgiff"
@@ -89,7 +85,6 @@ class Experiment:
                 " have been right is known of an exchange, not of a motion; use cma or ppo"
             )
         self._check_numbers()
-        self._check_trust()
         self._check_worlds()
         if self.algorithm == "cma" and self.layer == "motion":
             self._check_reflexes()
@@ -117,17 +112,6 @@ class Experiment:
             raise ConfigError(f"--population={self.population}: must be at least 4")
         if checked_seed(self.seed) > LAST_SEED:
             raise ConfigError(f"--seed={self.seed}: must be at most {LAST_SEED}")
-
-    def _check_trust(self) -> None:
-        if not 0.0 < self.trust <= 1.0:
-            raise ConfigError(f"--trust={self.trust}: must be above 0 and at most 1")
-        if self.trust < 1.0 and self.algorithm != "imitation":
-            raise ConfigError(f"--trust={self.trust}: is for imitation only")
-        if self.trust < 1.0 and not isinstance(self.recipe.weighting, SGIFF):
-            raise ConfigError(
-                f"--trust={self.trust}: the rest is the weighting of {self.controller}, which is"
-                " not SGIFF; name another --controller, as dsgiff-wary"
-            )
 
     def _check_worlds(self) -> None:
         if not self.scenarios:
@@ -206,8 +190,6 @@ class Experiment:
             found[name] = str(getattr(self, name))
         if self.algorithm != "cma":  # the learning rate falls to zero over the budget
             found["budget"] = str(self.budget)
-        if self.algorithm == "imitation":
-            found["trust"] = str(self.trust)
         if self.algorithm == "ppo":  # as many threads, whose sums differ in the last digits
             found["workers"] = str(self.workers)
         for name, scenario in self.worlds_by_name.items():
@@ -237,8 +219,6 @@ class Experiment:
         }
         if self.population is not None:
             options["--population"] = self.population
-        if self.trust != 1.0:
-            options["--trust"] = self.trust
         words = ["swarm-forage", "train", self.layer, *self.scenarios]
         words += [f"{name}={value}" for name, value in options.items()]
         words += [f"--set={name}={value}" for name, value in self.settings.items()]

@@ -26,7 +26,6 @@ from baselines.estimators.social_odometry import SocialOdometry
 from baselines.evaluation.runner import deaf_to_interrupts
 from baselines.references.oracle import errors
 from baselines.references.reference import Reference
-from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.errors import ConfigError
@@ -211,23 +210,6 @@ def tower_of(experiment: Experiment) -> WeightingTower:
     return tower
 
 
-def tempered(
-    fitted: Mapping[str, Float32[Array, "..."]], trust: float, beta: float
-) -> dict[str, Float32[Array, "..."]]:
-    """The network whose log-odds are a mean of those of a fitted one and those of SGIFF.
-
-        l = trust l_fitted + (1 - trust) beta (p_i - p_j)
-
-    `beta` is that of SGIFF [1/cm].
-    """
-    found = dict(fitted)
-    for name in ("output.weight", "direct.weight", "output.bias"):
-        found[name] = (trust * fitted[name]).astype(np.float32)
-    ahead = (1.0 - trust) * (beta / SGIFF().beta - 1.0)  # an array of zeros is SGIFF by default
-    found["direct.weight"][-1] += np.float32(ahead)
-    return found
-
-
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
     return run(Imitation(experiment), experiment, "round", say)
@@ -247,7 +229,7 @@ class Imitation:
         torch.manual_seed(experiment.seed)
         self._tower = tower_of(experiment)
         self._file = experiment.out / NAME
-        self._best = self._running
+        self._best = self._tower.as_in_file()
         self.done = 0
         self.curve: list[CurvePoint] = []
         if self._file.exists():
@@ -278,7 +260,7 @@ class Imitation:
         trips = {name: each[0] for name, each in found.items()}
         point = judged(self.done, self._simulated_s, trips)
         if all(point.value > each.value for each in self.curve):
-            self._best = self._running
+            self._best = self._tower.as_in_file()
         self.curve.append(point)
         self._keep()
         self.keep_best()
@@ -326,16 +308,10 @@ class Imitation:
         return {name: each.share(self._tower, gains[name]) for name, each in found.items()}
 
     @property
-    def _running(self) -> dict[str, Float32[Array, "..."]]:
-        """The arrays of the network that robots weigh by, as the fit stands."""
-        fitted, trust = self._tower.as_in_file(), self._experiment.trust
-        rule = self._experiment.recipe.weighting
-        return fitted if trust == 1.0 else tempered(fitted, trust, cast(SGIFF, rule).beta)
-
-    @property
     def _numbers(self) -> Float32[Array, " numbers"]:
-        """They, in a row."""
-        return strung(self._running, shapes_of(self._tower.sizes)).astype(np.float32)
+        """The network as it stands, in a row."""
+        shapes = shapes_of(self._tower.sizes)
+        return strung(self._tower.as_in_file(), shapes).astype(np.float32)
 
     @property
     def _simulated_s(self) -> float:

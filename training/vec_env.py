@@ -62,7 +62,7 @@ class SwarmVecEnv(OneForAll):
     """W worlds of N robots as W * N environments, so that one policy learns for all robots.
 
     Environment k is robot k % N of world k // N. Options are those of `parallel_env`: what is
-    learned (`learn`, `reward`, `shaping`, `discount`, `decision_period`, `physics`,
+    learned (`learn`, `residual`, `reward`, `shaping`, `discount`, `decision_period`, `physics`,
     `max_cycles`) and numbers of the scenario by dotted name.
 
     All worlds run out of time together and start anew from the next seeds of the sequence that

@@ -66,12 +66,18 @@ class LocalisationParameters(Part):
         " (published)",
     )
     setting: Literal["authors", "corrected"] = Field(
-        "corrected", description="What made the paper's figures, or textbook filters (chosen)"
+        "corrected",
+        description="What made the paper's figures (waypoints only), or textbook filters (chosen)",
     )
 
     def start(self, scenario: AnyScenario, n_worlds: int) -> Any:  # noqa: ANN401 of its world
         """The running estimator of a block of worlds."""
         if not isinstance(scenario, WaypointsScenario):
+            if self.setting != "corrected":
+                raise ConfigError(
+                    f"setting='{self.setting}': is of robots that visit waypoints, not of"
+                    f" {scenario.name}; leave it out"
+                )
             return start_in_arena(self.estimator, scenario, n_worlds)
         if self.estimator == "social_odometry":
             raise ConfigError(

@@ -2,7 +2,7 @@
 
 import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -17,7 +17,7 @@ from baselines.motion import MOTIONS
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.registry import CONTROLLERS, REFERENCES, SCENARIOS, Registry
+from swarm_forage_env.registry import CONTROLLERS, ORIGINS, REFERENCES, SCENARIOS, Registry
 from swarm_forage_env.scenario import Part, Scenario
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
@@ -25,7 +25,7 @@ from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
 LAYERS = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
 
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
-ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen|code)\b\)?")
+ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen|code|set)\b\)?")
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ class Parameter:
     value: Any
     unit: str
     origin: str
-    """published, derived or chosen; empty where the description does not say."""
+    """published, derived, chosen or code; set, if somebody changed the default; empty where the
+    description does not say."""
     meaning: str
 
 
@@ -100,7 +101,7 @@ def detail_table(name: str) -> Group:
     way = (
         f"--set {_example(found)}"
         if isinstance(found, Scenario | WaypointsScenario)
-        else f"{name}:name=value"
+        else f"{name.partition(':')[0]}:name=value"
     )
     return Group(*parts, Text(f"Change one in evaluate with {way}"))
 
@@ -115,22 +116,34 @@ def layer_name(layer: str, part: Part) -> str:
 def _groups(found: AnyScenario | Recipe) -> Iterator[tuple[str, str, list[Parameter]]]:
     """Name, purpose and parameters of each part of a scenario or controller."""
     if isinstance(found, Scenario | WaypointsScenario):
-        yield found.name, _first_line(found), list(_parameters(found, ""))
+        origins = _origins(found)
+        yield found.name, _first_line(found), list(_parameters(found, "", origins))
         for name, value in found:
             if isinstance(value, Part):
-                yield name, _first_line(value), list(_parameters(value, f"{name}."))
+                yield name, _first_line(value), list(_parameters(value, f"{name}.", origins))
         return
     for layer, part in found.layers.items():
         about = f"{layer_name(layer, part)}: {_first_line(part)}"
-        yield layer, about, list(_parameters(part, f"{layer}."))
+        yield layer, about, list(_parameters(part, f"{layer}.", None))
 
 
-def _parameters(part: Part, prefix: str) -> Iterator[Parameter]:
+def _origins(scenario: AnyScenario) -> Mapping[str, str] | None:
+    """Where a scenario of the papers has its own values from; None if somebody made it up."""
+    is_of_paper = scenario.name in SCENARIOS and SCENARIOS[scenario.name] == scenario
+    return ORIGINS.get(scenario.name, {}) if is_of_paper else None
+
+
+def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> Iterator[Parameter]:
+    """Descriptions speak of the defaults; a value of a scenario's own has an origin of its own."""
     for name, field in type(part).model_fields.items():
         value = getattr(part, name)
         if isinstance(value, Part):
             continue
         text = field.description or ""
+        if origins is None and value != field.default and name != "name":
+            text = f"{ORIGIN.sub('', text)} (set)"
+        elif origins and prefix + name in origins:
+            text = f"{text.partition('. ')[0]}. {origins[prefix + name]}"
         unit, origin = UNIT.search(text), ORIGIN.findall(text)
         meaning = re.sub(rf"\s*\({origin[-1]}\)$", "", text) if origin else text
         yield Parameter(
@@ -166,10 +179,12 @@ def _controllers(kind: str, registry: Registry[Any]) -> Table:
 
 
 def _set(recipe: Recipe) -> Iterator[str]:
-    for part in recipe.layers.values():
+    names = [name for part in recipe.layers.values() for name in type(part).model_fields]
+    for layer, part in recipe.layers.items():
         for name, field in type(part).model_fields.items():
             if getattr(part, name) != field.default:
-                yield f"{name}={_shown(getattr(part, name))}"
+                full = name if names.count(name) == 1 else f"{layer}.{name}"
+                yield f"{full}={_shown(getattr(part, name))}"
 
 
 def _engines() -> Table:

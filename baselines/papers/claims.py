@@ -166,7 +166,7 @@ class NoDifference:
             sample(results, self.one, self.metric), sample(results, self.other, self.metric)
         )
         same = found.p is None or found.p >= INDISTINCT
-        return finding(self.text, 1.0, found.ratio, same)
+        return finding(self.text, 1.0, found.ratio, same, found.p)
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class Contrast:
     def judge(self, results: Results) -> Finding:
         """Measure it."""
         found = compare(*self.contrast(results))
-        return finding(self.text, "> 1", found.ratio, above(found))
+        return finding(self.text, "> 1", found.ratio, above(found), found.p)
 
 
 def _both(

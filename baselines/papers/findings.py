@@ -30,7 +30,7 @@ class Finding:
     reproduced: bool
 
     p: float | None = None
-    """Of an order: the largest Mann-Whitney p of its comparisons."""
+    """Of a comparison: its Mann-Whitney p, the largest one of several."""
 
     def as_row(self) -> dict[str, Any]:
         """For JSON."""

@@ -105,7 +105,8 @@ class OthersBelow:
         best = self.sweep.at(self.sweep.optimum(results).value)
         base = sample(results, self.reference, round_trips)
         others = [sample(results, cell, round_trips) for cell in self.sweep.cells if cell != best]
-        below = all(above(compare(base, trips)) for trips in others)
-        ratios = [found for trips in others if (found := compare(trips, base).ratio)]
+        found = [compare(base, trips) for trips in others]
+        ratios = [ratio for trips in others if (ratio := compare(trips, base).ratio)]
         largest = max(ratios, key=lambda ratio: ratio.value, default=None)
-        return finding(self.text, "< 1", largest, below)
+        p = max((each.p for each in found if each.p is not None), default=None)
+        return finding(self.text, "< 1", largest, all(map(above, found)), p)

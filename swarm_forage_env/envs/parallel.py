@@ -197,11 +197,11 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         return drawn_seed(self._rng)
 
 
-def raw_env(**options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
+def raw_env(scenario: str | Path | AnyScenario = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
     """The environment with agents acting in turn, as bare as `parallel_env`."""
-    return parallel_to_aec(parallel_env(**options))
+    return parallel_to_aec(parallel_env(scenario, **options))
 
 
-def env(**options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
+def env(scenario: str | Path | AnyScenario = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
     """The environment with agents acting in turn: actions clipped, order of calls checked."""
-    return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(raw_env(**options)))
+    return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(raw_env(scenario, **options)))

@@ -5,7 +5,7 @@ how many frames an exchange averages and how long it takes. The values are start
 from the published counts of round trips; each field's description says its origin.
 """
 
-from swarm_forage_env.registry import SCENARIOS
+from swarm_forage_env.registry import ORIGINS, SCENARIOS
 from swarm_forage_env.scenario import Arena, Radio, Robot, Scenario, Sensors, Task
 
 ES1 = Scenario(name="es1")
@@ -39,6 +39,16 @@ ANTS2008 = Scenario(
     task=Task(n_robots=30, duration=3600.0, area_radius=0.2, area_distance=2.0, start_radius=0.5),
 )
 """+-20 % of the maximum movement in a step of 10 ms (ANTS 4.1) is +-6.3 % at 100 ms (derived)."""
+
+ORIGINS["ants2008"] = {
+    "arena.length": "ANTS 4.1 (published)",
+    "arena.width": "ANTS 4.1 (published)",
+    "radio.max_range": "ANTS 4.1 (published)",
+    "task.n_robots": "ANTS Fig. 3a (published)",
+    "task.duration": "ANTS 4.1 (published)",
+    "task.area_radius": "ANTS 4.1 (published)",
+    "task.start_radius": "ANTS 4.1 says in the centre (chosen)",
+}
 
 for scenario in (ES1, ES2, ES3, REAL, ANTS2008):
     SCENARIOS.register(scenario.name)(scenario)

@@ -1,4 +1,4 @@
-"""What the README shows is run as it stands."""
+"""What README and the page on the environment show is run as it stands."""
 
 import os
 import re
@@ -11,11 +11,21 @@ import pytest
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.scenarios import find_scenario
 
-README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "environment.md").read_text(encoding="utf-8")
 
 
-def blocks(language):
-    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+def blocks(language, text=README):
+    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+
+
+def run_alone(script):
+    environment = {k: v for k, v in os.environ.items() if k != "SWARM_CHECK_SHAPES"}
+    command = [sys.executable, "-c", script]
+    return subprocess.run(
+        command, capture_output=True, text=True, env=environment, cwd=ROOT, check=False
+    )
 
 
 SCRIPTS = [block for block in blocks("python") if block.startswith(("from ", "import "))]
@@ -24,11 +34,16 @@ RULE = next(block for block in blocks("python") if block.startswith("@WEIGHTING_
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=["train", "gymnasium", "evaluate"])
 def test_an_example_runs_and_its_robots_make_round_trips(script):
-    environment = {k: v for k, v in os.environ.items() if k != "SWARM_CHECK_SHAPES"}
-    command = [sys.executable, "-c", "import baselines.recipes\n" + script]
-    run = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    run = run_alone("import baselines.recipes\n" + script)
     assert run.returncode == 0, run.stderr
     assert float(run.stdout.split()[-1]) > 0.0
+
+
+@pytest.mark.parametrize("script", blocks("python", PAGE), ids=["making", "running"])
+def test_the_page_on_the_environment_runs(script):
+    pytest.importorskip("stable_baselines3")
+    run = run_alone(script)
+    assert run.returncode == 0, run.stderr
 
 
 def test_the_scenario_file_is_read(tmp_path):

@@ -4,7 +4,7 @@ import pytest
 
 from baselines.evaluation import catalogue
 from swarm_forage_env.errors import UnknownNameError
-from swarm_forage_env.registry import CONTROLLERS, SCENARIOS
+from swarm_forage_env.registry import CONTROLLERS, ORIGINS, SCENARIOS
 
 
 def parameters(name):
@@ -23,6 +23,29 @@ def test_a_field_is_told_with_value_unit_and_origin():
     radius = parameters("es1")["robot.radius"]
     assert (radius["value"], radius["unit"], radius["origin"]) == (0.035, "m", "published")
     assert radius["meaning"] == "Body radius. TR 6.1"
+
+
+def test_a_number_of_its_own_is_told_with_its_own_origin(tmp_path):
+    authors = parameters("waypoints-25-authors")
+    assert authors["task.tolerance"]["origin"] == "code"
+    assert parameters("waypoints-25")["task.tolerance"]["origin"] == "published"
+    robots = parameters("ants2008")["task.n_robots"]
+    assert (robots["origin"], robots["meaning"]) == ("published", "Robots. ANTS Fig. 3a")
+    wary = parameters("dsgiff-wary")
+    assert wary["estimator.message_path"]["origin"] == "set"
+    assert wary["estimator.pause"]["origin"] == "derived"
+    file = tmp_path / "mine.toml"
+    file.write_text("[task]\nn_robots = 20\n")
+    mine = parameters(str(file))
+    assert mine["task.n_robots"]["origin"] == "set"
+    assert mine["task.duration"]["origin"] == "published"
+
+
+def test_origins_are_of_numbers_that_there_are():
+    for name, origins in ORIGINS.items():
+        own = parameters(name)
+        assert all(own[each]["meaning"].endswith(text.partition(" (")[0])
+                   for each, text in origins.items())  # fmt: skip
 
 
 @pytest.mark.parametrize("name", [*SCENARIOS, "nc", "ssgiff"])

@@ -64,12 +64,6 @@ REFUSED = [
     ({"held_back": 1001}, "--held-back=1001"),
     ({"population": 3}, "--population=3: must be at least 4"),
     ({"algorithm": "ppo", "population": 8}, "is for cma only"),
-    ({"trust": 0.5}, "--trust=0.5: is for imitation only"),
-    ({"trust": 0.0}, "--trust=0.0: must be above 0 and at most 1"),
-    (
-        {"trust": 0.5, "controller": "ssgikf", **IMITATION},
-        "weighting of ssgikf, which is not SGIFF",
-    ),
     ({"layer": "motion", "scenarios": ("es1", "es1:radio.slots=2")}, "show other numbers to the m"),
     ({"scenarios": ("es1:frames",)}, "scenario='es1:frames': 'frames' must be parameter=value"),
     ({"seed": -1}, "seed=-1"),
@@ -92,7 +86,6 @@ def test_all_that_a_result_depends_on_is_told_apart(experiment):
     assert experiment(workers=2).identity == mine.identity
     fit = experiment(**IMITATION)
     assert experiment(**IMITATION, budget=9).identity != fit.identity
-    assert experiment(**IMITATION, trust=0.5).identity != fit.identity
     gradient = experiment(algorithm="ppo", population=None)
     assert experiment(algorithm="ppo", population=None, workers=2).identity != gradient.identity
 
@@ -100,7 +93,7 @@ def test_all_that_a_result_depends_on_is_told_apart(experiment):
 def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch):
     from training import commands
 
-    mine = experiment(scenarios=("es1", "real:radio.frames=5"), seed=7, **IMITATION, trust=0.5)
+    mine = experiment(scenarios=("es1", "real:radio.frames=5"), seed=7, **IMITATION)
     met = []
     monkeypatch.setattr(commands, "_run", met.append)
     monkeypatch.setattr(commands, "_report", lambda *_: None)

@@ -14,7 +14,6 @@ from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenarios import find_foraging
 from training import imitation
 from training.actor_critic import WeightingTower
-from training.checkpoint import BEST
 from training.imitation import (
     HIDDEN,
     Exchanges,
@@ -22,16 +21,13 @@ from training.imitation import (
     Watched,
     oracle_gain,
     squared_error,
-    tempered,
     train,
     watch,
 )
 from training.policy import encounter_layout, load_policy
-from training.telling import Teller
 from training.weighting import (
     LearnedWeighting,
     Networks,
-    log_odds,
     network_of,
     shapes_of,
     strung,
@@ -158,28 +154,6 @@ def test_a_fit_finds_out_who_is_right(imitating):
     learning = Imitation(imitating())
     shares = learning._fit({"es1": Exchanges(observed, area, *errors)})
     assert shares["es1"] > 0.95
-
-
-def test_a_network_half_trusted_is_half_way_to_the_rule():
-    fitted = WeightingTower(LAYOUT, HIDDEN).as_in_file()
-    rng, shapes = np.random.default_rng(0), shapes_of({"hidden": HIDDEN})
-    fitted = {name: rng.normal(0.0, 0.5, a.shape).astype(np.float32) for name, a in fitted.items()}
-    features, ahead = rng.normal(0.0, 1.0, 8), 1.3
-    half = log_odds(features, ahead, strung(tempered(fitted, 0.5, 0.003), shapes))
-    alone = log_odds(features, ahead, strung(fitted, shapes))
-    assert half == pytest.approx(0.5 * (alone + 0.003 * 100.0 * ahead), abs=1e-6)  # 100 cm in a m
-
-
-def test_what_is_half_trusted_runs_and_is_kept_so(imitating, monkeypatch):
-    monkeypatch.setattr(imitation, "STEPS", 20)
-    mine = imitating(trust=0.5, controller="dsgiff-wary:beta=0.003")
-    learning = Imitation(mine)
-    learning.advance(Teller(mine.out, "round", silent))
-    expected = tempered(learning._tower.as_in_file(), 0.5, 0.003)
-    learning.evaluate()
-    shapes = shapes_of({"hidden": HIDDEN})
-    np.testing.assert_array_equal(learning._numbers, strung(expected, shapes).astype(np.float32))
-    np.testing.assert_array_equal(network_of(load_policy(mine.out / BEST)), learning._numbers)
 
 
 def test_training_ends_with_the_best_policy_as_a_controller(imitating):
