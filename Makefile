@@ -37,8 +37,8 @@ demo: $(READY)  ## evaluate three baselines on es1: table, boxplot, dataset
 		--out runs/demo --plot runs/demo.png
 
 score-plot: $(READY)  ## the boxplot of the README: docs/images/score.png
-	$(BIN)/swarm-forage evaluate es1 nc ssgikf dsgikf ssgiff \
-		learned-weighting learned-motion learned-both --episodes 10 --seed 1000 \
+	$(BIN)/swarm-forage evaluate es1 nc ssgikf dsgikf ssgiff:beta=0.001 ssgiff dsgiff \
+		dsgiff-wary:beta=0.003 learned-weighting learned-motion learned-both \
 		--workers $(WORKERS) --out runs/score-plot --plot docs/images/score.png
 
 test: $(READY)  ## the tests, without those marked slow or reproduces
