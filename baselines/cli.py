@@ -188,7 +188,7 @@ def bench(
     form: ListedFormat = ListFormat.TABLE,
 ) -> None:
     """Measure speed and memory against the budgets; takes a few minutes."""
-    with stoppable():
+    with stoppable(keeps=False):
         from baselines.evaluation.bench.measures import measure
         from baselines.evaluation.bench.tables import report
 
@@ -235,12 +235,12 @@ def _write(results: "Sequence[Episode]", form: Format, series: bool) -> None:
 
 
 @contextmanager
-def stoppable() -> Iterator[None]:
-    """Ctrl-C ends the command with status 130 and one line."""
+def stoppable(keeps: bool = True) -> Iterator[None]:
+    """Ctrl-C ends the command with status 130 and one line; whether it keeps what it has done."""
     try:
         yield
     except KeyboardInterrupt:
-        _say("stopped; the same command goes on from here")
+        _say("stopped; the same command goes on from here" if keeps else "stopped")
         raise typer.Exit(130) from None
 
 
@@ -253,7 +253,7 @@ def _say(line: str) -> None:
     sys.stderr.write(f"swarm-forage: {line}\n")
 
 
-app.command("plot")(stoppable()(plot_figure))
+app.command("plot")(stoppable(keeps=False)(plot_figure))
 app.command()(stoppable()(calibrate))
 app.command()(stoppable()(reproduce))
-app.command()(stoppable()(watch))
+app.command()(stoppable(keeps=False)(watch))

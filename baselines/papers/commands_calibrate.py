@@ -82,6 +82,15 @@ def calibrate(  # noqa: PLR0913 the options of a command
     _ = ENGINES[physics]
     out = out or Path("runs") / f"calibrate-{paper.value}"
     if paper is Paper.BOIDS:
+        given = {
+            "--hours": hours is not None,
+            "--set": bool(settings),
+            "--physics": physics != "kinematic",
+            "--report": bool(report),
+            "--sensitivity": sensitivity,
+        }
+        if wrong := [name for name, is_given in given.items() if is_given]:
+            raise ConfigError(f"{', '.join(wrong)}: for social-odometry only, not for boids")
         _boids(BOIDS_TRIALS if trials is None else trials, seed, workers, out)
         return
     trials = SOCIAL_TRIALS if trials is None else trials
