@@ -9,12 +9,14 @@ from numpy.testing import assert_allclose
 from baselines.estimators.arena import Correlated, Intersection, start_in_arena
 from baselines.estimators.correlations import forget_correlations, merge_correlated
 from baselines.estimators.ellipses import merge_ellipses
+from baselines.estimators.localisation import LocalisationParameters
 from baselines.estimators.sikf import Uncertain
 from baselines.estimators.social_odometry import SocialOdometry
 from baselines.weighting.covariance import Covariance
 from baselines.weighting.sgikf import SGIKF
 from baselines.weighting.sikf import SIKF
 from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
 
 KINDS = {
@@ -35,6 +37,11 @@ def covariance(xx, yy, correlation):
 
 VARIANCE = st.floats(0.01, 1.0)
 covariances = st.builds(covariance, VARIANCE, VARIANCE, st.floats(-0.9, 0.9))
+
+
+def test_a_setting_of_the_waypoints_is_refused_where_robots_forage():
+    with pytest.raises(ConfigError, match="of robots that visit waypoints, not of es1"):
+        LocalisationParameters(setting="authors").start(find_scenario("es1"), 1)
 
 
 def one_robot(P, known=True):  # noqa: N803 as in the paper
