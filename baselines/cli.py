@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import signal
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor
@@ -236,12 +237,18 @@ def _write(results: "Sequence[Episode]", form: Format, series: bool) -> None:
 
 @contextmanager
 def stoppable(keeps: bool = True) -> Iterator[None]:
-    """Ctrl-C ends the command with status 130 and one line; whether it keeps what it has done."""
+    """Ctrl-C ends the command with status 130 and one line, and so does SIGTERM.
+
+    Either way its workers end with it; `keeps` is whether what it has done is kept.
+    """
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     except KeyboardInterrupt:
         _say("stopped; the same command goes on from here" if keeps else "stopped")
         raise typer.Exit(130) from None
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _refuse(complaint: str, status: int) -> int:

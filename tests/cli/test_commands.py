@@ -127,6 +127,33 @@ def test_a_reader_that_stops_reading_ends_the_command_in_silence(process):
 @pytest.mark.parametrize("workers", [1, 2])
 def test_ctrl_c_ends_with_one_line_and_the_run_can_go_on(process, workers):
     """To the whole group, as a terminal does."""
+    _, stderr, status = stopped(process, workers, lambda run: os.killpg(run.pid, signal.SIGINT))
+    assert status == 130
+    assert stderr == "swarm-forage: stopped; the same command goes on from here\n"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_a_run_that_is_terminated_takes_its_workers_along(process):
+    """To the command alone, as a scheduler does."""
+    run, stderr, status = stopped(process, 2, lambda run: run.terminate())
+    assert status == 130
+    assert stderr == "swarm-forage: stopped; the same command goes on from here\n"
+    assert is_gone(run.pid)
+
+
+def is_gone(group):
+    """Whether nobody of a process group is left, in ten seconds at most."""
+    for _ in range(100):
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False
+
+
+def stopped(process, workers, stop):
+    """A run that is stopped after two seconds, what it said then, and its status."""
     run = process(
         "evaluate", "es1", "nc", "--episodes=8", "--set=task.duration=7200", f"--workers={workers}",
         start_new_session=True,
@@ -134,10 +161,9 @@ def test_ctrl_c_ends_with_one_line_and_the_run_can_go_on(process, workers):
     )  # fmt: skip
     assert "8 to run" in run.stderr.readline()
     time.sleep(2.0)
-    os.killpg(run.pid, signal.SIGINT)  # `start_new_session`: its group is its own
+    stop(run)  # `start_new_session`: its group is its own
     _, stderr = run.communicate(timeout=60)
-    assert run.returncode == 130
-    assert stderr == "swarm-forage: stopped; the same command goes on from here\n"
+    return run, stderr, run.returncode
 
 
 @pytest.mark.parametrize("missing", ["typer", "rich", "scipy", "pyarrow", "joblib", "matplotlib"])
