@@ -18,6 +18,7 @@ ALONE = SocialOdometryParameters(speaks=False)
 SINGLE = SocialOdometryParameters(double=False)
 DOUBLE = SocialOdometryParameters(double=True)
 WARY = SocialOdometryParameters(double=True, message_path=4.0, tells_within=20.0)
+BRISK = WARY.model_copy(update={"pause": 4.0, "listens_above": 5.0})
 SUBSUMPTION = SubsumptionParameters()
 LOCALISATION = LocalisationParameters()
 
@@ -28,6 +29,7 @@ RECIPES = (
     Recipe("ssgiff", SINGLE, SGIFF(), SUBSUMPTION),
     Recipe("dsgiff", DOUBLE, SGIFF(), SUBSUMPTION),
     Recipe("dsgiff-wary", WARY, SGIFF(), SUBSUMPTION),
+    Recipe("dsgiff-brisk", BRISK, SGIFF(), SUBSUMPTION),
     Recipe("sikf", SIKFParameters(**SINGLE.model_dump()), SIKF(), SUBSUMPTION),
     Recipe("covariance", CovarianceParameters(**SINGLE.model_dump()), Covariance(), SUBSUMPTION),
     Recipe("subsumption", LOCALISATION, Full(), SUBSUMPTION),
@@ -36,9 +38,9 @@ RECIPES = (
     Recipe("boids-adaptive", LOCALISATION, Full(), BoidsParameters(gains="adaptive")),
 )
 """The strategies of TR 6.1: no communication, and the single and double filters; the double one
-among robots that are wary of hearsay, which is not in the papers; then the
-filters of covariances that they simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5,
-and subsumption over its filters, where robots forage."""
+among robots that are wary of hearsay, and among such that talk more often unless they are sure,
+neither of which is in the papers; then the filters of covariances that they simplify (TR 4.2,
+ANTS 5); then the rules of BOIDS 5, and subsumption over its filters, where robots forage."""
 
 for recipe in RECIPES:
     CONTROLLERS.register(recipe.name)(recipe)

@@ -40,7 +40,7 @@ def _in_turn(numbers: dict[Algorithm, int]) -> str:
     return ", ".join(f"{algorithm}: {number}" for algorithm, number in numbers.items())
 
 
-REST = {Layer.WEIGHTING: "dsgiff-wary", Layer.MOTION: "ssgiff", Layer.BOTH: "dsgiff-wary"}
+REST = {Layer.WEIGHTING: "dsgiff-brisk", Layer.MOTION: "ssgiff", Layer.BOTH: "dsgiff-wary"}
 """The hand-written rest of the controllers that run such policies."""
 
 
@@ -108,7 +108,7 @@ def train(  # noqa: PLR0913 the options of a command
         typer.Option(
             help="The rest; parameters as in `evaluate`. If its own layer is a learned one, cma"
             " and imitation go on from that.",
-            show_default="ssgiff for motion, else dsgiff-wary",
+            show_default="weighting: dsgiff-brisk, motion: ssgiff, both: dsgiff-wary",
         ),
     ] = None,
     settings: Annotated[

@@ -1,7 +1,7 @@
 """The named learned controllers, one line each: `learned-weighting:policy=runs/x/best.safetensors`.
 
-Everything but the learned layers is as in `dsgiff-wary`, or as in `ssgiff` with a learned motion
-alone.
+Everything but the learned layers is as in `dsgiff-brisk` with a learned weighting alone, as in
+`ssgiff` with a learned motion alone, and as in `dsgiff-wary` with both.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from baselines.controller import Recipe
-from baselines.recipes import SINGLE, SUBSUMPTION, WARY
+from baselines.recipes import BRISK, SINGLE, SUBSUMPTION, WARY
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.registry import CONTROLLERS
 from training.motion import LearnedMotion
@@ -18,7 +18,7 @@ from training.policy import LayerName
 from training.weighting import LearnedWeighting
 
 RECIPES = (
-    Recipe("learned-weighting", WARY, LearnedWeighting(), SUBSUMPTION),
+    Recipe("learned-weighting", BRISK, LearnedWeighting(), SUBSUMPTION),
     Recipe("learned-motion", SINGLE, SGIFF(), LearnedMotion()),
     Recipe(
         "learned-both",

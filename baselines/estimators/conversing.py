@@ -64,12 +64,22 @@ def remember(
 
 @kernel
 def is_useful(
-    words: Float32[Array, " words"], known: Bool[Array, " areas"], goal: int, double: bool
+    words: Float32[Array, " words"],
+    known: Bool[Array, " areas"],
+    p: Float64[Array, " areas"],
+    goal: int,
+    double: bool,
+    listens_above: float,
 ) -> bool:
-    """The message tells of an area that is unknown here, headed for or, if double, of any."""
+    """The message tells of an area that is unknown here, headed for or, if double, of any.
+
+    Of one that is known, only if the own p is above `listens_above` [m].
+    """
     for area in range(2):
         told = words[area * WORDS_PER_AREA] > 0.0
-        if told and (double or area == goal or not known[area]):
+        if told and not known[area]:
+            return True
+        if told and (double or area == goal) and p[area] >= listens_above:
             return True
     return False
 
@@ -116,15 +126,17 @@ def find_partner(  # noqa: PLR0913 one row of many arrays
     sender: Int32[Array, " slots"],
     words: Float32[Array, "slots words"],
     known: Bool[Array, " areas"],
+    p: Float64[Array, " areas"],
     goal: int,
     double: bool,
+    listens_above: float,
     met: Int32[Array, " memory"],
     met_for: Int32[Array, " memory"],
 ) -> int:
     """The first sender worth talking to, NOBODY if there is none."""
     for slot in range(valid.shape[0]):
         fresh = valid[slot] and not recently_met(sender[slot], met, met_for)
-        if fresh and is_useful(words[slot], known, goal, double):
+        if fresh and is_useful(words[slot], known, p, goal, double, listens_above):
             return int(sender[slot])
     return NOBODY
 
@@ -139,6 +151,7 @@ def converse(  # noqa: PLR0913 inputs first, then what is updated
     parameters: Array,
     pose: Float64[Array, "rows 3"],
     known: Bool[Array, "rows areas"],
+    p: Float64[Array, "rows areas"],
     goal: Int8[Array, " rows"],
     deaf: Int32[Array, " rows"],
     partner: Int32[Array, " rows"],
@@ -159,6 +172,7 @@ def converse(  # noqa: PLR0913 inputs first, then what is updated
     """
     double = parameters[0]["double"] > 0.0
     message_path = float(parameters[0]["message_path"])
+    listens_above = float(parameters[0]["listens_above"])
     n_ended = 0
     for i in range(pose.shape[0]):
         out_ended[i] = False
@@ -168,8 +182,9 @@ def converse(  # noqa: PLR0913 inputs first, then what is updated
             if deaf[i] > 0:
                 continue
             partner[i] = find_partner(
-                valid[i], sender[i], words[i], known[i], goal[i], double, met[i], met_for[i]
-            )
+                valid[i], sender[i], words[i], known[i], p[i], goal[i], double, listens_above,
+                met[i], met_for[i],
+            )  # fmt: skip
             if partner[i] == NOBODY:
                 continue
             talk_left[i] = int(parameters[0]["talk_ticks"])

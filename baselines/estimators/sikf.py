@@ -33,7 +33,7 @@ class UncertainParameters(SocialOdometryParameters):
 
     @model_validator(mode="after")
     def _no_path(self) -> Self:
-        for name in ("message_path", "tells_within"):
+        for name in ("message_path", "tells_within", "listens_above"):
             if getattr(self, name):
                 raise ValueError(
                     f"{name}: is a path, and this estimator tells covariances; use it with"

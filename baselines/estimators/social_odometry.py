@@ -13,8 +13,9 @@ Not in the paper, and chosen here:
 - the point stored on entering an area is its centre, if the robot was heading there;
 - how near to the believed centre is "there", and how far it then looks on, before it is lost;
 - a robot that just got lost ignores messages for `deaf_when_lost`;
-- optionally, a message costs precision (`message_path`), and who is on its way and too unsure of
-  an area does not tell of it (`tells_within`), which ends rumours; in the papers neither;
+- optionally, a message costs precision (`message_path`), who is on its way and too unsure of an
+  area does not tell of it (`tells_within`), which ends rumours, and who is sure of an area does
+  not stop for what is told of it (`listens_above`); in the papers none of these;
 - a robot that was told of an area without having visited any heads for the nearer one.
 """
 
@@ -54,6 +55,11 @@ class SocialOdometryParameters(Part):
         0.0,
         description="Knowing both areas, it tells of one only while its own p is at most this [m];"
         " 0: always, as in TR 5.2 (published)",
+    )
+    listens_above: NotNegative = Field(
+        0.0,
+        description="It stops for what is told of an area that it knows only while its own p of it"
+        " is at least this [m]; 0: always, as in TR 5.2 (published)",
     )
     refractory: NotNegative = Field(
         20.0, description="A partner is not talked to again for this long [s] (derived)"
@@ -149,7 +155,7 @@ class SocialOdometry:
         ended = np.empty(len(b.pose), np.bool_)
         converse(
             heard.valid, heard.sender, heard.words, heard.beam, heard.frames, self._record,
-            b.pose, b.known, b.goal, b.deaf, b.partner, b.talk_left,
+            b.pose, b.known, b.p, b.goal, b.deaf, b.partner, b.talk_left,
             b.heard_sum, b.heard_weight, b.heard_p, b.range_sum, b.frames, b.met, b.met_for, ended,
         )  # fmt: skip
         return ended
@@ -196,6 +202,7 @@ def _record(parameters: SocialOdometryParameters, scenario: Scenario) -> Array:
     return record(
         double=parameters.double,
         message_path=parameters.message_path,
+        listens_above=parameters.listens_above,
         lost_within=parameters.lost_within,
         overshoot=parameters.overshoot,
         talk_ticks=max(1, round(scenario.radio.exchange_time / scenario.tick)),

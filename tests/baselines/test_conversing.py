@@ -337,6 +337,21 @@ def test_who_knows_one_area_tells_of_it_however_unsure(believers):
     assert spoken[0, 3] == 400.0
 
 
+@pytest.mark.parametrize(("own_p", "stops"), [(2.9, False), (3.0, True)])
+def test_who_is_sure_does_not_stop_for_what_it_knows(believers, words, own_p, stops):
+    swarm = believers(2, double=True, listens_above=3.0)
+    swarm.know(0, NEST, -1.0, 0.0, p=own_p, came_from=True)
+    swarm.sense(messages=[(0, 1, words(nest=(0.7, 0.3, 1.2)), BEAM)])
+    assert talking(swarm)[0] == stops
+
+
+def test_who_is_sure_still_stops_for_what_it_does_not_know(believers, words):
+    swarm = believers(2, double=True, listens_above=3.0)
+    swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
+    swarm.sense(messages=[(0, 1, words(prey=(0.7, 0.3, 1.2)), BEAM)])
+    assert talking(swarm)[0]
+
+
 def test_what_a_message_costs_counts_as_path(believers, words):
     swarm = believers(2, double=True, message_path=1.5)
     swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
@@ -349,7 +364,7 @@ def test_what_a_message_costs_counts_as_path(believers, words):
     np.testing.assert_allclose(swarm.beliefs.p[0], [0.75 * 1.0 + 0.25 * 3.5, 4.5])
 
 
-@pytest.mark.parametrize("parameter", ["message_path", "tells_within"])
+@pytest.mark.parametrize("parameter", ["message_path", "tells_within", "listens_above"])
 @pytest.mark.parametrize("estimator", ["sikf", "covariance"])
 def test_what_a_message_costs_is_refused_where_p_is_no_path(estimator, parameter):
     with pytest.raises(ConfigError, match=f"{parameter}: is a path, and this estimator tells"):
