@@ -157,7 +157,7 @@ def test_a_fit_finds_out_who_is_right(imitating):
 
 
 def test_training_ends_with_the_best_policy_as_a_controller(imitating):
-    mine = imitating(controller="dsgiff-wary")
+    mine = imitating(controller="dsgiff-brisk")
     policy = train(mine, silent)
     curve = policy.card.curve
     assert [point.step for point in curve] == [0, 1, 2]
