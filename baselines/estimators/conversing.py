@@ -73,7 +73,7 @@ def is_useful(
 ) -> bool:
     """The message tells of an area that is unknown here, headed for or, if double, of any.
 
-    Of one that is known, only if the own p is above `listens_above` [m].
+    Of one that is known, only if the own p is at least `listens_above` [m].
     """
     for area in range(2):
         told = words[area * WORDS_PER_AREA] > 0.0
