@@ -132,6 +132,11 @@ class Recipe:
         """What a message adds to the p that it tells [m]."""
         return float(getattr(self.estimator, "message_path", 0.0))
 
+    @property
+    def talks(self) -> bool:
+        """Whether its robots tell each other anything to weigh."""
+        return bool(getattr(self.estimator, "speaks", True))
+
     def with_parameters(self, values: Mapping[str, Any]) -> "Recipe":
         """The same recipe with some parameters changed, named as `beta` or `weighting.beta`."""
         changes: dict[str, dict[str, Any]] = {}

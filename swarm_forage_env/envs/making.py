@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.batch import Batch
@@ -38,6 +38,10 @@ def make_batch(
     chosen = _overridden(scenario, overrides)
     waypoints = isinstance(chosen, WaypointsScenario)
     recipe = find_controller(controller or ("boids-adaptive" if waypoints else "ssgikf"))
+    if controller is not None and terms.learn == "everything":
+        _refuse(recipe, "none runs where learn='everything'; leave it out, or learn 'motion'")
+    if terms.learn == "weighting" and not (waypoints or getattr(recipe, "talks", True)):
+        _refuse(recipe, "nobody talks, so that there is nothing to weigh; choose one that does")
     if terms.residual and (single_learner or waypoints):
         where = "a single learner" if single_learner else "robots that visit waypoints"
         raise ConfigError(f"residual=True: cannot be had for {where}; leave it out")
@@ -57,6 +61,11 @@ def _overridden(scenario: str | Path | AnyScenario, overrides: Mapping[str, Any]
     for name in overrides:
         resolve(name, known, "keyword or scenario parameter")
     return find_scenario(chosen, overrides)
+
+
+def _refuse(recipe: ControllerRecipe, why: str) -> NoReturn:
+    """A ConfigError that names the controller."""
+    raise ConfigError(f"controller '{getattr(recipe, 'name', recipe)}': {why}")
 
 
 def _check_shares_a_language(terms: Terms) -> None:

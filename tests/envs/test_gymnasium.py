@@ -81,7 +81,7 @@ def test_an_id_brings_its_module_and_the_import_brings_nothing_heavy():
 
 
 def test_keywords_reach_the_environment():
-    env = gym.make(JOINT, learn="weighting", controller="nc", max_cycles=9, **FEW)
+    env = gym.make(JOINT, learn="weighting", controller="dsgiff", max_cycles=9, **FEW)
     assert env.unwrapped.scenario.task.n_robots == 3
     assert env.unwrapped.max_cycles == 9
     assert env.action_space.shape == (6,)

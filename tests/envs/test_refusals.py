@@ -44,6 +44,8 @@ def test_an_unknown_name_is_answered_with_the_nearest(options, says):
         ({"render_mode": "ansi"}, "render_mode='ansi': must be 'human' or 'rgb_array', or left"),
         ({"controller": "ssgiff:beta"}, "'beta' must be parameter=value"),
         ({"controller": 7}, "controller=7: must be a name or a recipe"),
+        ({"learn": "everything", "controller": "dsgiff"}, "'dsgiff': none runs where learn='every"),
+        ({"learn": "weighting", "controller": "nc"}, "'nc': nobody talks, so that there is"),
         ({"scenario": 7}, "scenario=7: must be a name, a TOML file or a Scenario"),
         ({"scenario": "none.toml"}, "scenario file none.toml"),
         ({"radio.max_range": -0.2}, "radio.max_range=-0.2"),
