@@ -70,6 +70,11 @@ class LocalisationParameters(Part):
         description="What made the paper's figures (waypoints only), or textbook filters (chosen)",
     )
 
+    @property
+    def speaks(self) -> bool:
+        """Whether robots that forage tell each other anything; who reckons alone does not."""
+        return self.estimator != "dead_reckoning"
+
     def start(self, scenario: AnyScenario, n_worlds: int) -> Any:  # noqa: ANN401 of its world
         """The running estimator of a block of worlds."""
         if not isinstance(scenario, WaypointsScenario):

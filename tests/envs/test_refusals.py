@@ -46,6 +46,10 @@ def test_an_unknown_name_is_answered_with_the_nearest(options, says):
         ({"controller": 7}, "controller=7: must be a name or a recipe"),
         ({"learn": "everything", "controller": "dsgiff"}, "'dsgiff': none runs where learn='every"),
         ({"learn": "weighting", "controller": "nc"}, "'nc': nobody talks, so that there is"),
+        (
+            {"learn": "weighting", "controller": "subsumption:estimator=dead_reckoning"},
+            "'subsumption': nobody talks",
+        ),
         ({"scenario": 7}, "scenario=7: must be a name, a TOML file or a Scenario"),
         ({"scenario": "none.toml"}, "scenario file none.toml"),
         ({"radio.max_range": -0.2}, "radio.max_range=-0.2"),
