@@ -7,8 +7,8 @@ READY   := .venv/.ready
 TESTS   := pytest hypothesis beartype
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-browser test-rllib test-torchrl check lint coverage bench \
-	reproduce pictures score-plot docs-equations clean
+.PHONY: help install demo test test-browser test-rllib test-torchrl check lint golden coverage \
+	bench reproduce pictures score-plot docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -64,6 +64,9 @@ lint: $(READY)  ## style, types, the house, spelling
 	$(BIN)/codespell
 
 check: lint test  ## what a commit needs: lint, then test
+
+golden: $(READY)  ## write tests/golden/data anew: what the swarm does, bit for bit
+	$(BIN)/python -m tests.golden.record
 
 coverage: $(READY)  ## line and branch coverage, kernels run as plain Python (slow)
 	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -m 'not slow and not reproduces'
