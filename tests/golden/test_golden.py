@@ -24,7 +24,7 @@ SHORT = {
     **{name: 40 for name in CASES if name.startswith("waypoints-05-authors/boids-adaptive")},
     **{name: 40 for name in CASES if name.startswith(("parallel/waypoints", "learner/waypoints"))},
     **{name: 200 for name in CASES if "es1-busy/learn=" in name and "controller" not in name},
-    "es1-busy/rigid/dsgiff-wary": 300,
+    **{name: 200 for name in CASES if name.startswith("es1-busy/")},
     "es3/rigid/ssgikf": 100,
     "es3/kinematic/ssgikf": 100,
 }
