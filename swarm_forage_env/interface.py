@@ -1,186 +1,94 @@
-"""All that a controller may know and say: readings in, command out, and the layers between.
+"""The border between a world and its controllers: what a layer consists of.
 
-Every number that crosses a layer's border is float32 in SI units, the same number that the
-environment shows in its observation: so a policy in the place of a layer sees exactly what
-the hand-written layer sees.
+A layer is a few functions on records, compiled together with those of the other layers, or a rule
+written in NumPy, which is called between `observe` and `decide` on the arrays of a whole block.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int32, checked
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.random_streams import NoiseSource
+from swarm_forage_env.record import Record
 
-WORDS = 12
-"""Numbers in a message."""
-
-
-@checked
-@dataclass(frozen=True, slots=True)
-class Readings:
-    """What the robot's own sensors say after a tick."""
-
-    proximity: Float32[Array, "rows 8"]
-    """Infrared, 1 at contact and 0 beyond 5 cm, at PROXIMITY_ANGLES of the body frame."""
-
-    ground: Float32[Array, "rows 3"]
-    """Brightness under the left, middle and right ground sensor: nest 0, prey 0.5, floor 1."""
-
-    odometry: Float32[Array, "rows 2"]
-    """Distance [m] and turn [rad] since the last tick, as the wheel encoders tell them."""
+Kernel = Callable[..., Any]
+KernelNumbers = Mapping[str, Any]
 
 
-@checked
-@dataclass(frozen=True, slots=True)
-class Heard:
-    """The messages of one tick. An empty slot holds zeros and is not valid."""
-
-    valid: Bool[Array, "rows slots"]
-    """The slot holds a message."""
-
-    sender: Int32[Array, "rows slots"]
-    """Which robot of the same world sent it: 0 .. N - 1."""
-
-    words: Float32[Array, "rows slots words"]
-    """What the sender said; its meaning is the controller's."""
-
-    beam: Float32[Array, "rows slots beam"]
-    """The beam to the sender as measured: its length [m], the direction of the sender in the
-    body frame of the receiver [rad], and the direction of the receiver in the body frame of
-    the sender [rad]."""
-
-    frames: Int32[Array, "rows slots"]
-    """Frames averaged into the beam: several while the receiver stands still."""
+class NoMemory(Record):
+    """The memory of a layer that remembers nothing."""
 
 
-@checked
-@dataclass(frozen=True, slots=True)
-class Feedback:
-    """What comes back from a tick of the world."""
+@dataclass(frozen=True)
+class WeightingLayer:
+    """How much of what is heard enters the own estimate."""
 
-    readings: Readings
-    heard: Heard
-    reward: Float32[Array, " rows"]
-    """Round trips completed in this tick."""
-    done: Bool[Array, " worlds"]
-    """The episode of this world is over."""
+    gain: Kernel
+    """The weight in [0, 1] of what was heard."""
 
+    numbers: KernelNumbers = field(default_factory=dict)
+    """Its parameters, one record a world."""
 
-@checked
-@dataclass(frozen=True, slots=True)
-class Command:
-    """What a controller tells the robots to do in the next tick."""
-
-    wheels: Float64[Array, "rows 2"]
-    """Speed of the left and right wheel [m/s]; the motors reach robot.max_speed at most."""
-
-    words: Float32[Array, "rows words"]
-    """What to broadcast."""
-
-    speaking: Bool[Array, " rows"]
-    """Broadcast at all."""
-
-    lost: Bool[Array, " rows"]
-    """Reported to the experimenter, not to the swarm: the robot just found itself lost."""
-
-    known: Bool[Array, "rows areas"]
-    """Reported likewise: the robot believes it knows where the area is."""
-
-
-@checked
-@dataclass(frozen=True, slots=True)
-class Encounter:
-    """What the weighting layer sees: one finished exchange for each row where it is valid."""
-
-    valid: Bool[Array, " rows"]
-    """An exchange ended in this tick."""
-
-    own_p: Float32[Array, "rows areas"]
-    """Own inverse confidence: path since leaving the area [m]."""
-
-    heard_p: Float32[Array, "rows areas"]
-    """The partner's inverse confidence [m]."""
-
-    own_known: Bool[Array, "rows areas"]
-    """The robot knows where the area is."""
-
-    heard_known: Bool[Array, "rows areas"]
-    """The partner told where the area is."""
-
-    disagreement: Float32[Array, "rows areas"]
-    """Distance between the own and the heard location, where both are known [m]."""
-
-    own_distance: Float32[Array, "rows areas"]
-    """How far the robot is from the own location [m]; zero where unknown."""
-
-    heard_distance: Float32[Array, "rows areas"]
-    """How far the robot is from the heard location [m]; zero where unknown."""
-
-    range: Float32[Array, " rows"]
-    """Distance to the partner, averaged [m]."""
-
-    frames: Float32[Array, " rows"]
-    """Readings averaged in this exchange."""
-
-    goal: Int8[Array, " rows"]
-    """The area the robot is heading for: 0 nest, 1 prey, -1 none."""
-
-
-@checked
-@dataclass(frozen=True, slots=True)
-class Situation:
-    """What the motion layer sees."""
-
-    proximity: Float32[Array, "rows 8"]
-    """As in Readings."""
-
-    ground: Float32[Array, "rows 3"]
-    """As in Readings."""
-
-    target: Float32[Array, "rows 2"]
-    """Where to go, body frame [m]; zeros without a goal."""
-
-    areas: Float32[Array, "rows areas 2"]
-    """Believed centres of nest and prey, body frame [m]; zeros where unknown."""
-
-    p: Float32[Array, "rows areas"]
-    """Own inverse confidence [m]; zeros where unknown."""
-
-    known: Bool[Array, "rows areas"]
-    """The robot believes it knows where the area is."""
-
-    goal: Int8[Array, " rows"]
-    """The area the robot is heading for: 0 nest, 1 prey, -1 none."""
-
-    talking: Bool[Array, " rows"]
-    """An exchange is under way: standing still makes its readings better."""
-
-    heard: Bool[Array, "rows slots"]
-    """The slot holds a message."""
-
-    beam: Float32[Array, "rows slots beam"]
-    """Where its sender is: as in Heard."""
-
-    wheels: Float32[Array, "rows 2"]
-    """The last command to the left and right wheel, as shares of the cruise speed."""
-
-
-class Weighting(Protocol):
-    """The confidence weighting: how much of what is heard enters the own estimate."""
-
-    heard_p_share: float
+    heard_p_share: float = 0.0
     """Part that the heard p plays in the merged p: p = (1 - g) p_i + share g p_j."""
 
-    def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
-        """g in [0, 1] for each area, 0 keeping the own estimate and 1 taking the heard one."""
+
+@dataclass(frozen=True)
+class EstimatorLayer:
+    """What a robot believes, as records and functions on them."""
+
+    mind: type[Record]
+    """All that the estimator keeps of a robot; among it what the other layers see."""
+
+    numbers: KernelNumbers
+    """Its parameters, one record a world."""
+
+    kernels: Mapping[str, Kernel]
+    """The functions that the templates `observe` and `decide` of the task name."""
+
+    observe: Kernel
+    """The template of the first half of a tick, before the cut."""
+
+    shared: tuple[int, ...] | None = None
+    """Shape of what it keeps for each pair of robots; None: nothing."""
+
+    own_weighting: WeightingLayer | None = None
+    """The weighting that the filter itself has, for the rule `filter`."""
+
+
+@dataclass(frozen=True)
+class MotionLayer:
+    """Where a robot goes."""
+
+    steer: Kernel
+    """Writes the command of a robot."""
+
+    numbers: KernelNumbers
+    """Its parameters, one record a world."""
+
+    memory: type[Record] = NoMemory
+    """What it remembers between ticks; of a field `stream` every robot has its own."""
+
+    noise: NoiseSource = NoiseSource.WANDER
+    """What it draws from that stream for."""
+
+
+class WeightingRule(Protocol):
+    """A weighting written in NumPy."""
+
+    heard_p_share: float
+
+    def __call__(self, exchange: Any) -> Float32[Array, "rows weights"]:  # noqa: ANN401 of its task
+        """The weights of all robots; those of a robot without an exchange do not count."""
         ...
 
 
-class Motion(Protocol):
-    """The motion of W worlds of robots, with what it remembers between ticks."""
+class MotionRule(Protocol):
+    """A motion written in NumPy, for all robots of a block of worlds."""
 
-    def __call__(self, situation: Situation) -> Float32[Array, "rows 2"]:
-        """Speed of the left and right wheel, in [-1, 1] of the cruise speed."""
+    def __call__(self, situation: Any) -> Float32[Array, "rows 2"]:  # noqa: ANN401 of its task
+        """What every robot is commanded."""
         ...
 
     def reset(self, world: int, seed: int) -> None:
@@ -188,24 +96,22 @@ class Motion(Protocol):
         ...
 
 
-class Estimator(Protocol):
-    """Where the areas are, for W worlds of robots."""
+class RunningController(Protocol):
+    """The layers of all robots of a block of worlds."""
 
-    def observe(self, readings: Readings, heard: Heard, wheels: Float32[Array, "rows 2"]) -> None:
-        """Take in one tick; then `encounter` and `situation` describe it."""
+    minds: Array
+    """What each robot keeps: records with the fields `estimator` and `motion`."""
+
+    def observe(self, first: int, last: int) -> None:
+        """Take in what the worlds first .. last - 1 gave back."""
         ...
 
-    encounter: Encounter
-    situation: Situation
-
-    def merge(self, g: Float32[Array, "rows areas"], heard_p_share: float) -> None:
-        """Blend what the finished exchanges brought, with weight g."""
+    def consult(self) -> None:
+        """Ask the rules written in NumPy, and write their actions."""
         ...
 
-    def say(
-        self,
-    ) -> tuple[Float32[Array, "rows words"], Bool[Array, " rows"], Bool[Array, " rows"]]:
-        """The words to broadcast, who broadcasts, and who just got lost."""
+    def decide(self, first: int, last: int) -> None:
+        """Write the next commands of the worlds first .. last - 1."""
         ...
 
     def reset(self, world: int, seed: int) -> None:
@@ -214,36 +120,19 @@ class Estimator(Protocol):
 
 
 class Controller(Protocol):
-    """An estimator, a weighting and a motion, run on all rows of a block."""
-
-    estimator: Estimator
-    weighting: Weighting
-    motion: Motion
-
-    def observe(self, feedback: Feedback) -> None:
-        """Take in what the world gave back; the layers' inputs are ready afterwards."""
-        ...
-
-    def command(
-        self,
-        g: Float32[Array, "rows areas"] | None = None,
-        wheels: Float32[Array, "rows 2"] | None = None,
-    ) -> Command:
-        """The next command; a weight or wheels from outside take the place of that layer."""
-        ...
-
-    def reset(self, world: int, seed: int) -> None:
-        """Forget everything about one world."""
-        ...
-
-
-class ControllerRecipe(Protocol):
     """A named controller with its parameters, before it meets a world."""
 
-    def build(self, scenario: Any, seeds: Sequence[int]) -> Controller:  # noqa: ANN401 either world
-        """The running controller for a block of worlds, one for each seed."""
+    name: str
+
+    def build(
+        self,
+        world: Any,  # noqa: ANN401 of its task
+        seeds: Sequence[int],
+        each: Sequence["Controller"],
+    ) -> RunningController:
+        """The running controller of a block of worlds, with the numbers of `each` of them."""
         ...
 
-    def with_parameters(self, values: dict[str, Any]) -> "ControllerRecipe":
-        """The same recipe with some parameters changed."""
+    def with_parameters(self, values: dict[str, Any]) -> "Controller":
+        """The same controller with some parameters changed."""
         ...

@@ -1,102 +1,126 @@
-"""The control loop: tick, listen, then weigh and steer, merge, and tick again.
+"""The control loop: decide, tick, observe, over a block of worlds and on several threads.
 
-    world.tick(command) -> controller.observe(feedback) -> controller.command(g, wheels) -> ...
+    controller.decide -> world.tick -> controller.observe -> [the cut] -> controller.decide ...
 
-Between `observe` and `command` lies the cut where a policy takes the place of a layer.
+At the cut a learner writes `world.robots["action"]`, which takes the place of a layer.
 """
 
-from collections.abc import Sequence
-from typing import Any, Generic, TypeVar, cast
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import Any
 
-from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.ground_truth import GroundTruth, is_reference, read_only
-from swarm_forage_env.interface import Controller, ControllerRecipe
-from swarm_forage_env.scenario import Scenario
-from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
-from swarm_forage_env.waypoints_world import PHYSICS, WaypointsWorld
-from swarm_forage_env.world import World
+import numpy as np
 
-WorldT = TypeVar("WorldT", World, WaypointsWorld)
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import Controller, RunningController
+from swarm_forage_env.task import World, task_of
 
 
-class Loop(Generic[WorldT]):
-    """A block of worlds and the controller of all their robots, in turn."""
+class Loop:
+    """A block of worlds and the controller of all their robots, in turn.
 
-    def __init__(self, world: WorldT, controller: Controller) -> None:
-        """Worlds that have been sensed and are about to move."""
-        self.world: WorldT = world
-        self.controller = controller
-        self.controller.observe(cast(Any, world.feedback))
+    The result does not depend on the number of threads: each runs its own worlds.
+    """
+
+    def __init__(
+        self,
+        scenario: Any,  # noqa: ANN401 of any task; or one for each seed
+        controller: Controller | Sequence[Controller],
+        seeds: Sequence[int],
+        physics: str | None = None,
+        threads: int = 1,
+    ) -> None:
+        """One world for each seed, sensed and about to move.
+
+        `scenario` and `controller` are one for all worlds or one for each; they may differ in
+        every number but how many robots there are.
+        """
+        scenarios = _one_each(scenario, seeds)
+        self.task = task_of(scenarios[0])
+        self.world: World = self.task.world(scenarios, seeds, physics or self.task.physics)
+        controllers = _one_each(controller, seeds)
+        build = controllers[0].build
+        self.controller: RunningController = build(self.world, seeds, controllers)
+        self.threads = checked_threads(threads)
+        self._chunks = chunks(self.world.n_worlds, self.threads)
+        self._begin(seeds)
 
     def reset(self, seeds: Sequence[int]) -> None:
         """Start every world anew, each from its seed."""
-        feedback = self.world.reset(seeds)
+        self.world.reset(seeds)
+        self._begin(seeds)
+
+    def step(self) -> None:
+        """One tick of every world.
+
+        Afterwards `exchange` and `situation` hold what either layer is shown next.
+        """
+        self.controller.consult()
+        self._run(self._step)
+
+    @property
+    def exchange(self) -> Any:  # noqa: ANN401 of its task
+        """What the weighting layer of every robot sees, a row for each."""
+        return self.task.exchange(self.world, self.controller.minds)
+
+    @property
+    def situation(self) -> Any:  # noqa: ANN401 of its task
+        """What the motion layer of every robot sees, a row for each."""
+        return self.task.situation(self.world, self.controller.minds)
+
+    def _begin(self, seeds: Sequence[int]) -> None:
         for world, seed in enumerate(seeds):
             self.controller.reset(world, seed)
-        self.controller.observe(cast(Any, feedback))
+        self._run(self.controller.observe)
 
-    def step(
-        self,
-        g: Float32[Array, "rows weights"] | None = None,
-        wheels: Float32[Array, "rows 2"] | None = None,
-    ) -> Any:  # noqa: ANN401 the feedback of its world
-        """One tick; a weight g in [0, 1] or wheels in [-1, 1] replace that layer's own.
+    def _step(self, first: int, last: int) -> None:
+        self.controller.decide(first, last)
+        self.world.tick(first, last)
+        self.controller.observe(first, last)
 
-        Afterwards `controller.estimator.encounter` and `.situation` hold what either layer
-        is shown next.
-        """
-        feedback = self.world.tick(cast(Any, self.controller.command(g, wheels)))
-        self.controller.observe(cast(Any, feedback))
-        return feedback
-
-
-class ControlLoop(Loop[World]):
-    """The loop of robots that forage."""
-
-    def __init__(
-        self,
-        scenario: Scenario,
-        recipe: ControllerRecipe,
-        seeds: Sequence[int],
-        physics: str = "rigid",
-    ) -> None:
-        """One world for each seed, sensed and about to move."""
-        world = World(scenario, seeds, physics)
-        super().__init__(world, _controller(recipe, world, seeds))
+    def _run(self, work: Callable[[int, int], None]) -> None:
+        """Do a piece of work on all worlds, one chunk of them on each thread."""
+        if len(self._chunks) == 1:
+            work(*self._chunks[0])
+            return
+        waiting = [pool(self.threads).submit(work, *chunk) for chunk in self._chunks]
+        for each in waiting:
+            each.result()
 
 
-class WaypointsLoop(Loop[WaypointsWorld]):
-    """The loop of robots that visit waypoints."""
-
-    def __init__(
-        self,
-        scenario: WaypointsScenario,
-        recipe: ControllerRecipe,
-        seeds: Sequence[int],
-        physics: str = PHYSICS,
-    ) -> None:
-        """One world for each seed, sensed and about to move."""
-        world = WaypointsWorld(scenario, seeds, physics)
-        super().__init__(world, recipe.build(scenario, seeds))
+@cache
+def _pool_of(threads: int, process: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix="swarm-forage")
 
 
-def default_physics(scenario: AnyScenario) -> str:
-    """The engine of a scenario for which none is asked."""
-    return PHYSICS if isinstance(scenario, WaypointsScenario) else "rigid"
+def pool(threads: int) -> ThreadPoolExecutor:
+    """The pool of this process, kept for all blocks of so many threads; a fork makes its own."""
+    return _pool_of(threads, os.getpid())
 
 
-def start_loop(
-    scenario: AnyScenario, recipe: ControllerRecipe, seeds: Sequence[int], physics: str
-) -> ControlLoop | WaypointsLoop:
-    """The loop of either world."""
-    if isinstance(scenario, WaypointsScenario):
-        return WaypointsLoop(scenario, recipe, seeds, physics)
-    return ControlLoop(scenario, recipe, seeds, physics)
+def chunks(n_worlds: int, threads: int) -> list[tuple[int, int]]:
+    """Consecutive worlds for each thread: first and last + 1.
+
+    >>> chunks(5, 2)
+    [(0, 3), (3, 5)]
+    """
+    parts = np.array_split(np.arange(n_worlds), min(threads, n_worlds))
+    return [(int(part[0]), int(part[-1]) + 1) for part in parts]
 
 
-def _controller(recipe: ControllerRecipe, world: World, seeds: Sequence[int]) -> Controller:
-    """The running controller; a reference, and nobody else, is shown the truth."""
-    if not is_reference(recipe):
-        return recipe.build(world.scenario, seeds)
-    truth = GroundTruth(read_only(world.state.pose), read_only(world.areas))
-    return recipe.build_knowing(world.scenario, seeds, truth)
+def checked_threads(threads: Any) -> int:  # noqa: ANN401 whatever was given
+    """The number of threads; ConfigError for what is none."""
+    if isinstance(threads, int) and not isinstance(threads, bool) and threads >= 1:
+        return threads
+    raise ConfigError(f"threads={threads!r}: must be a whole number, at least 1")
+
+
+def _one_each(given: Any, seeds: Sequence[int]) -> list[Any]:  # noqa: ANN401 scenarios or controllers
+    """One for each seed; ConfigError for a list of another length."""
+    if not isinstance(given, list | tuple):
+        return [given] * len(seeds)
+    if len(given) != len(seeds):
+        raise ConfigError(f"{len(given)} given for {len(seeds)} worlds: must be one for each")
+    return list(given)

@@ -6,8 +6,8 @@ Each takes arrays over all rows and the number of worlds W; robots of a world ar
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int32, Int64
-from swarm_forage_env.kernels.compiler import kernel
-from swarm_forage_env.kernels.frames import to_outer
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.geometry import to_outer
 
 
 def total(count: Int32[Array, " rows"], n_worlds: int) -> Int64[Array, " worlds"]:

@@ -24,7 +24,7 @@ from baselines.motion.base import MOTIONS
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.interface import Motion, Situation
-from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.scenario import Part, Scenario
 from training import reflexes
 from training.policy import (

@@ -20,7 +20,7 @@ from baselines.motion.subsumption import RUN, Subsumption, SubsumptionParameters
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int64
 from swarm_forage_env.envs.cuts import corrected
 from swarm_forage_env.interface import Situation
-from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.kernels.proximity import PROXIMITY_ANGLES
 from swarm_forage_env.scenario import Scenario
 from training.policy import Policy, Shapes

@@ -12,7 +12,7 @@ from pydantic import Field, field_validator
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.interface import Encounter
-from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.scenario import Part, Scenario
 from training.policy import Policy, Shapes, Weights, load_policy, policy_file
 

@@ -10,7 +10,7 @@ import numpy as np
 from baselines.controller import Recipe
 from baselines.estimators.matrices import spectral_norm3
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.loop import WaypointsLoop
 from swarm_forage_env.waypoints_scenario import WaypointsScenario
 

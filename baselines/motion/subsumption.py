@@ -11,65 +11,45 @@ Not in the paper, and chosen here:
 """
 
 import math
-from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
 from baselines.motion.base import MOTIONS
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, UInt64
-from swarm_forage_env.interface import Situation
-from swarm_forage_env.kernels.compiler import kernel
-from swarm_forage_env.kernels.frames import wrap
-from swarm_forage_env.kernels.proximity import PROXIMITY_ANGLES, response
-from swarm_forage_env.kernels.rng import exponential, symmetric
-from swarm_forage_env.scenario import NotNegative, Part, Positive, Scenario, Share, record
-from swarm_forage_env.streams import Cause, streams
+from swarm_forage_env.arrays import Array, Float32, UInt64
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES, response
+from swarm_forage_env.equations.random_draws import exponential, symmetric
+from swarm_forage_env.foraging.records import Heard, Readings, Situation
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import MotionLayer
+from swarm_forage_env.parameters import NotNegative, Part, Positive, Share
+from swarm_forage_env.record import Numbers, Record, field
 
 FULL_TURN_AT = 0.5
 """Off course by this angle or more, the wheels turn as fast as they can [rad] (chosen)."""
 
-HOLD, TURN, RUN = 0, 1, 2
-"""Columns of a robot's memory: ticks to hold a course after avoiding, angle still to turn to
-it [rad], path left of the straight run [m]."""
 
+class Course(Record):
+    """What subsumption remembers of a robot's course. Writer: `subsume`."""
 
-@MOTIONS.register("subsumption")
-class SubsumptionParameters(Part):
-    """What the papers leave open about avoiding, and about the random walk."""
+    hold: float = field(np.float64, unit="ticks")
+    """Ticks to hold a course after avoiding."""
 
-    avoidance: Literal["tangential", "literal"] = Field(
-        "tangential", description="Around the obstacle, or opposite to it as TR 5.1 says"
-    )
-    gap: Positive = Field(
-        0.011, le=0.05, description="Obstacles nearer than this are avoided [m] (derived)"
-    )
-    sector: Positive = Field(
-        math.radians(100.0),
-        le=math.pi,
-        description="Obstacles farther than this off the heading are let be [rad] (derived)",
-    )
-    swerve: Positive = Field(
-        math.radians(100.0),
-        le=math.pi,
-        description="New course, measured from the obstacle's bearing [rad] (derived)",
-    )
-    hold: NotNegative = Field(0.0, description="The new course is held for this long [s] (derived)")
-    creep: Share = Field(
-        0.15, description="Least forward share of the speed while avoiding (derived)"
-    )
-    mean_run: Positive = Field(
-        0.33, description="Mean straight run of the random walk [m] (derived)"
-    )
+    turn: float = field(np.float64, unit="rad")
+    """Angle still to turn to it."""
 
-    def start(self, scenario: Scenario, seeds: Sequence[int]) -> "Subsumption":
-        """The running motion of a block of worlds, one for each seed."""
-        return Subsumption(self, scenario, seeds)
+    run: float = field(np.float64, unit="m")
+    """Path left of the straight run."""
+
+    stream: UInt64[Array, "1"] = field(np.uint64, 1)
+    """Random stream of the walk."""
 
 
 @kernel
-def steer(angle: float, creep: float) -> tuple[float, float]:
+def wheels_towards(angle: float, creep: float) -> tuple[float, float]:
     """Left and right wheel, in [-1, 1], towards a direction of the body frame [rad].
 
     forward = max(cos angle, creep),  turn = angle / FULL_TURN_AT in [-1, 1]
@@ -108,99 +88,115 @@ def way_round(bearing: float, swerve: float) -> float:
 
 
 @kernel
-def subsume(  # noqa: PLR0913 inputs first, then what is remembered, then the output
-    proximity: Float32[Array, "rows 8"],
-    target: Float32[Array, "rows 2"],
-    goal: Int8[Array, " rows"],
-    talking: Bool[Array, " rows"],
-    parameters: Array,
-    memory: Float64[Array, "rows 3"],
-    streams: UInt64[Array, " rows"],
-    out_wheels: Float32[Array, "rows 2"],
-) -> None:
-    """One tick of all behaviours: communicate-stop, avoid, forage, wander, in this order."""
-    turn_per_tick = parameters[0]["turn_per_tick"]
-    for i in range(proximity.shape[0]):
-        if talking[i]:
-            out_wheels[i, :] = 0.0
-            continue
-        seen, bearing = obstacle(proximity[i], parameters[0]["threshold"], parameters[0]["sector"])
-        creep = 0.0
-        if seen:
-            literal = parameters[0]["literal"] > 0.0
-            turn = (
-                wrap(bearing + math.pi) if literal else way_round(bearing, parameters[0]["swerve"])
-            )
-            memory[i, TURN] = turn
-            memory[i, HOLD] = parameters[0]["hold_ticks"]
-        if seen or memory[i, HOLD] > 0.0:
-            memory[i, HOLD] -= 1.0
-            angle, creep = memory[i, TURN], parameters[0]["creep"]
-        elif goal[i] >= 0:
-            angle = math.atan2(target[i, 1], target[i, 0])
+def avoid(course: Course, readings: Readings, numbers: Numbers) -> bool:
+    """Take a course past an obstacle, if there is one; whether one is held."""
+    seen, bearing = obstacle(readings.proximity, response(numbers.gap), numbers.sector)
+    if seen:
+        if numbers.literal > 0.0:
+            course.turn = wrap(bearing + math.pi)
         else:
-            if memory[i, RUN] <= 0.0:
-                memory[i, RUN] = exponential(streams, i, parameters[0]["mean_run"])
-                memory[i, TURN] = math.pi * symmetric(streams, i)
-            memory[i, RUN] -= parameters[0]["path_per_tick"]
-            angle = memory[i, TURN]
-        left, right = steer(angle, creep)
-        memory[i, TURN] = wrap(memory[i, TURN] - 0.5 * (right - left) * turn_per_tick)
-        out_wheels[i, 0], out_wheels[i, 1] = left, right
+            course.turn = way_round(bearing, numbers.swerve)
+        course.hold = numbers.hold_ticks
+    if not seen and course.hold <= 0.0:
+        return False
+    course.hold -= 1.0
+    return True
 
 
-class Subsumption:
-    """The motion of all robots of a block of worlds."""
-
-    def __init__(
-        self, parameters: SubsumptionParameters, scenario: Scenario, seeds: Sequence[int]
-    ) -> None:
-        """Robots about to start a random walk."""
-        self._n_robots = scenario.task.n_robots
-        rows = len(seeds) * self._n_robots
-        self._memory: Float64[Array, "rows 3"] = np.zeros((rows, 3))
-        self._streams = streams(seeds, self._n_robots, Cause.WANDER)
-        self._record = _record(parameters, scenario)
-
-    def __call__(self, situation: Situation) -> Float32[Array, "rows 2"]:
-        """Left and right wheel of every robot, in [-1, 1] of the cruise speed."""
-        return self.towards(situation, situation.target)
-
-    def towards(
-        self, situation: Situation, target: Float32[Array, "rows 2"]
-    ) -> Float32[Array, "rows 2"]:
-        """The same, where those with a goal go to another place, body frame [m]."""
-        wheels = np.empty((len(situation.goal), 2), np.float32)
-        subsume(
-            situation.proximity,
-            target,
-            situation.goal,
-            situation.talking,
-            self._record,
-            self._memory,
-            self._streams,
-            wheels,
-        )
-        return wheels
-
-    def reset(self, world: int, seed: int) -> None:
-        """Forget one world's courses, and walk at random from this seed from now on."""
-        rows = slice(world * self._n_robots, (world + 1) * self._n_robots)
-        self._memory[rows] = 0.0
-        self._streams[rows] = streams([seed], self._n_robots, Cause.WANDER)
+@kernel
+def wander(course: Course, numbers: Numbers) -> None:
+    """Go on with a straight run of the random walk, or turn to a new one."""
+    if course.run <= 0.0:
+        course.run = exponential(course.stream, 0, numbers.mean_run)
+        course.turn = math.pi * symmetric(course.stream, 0)
+    course.run -= numbers.path_per_tick
 
 
-def _record(parameters: SubsumptionParameters, scenario: Scenario) -> Array:
-    """The parameters as the kernel reads them, in ticks and sensor readings."""
-    cruise, dt = scenario.robot.cruise_speed, scenario.tick
-    return record(
-        literal=parameters.avoidance == "literal",
-        threshold=response(parameters.gap),
-        sector=parameters.sector,
-        swerve=parameters.swerve,
-        hold_ticks=round(parameters.hold / dt),
-        creep=parameters.creep,
-        mean_run=parameters.mean_run,
-        path_per_tick=cruise * dt,
-        turn_per_tick=2.0 * cruise * dt / scenario.robot.axle,
+@kernel
+def subsume(
+    situation: Situation,
+    readings: Readings,
+    target: Float32[Array, "2"],
+    wheels: Float32[Array, "2"],
+    course: Course,
+    numbers: Numbers,
+) -> None:
+    """One tick of all behaviours: communicate-stop, avoid, forage, wander, in this order.
+
+    A robot with a goal goes to `target`, body frame [m].
+    """
+    if situation.is_talking:
+        wheels[0] = wheels[1] = 0.0
+        return
+    creep = 0.0
+    if avoid(course, readings, numbers):
+        angle, creep = course.turn, numbers.creep
+    elif situation.goal >= 0:
+        angle = float(math.atan2(target[1], target[0]))
+    else:
+        wander(course, numbers)
+        angle = course.turn
+    left, right = wheels_towards(angle, creep)
+    course.turn = wrap(course.turn - 0.5 * (right - left) * numbers.turn_per_tick)
+    wheels[0], wheels[1] = left, right
+
+
+@kernel
+def steer(  # noqa: PLR0913 what every motion sees, then what it remembers
+    situation: Situation,
+    readings: Readings,
+    heard: Heard,
+    wheels: Float32[Array, "2"],
+    course: Course,
+    numbers: Numbers,
+) -> None:
+    """Subsumption on the way to the robot's own target; `wheels` are the last, and the next."""
+    subsume(situation, readings, situation.target, wheels, course, numbers)
+
+
+@MOTIONS.register("subsumption")
+class SubsumptionParameters(Part):
+    """What the papers leave open about avoiding, and about the random walk."""
+
+    avoidance: Literal["tangential", "literal"] = Field(
+        "tangential", description="Around the obstacle, or opposite to it as TR 5.1 says"
     )
+    gap: Positive = Field(
+        0.011, le=0.05, description="Obstacles nearer than this are avoided [m] (derived)"
+    )
+    sector: Positive = Field(
+        math.radians(100.0),
+        le=math.pi,
+        description="Obstacles farther than this off the heading are let be [rad] (derived)",
+    )
+    swerve: Positive = Field(
+        math.radians(100.0),
+        le=math.pi,
+        description="New course, measured from the obstacle's bearing [rad] (derived)",
+    )
+    hold: NotNegative = Field(0.0, description="The new course is held for this long [s] (derived)")
+    creep: Share = Field(
+        0.15, description="Least forward share of the speed while avoiding (derived)"
+    )
+    mean_run: Positive = Field(
+        0.33, description="Mean straight run of the random walk [m] (derived)"
+    )
+
+    def layer(self, scenario: Scenario) -> MotionLayer:
+        """The functions of the motion, with its numbers in a scenario."""
+        return MotionLayer(steer, self.numbers(scenario), Course)
+
+    def numbers(self, scenario: Scenario) -> dict[str, float]:
+        """The parameters as kernels read them, in ticks and sensor readings."""
+        cruise, dt = scenario.robot.cruise_speed, scenario.tick
+        return {
+            "literal": self.avoidance == "literal",
+            "gap": self.gap,
+            "sector": self.sector,
+            "swerve": self.swerve,
+            "hold_ticks": round(self.hold / dt),
+            "creep": self.creep,
+            "mean_run": self.mean_run,
+            "path_per_tick": cruise * dt,
+            "turn_per_tick": 2.0 * cruise * dt / scenario.robot.axle,
+        }

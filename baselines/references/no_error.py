@@ -20,7 +20,7 @@ from baselines.estimators.social_odometry import SocialOdometry, SocialOdometryP
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.ground_truth import GroundTruth
 from swarm_forage_env.interface import Readings
-from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.kernels.diff_drive import path_length
 from swarm_forage_env.kernels.frames import wrap
 from swarm_forage_env.scenario import Scenario

@@ -1,13 +1,18 @@
 """Covariance knowledge: the heard matrix is taken at its word."""
 
-from typing import ClassVar
-
-import numpy as np
-
 from baselines.weighting.base import WEIGHTING_RULES
-from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.interface import Encounter
-from swarm_forage_env.scenario import Part
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.foraging.records import Exchange
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import WeightingLayer
+from swarm_forage_env.parameters import Part
+from swarm_forage_env.record import Numbers
+
+
+@kernel
+def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
+    """The weight g = 1 / 2: both covariances count alike."""
+    return 0.5
 
 
 @WEIGHTING_RULES.register("covariance")
@@ -22,8 +27,6 @@ class Covariance(Part):
     Source: TR, Eq. 22; ANTS, Section 5 (covariance knowledge).
     """
 
-    heard_p_share: ClassVar[float] = 0.0
-
-    def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
-        """g for each row and area."""
-        return np.full_like(encounter.own_p, 0.5)
+    def layer(self, scenario: Scenario) -> WeightingLayer:
+        """The function of the rule."""
+        return WeightingLayer(gain)

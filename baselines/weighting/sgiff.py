@@ -1,16 +1,29 @@
 """The Social Generalised Induced Fermi Filter."""
 
-from typing import ClassVar
+import math
 
-import numpy as np
 from pydantic import Field
 
 from baselines.weighting.base import WEIGHTING_RULES
-from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.interface import Encounter
-from swarm_forage_env.scenario import NotNegative, Part
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.foraging.records import Exchange
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import WeightingLayer
+from swarm_forage_env.parameters import NotNegative, Part
+from swarm_forage_env.record import Numbers
 
 CENTIMETRES = 100.0
+
+
+@kernel
+def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
+    """The Fermi function of an area, written as a tanh, which cannot overflow.
+
+    Source: TR, Eq. 37.
+    """
+    steepness = 0.5 * numbers.beta * CENTIMETRES
+    ahead = float(exchange.own_p[area]) - float(exchange.heard_p[area])
+    return 0.5 + 0.5 * math.tanh(steepness * ahead)
 
 
 @WEIGHTING_RULES.register("sgiff")
@@ -27,14 +40,10 @@ class SGIFF(Part):
     Source: TR, Eq. 37 and 39; ANTS, Eq. 3.
     """
 
-    heard_p_share: ClassVar[float] = 1.0
-
     beta: NotNegative = Field(
         0.01, description="Steepness [1/cm]. Best in ES1 and ES2: TR 6.1.2 (published)"
     )
 
-    def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
-        """g for each row and area; written as a tanh, which cannot overflow."""
-        steepness = np.float32(0.5 * self.beta * CENTIMETRES)
-        difference = encounter.own_p - encounter.heard_p
-        return np.asarray(0.5 + 0.5 * np.tanh(steepness * difference))
+    def layer(self, scenario: Scenario) -> WeightingLayer:
+        """The function of the rule, with its steepness."""
+        return WeightingLayer(gain, {"beta": self.beta}, heard_p_share=1.0)

@@ -1,13 +1,21 @@
 """The Social Generalised Induced Kalman Filter."""
 
-from typing import ClassVar
-
 import numpy as np
 
 from baselines.weighting.base import WEIGHTING_RULES
-from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.interface import Encounter
-from swarm_forage_env.scenario import Part
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.foraging.records import Exchange
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import WeightingLayer
+from swarm_forage_env.parameters import Part
+from swarm_forage_env.record import Numbers
+
+
+@kernel
+def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
+    """The gain g = p_i / (p_i + p_j) of an area; 1/2 where both are 0. Source: TR, Eq. 33."""
+    own, total = exchange.own_p[area], exchange.own_p[area] + exchange.heard_p[area]
+    return own / total if total > 0.0 else np.float32(0.5)
 
 
 @WEIGHTING_RULES.register("sgikf")
@@ -23,11 +31,6 @@ class SGIKF(Part):
     Source: TR, Eq. 33 and 35.
     """
 
-    heard_p_share: ClassVar[float] = 0.0
-
-    def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
-        """g for each row and area."""
-        own, total = encounter.own_p, encounter.own_p + encounter.heard_p
-        g = np.full_like(own, 0.5)
-        np.divide(own, total, out=g, where=total > 0.0)
-        return g
+    def layer(self, scenario: Scenario) -> WeightingLayer:
+        """The function of the rule."""
+        return WeightingLayer(gain)

@@ -1,13 +1,20 @@
 """The Social Induced Kalman Filter's gain."""
 
-from typing import ClassVar
-
-import numpy as np
-
 from baselines.weighting.base import WEIGHTING_RULES
-from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.interface import Encounter
-from swarm_forage_env.scenario import Part
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.foraging.records import Exchange
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import WeightingLayer
+from swarm_forage_env.parameters import Part
+from swarm_forage_env.record import Numbers
+
+
+@kernel
+def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
+    """The gain g = |P_i| / (|P_i| + |P_j|) of an area; 1/2 where both are 0. Source: TR, Eq. 33."""
+    own = float(exchange.own_p[area]) ** 2
+    total = own + float(exchange.heard_p[area]) ** 2
+    return own / total if total > 0.0 else 0.5
 
 
 @WEIGHTING_RULES.register("sikf")
@@ -22,12 +29,6 @@ class SIKF(Part):
     Source: TR, Eq. 33.
     """
 
-    heard_p_share: ClassVar[float] = 0.0
-
-    def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
-        """g for each row and area."""
-        own = encounter.own_p.astype(np.float64) ** 2
-        total = own + encounter.heard_p.astype(np.float64) ** 2
-        g = np.full_like(own, 0.5)
-        np.divide(own, total, out=g, where=total > 0.0)
-        return g.astype(np.float32)
+    def layer(self, scenario: Scenario) -> WeightingLayer:
+        """The function of the rule."""
+        return WeightingLayer(gain)

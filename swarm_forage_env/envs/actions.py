@@ -8,7 +8,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.layout import Layout
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.compiler import kernel
 
 
 class Actions:

@@ -19,7 +19,7 @@ from swarm_forage_env.envs.waypoints import WaypointBatch
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.interface import ControllerRecipe
 from swarm_forage_env.rendering.view import RENDER_MODES, check_render_mode
-from swarm_forage_env.streams import checked_seed, drawn_seed
+from swarm_forage_env.random_streams import checked_seed, drawn_seed
 from swarm_forage_env.waypoints_scenario import AnyScenario
 
 Observations = dict[str, Float32[Array, " numbers"]]

@@ -13,7 +13,7 @@ from swarm_forage_env.envs.layout import Layout
 from swarm_forage_env.envs.parallel import parallel_env
 from swarm_forage_env.envs.showing import render_modes
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.streams import checked_seed, drawn_seed
+from swarm_forage_env.random_streams import checked_seed, drawn_seed
 
 METADATA: dict[str, Any] = {
     name: parallel_env.metadata[name] for name in ("render_modes", "render_fps")

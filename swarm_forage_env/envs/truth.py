@@ -8,7 +8,7 @@ from swarm_forage_env.envs.bounds import Bounds
 from swarm_forage_env.envs.layout import GOALS, Layout, Slot, goal_slots
 from swarm_forage_env.envs.observation import AREAS, FLAG
 from swarm_forage_env.interface import Situation
-from swarm_forage_env.kernels.compiler import kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.metrics import believed_places, localisation_errors
 from swarm_forage_env.world import World
 

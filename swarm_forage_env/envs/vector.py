@@ -13,7 +13,7 @@ from swarm_forage_env.envs.block import Block
 from swarm_forage_env.envs.showing import render_modes
 from swarm_forage_env.envs.single import METADATA
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.streams import checked_seed, drawn_seed
+from swarm_forage_env.random_streams import checked_seed, drawn_seed
 
 VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
 

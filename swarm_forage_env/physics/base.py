@@ -1,29 +1,25 @@
-"""What the world asks of an engine."""
+"""Engines: what moves the robots of the foraging world."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.neighbours import Neighbours
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.registry import Registry
-from swarm_forage_env.scenario import Scenario
 
 
 class Physics(Protocol):
-    """Moves all robots of a block of worlds for one tick; the arrays are the truth.
+    """Moves the robots of a block of worlds for one tick, before the kernel `tick`.
 
-    Robots may end up overlapping by a few millimetres: the world settles contacts after it.
+    An engine that leaves `has_moved` of a world alone leaves the motion to that kernel, which
+    drives every robot as its wheels turn. Robots may end up overlapping by a few millimetres:
+    the kernel resolves contacts after it.
     """
 
-    def move(
-        self,
-        pose: Float64[Array, "rows 3"],
-        wheels: Float64[Array, "rows 2"],
-        neighbours: Neighbours,
-    ) -> None:
-        """Advance the poses (world frame) by one tick of these wheel speeds [m/s], in place.
+    def move(self, robots: Array, worlds: Array, near: Array, first: int, last: int) -> None:
+        """Move the robots of the worlds first .. last - 1 by one tick.
 
-        `neighbours` holds the pairs that are close before the move.
+        `near` holds the neighbours before the move.
         """
         ...
 
@@ -32,5 +28,5 @@ class Physics(Protocol):
         ...
 
 
-ENGINES: Registry[Callable[[Scenario, int], Physics]] = Registry("physics engine")
-"""Engines by name; each is made from a scenario and the number of worlds."""
+ENGINES: Registry[Callable[[Sequence[Scenario]], Physics]] = Registry("physics engine")
+"""Engines by name; each is made from the scenario of every world of a block."""

@@ -1,29 +1,25 @@
-"""Wheels integrated exactly, no forces: fast, and the engine of worlds without contacts."""
+"""The engine `kinematic`: wheels integrated exactly, no forces.
 
-from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.kernels.diff_drive import drive
-from swarm_forage_env.neighbours import Neighbours
+In a contact robots keep turning their wheels and are moved apart along the line between their
+centres; they do not push, slide or turn each other.
+"""
+
+from collections.abc import Sequence
+
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.physics.base import ENGINES
-from swarm_forage_env.scenario import Scenario
 
 
 @ENGINES.register("kinematic")
 class Kinematic:
-    """Every robot goes where its wheels take it."""
+    """Every robot goes where its wheels take it, as the kernel `tick` drives it."""
 
-    def __init__(self, scenario: Scenario, n_worlds: int) -> None:
-        """Robots of this scenario."""
-        self._dt = scenario.tick
-        self._axle = scenario.robot.axle
+    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+        """Nothing is kept."""
 
-    def move(
-        self,
-        pose: Float64[Array, "rows 3"],
-        wheels: Float64[Array, "rows 2"],
-        neighbours: Neighbours,
-    ) -> None:
-        """Advance the poses by one tick, in place."""
-        drive(pose, wheels, self._dt, self._axle)
+    def move(self, robots: Array, worlds: Array, near: Array, first: int, last: int) -> None:
+        """Leave the motion to the kernel."""
 
     def reset(self, world: int) -> None:
         """There is nothing to forget."""

@@ -1,14 +1,15 @@
-"""Rigid discs that push, slide and turn each other: pymunk, moved in and out in one call."""
+"""The engine `rigid`: discs that push, slide and turn each other in a contact, by pymunk."""
+
+from collections.abc import Sequence
 
 import numpy as np
 import pymunk
 from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 
 from swarm_forage_env.arrays import Array, Bool, Float64
-from swarm_forage_env.kernels.bodies import may_touch, read_bodies, write_bodies
-from swarm_forage_env.neighbours import Neighbours
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.physics.base import ENGINES
-from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.physics.pymunk_buffers import read_bodies, write_bodies
 
 SUBSTEPS = 2
 MASS = 0.15
@@ -27,56 +28,38 @@ class Rigid:
     """One pymunk space for each world; poses and velocities are written, poses read back.
 
     In a tick in which no body of a world can reach another or a wall, its space would only
-    carry each robot along its chord; that is done here without asking it.
+    carry each robot along its chord; that is left to the kernel `tick`.
     """
 
-    def __init__(self, scenario: Scenario, n_worlds: int) -> None:
-        """Spaces with the robots and walls of this scenario."""
-        self._dt = scenario.tick
-        self._axle = scenario.robot.axle
-        self._radius = scenario.robot.radius
+    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+        """Spaces with the robots and walls of these scenarios."""
+        n_worlds = len(scenarios)
         self._touching: Bool[Array, " worlds"] = np.zeros(n_worlds, np.bool_)
-        n_bodies = scenario.task.n_robots + 1  # the walls' static body comes last
+        n_bodies = scenarios[0].task.n_robots + 1  # the walls' static body comes last
         self._written: Float64[Array, "worlds bodies 6"] = np.zeros((n_worlds, n_bodies, 6))
         # pymunk reallocates a buffer it finds full, which must not happen to NumPy's memory
         self._read: Float64[Array, "worlds numbers"] = np.zeros((n_worlds, 6 * n_bodies + 16))
-        self._scenario = scenario
-        self._spaces = [_space(scenario) for _ in range(n_worlds)]
+        self._scenarios = tuple(scenarios)
+        self._spaces = [_space(scenario) for scenario in scenarios]
         self._buffers = [
             (_buffer(self._written[w]), _buffer(self._read[w])) for w in range(n_worlds)
         ]
 
-    def move(
-        self,
-        pose: Float64[Array, "rows 3"],
-        wheels: Float64[Array, "rows 2"],
-        neighbours: Neighbours,
-    ) -> None:
-        """Advance the poses by one tick, in place."""
-        dt, axle, touching = self._dt, self._axle, self._touching
-        may_touch(
-            pose,
-            wheels,
-            neighbours.pairs,
-            neighbours.start,
-            neighbours.arena,
-            self._radius,
-            dt,
-            touching,
-        )
-        write_bodies(pose, wheels, dt, axle, self._written)
-        for w in np.flatnonzero(touching):
+    def move(self, robots: Array, worlds: Array, near: Array, first: int, last: int) -> None:
+        """Move the worlds in which bodies may touch."""
+        write_bodies(robots, worlds, near, first, last, self._written, self._touching)
+        for w in np.flatnonzero(self._touching[first:last]) + first:
             space, (written, read) = self._spaces[w], self._buffers[w]
             set_space_bodies(space, _WRITTEN, written)
             for _ in range(SUBSTEPS):
-                space.step(dt / SUBSTEPS)
+                space.step(self._scenarios[w].tick / SUBSTEPS)
             read.clear()
             get_space_bodies(space, _READ, read)
-        read_bodies(touching, self._read, wheels, dt, axle, pose)
+            read_bodies(self._read[w], robots, worlds, w)
 
     def reset(self, world: int) -> None:
         """Start from a new space: the old one keeps the impulses of its last contacts."""
-        self._spaces[world] = _space(self._scenario)
+        self._spaces[world] = _space(self._scenarios[world])
 
 
 def _space(scenario: Scenario) -> pymunk.Space:

@@ -10,7 +10,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int32, Int64, checked
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Heard, Situation
-from swarm_forage_env.kernels.task import TO_NEST, TO_PREY
+from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
 from swarm_forage_env.metrics import believed_places, on_path_now
 from swarm_forage_env.scenario import Scenario
 from swarm_forage_env.state import SwarmState

@@ -1,0 +1,30 @@
+"""The named baselines, one line each. A name takes parameters: `ssgiff:beta=0.01`."""
+
+from baselines.controller import LayeredController
+from baselines.estimators.social_odometry import SocialOdometryParameters
+from baselines.motion.subsumption import SubsumptionParameters
+from baselines.weighting.sgiff import SGIFF
+from baselines.weighting.sgikf import SGIKF
+from swarm_forage_env.registry import CONTROLLERS
+
+ALONE = SocialOdometryParameters(speaks=False)
+SINGLE = SocialOdometryParameters(double=False)
+DOUBLE = SocialOdometryParameters(double=True)
+PENALISED = SocialOdometryParameters(double=True, message_path=4.0, tells_within=20.0)
+FREQUENT = PENALISED.model_copy(update={"pause": 4.0, "listens_above": 5.0})
+SUBSUMPTION = SubsumptionParameters()
+
+NAMED = (
+    LayeredController("nc", ALONE, SGIKF(), SUBSUMPTION),
+    LayeredController("ssgikf", SINGLE, SGIKF(), SUBSUMPTION),
+    LayeredController("dsgikf", DOUBLE, SGIKF(), SUBSUMPTION),
+    LayeredController("ssgiff", SINGLE, SGIFF(), SUBSUMPTION),
+    LayeredController("dsgiff", DOUBLE, SGIFF(), SUBSUMPTION),
+    LayeredController("dsgiff-penalised", PENALISED, SGIFF(), SUBSUMPTION),
+    LayeredController("dsgiff-frequent", FREQUENT, SGIFF(), SUBSUMPTION),
+)
+"""The strategies of TR 6.1: no communication, and the single and double filters; then the double
+one with a penalty on hearsay, and with more frequent exchanges of robots that are unsure."""
+
+for controller in NAMED:
+    CONTROLLERS.register(controller.name)(controller)

@@ -1,0 +1,126 @@
+"""Area memory of social odometry: dead reckoning, finding an area, getting lost, choosing a goal.
+
+Gutierrez et al. 2009 (TR), Sections 3 and 5.1.
+"""
+
+import math
+
+from baselines.estimators.belief import NOBODY, NOWHERE, Belief
+from swarm_forage_env.arrays import NEST, PREY, Array, Float32
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.differential_drive import advance, path_length
+from swarm_forage_env.equations.geometry import to_outer
+from swarm_forage_env.record import Numbers
+
+NEST_BELOW, PREY_BELOW = 0.2, 0.68
+"""A ground sensor under these sees the nest, the prey area: between black, grey and white."""
+
+
+@kernel
+def dead_reckon(belief: Belief, odometry: Float32[Array, "2"], axle: float) -> None:
+    """Move the believed pose by what the encoders tell, and let confidence wane with the path.
+
+        p = p + dd
+
+    Source: TR, Eq. 7 and 13.
+    """
+    drho, dtheta = float(odometry[0]), float(odometry[1])
+    if drho != 0.0 or dtheta != 0.0:
+        x, y, theta = advance(belief.pose[0], belief.pose[1], belief.pose[2], drho, dtheta)
+        belief.pose[0], belief.pose[1], belief.pose[2] = x, y, theta
+        dd = path_length(drho, dtheta, axle)
+        belief.p[NEST] += dd
+        belief.p[PREY] += dd
+
+
+@kernel
+def area_under(ground: Float32[Array, "3"]) -> int:
+    """The area that two of the three ground sensors see: NEST, PREY or NOWHERE."""
+    nest = 0
+    prey = 0
+    for sensor in range(3):
+        if ground[sensor] < NEST_BELOW:
+            nest += 1
+        elif ground[sensor] < PREY_BELOW:
+            prey += 1
+    if nest >= 2:
+        return NEST
+    return PREY if prey >= 2 else NOWHERE
+
+
+@kernel
+def find_areas(belief: Belief, ground: Float32[Array, "3"], to_centre: float) -> None:
+    """Remember an area on entering it, and be sure of it (p = 0) while standing on it.
+
+    The stored point lies `to_centre` [m] ahead: the centre, if the robot heads for it.
+    """
+    area = area_under(ground)
+    if area != NOWHERE:
+        belief.p[area] = 0.0
+        if belief.on_area != area:
+            c, s = math.cos(belief.pose[2]), math.sin(belief.pose[2])
+            dx, dy = to_outer(to_centre, 0.0, c, s)
+            belief.location[area, 0] = belief.pose[0] + dx
+            belief.location[area, 1] = belief.pose[1] + dy
+            belief.known[area] = True
+            belief.came_from = area
+            belief.search_path_left = -1.0
+    belief.on_area = area
+
+
+@kernel
+def notice_loss(belief: Belief, odometry: Float32[Array, "2"], numbers: Numbers) -> None:
+    """Forget both areas at the place where the goal should be and is not.
+
+    The place is reached within `lost_within` of the believed centre; from there the robot
+    looks straight on for `overshoot` of path. Afterwards it ignores messages for a while, or it
+    would be handed the same wrong estimate straight back.
+
+    Source: TR, Section 5.1 (reset of both locations).
+    """
+    belief.is_lost = False
+    belief.ignore_ticks = max(belief.ignore_ticks - 1, 0)
+    area = belief.goal
+    if area == NOWHERE or not belief.known[area]:
+        return
+    if belief.search_path_left >= 0.0:
+        belief.search_path_left -= abs(odometry[0])
+        belief.is_lost = belief.search_path_left < 0.0
+    else:
+        dx = belief.location[area, 0] - belief.pose[0]
+        dy = belief.location[area, 1] - belief.pose[1]
+        if math.hypot(dx, dy) < numbers.lost_within:
+            belief.search_path_left = numbers.overshoot
+    if belief.is_lost:
+        belief.known[NEST] = belief.known[PREY] = False
+        belief.came_from = NOWHERE
+        belief.search_path_left = -1.0
+        belief.ignore_ticks = int(numbers.deaf_ticks)
+        belief.partner = NOBODY
+
+
+@kernel
+def nearer_known(belief: Belief) -> int:
+    """The nearer of the known areas, NOWHERE if none is known."""
+    best, nearest = NOWHERE, math.inf
+    for area in range(2):
+        if belief.known[area]:
+            dx = belief.location[area, 0] - belief.pose[0]
+            dy = belief.location[area, 1] - belief.pose[1]
+            d = math.hypot(dx, dy)
+            if d < nearest:
+                best, nearest = area, d
+    return best
+
+
+@kernel
+def choose_goal(belief: Belief) -> None:
+    """From an area to the other; from nowhere to the nearer one known; else nowhere: wander."""
+    before = belief.goal
+    if belief.came_from != NOWHERE:
+        other = 1 - belief.came_from
+        belief.goal = other if belief.known[other] else NOWHERE
+    elif before == NOWHERE or not belief.known[before]:
+        belief.goal = nearer_known(belief)
+    if belief.goal != before:
+        belief.search_path_left = -1.0

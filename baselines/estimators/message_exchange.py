@@ -1,0 +1,237 @@
+"""Message exchange of social odometry: talking to one neighbour, and merging what it told.
+
+Gutierrez et al. 2009 (TR), Sections 4.2 and 5.2.
+"""
+
+import math
+
+from baselines.estimators.belief import NOBODY, NOWHERE, Belief, Message, SocialMind
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.geometry import range_and_bearing, wrap
+from swarm_forage_env.foraging.records import Heard
+from swarm_forage_env.record import Numbers
+
+
+@kernel
+def heard_location(
+    D: float, gamma_i: float, gamma_j: float, d_j: float, phi_j: float
+) -> tuple[float, float]:
+    """Where the sender's area is for the receiver, body frame [m].
+
+        alpha = phi_j - gamma_j
+        phi_i = gamma_i + alpha - pi
+        X = D cos gamma_i + d_j cos phi_i
+        Y = D sin gamma_i + d_j sin phi_i
+
+    D is the measured range [m]; gamma_i, gamma_j the bearings of the beam at the receiver and
+    at the sender; d_j, phi_j the sender's distance [m] and direction to the area, body frame of
+    the sender [rad]. The TR prints d_i, which must be the transmitted d_j, as in ANTS.
+
+    Source: TR, Eq. 40; ANTS, Section 4.2.
+    """
+    phi_i = gamma_i + (phi_j - gamma_j) - math.pi
+    return (
+        D * math.cos(gamma_i) + d_j * math.cos(phi_i),
+        D * math.sin(gamma_i) + d_j * math.sin(phi_i),
+    )
+
+
+@kernel
+def is_listening(mind: SocialMind) -> bool:
+    """The robot may read messages in this tick, whose countdown is still to come."""
+    return mind.belief.partner != NOBODY or mind.belief.ignore_ticks <= 1
+
+
+@kernel
+def was_recently_met(belief: Belief, sender: int) -> bool:
+    """The sender was talked to not long ago."""
+    for k in range(belief.met.shape[0]):
+        if belief.met[k] == sender and belief.met_ticks_left[k] > 0:
+            return True
+    return False
+
+
+@kernel
+def remember_partner(belief: Belief, ticks: int) -> None:
+    """Put the partner in the place of the one whose time runs out first."""
+    k = 0
+    for other in range(1, belief.met.shape[0]):
+        if belief.met_ticks_left[other] < belief.met_ticks_left[k]:
+            k = other
+    belief.met[k] = belief.partner
+    belief.met_ticks_left[k] = ticks
+
+
+@kernel
+def is_useful(belief: Belief, message: Message, numbers: Numbers) -> bool:
+    """The message tells of an area that is unknown here, headed for or, if double, of any.
+
+    Of one that is known, only if the own p is at least `listens_above` [m].
+    """
+    for area in range(2):
+        if message.told[area]:
+            if not belief.known[area]:
+                return True
+            is_wanted = numbers.double > 0.0 or area == belief.goal
+            if is_wanted and belief.p[area] >= numbers.listens_above:
+                return True
+    return False
+
+
+@kernel
+def find_partner(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> int:
+    """The first sender worth talking to, NOBODY if there is none."""
+    belief = crowd[i].belief
+    for slot in range(heard.n):
+        sender = heard.sender[slot]
+        if not was_recently_met(belief, sender):
+            if is_useful(belief, crowd[sender].message, numbers):
+                return int(sender)
+    return NOBODY
+
+
+@kernel
+def slot_of(heard: Heard, sender: int) -> int:
+    """The slot that holds a message of that sender, or how many messages there are."""
+    for slot in range(heard.n):
+        if heard.sender[slot] == sender:
+            return slot
+    return int(heard.n)
+
+
+@kernel
+def accumulate_message(
+    belief: Belief, message: Message, heard: Heard, slot: int, message_path: float
+) -> None:
+    """Add one message to the running means of an exchange, in the receiver's own frame.
+
+    What is heard counts as if its sender had gone `message_path` farther [m].
+    """
+    beam, weight = heard.range_bearing[slot], float(heard.n_averaged[slot])
+    c, s = math.cos(belief.pose[2]), math.sin(belief.pose[2])
+    for area in range(2):
+        if message.told[area]:
+            ahead, left = heard_location(
+                beam[0], beam[1], beam[2], message.distance[area], message.direction[area]
+            )
+            belief.heard_sum[area, 0] += weight * (belief.pose[0] + c * ahead - s * left)
+            belief.heard_sum[area, 1] += weight * (belief.pose[1] + s * ahead + c * left)
+            belief.heard_weight[area] += weight
+            belief.heard_p[area] = message.p[area] + message_path
+    belief.range_sum += weight * beam[0]
+    belief.n_averaged += weight
+
+
+@kernel
+def start_exchange(belief: Belief, ticks: int) -> None:
+    """Begin to average what a new partner tells."""
+    belief.exchange_ticks_left = ticks
+    belief.range_sum, belief.n_averaged = 0.0, 0.0
+    for area in range(2):
+        belief.heard_sum[area, 0] = belief.heard_sum[area, 1] = 0.0
+        belief.heard_weight[area] = 0.0
+
+
+@kernel
+def update_exchange(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+    """Start, go on with or end the exchange of robot i; whether it ended in this tick.
+
+    An exchange starts with the first useful message of a robot not met recently, lasts a
+    fixed time, averages what that robot says in it, and then closes to that robot for a while.
+    """
+    belief = crowd[i].belief
+    for k in range(belief.met_ticks_left.shape[0]):
+        belief.met_ticks_left[k] = max(belief.met_ticks_left[k] - 1, 0)
+    if belief.partner == NOBODY:
+        if belief.ignore_ticks > 0:
+            return False
+        belief.partner = find_partner(crowd, i, heard, numbers)
+        if belief.partner == NOBODY:
+            return False
+        start_exchange(belief, int(numbers.talk_ticks))
+    slot = slot_of(heard, belief.partner)
+    if slot < heard.n:
+        message = crowd[belief.partner].message
+        accumulate_message(belief, message, heard, slot, numbers.message_path)
+    has_ended = belief.exchange_ticks_left == 0
+    if has_ended:
+        remember_partner(belief, int(numbers.refractory_ticks))
+        belief.partner = NOBODY
+        belief.ignore_ticks = int(numbers.pause_ticks)
+    belief.exchange_ticks_left -= 1
+    return has_ended
+
+
+@kernel
+def merge_area(belief: Belief, area: int, g: float, heard_p_share: float) -> None:
+    """Copy what was told of an unknown area; blend what both know.
+
+        x_i = (1 - g) x_i + g X_j
+        p_i = (1 - g) p_i + share g p_j
+
+    Source: TR, Eq. 14, 34, 35, 38 and 39.
+    """
+    x = belief.heard_sum[area, 0] / belief.heard_weight[area]
+    y = belief.heard_sum[area, 1] / belief.heard_weight[area]
+    if not belief.known[area]:
+        belief.known[area] = True
+        belief.location[area, 0], belief.location[area, 1] = x, y
+        belief.p[area] = belief.heard_p[area]
+        return
+    place = belief.location
+    place[area, 0] = (1.0 - g) * place[area, 0] + g * x
+    place[area, 1] = (1.0 - g) * place[area, 1] + g * y
+    belief.p[area] = (1.0 - g) * belief.p[area] + heard_p_share * g * belief.heard_p[area]
+
+
+@kernel
+def is_merged(belief: Belief, area: int, numbers: Numbers) -> bool:
+    """What was told of the area counts: it is unknown, the goal or, if double, any."""
+    if belief.heard_weight[area] == 0.0:
+        return False
+    return not belief.known[area] or numbers.double > 0.0 or area == belief.goal
+
+
+@kernel
+def merge(mind: SocialMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
+    """Merge what the exchange brought, with its weight, into the estimates of both areas."""
+    for area in range(2):
+        if is_merged(mind.belief, area, numbers):
+            merge_area(mind.belief, area, float(mind.exchange.weight[area]), heard_p_share)
+
+
+@kernel
+def tells_of(belief: Belief, area: int, numbers: Numbers) -> bool:
+    """The robot tells of the area: a known one.
+
+    Who knows both tells of one only while its p is at most `tells_within`; a single filter on its
+    way tells only where it comes from.
+    """
+    if numbers.speaks == 0.0 or not belief.known[area]:
+        return False
+    if not belief.known[1 - area]:
+        return True
+    is_on_its_way = numbers.double == 0.0 and belief.goal != NOWHERE
+    return belief.p[area] <= numbers.tells_within and not (is_on_its_way and area == belief.goal)
+
+
+@kernel
+def has_something_to_say(mind: SocialMind, numbers: Numbers) -> bool:
+    """The robot broadcasts: there is an area that it tells of."""
+    return tells_of(mind.belief, 0, numbers) or tells_of(mind.belief, 1, numbers)
+
+
+@kernel
+def compose(mind: SocialMind, numbers: Numbers) -> None:
+    """Write the message: distance, direction and p of every area that the robot tells of."""
+    belief, message = mind.belief, mind.message
+    for area in range(2):
+        message.told[area] = tells_of(belief, area, numbers)
+        if message.told[area]:
+            dx = belief.location[area, 0] - belief.pose[0]
+            dy = belief.location[area, 1] - belief.pose[1]
+            distance, direction = range_and_bearing(dx, dy, belief.pose[2])
+            message.distance[area] = distance
+            message.direction[area] = wrap(direction)
+            message.p[area] = belief.p[area]

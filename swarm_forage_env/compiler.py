@@ -1,0 +1,184 @@
+"""One compiler for all kernels: options, cache and its key stand here and nowhere else.
+
+Two decorators. `kernel` compiles a function that other kernels call. `entry_point` compiles one
+that Python calls, and keeps its machine code on disk. `bind` makes an entry point from a template
+whose free names are the functions of chosen parts.
+
+Numba keys its cache on one file, so that a caller would keep the old body of a callee edited in
+another. Here the key is what the machine code depends on: the bytecode and the constants of a
+function and of all that it calls. An edit of a comment or a docstring changes no key.
+"""
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any, TypeVar, cast
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core import caching, config
+
+FunctionT = TypeVar("FunctionT")
+
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+
+
+def kernel(function: FunctionT) -> FunctionT:
+    """Compile a function for the kernels that call it."""
+    if config.DISABLE_JIT:
+        return function
+    return cast(FunctionT, numba.njit(**OPTIONS)(cast(Any, function)))
+
+
+def entry_point(function: FunctionT) -> FunctionT:
+    """Compile a function that Python calls on structured arrays; its machine code is kept."""
+    return cast(FunctionT, _compiled(getattr(function, "py_func", function)))
+
+
+def bind(template: Callable[..., Any], **parts: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a template with the functions of chosen parts in the place of its free names.
+
+    The same template and parts, in another process too, share their machine code on disk.
+    """
+    names = {**template.__globals__, **parts}
+    bound = FunctionType(cast(Any, template).__code__, names, template.__name__)
+    bound.__module__, bound.__qualname__ = template.__module__, template.__qualname__
+    bound.__doc__ = template.__doc__
+    return _compiled(bound)
+
+
+def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The kernel of a function, whose machine code is kept on disk."""
+    if config.DISABLE_JIT:
+        return _plain(function)
+    compiled = numba.njit(**OPTIONS)(function)
+    compiled._cache = _LateCache(function)
+    return cast(Callable[..., Any], compiled)
+
+
+def _plain(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function on records that have attributes in Python too."""
+
+    def run(*arguments: Any) -> Any:  # noqa: ANN401 whatever the kernel takes
+        with np.errstate(over="ignore"):  # whole numbers wrap around in machine code
+            return function(*map(_with_attributes, arguments))
+
+    return run
+
+
+def _with_attributes(argument: Any) -> Any:  # noqa: ANN401 whatever was passed
+    if isinstance(argument, tuple):
+        return tuple(map(_with_attributes, argument))
+    if isinstance(argument, np.ndarray) and argument.dtype.names is not None:
+        return argument.view(np.recarray)
+    return argument
+
+
+def fingerprint(function: Callable[..., Any]) -> str:
+    """A hash of the bytecode and the constants of a function and of all that it calls."""
+    text = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {OPTIONS}".encode())
+    text.update(f"{config.BOUNDSCHECK} {sys.version_info[:2]}".encode())
+    for piece in _pieces(function, set()):
+        text.update(repr(piece).encode())
+    return text.hexdigest()[:20]
+
+
+def _pieces(function: Any, seen: set[int]) -> Iterator[Any]:  # noqa: ANN401 compiled or not
+    """What the machine code of a function depends on, in the order of its names."""
+    plain = getattr(function, "py_func", function)
+    if id(plain) in seen:
+        return
+    seen.add(id(plain))
+    yield from _code(plain.__code__, plain.__doc__)
+    for name in plain.__code__.co_names:
+        value = plain.__globals__.get(name)
+        if isinstance(getattr(value, "py_func", value), FunctionType):
+            yield name
+            yield from _pieces(value, seen)
+        elif isinstance(value, np.ndarray):
+            yield name, value.dtype.str, value.tobytes()
+        elif isinstance(value, int | float | str | tuple | np.generic):
+            yield name, value
+        elif not isinstance(value, ModuleType):
+            yield name
+
+
+def _code(code: CodeType, docstring: str | None) -> Iterator[Any]:
+    """Bytecode and constants without the docstring."""
+    yield code.co_name, code.co_code, code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _code(constant, None)
+        elif docstring is None or constant != docstring:
+            yield constant
+
+
+class _Locator:
+    """Where numba keeps a kernel: one folder for all, under the kernel's fingerprint."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Of one kernel."""
+        self._key = fingerprint(function)
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], file: str) -> "_Locator":
+        """The locator of a function, wherever its file lies."""
+        return cls(function)
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder; numba compiles in memory where that cannot be done."""
+        cache_folder().mkdir(parents=True, exist_ok=True)
+
+    def get_cache_path(self) -> str:
+        """The folder."""
+        return str(cache_folder())
+
+    def get_source_stamp(self) -> str:
+        """What machine code must have been made from to be used again."""
+        return self._key
+
+    def get_disambiguator(self) -> str:
+        """The part of the file's name that tells kernels of one name apart."""
+        return self._key
+
+
+class _CacheOfKernels(caching.CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = [_Locator]  # noqa: RUF012 numba's attribute
+
+
+class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
+    _impl_class = _CacheOfKernels
+
+
+class _LateCache:
+    """Numba's cache of a kernel, made at the first call, when all that it calls is defined."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Of one kernel."""
+        self._function = function
+        self._made: Any = None
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 numba's
+        """An attribute of numba's own cache."""
+        if self._made is None:
+            self._made = _KernelCache(self._function)
+            if not Path(self._made._cache_file._index_path).exists():
+                announce()
+        return getattr(self._made, name)
+
+
+def cache_folder() -> Path:
+    """Where the machine code of all kernels is kept."""
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(home) / "swarm-forage" / "kernels"
+
+
+@cache
+def announce() -> None:
+    """Tell the user, once, that kernels are about to be compiled."""
+    sys.stderr.write("swarm-forage: compiling, once for this version: about a minute\n")

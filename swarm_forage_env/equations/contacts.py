@@ -1,0 +1,48 @@
+"""Contacts: discs that overlap are moved apart, and back inside the walls."""
+
+import math
+
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.compiler import kernel
+
+MOST_PASSES = 2000
+GENTLE_PASSES = 20
+"""After so many passes a clump is left, which over-relaxation settles 3 times sooner."""
+HALF, OVER_RELAXED = 0.5, 0.9
+"""Share of an overlap by which each of the two discs moves."""
+
+OVERLAP = 1e-4
+"""Overlap of two bodies left standing after contacts are resolved [m]."""
+
+_ROUNDING = 1.0 + 1e-12
+
+
+@kernel
+def keep_inside(pose: Float64[Array, "3"], arena: Float64[Array, "2"], radius: float) -> None:
+    """Put a disc back inside the walls of an arena of these sides [m], in place."""
+    far_x, far_y = 0.5 * arena[0] - radius, 0.5 * arena[1] - radius
+    pose[0] = min(max(pose[0], -far_x), far_x)
+    pose[1] = min(max(pose[1], -far_y), far_y)
+
+
+@kernel
+def separate_pair(
+    a: Float64[Array, "3"], b: Float64[Array, "3"], apart: float, share: float
+) -> float:
+    """Move two centres that are less than `apart` [m], each by a share of what they are short [m].
+
+    Two centres in the same place part along x. What they were short is returned.
+    """
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    if dx * dx + dy * dy > apart * apart * _ROUNDING:
+        return 0.0
+    d = math.hypot(dx, dy)
+    if d >= apart:
+        return 0.0
+    nx, ny = (dx / d, dy / d) if d > 0.0 else (1.0, 0.0)
+    way = share * (apart - d)
+    a[0] -= way * nx
+    a[1] -= way * ny
+    b[0] += way * nx
+    b[1] += way * ny
+    return apart - d

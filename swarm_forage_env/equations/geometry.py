@@ -1,0 +1,49 @@
+"""Angles and frames. World frame: x along the arena's long side. Body frame: x ahead, y left."""
+
+import math
+
+from swarm_forage_env.compiler import kernel
+
+
+@kernel
+def wrap(angle: float) -> float:
+    """The same angle in [-pi, pi) [rad]."""
+    if -math.pi <= angle < math.pi:
+        return angle
+    wrapped = angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
+    return max(wrapped, -math.pi) if wrapped < math.pi else -math.pi
+
+
+@kernel
+def range_and_bearing(dx: float, dy: float, theta: float) -> tuple[float, float]:
+    """Where a robot of heading theta sees a point at (dx, dy): range [m], body bearing [rad].
+
+        r = |(dx, dy)|
+        b = atan2(dy, dx) - theta
+
+    (dx, dy) from the robot to the point, world frame [m]; b in [-pi, pi).
+
+    >>> range_and_bearing(0.0, 2.0, math.pi / 2)
+    (2.0, 0.0)
+    """
+    return math.hypot(dx, dy), wrap(math.atan2(dy, dx) - theta)
+
+
+@kernel
+def to_body(dx: float, dy: float, c: float, s: float) -> tuple[float, float]:
+    """A displacement of the outer frame in the body frame [m]; c, s: cosine, sine of the heading.
+
+    >>> to_body(0.0, 2.0, 0.0, 1.0)
+    (2.0, 0.0)
+    """
+    return c * dx + s * dy, c * dy - s * dx
+
+
+@kernel
+def to_outer(ahead: float, left: float, c: float, s: float) -> tuple[float, float]:
+    """A displacement of the body frame in the outer frame [m]; c, s: cosine, sine of the heading.
+
+    >>> to_outer(2.0, 0.0, 0.0, 1.0)
+    (0.0, 2.0)
+    """
+    return c * ahead - s * left, s * ahead + c * left

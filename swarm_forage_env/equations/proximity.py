@@ -1,0 +1,59 @@
+"""Infrared proximity: eight rays from the rim of the body, and the response to distance."""
+
+import math
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.compiler import kernel
+
+PROXIMITY_ANGLES = np.radians([-17.0, -50.0, -90.0, -150.0, 150.0, 90.0, 50.0, 17.0])
+"""Directions of the sensors ps0 .. ps7 in the body frame [rad], counter-clockwise positive.
+
+Source: ARGoS3-epuck, ci_epuck_proximity_sensor.cpp.
+"""
+
+SENSING_RANGE = 0.05
+"""Beyond this distance from the rim a sensor reads 0 [m]."""
+
+_COS, _SIN = np.cos(PROXIMITY_ANGLES), np.sin(PROXIMITY_ANGLES)
+
+
+@kernel
+def response(d: float) -> float:
+    """What an infrared sensor reads at distance d from its rim [m], without noise.
+
+        298.701 d^2 - 36.8961 d + 1.08212,  in [0, 1],  0 beyond 5 cm
+
+    Source: ARGoS3-epuck, CalculateReading.
+    """
+    if d > SENSING_RANGE:
+        return 0.0
+    return min(max((298.701 * d - 36.8961) * d + 1.08212, 0.0), 1.0)
+
+
+@kernel
+def ray_to_disc(ahead: float, left: float, ray: int, radius: float) -> float:
+    """Distance [m] from the rim along sensor `ray` to a disc at (ahead, left), body frame [m].
+
+    Both bodies have this radius [m]; infinite if the ray misses.
+    """
+    c, s = float(_COS[ray]), float(_SIN[ray])
+    along, across = ahead * c + left * s, left * c - ahead * s
+    if along <= 0.0 or abs(across) >= radius:
+        return math.inf
+    return max(along - math.sqrt(radius * radius - across * across) - radius, 0.0)
+
+
+@kernel
+def ray_to_walls(
+    x: float, y: float, direction: float, arena: Float64[Array, "2"], radius: float
+) -> float:
+    """Distance [m] from the rim to the walls, along a direction of the world frame [rad].
+
+    (x, y) is the centre of the body [m], inside the arena [m].
+    """
+    c, s = math.cos(direction), math.sin(direction)
+    to_x = (0.5 * arena[0] - math.copysign(x, x * c)) / abs(c) if c != 0.0 else math.inf
+    to_y = (0.5 * arena[1] - math.copysign(y, y * s)) / abs(s) if s != 0.0 else math.inf
+    return max(min(to_x, to_y) - radius, 0.0)

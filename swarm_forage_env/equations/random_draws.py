@@ -1,0 +1,87 @@
+"""Random numbers inside kernels: one 64-bit stream per robot and cause.
+
+A stream is one word of state. A robot has a few, one column for each cause, and draws by
+advancing that word; so what one robot draws never moves what another draws, nor what the same
+robot draws for another cause.
+
+Source: Steele2014, SplitMix64 (Fast splittable pseudorandom number generators, OOPSLA).
+"""
+
+import math
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, UInt64
+from swarm_forage_env.compiler import kernel
+
+GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+_MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
+_MIX_2 = np.uint64(0x94D049BB133111EB)
+_ROBOT = np.uint64(0xD1342543DE82EF95)
+_CAUSE = np.uint64(0x2545F4914F6CDD1D)
+_S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
+
+
+@kernel
+def mix(z: np.uint64) -> np.uint64:
+    """Scramble 64 bits, one to one.
+
+    Source: Steele2014, mix64, variant 13 of the MurmurHash3 finaliser.
+    """
+    z = (z ^ (z >> _S30)) * _MIX_1
+    z = (z ^ (z >> _S27)) * _MIX_2
+    return z ^ (z >> _S31)
+
+
+@kernel
+def unit(streams: UInt64[Array, " columns"], column: int) -> float:
+    """One uniform draw in [0, 1) from the stream of a column: 53 bits.
+
+    Source: Steele2014, nextDouble.
+    """
+    streams[column] += GOLDEN
+    return float(mix(streams[column]) >> _S11) * 2.0**-53
+
+
+@kernel
+def symmetric(streams: UInt64[Array, " columns"], column: int) -> float:
+    """One uniform draw in [-1, 1) from the stream of a column."""
+    return 2.0 * unit(streams, column) - 1.0
+
+
+@kernel
+def below(streams: UInt64[Array, " columns"], column: int, n: int) -> int:
+    """One whole number, uniform in 0 .. n - 1, from the stream of a column."""
+    return int(unit(streams, column) * n)
+
+
+@kernel
+def exponential(streams: UInt64[Array, " columns"], column: int, mean: float) -> float:
+    """One exponential draw with the given mean, by inversion."""
+    return -mean * math.log(1.0 - unit(streams, column))
+
+
+@kernel
+def normal(streams: UInt64[Array, " columns"], column: int) -> float:
+    """One standard normal draw.
+
+        z = sqrt(-2 ln u) cos(2 pi v)
+
+    Source: BoxMuller1958.
+    """
+    u, v = 1.0 - unit(streams, column), unit(streams, column)
+    return math.sqrt(-2.0 * math.log(u)) * math.cos(2.0 * math.pi * v)
+
+
+@kernel
+def seed_streams(
+    worlds: UInt64[Array, " worlds"], n_robots: int, cause: int
+) -> UInt64[Array, " rows"]:
+    """Fresh streams of one cause: robot r of world w starts at a hash of (seed, r, cause)."""
+    streams = np.empty(worlds.shape[0] * n_robots, np.uint64)
+    for w in range(worlds.shape[0]):
+        for r in range(n_robots):
+            word = mix(worlds[w] + GOLDEN)
+            word = mix(word + np.uint64(r + 1) * _ROBOT)
+            streams[w * n_robots + r] = mix(word + np.uint64(cause + 1) * _CAUSE)
+    return streams

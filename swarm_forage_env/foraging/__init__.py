@@ -1,0 +1,1 @@
+"""Robots that forage between a nest and a prey area (TR, ANTS)."""

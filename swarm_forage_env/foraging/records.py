@@ -1,0 +1,229 @@
+"""Records of the foraging world: the world, the robot, and what crosses a layer's border.
+
+Numbers that cross a border are float32 in SI units, the same number that an environment shows
+in its observation: so a policy in the place of a layer sees what the hand-written layer sees.
+On an axis of length 2 that counts areas, 0 is the nest and 1 the prey area.
+"""
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int32, Int64, UInt64
+from swarm_forage_env.record import Record, field
+
+ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO = range(6)
+"""Columns of a robot's random streams."""
+
+KEEP, REPLACE, CORRECT, RULE = range(4)
+"""What an action does with a layer: nothing; a learner takes its place, or is added to it; or a
+rule written in NumPy takes its place."""
+
+
+class WorldState(Record):
+    """One world: its clock, and the numbers of its scenario as kernels read them."""
+
+    ticks: int = field(np.int64)
+    """Ticks since reset. Writer: tick."""
+
+    has_moved: bool = field(np.bool_)
+    """The engine has moved the robots already in this tick. Writers: the engine, tick."""
+
+    half_time: int = field(np.int64)
+    """Ticks in the first half of an episode."""
+
+    dt: float = field(np.float64, unit="s")
+    arena: Float64[Array, "2"] = field(np.float64, 2, unit="m")
+    areas: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
+    area_radius: float = field(np.float64, unit="m")
+    radius: float = field(np.float64, unit="m")
+    axle: float = field(np.float64, unit="m")
+    max_speed: float = field(np.float64, unit="m/s")
+    cruise_speed: float = field(np.float64, unit="m/s")
+    encoder_error: float = field(np.float64, unit="m")
+    proximity_noise: float = field(np.float64)
+    ground_noise: float = field(np.float64)
+    ground_ahead: float = field(np.float64, unit="m")
+    ground_spacing: float = field(np.float64, unit="m")
+
+    max_range: float = field(np.float64, unit="m")
+    near: float = field(np.float64, unit="m")
+    loss_near: float = field(np.float64)
+    loss_far: float = field(np.float64)
+    range_noise: float = field(np.float64, unit="m")
+    bearing_noise: float = field(np.float64, unit="rad")
+    is_board: bool = field(np.bool_)
+    frames: int = field(np.int64)
+    slots: int = field(np.int64)
+
+    reach: float = field(np.float64, unit="m")
+    """Robots within this of each other are listed as neighbours, centre to centre."""
+
+
+class Readings(Record):
+    """What the robot's own sensors say after a tick. Writer: tick."""
+
+    proximity: Float32[Array, "8"] = field(np.float32, 8, unit="reading")
+    """Infrared, 1 at contact and 0 beyond 5 cm, at PROXIMITY_ANGLES of the body frame."""
+
+    ground: Float32[Array, "3"] = field(np.float32, 3, unit="brightness")
+    """Brightness under the left, middle and right ground sensor: nest 0, prey 0.5, floor 1."""
+
+    odometry: Float32[Array, "2"] = field(np.float32, 2, unit="m, rad", scale=0.01)
+    """Distance [m] and turn [rad] since the last tick, as the wheel encoders tell them."""
+
+
+class Heard(Record):
+    """The messages that reach a robot in a tick; slots from `n` on hold nothing. Writer: tick."""
+
+    n: int = field(np.int32)
+    """Messages heard."""
+
+    sender: Int32[Array, " slots"] = field(np.int32, "slots")
+    """Which robot of the same world sent it: 0 .. N - 1."""
+
+    range_bearing: Float32[Array, "slots 3"] = field(np.float32, "slots", 3, unit="m, rad, rad")
+    """Range of the sender [m], its bearing in the body frame of the receiver [rad], and the
+    bearing of the receiver in the body frame of the sender [rad], as measured."""
+
+    n_averaged: Int32[Array, " slots"] = field(np.int32, "slots", unit="frames")
+    """Frames averaged into the measurement: several while the receiver stands still."""
+
+
+class Command(Record):
+    """What a controller tells a robot to do in the next tick. Writer: decide."""
+
+    wheels: Float32[Array, "2"] = field(np.float32, 2, unit="of cruise speed")
+    """Speed of the left and right wheel; the motors reach robot.max_speed at most."""
+
+    is_speaking: bool = field(np.bool_)
+    """The robot broadcasts its message."""
+
+
+class Report(Record):
+    """What a controller reports to the experimenter, not to the swarm. Writer: observe."""
+
+    is_lost: bool = field(np.bool_)
+    """The robot just found itself lost."""
+
+    known: Int8[Array, " areas"] = field(np.int8, 2)
+    """The robot believes it knows where the area is."""
+
+
+class Action(Record):
+    """What a learner does with the layers of one robot. Writer: the environment."""
+
+    weighting: int = field(np.int8)
+    """KEEP or REPLACE the hand-written weighting."""
+
+    motion: int = field(np.int8)
+    """KEEP, REPLACE or CORRECT the hand-written motion."""
+
+    weight: Float32[Array, " areas"] = field(np.float32, 2)
+    """Weight in [0, 1] of what was heard about each area."""
+
+    wheels: Float32[Array, "2"] = field(np.float32, 2, unit="of cruise speed")
+    """Speed of the left and right wheel, or what is added to it."""
+
+
+class RobotState(Record):
+    """The truth about one robot, and what it senses, does and reports."""
+
+    pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
+    """x, y [m] and heading [rad] in the world frame. Writers: engine, tick; reset."""
+
+    heading: Float64[Array, "2"] = field(np.float64, 2)
+    """Cosine and sine of the heading. Writer: tick."""
+
+    wheels: Float64[Array, "2"] = field(np.float64, 2, unit="m/s")
+    """Speed of the left and right wheel in the last tick. Writers: engine, tick."""
+
+    streams: UInt64[Array, "6"] = field(np.uint64, 6)
+    """Random streams: ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO. Writer: tick."""
+
+    leg: int = field(np.int8)
+    """0: nest not yet visited; 1: on the way to the prey; 2: on the way back. Writer: tick."""
+
+    reward: float = field(np.float32)
+    """Round trips completed in the last tick. Writer: tick."""
+
+    round_trips: int = field(np.int32)
+    """Completed trips nest -> prey -> nest. Writer: tick."""
+
+    first_visit: Int64[Array, " areas"] = field(np.int64, 2, unit="ticks", start=-1)
+    """Tick of the first visit to each area, -1 before it. Writer: tick."""
+
+    path_ticks: int = field(np.int64, unit="ticks")
+    """Ticks in the second half of the episode in which both areas were known. Writer: tick."""
+
+    lost_events: int = field(np.int32)
+    """How often the robot reported itself lost. Writer: tick."""
+
+    messages: int = field(np.int32)
+    """Messages heard. Writer: tick."""
+
+    readings: Readings = field(Readings)
+    heard: Heard = field(Heard)
+    command: Command = field(Command)
+    report: Report = field(Report)
+    action: Action = field(Action)
+
+
+class Exchange(Record):
+    """What the weighting layer sees of a finished exchange; stale where `is_valid` is false."""
+
+    is_valid: bool = field(np.bool_)
+    """An exchange ended in this tick."""
+
+    own_p: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    """Own inverse confidence: path since leaving the area; 0 where unknown."""
+
+    heard_p: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    """The partner's inverse confidence; 0 where it told nothing."""
+
+    own_known: Int8[Array, " areas"] = field(np.int8, 2)
+    """The robot knows where the area is."""
+
+    heard_known: Int8[Array, " areas"] = field(np.int8, 2)
+    """The partner told where the area is."""
+
+    disagreement: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    """Distance between the own and the heard location, where both are known."""
+
+    own_distance: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    """How far the robot is from the own location; zero where unknown."""
+
+    heard_distance: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    """How far the robot is from the heard location; zero where unknown."""
+
+    range: float = field(np.float32, unit="m")
+    """Distance to the partner, averaged."""
+
+    n_averaged: float = field(np.float32, unit="frames")
+    """Frames averaged in this exchange."""
+
+    goal: int = field(np.int8, start=-1)
+    """The area the robot is heading for: 0 nest, 1 prey, -1 none."""
+
+    weight: Float32[Array, " areas"] = field(np.float32, 2)
+    """Weight with which what was heard was merged. Writer: decide."""
+
+
+class Situation(Record):
+    """What the motion layer sees of the robot's beliefs. Writer: observe."""
+
+    target: Float32[Array, "2"] = field(np.float32, 2, unit="m")
+    """Where to go, body frame; zeros without a goal."""
+
+    areas: Float32[Array, "areas 2"] = field(np.float32, 2, 2, unit="m")
+    """Believed centres of nest and prey, body frame; zeros where unknown."""
+
+    p: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    """Own inverse confidence; zeros where unknown."""
+
+    known: Int8[Array, " areas"] = field(np.int8, 2)
+    """The robot believes it knows where the area is."""
+
+    goal: int = field(np.int8, start=-1)
+    """The area the robot is heading for: 0 nest, 1 prey, -1 none."""
+
+    is_talking: bool = field(np.bool_)
+    """An exchange is under way: standing still makes its readings better."""

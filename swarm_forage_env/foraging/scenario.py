@@ -1,0 +1,217 @@
+"""A scenario: every number of the world, with unit, meaning and origin, in frozen models.
+
+Origin is one of: published (the paper says so), derived (follows from what a paper says),
+chosen (no paper says; see the description). TR is Gutierrez et al. 2009, ANTS is
+Gutierrez et al. 2008.
+"""
+
+import math
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.parameters import Count, NotNegative, Part, Positive, Share
+
+class Arena(Part):
+    """The walled floor, its centre at the origin, x along the long side."""
+
+    length: Positive = Field(1.7, description="Side along x [m]. TR Table 2 (published)")
+    width: Positive = Field(1.2, description="Side along y [m]. TR Table 2 (published)")
+
+
+class Robot(Part):
+    """The e-puck: a disc on two wheels."""
+
+    radius: Positive = Field(0.035, description="Body radius [m]. TR 6.1 (published)")
+    axle: Positive = Field(0.053, description="Distance between the wheels [m]. TR 3.1 (published)")
+    max_speed: Positive = Field(
+        0.129,
+        description="Wheel speed the motors reach [m/s]: 1 turn/s, 41 mm wheel. TR 3.1 (published)",
+    )
+    cruise_speed: Positive = Field(
+        0.06, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
+    )
+
+    @model_validator(mode="after")
+    def _cruises_below_its_limit(self) -> Self:
+        if self.cruise_speed > self.max_speed:
+            raise ValueError(
+                f"cruise_speed={self.cruise_speed}: at most max_speed={self.max_speed} [m/s]"
+            )
+        return self
+
+
+class Sensors(Part):
+    """The robot's own sensors and their noise."""
+
+    proximity_noise: Share = Field(
+        0.2, description="Infrared reading x (1 +- this), uniform. TR 6.1 (published)"
+    )
+    ground_noise: Share = Field(
+        0.3, description="Ground reading x (1 +- this), uniform. TR 6.1 (published)"
+    )
+    ground_ahead: NotNegative = Field(
+        0.03, description="Ground sensors ahead of the centre [m]. ARGoS e-puck (published)"
+    )
+    ground_spacing: NotNegative = Field(
+        0.009, description="Ground sensors to the left and right [m]. ARGoS e-puck (published)"
+    )
+    wheel_noise: Share = Field(
+        0.058,
+        description="Each turning wheel's path is misread by +- this share of the cruise speed's"
+        " path in a tick, uniform. ANTS 4.1 gives the form; the size is derived",
+    )
+
+
+class Radio(Part):
+    """The range-and-bearing board: who hears whom, and how badly."""
+
+    max_range: Positive = Field(
+        0.15, description="Farthest sender heard, centre to centre [m]. TR 6.1 (published)"
+    )
+    near: NotNegative = Field(
+        0.01, description="Up to here only loss_near is lost [m]. TR 6.1 (published)"
+    )
+    loss_near: Share = Field(0.01, description="Messages lost at `near`. TR 6.1 (published)")
+    loss_far: Share = Field(
+        0.5, description="Messages lost at max_range, linear between. TR 6.1 (published)"
+    )
+    range_noise: NotNegative = Field(
+        0.025, description="One frame's range +- this, uniform [m]. TR 6.1 (published)"
+    )
+    bearing_noise: NotNegative = Field(
+        math.radians(20.0),
+        le=math.pi,
+        description="One frame's bearing +- this, uniform, at either end [rad]. TR 6.1 (published)",
+    )
+    range_model: Literal["uniform", "board"] = Field(
+        "uniform",
+        description="uniform: range_noise. board: range from the received power of the real"
+        " board, lognormal (argos3-epuck; published in code)",
+    )
+    frames: Count = Field(
+        2,
+        description="Messages averaged into one reading while the receiver stands still; one"
+        " when it moves. An area is three words of 9.2 ms (board firmware), and the partner"
+        " speaks as long: two fit into a tick (derived)",
+    )
+    slots: Count = Field(
+        4, description="Messages heard in a tick, at most, drawn at random. ARGoS: up to 5 (chosen)"
+    )
+    exchange_time: Positive = Field(
+        0.4, description="How long an exchange takes [s]. Not in the papers (derived)"
+    )
+
+    @property
+    def is_board(self) -> bool:
+        """Range comes from received power, as on the real board."""
+        return self.range_model == "board"
+
+    @model_validator(mode="after")
+    def _loses_more_farther_away(self) -> Self:
+        if self.near >= self.max_range:
+            raise ValueError(f"near={self.near}: must be below max_range={self.max_range} [m]")
+        if self.loss_near > self.loss_far:
+            raise ValueError(
+                f"loss_near={self.loss_near}: must be at most loss_far={self.loss_far}"
+            )
+        return self
+
+
+class Task(Part):
+    """Foraging: where the areas are, how many robots, for how long."""
+
+    n_robots: Count = Field(10, description="Robots. TR Table 2 (published)")
+    duration: Positive = Field(
+        1800.0, description="Length of an episode [s]. TR Table 2 (published)"
+    )
+    area_radius: Positive = Field(
+        0.1, description="Radius of the nest and of the prey area [m]. TR Table 2 (published)"
+    )
+    area_distance: Positive = Field(
+        1.5,
+        description="Distance between the centres of nest and prey [m], which lie on the long"
+        " axis, symmetric about the centre. Not in the papers (derived)",
+    )
+    start_radius: Positive = Field(
+        0.2,
+        description="Robots start with their centres in this circle about the arena's centre"
+        " [m]. TR Table 2 (published)",
+    )
+
+
+class Scenario(Part):
+    """Everything that fixes a world but its seed."""
+
+    name: str = Field("custom", min_length=1, description="Name in tables and data")
+    arena: Arena = Arena()
+    robot: Robot = Robot()
+    sensors: Sensors = Sensors()
+    radio: Radio = Radio()
+    task: Task = Task()
+    tick: Positive = Field(0.1, description="Control period [s]. TR 5 (published)")
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Self:
+        _check_areas(self)
+        _check_start(self)
+        if self.n_ticks < 1:
+            raise ValueError(
+                f"task.duration={self.task.duration}: must be at least one tick of {self.tick} s"
+            )
+        return self
+
+    @property
+    def n_ticks(self) -> int:
+        """Ticks in an episode."""
+        return round(self.task.duration / self.tick)
+
+    @property
+    def slots(self) -> int:
+        """Messages that a robot can hear in a tick: at most one of each other robot."""
+        return min(self.radio.slots, max(1, self.task.n_robots - 1))
+
+    @property
+    def areas(self) -> Float64[Array, "areas 2"]:
+        """Centres of nest and prey, world frame [m]."""
+        half = 0.5 * self.task.area_distance
+        return np.array([[-half, 0.0], [half, 0.0]])
+
+
+MAX_START_DENSITY = 0.45
+"""Share of the start circle that robots may cover; random placement jams at 0.547."""
+
+
+def _check_areas(scenario: Scenario) -> None:
+    task, arena = scenario.task, scenario.arena
+    farthest = arena.length - 2.0 * task.area_radius
+    if task.area_distance > farthest or 2.0 * task.area_radius > arena.width:
+        raise ValueError(
+            f"task.area_distance={task.area_distance}, task.area_radius={task.area_radius}: areas"
+            f" outside the arena of {arena.length} x {arena.width} m; area_distance may be at most"
+            f" {farthest:g}, area_radius at most {arena.width / 2:g} [m]"
+        )
+    nearest = 2.0 * (task.start_radius + task.area_radius)
+    if task.area_distance < nearest:
+        raise ValueError(
+            f"task.area_distance={task.area_distance}: the areas reach into the start circle of"
+            f" radius {task.start_radius} m; must be at least {nearest:g} [m]"
+        )
+
+
+def _check_start(scenario: Scenario) -> None:
+    task, arena, radius = scenario.task, scenario.arena, scenario.robot.radius
+    widest = 0.5 * min(arena.length, arena.width) - radius
+    if task.start_radius > widest:
+        raise ValueError(
+            f"task.start_radius={task.start_radius}: robots would start outside the arena;"
+            f" must be at most {widest:g} [m]"
+        )
+    fit = max(1, int(MAX_START_DENSITY * ((task.start_radius + radius) / radius) ** 2))
+    if task.n_robots > fit:
+        raise ValueError(
+            f"task.n_robots={task.n_robots}: at most {fit} robots of radius {radius} m fit into the"
+            f" start circle of radius {task.start_radius} m; enlarge task.start_radius"
+        )

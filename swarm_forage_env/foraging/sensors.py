@@ -1,0 +1,191 @@
+"""Sensors of the e-puck: each turns the truth into the readings of one robot, noise and all."""
+
+import math
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float64, Int32
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.differential_drive import wheels_to_arc
+from swarm_forage_env.equations.geometry import range_and_bearing, to_body, to_outer, wrap
+from swarm_forage_env.equations.ground import area_at, brightness
+from swarm_forage_env.equations.odometry import encoder
+from swarm_forage_env.equations.proximity import (
+    PROXIMITY_ANGLES,
+    SENSING_RANGE,
+    ray_to_disc,
+    ray_to_walls,
+    response,
+)
+from swarm_forage_env.equations.radio import loss, mean_board_range, mean_error
+from swarm_forage_env.equations.random_draws import below, symmetric, unit
+from swarm_forage_env.foraging.records import (
+    ENCODER,
+    GROUND,
+    LOSS,
+    PROXIMITY,
+    RADIO,
+    SLOT,
+    RobotState,
+    WorldState,
+)
+from swarm_forage_env.foraging.surroundings import COUNT, FIRST
+
+_ROUNDING = 1.0 + 1e-12
+_COS, _SIN = np.cos(PROXIMITY_ANGLES), np.sin(PROXIMITY_ANGLES)
+_NEARLY = SENSING_RANGE + 1e-6
+"""Rays longer than this [m] read 0, whatever the last digits of their length are."""
+
+
+@kernel
+def read_encoders(robot: RobotState, world: WorldState) -> None:
+    """Distance [m] and turn [rad] of the tick, from noisy encoders.
+
+    A robot that is pushed or blocked does not notice.
+    """
+    dU_l = encoder(robot.wheels[0] * world.dt, world.encoder_error, robot.streams, ENCODER)
+    dU_r = encoder(robot.wheels[1] * world.dt, world.encoder_error, robot.streams, ENCODER)
+    distance, turn = wheels_to_arc(dU_l, dU_r, world.axle)
+    robot.readings.odometry[0], robot.readings.odometry[1] = distance, turn
+
+
+@kernel
+def read_ground(robot: RobotState, world: WorldState) -> None:
+    """Brightness times 1 +- noise under the left, middle and right sensor."""
+    c, s = robot.heading[0], robot.heading[1]
+    for sensor in range(3):
+        dx, dy = to_outer(world.ground_ahead, (1 - sensor) * world.ground_spacing, c, s)
+        area = area_at(robot.pose[0] + dx, robot.pose[1] + dy, world.areas, world.area_radius)
+        light = brightness(area)
+        if light > 0.0:
+            light *= 1.0 + world.ground_noise * symmetric(robot.streams, GROUND)
+        robot.readings.ground[sensor] = light
+
+
+@kernel
+def ray_to_near_walls(robot: RobotState, ray: int, world: WorldState) -> float:
+    """Distance [m] from the rim to the walls along a ray; infinite where the sensor reads 0."""
+    x, y, radius = robot.pose[0], robot.pose[1], world.radius
+    c = robot.heading[0] * _COS[ray] - robot.heading[1] * _SIN[ray]
+    s = robot.heading[1] * _COS[ray] + robot.heading[0] * _SIN[ray]
+    to_x = 0.5 * world.arena[0] - math.copysign(x, x * c)
+    to_y = 0.5 * world.arena[1] - math.copysign(y, y * s)
+    if to_x > abs(c) * (radius + _NEARLY) and to_y > abs(s) * (radius + _NEARLY):
+        return math.inf
+    return ray_to_walls(x, y, robot.pose[2] + PROXIMITY_ANGLES[ray], world.arena, radius)
+
+
+@kernel
+def ray_to_robots(
+    swarm: Array, i: int, ray: int, near: Int32[Array, "robots columns"], world: WorldState
+) -> float:
+    """Distance [m] from the rim of robot i to the nearest robot along a ray."""
+    robot, nearest = swarm[i], math.inf
+    reach = 2.0 * world.radius + SENSING_RANGE
+    for k in range(FIRST, FIRST + near[i, COUNT]):
+        other = swarm[near[i, k]]
+        dx, dy = other.pose[0] - robot.pose[0], other.pose[1] - robot.pose[1]
+        if dx * dx + dy * dy < reach * reach:
+            ahead, left = to_body(dx, dy, robot.heading[0], robot.heading[1])
+            nearest = min(nearest, ray_to_disc(ahead, left, ray, world.radius))
+    return nearest
+
+
+@kernel
+def is_near_walls(robot: RobotState, world: WorldState) -> bool:
+    """A wall may be within the range of a proximity sensor."""
+    margin = world.radius + SENSING_RANGE
+    x, y = abs(robot.pose[0]), abs(robot.pose[1])
+    return x > 0.5 * world.arena[0] - margin or y > 0.5 * world.arena[1] - margin
+
+
+@kernel
+def is_near_robots(
+    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
+) -> bool:
+    """Another robot may be within the range of a proximity sensor of robot i."""
+    robot, reach = swarm[i], 2.0 * world.radius + SENSING_RANGE
+    for k in range(FIRST, FIRST + near[i, COUNT]):
+        other = swarm[near[i, k]]
+        dx, dy = other.pose[0] - robot.pose[0], other.pose[1] - robot.pose[1]
+        if dx * dx + dy * dy < reach * reach:
+            return True
+    return False
+
+
+@kernel
+def read_proximity(
+    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
+) -> None:
+    """Response of eight infrared sensors times 1 +- noise; one in contact saturates at 1."""
+    robot = swarm[i]
+    walls, robots = is_near_walls(robot, world), is_near_robots(swarm, i, near, world)
+    for ray in range(8):
+        distance = math.inf
+        if walls:
+            distance = ray_to_near_walls(robot, ray, world)
+        if robots:
+            distance = min(distance, ray_to_robots(swarm, i, ray, near, world))
+        reading = response(distance)
+        if reading > 0.0:
+            noise = world.proximity_noise * symmetric(robot.streams, PROXIMITY)
+            reading = min(reading * (1.0 + noise), 1.0)
+        robot.readings.proximity[ray] = reading
+
+
+@kernel
+def receive_messages(
+    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
+) -> None:
+    """Which messages reach robot i, and from where they seem to come.
+
+    Of more messages than slots, each is equally likely to be heard (reservoir sampling).
+    """
+    robot, arrived = swarm[i], 0
+    far_squared = world.max_range * world.max_range * _ROUNDING
+    for k in range(FIRST, FIRST + near[i, COUNT]):
+        sender = swarm[near[i, k]]
+        dx, dy = sender.pose[0] - robot.pose[0], sender.pose[1] - robot.pose[1]
+        if not sender.command.is_speaking or dx * dx + dy * dy > far_squared:
+            continue
+        d = math.hypot(dx, dy)
+        if d > world.max_range:
+            continue
+        lost = loss(d, world.near, world.max_range, world.loss_near, world.loss_far)
+        if unit(robot.streams, LOSS) < lost:
+            continue
+        slot = arrived
+        if slot >= world.slots:
+            slot = below(robot.streams, SLOT, arrived + 1)
+        arrived += 1
+        if slot < world.slots:
+            robot.heard.sender[slot] = near[i, k]
+    robot.heard.n = min(arrived, world.slots)
+    robot.messages += robot.heard.n
+    for slot in range(robot.heard.n):
+        measure_range_bearing(robot, swarm[robot.heard.sender[slot]], slot, world)
+
+
+@kernel
+def measure_range_bearing(robot: RobotState, sender: RobotState, slot: int, world: WorldState) -> None:
+    """Range [m], bearing and bearing back [rad] of the sender in a slot, with noise.
+
+    A receiver at rest averages several frames, a moving one has a single frame.
+    """
+    is_at_rest = robot.wheels[0] == 0.0 and robot.wheels[1] == 0.0
+    frames = world.frames if is_at_rest else 1
+    dx, dy = sender.pose[0] - robot.pose[0], sender.pose[1] - robot.pose[1]
+    d, bearing = range_and_bearing(dx, dy, robot.pose[2])
+    _, back = range_and_bearing(-dx, -dy, sender.pose[2])
+    measured = robot.heard.range_bearing
+    if world.is_board:
+        gap = max(d - 2.0 * world.radius, 0.0)
+        gap = mean_board_range(gap, robot.streams, RADIO, frames)
+        measured[slot, 0] = 2.0 * world.radius + gap
+    else:
+        error = mean_error(robot.streams, RADIO, frames, world.range_noise)
+        measured[slot, 0] = max(d + error, 0.0)
+    noise = world.bearing_noise
+    measured[slot, 1] = wrap(bearing + mean_error(robot.streams, RADIO, frames, noise))
+    measured[slot, 2] = wrap(back + mean_error(robot.streams, RADIO, frames, noise))
+    robot.heard.n_averaged[slot] = frames

@@ -1,0 +1,93 @@
+"""What needs the whole world: who is near whom, and where bodies may not overlap."""
+
+from swarm_forage_env.arrays import Array, Int32
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.contacts import (
+    GENTLE_PASSES,
+    HALF,
+    MOST_PASSES,
+    OVER_RELAXED,
+    OVERLAP,
+    keep_inside,
+    separate_pair,
+)
+from swarm_forage_env.equations.neighbours import EMPTY, cell_of, cells_of
+from swarm_forage_env.foraging.records import WorldState
+
+COUNT, NEXT, FIRST = 0, 1, 2
+"""Columns of a robot's row of `near`: how many neighbours it has, the next robot in its cell,
+and where the neighbours' numbers start."""
+
+
+@kernel
+def note_neighbour(near: Int32[Array, "robots columns"], i: int, j: int) -> None:
+    """Enter robot j in the row of robot i, if there is room; it is counted anyway."""
+    at = FIRST + near[i, COUNT]
+    if at < near.shape[1]:
+        near[i, at] = j
+    near[i, COUNT] += 1
+
+
+@kernel
+def find_neighbours(
+    swarm: Array, near: Int32[Array, "robots columns"], cells: Int32[Array, " cells"], world: WorldState
+) -> int:
+    """List for each robot those within `reach`; the largest number of them that any robot has.
+
+    A robot's row holds first those with lower numbers, cell by cell, then those with higher ones.
+    `cells` must hold EMPTY everywhere, and does again afterwards.
+    """
+    n_x, n_y = cells_of(world.arena[0], world.reach), cells_of(world.arena[1], world.reach)
+    for i in range(swarm.shape[0]):
+        near[i, COUNT] = 0
+    for i in range(swarm.shape[0]):
+        x, y = swarm[i].pose[0], swarm[i].pose[1]
+        cx = cell_of(x, world.arena[0], world.reach, n_x)
+        cy = cell_of(y, world.arena[1], world.reach, n_y)
+        for kx in range(max(cx - 1, 0), min(cx + 2, n_x)):
+            for ky in range(max(cy - 1, 0), min(cy + 2, n_y)):
+                j = cells[kx * n_y + ky]
+                while j != EMPTY:
+                    dx, dy = swarm[j].pose[0] - x, swarm[j].pose[1] - y
+                    if dx * dx + dy * dy < world.reach * world.reach:
+                        note_neighbour(near, i, j)
+                        note_neighbour(near, j, i)
+                    j = near[j, NEXT]
+        near[i, NEXT] = cells[cx * n_y + cy]
+        cells[cx * n_y + cy] = i
+    most = 0
+    for i in range(swarm.shape[0]):
+        cx = cell_of(swarm[i].pose[0], world.arena[0], world.reach, n_x)
+        cy = cell_of(swarm[i].pose[1], world.arena[1], world.reach, n_y)
+        cells[cx * n_y + cy] = EMPTY
+        most = max(most, near[i, COUNT])
+    return most
+
+
+@kernel
+def resolve_contacts(swarm: Array, near: Int32[Array, "robots columns"], world: WorldState) -> bool:
+    """Move overlapping robots apart and back inside the walls, in place.
+
+    Each pass moves both robots of an overlapping pair by half the overlap, in a clump by more,
+    then every robot inside the walls, until no overlap exceeds OVERLAP. False if MOST_PASSES
+    were not enough.
+    """
+    for n_passes in range(MOST_PASSES):
+        for i in range(swarm.shape[0]):
+            keep_inside(swarm[i].pose, world.arena, world.radius)
+        share = HALF if n_passes < GENTLE_PASSES else OVER_RELAXED
+        worst = 0.0
+        for i in range(swarm.shape[0]):
+            for k in range(FIRST, FIRST + near[i, COUNT]):
+                j = near[i, k]
+                if j > i:
+                    break
+                short = separate_pair(swarm[i].pose, swarm[j].pose, 2.0 * world.radius, share)
+                worst = max(worst, short)
+        if worst == 0.0:
+            return True
+        if worst <= OVERLAP:
+            break
+    for i in range(swarm.shape[0]):
+        keep_inside(swarm[i].pose, world.arena, world.radius)
+    return worst <= OVERLAP

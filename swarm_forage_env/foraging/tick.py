@@ -1,0 +1,101 @@
+"""The tick of the foraging world: everyone moves, is scored, senses and hears."""
+
+import math
+
+from swarm_forage_env.arrays import Array, Int32
+from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
+from swarm_forage_env.foraging.records import RobotState, WorldState
+from swarm_forage_env.foraging.scoring import count_reports, score
+from swarm_forage_env.foraging.sensors import (
+    read_encoders,
+    read_ground,
+    read_proximity,
+    receive_messages,
+)
+from swarm_forage_env.foraging.surroundings import find_neighbours, resolve_contacts
+
+
+@kernel
+def set_wheels(robot: RobotState, world: WorldState) -> None:
+    """Turn the wheels as commanded, as far as the motors go [m/s]."""
+    for side in range(2):
+        speed = float(robot.command.wheels[side]) * world.cruise_speed
+        robot.wheels[side] = min(max(speed, -world.max_speed), world.max_speed)
+
+
+@kernel
+def drive(robot: RobotState, world: WorldState) -> None:
+    """Move a robot for a tick as its wheels turn."""
+    dU_l, dU_r = robot.wheels[0] * world.dt, robot.wheels[1] * world.dt
+    if dU_l != 0.0 or dU_r != 0.0:
+        drho, dtheta = wheels_to_arc(dU_l, dU_r, world.axle)
+        pose = robot.pose
+        pose[0], pose[1], pose[2] = advance(pose[0], pose[1], pose[2], drho, dtheta)
+
+
+@kernel
+def face(robot: RobotState) -> None:
+    """Keep cosine and sine of the heading beside it."""
+    robot.heading[0], robot.heading[1] = math.cos(robot.pose[2]), math.sin(robot.pose[2])
+
+
+@entry_point
+def tick(
+    robots: Array,
+    worlds: Array,
+    near: Int32[Array, "worlds robots columns"],
+    cells: Int32[Array, "worlds cells"],
+    first: int,
+    last: int,
+) -> int:
+    """One tick of the worlds first .. last - 1; the most neighbours that any robot has."""
+    most = 0
+    for w in range(first, last):
+        world, swarm = worlds[w], robots[w]
+        world.ticks += 1
+        if not world.has_moved:
+            for i in range(swarm.shape[0]):
+                set_wheels(swarm[i], world)
+                drive(swarm[i], world)
+        world.has_moved = False
+        most = max(most, find_neighbours(swarm, near[w], cells[w], world))
+        resolve_contacts(swarm, near[w], world)
+        for i in range(swarm.shape[0]):
+            face(swarm[i])
+            score(swarm[i], world)
+            count_reports(swarm[i], world)
+        sense(swarm, near[w], world)
+        for i in range(swarm.shape[0]):
+            receive_messages(swarm, i, near[w], world)
+    return most
+
+
+@entry_point
+def sense_first(
+    robots: Array,
+    worlds: Array,
+    near: Int32[Array, "worlds robots columns"],
+    cells: Int32[Array, "worlds cells"],
+    first: int,
+    last: int,
+) -> int:
+    """What is sensed before the first tick, when nobody has spoken yet."""
+    most = 0
+    for w in range(first, last):
+        world, swarm = worlds[w], robots[w]
+        most = max(most, find_neighbours(swarm, near[w], cells[w], world))
+        for i in range(swarm.shape[0]):
+            face(swarm[i])
+            swarm[i].heard.n = 0
+        sense(swarm, near[w], world)
+    return most
+
+
+@kernel
+def sense(swarm: Array, near: Int32[Array, "robots columns"], world: WorldState) -> None:
+    """Read all sensors but the radio."""
+    for i in range(swarm.shape[0]):
+        read_encoders(swarm[i], world)
+        read_ground(swarm[i], world)
+        read_proximity(swarm, i, near, world)

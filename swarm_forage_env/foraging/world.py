@@ -1,0 +1,195 @@
+"""ForagingWorld: a block of worlds in which robots forage, as structured arrays."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Bool, Float64, Int32
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.equations.neighbours import EMPTY, cells_of
+from swarm_forage_env.equations.proximity import SENSING_RANGE
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging import scoring
+from swarm_forage_env.foraging.records import RobotState, WorldState
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.foraging.surroundings import FIRST
+from swarm_forage_env.foraging.tick import sense_first, tick
+from swarm_forage_env.physics import ENGINES
+from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
+from swarm_forage_env.record import rows
+
+SLACK = 0.02
+"""Neighbours are listed this much beyond the reach [m], so that resolving contacts adds none."""
+
+SOURCES = (
+    NoiseSource.ENCODER,
+    NoiseSource.PROXIMITY,
+    NoiseSource.GROUND,
+    NoiseSource.LOSS,
+    NoiseSource.SLOT,
+    NoiseSource.RADIO,
+)
+"""What each column of a robot's streams is for."""
+
+place_in_circle = entry_point(scoring.place_in_circle)
+
+
+class ForagingWorld:
+    """Worlds that run side by side, each from its own seed and under its own numbers.
+
+    A world in a block goes through the same states as the same world alone, bit for bit.
+    """
+
+    def __init__(
+        self, scenarios: Sequence[Scenario], seeds: Sequence[int], physics: str = "rigid"
+    ) -> None:
+        """One world for each seed, reset and ready: the robots have sensed, nobody has spoken.
+
+        The scenarios have the same number of robots; one for each world.
+        """
+        self.scenario, self.scenarios = scenarios[0], tuple(scenarios)
+        self.n_worlds, self.n_robots = len(seeds), scenarios[0].task.n_robots
+        shape = (self.n_worlds, self.n_robots)
+        n_slots = max(scenario.radio.slots for scenario in scenarios)
+        self.robots = RobotState.array(shape, slots=n_slots)
+        """The truth about every robot; writing to it changes the worlds."""
+        self.worlds = WorldState.array((self.n_worlds,))
+        """Clock and numbers of every world."""
+        for w, scenario in enumerate(scenarios):
+            write_numbers(scenario, self.worlds[w])
+        n_columns = FIRST + max(map(most_neighbours, scenarios))
+        self.near: Int32[Array, "worlds robots columns"] = np.zeros((*shape, n_columns), np.int32)
+        n_cells = max(map(number_of_cells, scenarios))
+        self._cells: Int32[Array, "worlds cells"] = np.full((self.n_worlds, n_cells), EMPTY, np.int32)
+        self._physics = ENGINES[physics](scenarios)
+        self.reset(seeds)
+
+    @property
+    def records(self) -> Array:
+        """What a controller is handed: the robots, of which a layer sees its own records."""
+        return self.robots
+
+    @property
+    def rows(self) -> int:
+        """Robots in all worlds."""
+        return self.robots.size
+
+    @property
+    def state(self) -> Any:  # noqa: ANN401 a recarray
+        """The truth with a row for each robot of every world; `state.pose` is a column of it."""
+        return rows(self.robots)
+
+    @property
+    def areas(self) -> Float64[Array, "areas 2"]:
+        """Centres of nest and prey in the first world [m]."""
+        centres: Float64[Array, "areas 2"] = self.worlds["areas"][0]
+        return centres
+
+    @property
+    def is_over(self) -> Bool[Array, " worlds"]:
+        """The scenario's time is up in each world."""
+        n_ticks = [scenario.n_ticks for scenario in self.scenarios]
+        return np.asarray(self.worlds["ticks"] >= n_ticks)
+
+    def reset(self, seeds: Sequence[int]) -> None:
+        """Start every world anew, each from its seed."""
+        if len(seeds) != self.n_worlds:
+            raise ConfigError(f"seeds={list(seeds)}: must be {self.n_worlds}, one for each world")
+        for w, seed in enumerate(seeds):
+            self.restart(w, checked_seed(seed))
+        self.sense_first()
+
+    def restart(self, which: int, seed: int) -> None:
+        """Put one world's robots at their starting places and its streams at their seed."""
+        swarm, scenario = self.robots[which], self.scenarios[which]
+        pose = _first_poses(scenario, seed)
+        kept = swarm["action"].copy()
+        RobotState.restart(swarm)
+        swarm["action"], swarm["pose"] = kept, pose
+        for column, source in enumerate(SOURCES):
+            swarm["streams"][:, column] = streams([seed], self.n_robots, source)
+        self.worlds[which]["ticks"], self.worlds[which]["has_moved"] = 0, False
+        self._physics.reset(which)
+
+    def sense_first(self, first: int = 0, last: int | None = None) -> None:
+        """Sense before the first tick, in the worlds first .. last - 1."""
+        last = self.n_worlds if last is None else last
+        most = sense_first(self.robots, self.worlds, self.near, self._cells, first, last)
+        self._check_room(most)
+
+    def tick(self, first: int, last: int) -> None:
+        """Carry out the commands in the worlds first .. last - 1: move, score, sense, hear."""
+        self._physics.move(self.robots, self.worlds, self.near, first, last)
+        most = tick(self.robots, self.worlds, self.near, self._cells, first, last)
+        self._check_room(most)
+
+    def _check_room(self, most: int) -> None:
+        if most > self.near.shape[2] - FIRST:
+            raise RuntimeError(
+                f"a robot has {most} neighbours, more than discs of its radius can be without"
+                f" overlapping ({self.near.shape[2] - FIRST}): contacts were not resolved"
+            )
+
+
+def reach_of(scenario: Scenario) -> float:
+    """Distance within which robots are listed as neighbours, centre to centre [m]."""
+    sensed = 2.0 * scenario.robot.radius + SENSING_RANGE
+    return max(sensed, scenario.radio.max_range) + SLACK
+
+
+def most_neighbours(scenario: Scenario) -> int:
+    """Neighbours for which there is room: twice as many as discs can be without overlapping."""
+    discs = ((reach_of(scenario) + scenario.robot.radius) / scenario.robot.radius) ** 2
+    return min(max(1, scenario.task.n_robots - 1), 2 * math.ceil(discs) + 8)
+
+
+def number_of_cells(scenario: Scenario) -> int:
+    """Cells of the grid over the arena."""
+    reach = reach_of(scenario)
+    return cells_of(scenario.arena.length, reach) * cells_of(scenario.arena.width, reach)
+
+
+def write_numbers(scenario: Scenario, out_world: Any) -> None:  # noqa: ANN401 a record
+    """Write the numbers of a scenario to the record of a world, as kernels read them."""
+    robot, sensors, radio = scenario.robot, scenario.sensors, scenario.radio
+    error = sensors.wheel_noise * robot.cruise_speed * scenario.tick
+    numbers = {
+        "half_time": scenario.n_ticks // 2,
+        "dt": scenario.tick,
+        "arena": (scenario.arena.length, scenario.arena.width),
+        "areas": scenario.areas,
+        "area_radius": scenario.task.area_radius,
+        "encoder_error": error,
+        "proximity_noise": sensors.proximity_noise,
+        "ground_noise": sensors.ground_noise,
+        "ground_ahead": sensors.ground_ahead,
+        "ground_spacing": sensors.ground_spacing,
+        "is_board": radio.is_board,
+        "slots": scenario.slots,
+        "reach": reach_of(scenario),
+        **{name: getattr(robot, name) for name in ("radius", "axle", "max_speed", "cruise_speed")},
+        **{
+            name: getattr(radio, name)
+            for name in (
+                "max_range", "near", "loss_near", "loss_far", "range_noise", "bearing_noise",
+                "frames",
+            )
+        },
+    }  # fmt: skip
+    for name, value in numbers.items():
+        out_world[name] = value
+
+
+def _first_poses(scenario: Scenario, seed: int) -> Float64[Array, "robots 3"]:
+    """Where the robots of one world start; ConfigError if they find no room."""
+    task, pose = scenario.task, np.zeros((scenario.task.n_robots, 3))
+    places = streams([seed], task.n_robots, NoiseSource.PLACE)
+    placed = place_in_circle(task.start_radius, 2.0 * scenario.robot.radius, places, pose)
+    if placed < task.n_robots:
+        raise ConfigError(
+            f"task.n_robots={task.n_robots}: only {placed} found a place in the start circle of"
+            f" radius {task.start_radius} m; enlarge task.start_radius"
+        )
+    return pose

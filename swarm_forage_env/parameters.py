@@ -1,0 +1,89 @@
+"""Parameters: frozen models that refuse nonsense, and how single numbers of them are changed."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Count = Annotated[int, Field(ge=1)]
+
+PartT = TypeVar("PartT", bound="Part")
+
+
+class Part(BaseModel):
+    """A frozen group of numbers that refuses what it does not know, NaN and infinity."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def override(part: PartT, values: Mapping[str, Any], kind: str = "parameter") -> PartT:
+    """The same part with some fields changed, each named by its dotted path or, if only one
+    field has it, by its last word.
+
+    Values may be text, as on a command line. UnknownNameError for a name that is no field,
+    ConfigError for a value that does not fit.
+
+    >>> class Radio(Part):
+    ...     max_range: Positive = 0.15
+    >>> override(Radio(), {"max_range": "0.2"}).max_range
+    0.2
+    """
+    if not values:
+        return part
+    tree = part.model_dump()
+    paths = leaves(tree)
+    for name, value in values.items():
+        *branches, leaf = resolve(name, paths, kind).split(".")
+        node = tree
+        for branch in branches:
+            node = node[branch]
+        node[leaf] = value
+    return validated(type(part), tree)
+
+
+def leaves(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Every field of a nested mapping by its dotted path."""
+    found: dict[str, Any] = {}
+    for name, value in tree.items():
+        if isinstance(value, Mapping):
+            found |= leaves(value, f"{prefix}{name}.")
+        else:
+            found[prefix + name] = value
+    return found
+
+
+def resolve(name: str, paths: Mapping[str, Any], kind: str) -> str:
+    """The full dotted path that a name stands for: itself, or the one path that ends in it."""
+    if name in paths:
+        return name
+    same_leaf = [path for path in paths if path.rpartition(".")[2] == name]
+    if len(same_leaf) == 1:
+        return same_leaf[0]
+    if same_leaf:
+        raise ConfigError(f"{kind} '{name}' is ambiguous: say {' or '.join(same_leaf)}")
+    raise UnknownNameError(kind, name, paths)
+
+
+def validated(model: type[PartT], tree: Mapping[str, Any], where: str = "") -> PartT:
+    """The model made from a mapping, or one ConfigError that names each field at fault."""
+    try:
+        return model.model_validate(dict(tree))
+    except ValidationError as error:
+        raise ConfigError("; ".join(_complaint(model, e, where) for e in error.errors())) from None
+
+
+def _complaint(model: type[Part], error: Mapping[str, Any], where: str) -> str:
+    path = ".".join(str(step) for step in error["loc"])
+    prefix = f"{where}: " if where else ""
+    if error["type"] == "extra_forbidden":
+        known = leaves(model().model_dump())
+        return prefix + str(UnknownNameError("parameter", path, known))
+    message = str(error["msg"]).removeprefix("Value error, ")
+    if not path or error["type"] == "value_error":
+        return prefix + message
+    return f"{prefix}{path}={error['input']!r}: {message[0].lower()}{message[1:]}"

@@ -1,0 +1,54 @@
+"""Random streams: one for each world, robot and source of noise, all from the seed of the world.
+
+Two controllers under one seed meet the same world; a world in a block draws what it
+draws alone; and drawing more for one cause does not move another.
+"""
+
+from collections.abc import Sequence
+from enum import IntEnum
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, UInt64
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.equations import random_draws
+from swarm_forage_env.errors import ConfigError
+
+
+class NoiseSource(IntEnum):
+    """The source of noise that a stream is drawn for. The number enters the stream's seed: never change one, only add."""
+
+    PLACE = 0
+    ENCODER = 1
+    PROXIMITY = 2
+    GROUND = 3
+    LOSS = 4
+    SLOT = 5
+    RADIO = 6
+    GOAL = 7
+    LANDMARK = 8
+    LIDAR = 9
+    DEVICE = 10
+    WANDER = 64
+
+
+seed_streams = entry_point(random_draws.seed_streams)
+
+
+def streams(seeds: Sequence[int], n_robots: int, source: NoiseSource) -> UInt64[Array, " rows"]:
+    """Fresh streams of one source: a word for each row, `n_robots` rows for each seed."""
+    return seed_streams(np.asarray(seeds, dtype=np.uint64), n_robots, int(source))
+
+
+def checked_seed(seed: object) -> int:
+    """The seed as a whole number from 0 to 2^64 - 1; ConfigError for anything else."""
+    if isinstance(seed, int | np.integer) and not isinstance(seed, bool):
+        number = int(seed)
+        if 0 <= number < 2**64:
+            return number
+    raise ConfigError(f"seed={seed!r}: must be a whole number from 0 to 2^64 - 1")
+
+
+def drawn_seed(rng: np.random.Generator) -> int:
+    """The seed of an episode for which none was given: the next of a sequence."""
+    return int(rng.integers(2**63))

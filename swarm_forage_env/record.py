@@ -1,0 +1,105 @@
+"""Records: classes of documented fields from which NumPy's structured dtypes are made.
+
+State is kept in structured arrays, one element a robot. A compiled function receives a single
+record by reference and reads and writes its fields as attributes; Python reads whole columns,
+`robots["pose"]`. With the compiler switched off the same functions run on `numpy.record`.
+
+Of a field of several numbers, booleans are int8: numba refuses nested boolean arrays.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array
+
+
+Numbers = Any
+"""A record of parameters, whose fields are those of the part that it belongs to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One field of a record."""
+
+    kind: Any
+    """A NumPy scalar type, or the class of a nested record."""
+
+    shape: tuple[int | str, ...]
+    """Axes of the field; one that is named (`slots`) gets its size with the dtype."""
+
+    unit: str
+    """SI, or what the number is."""
+
+    scale: float
+    """Typical size of the number in that unit."""
+
+    start: float
+    """Value before anything has happened."""
+
+
+def field(
+    kind: Any,  # noqa: ANN401 a scalar type or a record class
+    *shape: int | str,
+    unit: str = "",
+    scale: float = 1.0,
+    start: float = 0.0,
+) -> Any:  # noqa: ANN401 the annotation says what the attribute is
+    """A field of a `Record`: its type, its shape, its unit, its typical size, its first value."""
+    return Field(kind, shape, unit, scale, start)
+
+
+class Record:
+    """Base of all records: subclasses list their fields as `name: type = field(...)`."""
+
+    fields: ClassVar[Mapping[str, Field]] = {}
+    """All fields by name, those of base classes first."""
+
+    def __init_subclass__(cls) -> None:
+        """Collect the fields, so that `dtype` and `array` can be made."""
+        own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
+        cls.fields = {**cls.fields, **own}
+
+    @classmethod
+    def dtype(cls, **sizes: int) -> np.dtype[Any]:
+        """The structured dtype; `sizes` are those of named axes, as slots=4."""
+        return np.dtype(
+            [(name, *_column(each, sizes)) for name, each in cls.fields.items()], align=True
+        )
+
+    @classmethod
+    def array(cls, shape: tuple[int, ...], **sizes: int) -> Array:
+        """A structured array in which every field has its first value."""
+        found = np.zeros(shape, cls.dtype(**sizes))
+        cls.restart(found)
+        return found
+
+    @classmethod
+    def restart(cls, records: Array) -> None:
+        """Give every field of a structured array its first value, in place."""
+        for name, each in cls.fields.items():
+            if isinstance(each.kind, type) and issubclass(each.kind, Record):
+                each.kind.restart(records[name])
+            else:
+                records[name] = each.start
+
+
+def _column(each: Field, sizes: Mapping[str, int]) -> tuple[Any, tuple[int, ...]]:
+    """Type and shape of a field, as a structured dtype takes them."""
+    shape = tuple(sizes[axis] if isinstance(axis, str) else axis for axis in each.shape)
+    if isinstance(each.kind, type) and issubclass(each.kind, Record):
+        return each.kind.dtype(**sizes), shape
+    return each.kind, shape
+
+
+def numbers_record(**numbers: Any) -> np.dtype[Any]:  # noqa: ANN401 floats or arrays of them
+    """The dtype of a record of parameters: float64, each in the shape of its value."""
+    columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
+    return np.dtype(columns or [("none", np.float64)], align=True)
+
+
+def rows(records: Array) -> Any:  # noqa: ANN401 a recarray, whose attributes are columns
+    """A view with a row for each record of every world; `rows(robots).pose` is a column."""
+    return records.reshape(-1).view(np.recarray)

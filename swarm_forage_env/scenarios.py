@@ -1,0 +1,43 @@
+"""Scenarios by name, from a file, and with single numbers changed."""
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.parameters import leaves, override
+from swarm_forage_env.registry import SCENARIOS
+from swarm_forage_env.task import task_of
+
+
+def find_scenario(
+    scenario: Any, overrides: Mapping[str, Any] | None = None
+) -> Any:  # noqa: ANN401 of any task
+    """The scenario of a name (`es1`), a TOML file (`mine.toml`), or the given one, overridden.
+
+    Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for a name that
+    stands for nothing, ConfigError for a number that does not fit.
+    """
+    if isinstance(scenario, str | Path):
+        is_file = str(scenario).endswith(".toml")
+        scenario = from_toml(Path(scenario)) if is_file else SCENARIOS[str(scenario)]
+    task_of(scenario)
+    return override(scenario, overrides or {}, "scenario parameter")
+
+
+def from_toml(file: Path) -> Any:  # noqa: ANN401 of any task
+    """A scenario of the user's own: a TOML file with a table for each part, such as robot.
+
+    `base = "es1"` at the top starts from a named scenario; without it, from the defaults.
+    """
+    try:
+        tree = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError(f"scenario file {file}: {error}") from None
+    base = tree.pop("base", None)
+    if not isinstance(base, str | None):
+        raise ConfigError(f"scenario file {file}: base={base!r}: must be a name of a scenario")
+    start = Scenario() if base is None else SCENARIOS[base]
+    return override(start, {"name": file.stem, **leaves(tree)}, "scenario parameter")

@@ -1,0 +1,136 @@
+"""A scenario of waypoints: every number of the world of adaptive boids, in frozen models.
+
+Robots visit random goals, with home, the origin, as the only landmark; there are no walls and no
+contacts. Origin is one of: published (the paper says so), code (the authors' code, which made
+the paper's figures, says so), chosen. BOIDS is Smith et al. 2021.
+
+Not in the paper, and taken from the authors' code:
+- robots start within 1 m of home, at full speed, and turn before they go;
+- the turn rate is the angle to the new course, a second;
+- first goals lie in one quarter of the square.
+"""
+
+from typing import Self
+
+from pydantic import Field, model_validator
+
+from swarm_forage_env.parameters import Count, NotNegative, Part, Positive, Share
+
+
+class Create(Part):
+    """The robot: an iRobot Create, which turns, speeds up and slows down within limits."""
+
+    max_speed: Positive = Field(0.5, description="Highest speed [m/s] (code)")
+    min_speed: NotNegative = Field(0.01, description="Lowest speed: it never stops [m/s] (code)")
+    max_turn_rate: Positive = Field(1.0, description="Highest turn rate [rad/s] (code)")
+    max_acceleration: Positive = Field(
+        5.0, description="Acceleration of a full pull [m/s^2] (code)"
+    )
+
+    @model_validator(mode="after")
+    def _limits_in_order(self) -> Self:
+        if self.min_speed >= self.max_speed:
+            raise ValueError(
+                f"min_speed={self.min_speed}: must be below max_speed={self.max_speed} [m/s]"
+            )
+        return self
+
+
+class Measurements(Part):
+    """What the robot measures and how badly; every error is normally distributed.
+
+    Smaller errors than the bounds allow leave covariances that 64 bits cannot tell from singular.
+    """
+
+    speed_noise: Positive = Field(
+        0.05, description="Standard deviation of a speed reading [m/s]. Table 2 (published)"
+    )
+    speed_bias: NotNegative = Field(
+        0.005,
+        description="Standard deviation over robots of its constant error [m/s]. Table 2"
+        " (published)",
+    )
+    turn_noise: Positive = Field(
+        0.02, description="Standard deviation of a gyro reading [rad/s]. Table 2 (published)"
+    )
+    turn_bias: NotNegative = Field(
+        0.05,
+        description="Standard deviation over robots of its constant error [rad/s]. Table 2"
+        " (published)",
+    )
+    spread: Share = Field(
+        0.01, description="Both standard deviations vary by +- this share over robots (published)"
+    )
+    reach: Positive = Field(
+        1.0, description="Robots and home are seen up to here [m]. Section 3 (published)"
+    )
+    range_noise: Positive = Field(
+        0.01, ge=1e-3, description="Standard deviation of a LiDAR range [m]. Table 2 (published)"
+    )
+    bearing_noise: Positive = Field(
+        0.02,
+        ge=1e-3,
+        description="Standard deviation of a LiDAR bearing [rad]. Table 2 (published)",
+    )
+    home_noise: Positive = Field(
+        0.001,
+        ge=1e-4,
+        description="Standard deviation of a fix at home, of x, y [m] and heading [rad]. Table 2"
+        " (published)",
+    )
+
+
+class Errands(Part):
+    """The task: visit random goals one after the other, and say when you are there."""
+
+    n_robots: Count = Field(25, description="Robots. Section 3 (published)")
+    duration: Positive = Field(100.0, description="Length of an episode [s]. Section 3 (published)")
+    tolerance: Positive = Field(
+        0.2, description="A goal is reached within this distance [m]. Section 3 (published)"
+    )
+    side: Positive = Field(
+        10.0, description="Goals lie in a square of this side about home [m]. Section 3 (published)"
+    )
+    start_half_side: Positive = Field(
+        1.0, description="Robots start within +- this of home, in x and y [m] (code)"
+    )
+    first_goal: Positive = Field(
+        1.0, description="First goals have x and y from here to half the side [m] (code)"
+    )
+    extra_ticks: int = Field(
+        0,
+        ge=0,
+        description="Ticks that averages over time count without their having been run (chosen;"
+        " 2 in the authors' code)",
+    )
+
+    @model_validator(mode="after")
+    def _goals_in_the_square(self) -> Self:
+        if self.first_goal >= 0.5 * self.side:
+            raise ValueError(
+                f"first_goal={self.first_goal}: must be below half of side={self.side} [m]"
+            )
+        return self
+
+
+class WaypointsScenario(Part):
+    """Everything that fixes a world of waypoints but its seed."""
+
+    name: str = Field("custom", min_length=1, description="Name in tables and data")
+    robot: Create = Create()
+    sensors: Measurements = Measurements()
+    task: Errands = Errands()
+    tick: Positive = Field(0.5, description="Control period [s] (code)")
+
+    @model_validator(mode="after")
+    def _lasts(self) -> Self:
+        if self.n_ticks < 1:
+            raise ValueError(
+                f"task.duration={self.task.duration}: must be at least one tick of {self.tick} s"
+            )
+        return self
+
+    @property
+    def n_ticks(self) -> int:
+        """Ticks in an episode."""
+        return round(self.task.duration / self.tick)
