@@ -151,6 +151,9 @@ class RobotState(Record):
     first_visit: Int64[Array, " areas"] = field(np.int64, 2, unit="ticks", start=-1)
     """Tick of the first visit to each area, -1 before it. Writer: tick."""
 
+    known: Int8[Array, " areas"] = field(np.int8, 2)
+    """The robot reported before the last tick that it knows where the area is. Writer: tick."""
+
     path_ticks: int = field(np.int64, unit="ticks")
     """Ticks in the second half of the episode in which both areas were known. Writer: tick."""
 

@@ -11,7 +11,7 @@ from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.memory import Memory
 from swarm_forage_env.rendering.palette import mixed, trail_colour
 from swarm_forage_env.rendering.panel import Panel
-from swarm_forage_env.rendering.scene import Scene, Stage
+from swarm_forage_env.scene import Scene, Stage
 from swarm_forage_env.rendering.strokes import dashed_circle, draw_arc, draw_belief, draw_robot
 
 FINENESS = 3

@@ -1,7 +1,6 @@
 """The environment as PettingZoo wants it: `parallel_env`, `raw_env`, `env`."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,14 +12,12 @@ from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, para
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.actions import Actions
-from swarm_forage_env.envs.making import make_batch
-from swarm_forage_env.envs.showing import Frame, Screen, mover, render_modes
-from swarm_forage_env.envs.waypoints import WaypointBatch
+from swarm_forage_env.envs.make import make_array_env
+from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes, title_of
 from swarm_forage_env.errors import UnknownNameError
-from swarm_forage_env.interface import ControllerRecipe
+from swarm_forage_env.interface import Controller
 from swarm_forage_env.rendering.view import RENDER_MODES, check_render_mode
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
-from swarm_forage_env.waypoints_scenario import AnyScenario
 
 Observations = dict[str, Float32[Array, " numbers"]]
 Infos = dict[str, dict[str, float]]
@@ -59,9 +56,9 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
 
     def __init__(  # noqa: PLR0913 PettingZoo's habit: all options are keywords
         self,
-        scenario: str | Path | AnyScenario = "es1",
+        scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
         learn: str = "motion",
-        controller: str | ControllerRecipe | None = None,
+        controller: str | Controller | None = None,
         residual: bool = False,
         reward: str = "own",
         shaping: float = 0.0,
@@ -70,33 +67,34 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         physics: str | None = None,
         render_mode: str | None = None,
         max_cycles: int | None = None,
+        threads: int = 1,
         **overrides: Any,  # noqa: ANN401 numbers of the scenario, checked there
     ) -> None:
         """Make the environment; `reset` starts an episode."""
         options = {
             "learn": learn, "residual": residual, "reward": reward, "shaping": shaping,
             "discount": discount, "decision_period": decision_period, "physics": physics,
-            "max_cycles": max_cycles,
+            "max_cycles": max_cycles, "threads": threads,
         }  # fmt: skip
         rest = {"controller": controller, "render_mode": render_mode}
         EzPickle.__init__(self, scenario, **options, **rest, **overrides)
         check_render_mode(render_mode)
         self.render_mode = render_mode
-        self._batch = batch = make_batch((0,), {**options, **overrides}, scenario, controller)
-        self._screen = Screen(batch, render_mode, mover(controller, learn))
-        self.world = batch.world
-        self.scenario = batch.world.scenario
+        self._env = env = make_array_env((0,), {**options, **overrides}, scenario, controller)
+        self._screen = EnvRenderer(env, render_mode, title_of(controller, learn))
+        self.world = env.world
+        self.scenario = env.world.scenario
         self.metadata = {**self.metadata, "render_modes": render_modes(self.scenario)}
-        self.max_cycles = batch.n_cycles
-        self.possible_agents = batch.agents
+        self.max_cycles = env.n_cycles
+        self.possible_agents = env.agents
         self.agents: list[str] = []
-        self.observation_layout = batch.observation_layout
-        self.action_layout = batch.action_layout
-        self.state_layout = batch.truth.layout
-        self.state_space = batch.truth.space
-        self.observation_spaces = dict.fromkeys(batch.agents, batch.observation_layout.box())
-        self.action_spaces = dict.fromkeys(batch.agents, batch.action_layout.box())
-        self._actions = Actions(batch.agents, batch.action_layout)
+        self.observation_layout = env.observation_layout
+        self.action_layout = env.action_layout
+        self.state_layout = env.truth.layout
+        self.state_space = env.truth.space
+        self.observation_spaces = dict.fromkeys(env.agents, env.observation_layout.box())
+        self.action_spaces = dict.fromkeys(env.agents, env.action_layout.box())
+        self._actions = Actions(env.agents, env.action_layout)
         self._rng: np.random.Generator | None = None
         self._cycles: int | None = None
 
@@ -104,7 +102,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Observations, Infos]:
         """Start an episode; a seed fixes it and all that follow without one."""
-        observations = self._batch.reset([self._draw_seed(seed)])
+        observations = self._env.reset([self._draw_seed(seed)])
         self.agents = self.possible_agents[:]
         self._cycles = 0
         self._screen.follow()
@@ -117,7 +115,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         cycles = self._started()
         if not self.agents:
             raise ResetNeeded(f"step after the end, at {cycles} cycles: call reset() first")
-        observations, rewards = self._batch.step(self._actions.matrix(actions))
+        observations, rewards = self._env.step(self._actions.matrix(actions))
         self._cycles = cycles + 1
         agents, over = self.agents, self._cycles >= self.max_cycles
         if over:
@@ -134,7 +132,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
     def state(self) -> Float32[Array, " numbers"]:
         """The truth and all beliefs, as `state_layout` says; for centralised critics."""
         share_gone = self._started() / self.max_cycles
-        return self._batch.state(share_gone)
+        return self._env.state(share_gone)
 
     def observation_space(self, agent: str) -> Box:
         """The space of an agent's observations, the same object each time."""
@@ -162,24 +160,9 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         return spaces[agent]
 
     def _infos(self) -> Infos:
-        rows = self._batch.log()
-        if isinstance(self._batch, WaypointBatch):
-            names = self._batch.infos
-            log = (dict(zip(names, row, strict=True)) for row in rows)
-            return dict(zip(self.possible_agents, log, strict=True))
-        return {  # literal, as that is twice as fast as zipping the names in
-            agent: {
-                "round_trips": trips,
-                "lost_events": lost,
-                "on_path": on_path,
-                "messages": messages,
-                "known_areas": known,
-                "localisation_error_m": error,
-            }
-            for agent, (trips, lost, on_path, messages, known, error) in zip(
-                self.possible_agents, rows, strict=True
-            )
-        }
+        names = self._env.infos
+        log = (dict(zip(names, row, strict=True)) for row in self._env.log())
+        return dict(zip(self.possible_agents, log, strict=True))
 
     def _started(self) -> int:
         if self._cycles is None:
@@ -197,11 +180,11 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         return drawn_seed(self._rng)
 
 
-def raw_env(scenario: str | Path | AnyScenario = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
+def raw_env(scenario: Any = "es1", **options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
     """The environment with agents acting in turn, as bare as `parallel_env`."""
     return parallel_to_aec(parallel_env(scenario, **options))
 
 
-def env(scenario: str | Path | AnyScenario = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
+def env(scenario: Any = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
     """The environment with agents acting in turn: actions clipped, order of calls checked."""
     return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(raw_env(scenario, **options)))

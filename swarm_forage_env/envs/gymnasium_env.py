@@ -8,12 +8,12 @@ from gymnasium.spaces import Discrete, Space, Tuple
 from gymnasium.utils import EzPickle
 
 from swarm_forage_env.arrays import Array, Float32, Float64
-from swarm_forage_env.envs.block import Block
-from swarm_forage_env.envs.layout import Layout
-from swarm_forage_env.envs.parallel import parallel_env
-from swarm_forage_env.envs.showing import render_modes
+from swarm_forage_env.envs.gymnasium_core import JointEnvCore
+from swarm_forage_env.envs.pettingzoo_env import parallel_env
+from swarm_forage_env.envs.render import render_modes
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
+from swarm_forage_env.spaces import Layout
 
 METADATA: dict[str, Any] = {
     name: parallel_env.metadata[name] for name in ("render_modes", "render_fps")
@@ -33,19 +33,19 @@ class _SwarmEnv(gym.Env[Any, Any], EzPickle):
     def __init__(self, **options: Any) -> None:  # noqa: ANN401 as parallel_env
         """Make the environment; `reset` starts an episode."""
         EzPickle.__init__(self, **options)
-        self._block = block = Block(1, self.single_learner, options)
-        self.render_mode = block.render_mode
+        self._core = core = JointEnvCore(1, self.single_learner, options)
+        self.render_mode = core.render_mode
         self.metadata = {
             **self.metadata,
-            "render_modes": render_modes(block.batch.world.scenario),
+            "render_modes": render_modes(core.env.world.scenario),
         }
-        self.world = block.batch.world
-        self.scenario = block.batch.world.scenario
-        self.max_cycles = block.n_cycles
-        self.observation_layout = block.batch.observation_layout
-        self.action_layout = block.batch.action_layout
-        self.observation_space: Space[Any] = block.observation_space
-        self.action_space: Space[Any] = block.action_space
+        self.world = core.env.world
+        self.scenario = core.env.world.scenario
+        self.max_cycles = core.n_cycles
+        self.observation_layout = core.env.observation_layout
+        self.action_layout = core.env.action_layout
+        self.observation_space: Space[Any] = core.observation_space
+        self.action_space: Space[Any] = core.action_space
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -54,28 +54,28 @@ class _SwarmEnv(gym.Env[Any, Any], EzPickle):
         seed = None if seed is None else checked_seed(seed)
         super().reset(seed=seed)
         world_seed = drawn_seed(self.np_random) if seed is None else seed
-        (observation,) = self._block.reset([world_seed])
+        (observation,) = self._core.reset([world_seed])
         return self._shown(observation), self._info()
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:  # noqa: ANN401
         """One decision period; a refused action leaves everything as it was."""
-        observations, rewards = self._block.step([self._numbers(action)])
+        observations, rewards = self._core.step([self._numbers(action)])
         observation = self._shown(observations[0])
-        return observation, self._reward(rewards), False, self._block.over, self._info()
+        return observation, self._reward(rewards), False, self._core.over, self._info()
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
         """The frame of this moment as rows of red, green and blue; None where it is on the screen.
 
         ConfigError where no `render_mode` was given, or no display is found for a window.
         """
-        return self._block.render()[0]
+        return self._core.render()[0]
 
     def close(self) -> None:
         """Close the window, if there is one."""
-        self._block.close()
+        self._core.close()
 
     def _info(self) -> dict[str, float]:
-        return {name: float(value[0]) for name, value in self._block.infos().items()}
+        return {name: float(value[0]) for name, value in self._core.infos().items()}
 
     def _shown(self, observation: Float32[Array, " numbers"]) -> Any:  # noqa: ANN401 of its space
         return observation
@@ -84,7 +84,7 @@ class _SwarmEnv(gym.Env[Any, Any], EzPickle):
         return action
 
     def _reward(self, rewards: Float64[Array, "1 learners"]) -> Any:  # noqa: ANN401 one, or a list
-        return float(self._block.joint(rewards)[0])
+        return float(self._core.joint(rewards)[0])
 
 
 class LearnerEnv(_SwarmEnv):
@@ -123,9 +123,9 @@ class TupleEnv(_SwarmEnv):
         """Make the environment; `reset` starts an episode."""
         super().__init__(**options)
         EzPickle.__init__(self, levels=levels, **options)
-        self.n_agents = len(self._block.learners)
+        self.n_agents = len(self._core.learners)
         self._choices = None if levels is None else _choices(self.action_layout, levels)
-        self._block.action_shape = (self.n_agents, len(self.action_layout))
+        self._core.action_shape = (self.n_agents, len(self.action_layout))
         each: Space[Any] = self.action_layout.box()
         if self._choices is not None:
             each = Discrete(len(self._choices))
@@ -158,5 +158,5 @@ def _choices(layout: Layout, levels: Any) -> Float32[Array, "choices numbers"]: 
             f"levels={levels}: makes {levels ** len(layout)} actions of {len(layout)} numbers; at"
             f" most {MOST_CHOICES}; take fewer, or levels=None for a Box"
         )
-    values = [np.linspace(slot.low, slot.high, levels, dtype=np.float32) for slot in layout]
+    values = [np.linspace(feature.low, feature.high, levels, dtype=np.float32) for feature in layout]
     return np.stack(np.meshgrid(*values, indexing="ij"), axis=-1).reshape(-1, len(layout))

@@ -9,17 +9,13 @@ from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.envs.actions import Actions
-from swarm_forage_env.envs.layout import Layout
-from swarm_forage_env.envs.making import make_batch
-from swarm_forage_env.envs.showing import Frame, Screen, mover
+from swarm_forage_env.envs.make import make_array_env
+from swarm_forage_env.envs.render import EnvRenderer, Frame, title_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.view import check_render_mode
+from swarm_forage_env.spaces import Layout
 
-COUNTS = frozenset({"round_trips", "lost_events", "messages", "goals", "false_goals"})
-"""What is logged as a sum over the robots that learn; everything else is their mean."""
-
-
-class Block:
+class JointEnvCore:
     """W worlds, of each of which the first robot learns, or all do.
 
     A world is a row: the observations of its learners one after another, and so their actions,
@@ -33,20 +29,20 @@ class Block:
         check_render_mode(self.render_mode)
         parts = {name: rest.pop(name) for name in ("scenario", "controller") if name in rest}
         seeds = (0,) * n_worlds
-        self.batch = batch = make_batch(seeds, rest, **parts, single_learner=single_learner)
-        moved_by = mover(parts.get("controller"), rest.get("learn", "motion"))
-        self._screen = Screen(batch, self.render_mode, moved_by)
-        self.n_cycles = batch.n_cycles
-        self._n_worlds, self._n_robots = n_worlds, batch.world.n_robots
-        self.learners = batch.agents[:1] if single_learner else batch.agents
-        self.observation_space = _repeated(batch.observation_layout, len(self.learners))
-        self.action_space = _repeated(batch.action_layout, len(self.learners))
+        self.env = env = make_array_env(seeds, rest, **parts, single_learner=single_learner)
+        moved_by = title_of(parts.get("controller"), rest.get("learn", "motion"))
+        self._screen = EnvRenderer(env, self.render_mode, moved_by)
+        self.n_cycles = env.n_cycles
+        self._n_worlds, self._n_robots = n_worlds, env.world.n_robots
+        self.learners = env.agents[:1] if single_learner else env.agents
+        self.observation_space = _repeated(env.observation_layout, len(self.learners))
+        self.action_space = _repeated(env.action_layout, len(self.learners))
         self.action_shape = self.action_space.shape
         self._is_team_reward = rest.get("reward") == "team"
         names = self.learners
         if n_worlds > 1:
             names = [f"{name} of world {w}" for w in range(n_worlds) for name in self.learners]
-        self._actions = Actions(names, batch.action_layout)
+        self._actions = Actions(names, env.action_layout)
         self._cycles: int | None = None
 
     @property
@@ -56,7 +52,7 @@ class Block:
 
     def reset(self, seeds: Sequence[int]) -> Float32[Array, "worlds numbers"]:
         """Start every world anew, each from its seed; what the learners observe."""
-        observations = self.batch.reset(seeds)
+        observations = self.env.reset(seeds)
         self._cycles = 0
         self._screen.follow()
         return self._of_learners(observations)
@@ -71,8 +67,7 @@ class Block:
         if self.over:
             raise ResetNeeded(f"step after the end, at {self._cycles} cycles: call reset() first")
         rows = self._actions.rows(self._as_rows(actions))
-        matrix = rows.repeat(self._n_robots // len(self.learners), axis=0)
-        observations, rewards = self.batch.step(matrix)
+        observations, rewards = self.env.step(rows)
         self._cycles += 1
         self._screen.follow()
         earned = rewards.reshape(self._n_worlds, -1)[:, : len(self.learners)]
@@ -84,10 +79,10 @@ class Block:
 
     def infos(self) -> dict[str, Float64[Array, " worlds"]]:
         """What is logged: counts are summed over the learners of a world, the rest averaged."""
-        log = self._of_robots(self.batch.truth.log(self.batch.cut.beliefs))
+        log = self._of_robots(self.env.truth.log())
         return {
-            name: log[:, :, k].sum(axis=1) if name in COUNTS else log[:, :, k].mean(axis=1)
-            for k, name in enumerate(self.batch.infos)
+            name: log[:, :, k].sum(axis=1) if name in self.env.truth.counts else log[:, :, k].mean(axis=1)
+            for k, name in enumerate(self.env.infos)
         }
 
     def render(self) -> list[Frame | None]:
@@ -122,12 +117,12 @@ class Block:
                 f"actions of shape {given.shape}: must be {shape}, one for each world"
             )
         if given.shape != shape:
-            names = ", ".join(self.batch.action_layout.names)
+            names = ", ".join(self.env.action_layout.names)
             raise ConfigError(
                 f"action of shape {given.shape[1:]}: must be {shape[1:]}; for each robot that"
                 f" learns, {names}"
             )
-        return given.reshape(-1, len(self.batch.action_layout))
+        return given.reshape(-1, len(self.env.action_layout))
 
 
 def _repeated(layout: Layout, times: int) -> Box:

@@ -9,9 +9,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
-from swarm_forage_env.envs.block import Block
-from swarm_forage_env.envs.showing import render_modes
-from swarm_forage_env.envs.single import METADATA
+from swarm_forage_env.envs.gymnasium_core import JointEnvCore
+from swarm_forage_env.envs.render import render_modes
+from swarm_forage_env.envs.gymnasium_env import METADATA
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
 
@@ -44,24 +44,24 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         """
         self._mode = _autoreset_mode(autoreset_mode)
         self.num_envs = _count("num_envs", num_envs)
-        self._block = block = Block(self.num_envs, self.single_learner, options)
+        self._core = core = JointEnvCore(self.num_envs, self.single_learner, options)
         if max_episode_steps not in (None, -1):
-            block.n_cycles = min(block.n_cycles, _count("max_episode_steps", max_episode_steps))
-        self.render_mode = block.render_mode
-        self.world = block.batch.world
-        self.scenario = block.batch.world.scenario
+            core.n_cycles = min(core.n_cycles, _count("max_episode_steps", max_episode_steps))
+        self.render_mode = core.render_mode
+        self.world = core.env.world
+        self.scenario = core.env.world.scenario
         self.metadata = {
             **self.metadata,
             "render_modes": render_modes(self.scenario),
             "autoreset_mode": self._mode,
         }
-        self.max_cycles = block.n_cycles
-        self.observation_layout = block.batch.observation_layout
-        self.action_layout = block.batch.action_layout
-        self.single_observation_space = block.observation_space
-        self.single_action_space = block.action_space
-        self.observation_space = batch_space(block.observation_space, self.num_envs)
-        self.action_space = batch_space(block.action_space, self.num_envs)
+        self.max_cycles = core.n_cycles
+        self.observation_layout = core.env.observation_layout
+        self.action_layout = core.env.action_layout
+        self.single_observation_space = core.observation_space
+        self.single_action_space = core.action_space
+        self.observation_space = batch_space(core.observation_space, self.num_envs)
+        self.action_space = batch_space(core.action_space, self.num_envs)
         self._rngs, self._rng_seeds = map(
             list, zip(*(seeding.np_random() for _ in range(self.num_envs)), strict=True)
         )
@@ -76,7 +76,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
             if own is not None:
                 self._rngs[world], self._rng_seeds[world] = seeding.np_random(own)
             world_seeds.append(drawn_seed(self._rngs[world]) if own is None else own)
-        return self._block.reset(world_seeds), self._infos()
+        return self._core.reset(world_seeds), self._infos()
 
     def step(
         self,
@@ -95,17 +95,17 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         `final_info`; DISABLED wants a call of reset().
         """
         never = np.zeros(self.num_envs, np.bool_)
-        if self._block.over and self._mode is AutoresetMode.NEXT_STEP:
+        if self._core.over and self._mode is AutoresetMode.NEXT_STEP:
             observations, infos = self.reset()
             return observations, np.zeros(self.num_envs), never, never.copy(), infos
-        observations, rewards = self._block.step(actions)
-        infos, over = self._infos(), self._block.over
+        observations, rewards = self._core.step(actions)
+        infos, over = self._infos(), self._core.over
         if over and self._mode is AutoresetMode.SAME_STEP:
             last = {"final_obs": _unbatched(observations), "final_info": infos}
             observations, infos = self.reset()
             infos |= self._masked(last)
         truncated = np.full(self.num_envs, over)
-        return observations, self._block.joint(rewards), never, truncated, infos
+        return observations, self._core.joint(rewards), never, truncated, infos
 
     @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
@@ -122,14 +122,14 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
 
         ConfigError where no `render_mode` was given.
         """
-        return tuple(self._block.render())
+        return tuple(self._core.render())
 
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ANN401 as Gymnasium has it
         """Close the window, if there is one."""
-        self._block.close()
+        self._core.close()
 
     def _infos(self) -> dict[str, Any]:
-        return self._masked(self._block.infos())
+        return self._masked(self._core.infos())
 
     def _masked(self, infos: dict[str, Any]) -> dict[str, Any]:
         """Infos and, as Gymnasium wants, who has each of them: every world."""

@@ -1,15 +1,14 @@
-"""What a learner agrees on with an environment: the layer, the reward, the time."""
+"""Options of an environment: learned layer, reward, episode length."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.scenario import Count, NotNegative, Part, Share
-from swarm_forage_env.waypoints_scenario import AnyScenario
+from swarm_forage_env.parameters import Count, NotNegative, Part, Share
 
 
-class Terms(Part):
+class EnvConfig(Part):
     """What is learned, for what reward, and how the world runs."""
 
     learn: str = Field("motion", description="Layer that the policy takes the place of")
@@ -23,16 +22,17 @@ class Terms(Part):
     physics: str | None = Field(
         None, description="Engine that moves the robots; none: the one its scenario goes with"
     )
+    threads: Count = Field(1, description="Threads that the worlds are spread over")
     max_cycles: Annotated[int, Field(ge=1)] | None = Field(
         None, description="Decisions in an episode; none: as many as fit into the scenario's time"
     )
 
 
-def cycles_of(scenario: AnyScenario, terms: Terms) -> int:
+def n_steps(scenario: Any, config: EnvConfig) -> int:  # noqa: ANN401 of any task
     """Decisions in an episode: `max_cycles`, or as many as fit into the scenario's time."""
-    if terms.decision_period > scenario.n_ticks:
+    if config.decision_period > scenario.n_ticks:
         raise ConfigError(
-            f"decision_period={terms.decision_period}: must be at most the"
+            f"decision_period={config.decision_period}: must be at most the"
             f" {scenario.n_ticks} ticks of an episode"
         )
-    return terms.max_cycles or scenario.n_ticks // terms.decision_period
+    return config.max_cycles or scenario.n_ticks // config.decision_period

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.foraging.scenario import Scenario
 
 SLACK = 1.01
 """Room for the rounding to float32 at each hand-over of an estimate, over a whole episode."""

@@ -1,17 +1,14 @@
-"""Layouts: what each number of a flat observation, action or state means."""
+"""Spaces: what each number of a flat observation, action or state means."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Float32, Int8
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Encounter, Situation
-
-PartT = TypeVar("PartT")
 
 GOALS = ("nest", "prey", "none")
 """The three slots of a goal, one of which is 1: so an observation is never all zeros."""
@@ -21,7 +18,7 @@ _GOAL_OF_SLOT = np.array([0, 1, -1], np.int8)
 
 
 @dataclass(frozen=True, slots=True)
-class Slot:
+class Feature:
     """One number of a flat Box."""
 
     name: str
@@ -39,7 +36,7 @@ class Slot:
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class FeatureGroup:
     """One array of the interface as consecutive slots, row by row."""
 
     name: str
@@ -47,7 +44,7 @@ class Field:
     """Axes after the rows."""
 
     dtype: type[np.generic]
-    slots: tuple[Slot, ...]
+    slots: tuple[Feature, ...]
 
     @property
     def is_goal(self) -> bool:
@@ -55,7 +52,7 @@ class Field:
         return self.name == "goal" and not self.shape
 
 
-def field(  # noqa: PLR0913 one line of a table
+def feature_group(  # noqa: PLR0913 one line of a table
     name: str,
     ends: Iterable[str],
     unit: str,
@@ -63,15 +60,15 @@ def field(  # noqa: PLR0913 one line of a table
     noise: str = "",
     shape: tuple[int, ...] | None = None,
     dtype: type[np.generic] = np.float32,
-) -> Field:
+) -> FeatureGroup:
     """A field with one slot for each end of its name; the shape is flat unless given."""
     low, high = bounds
     names = [f"{name}.{end}" if end else name for end in ends]
-    slots = tuple(Slot(each, unit, low, high, noise) for each in names)
-    return Field(name, (len(slots),) if shape is None else shape, dtype, slots)
+    slots = tuple(Feature(each, unit, low, high, noise) for each in names)
+    return FeatureGroup(name, (len(slots),) if shape is None else shape, dtype, slots)
 
 
-class Layout(tuple[Slot, ...]):
+class Layout(tuple[Feature, ...]):
     """The slots of a flat Box, in order. `print` shows them as a table."""
 
     __slots__ = ()
@@ -101,47 +98,55 @@ class Layout(tuple[Slot, ...]):
 class ObservationLayout(Layout):
     """The layout of an observation, which can be turned back into what the layers see."""
 
-    parts: Mapping[str, tuple[Field, ...]]
-    """The fields of each part of the interface that the observation holds."""
+    parts: Mapping[str, tuple[FeatureGroup, ...]]
+    """The features of each part of the interface that the observation holds."""
 
-    def __new__(cls, parts: Mapping[str, tuple[Field, ...]]) -> "ObservationLayout":
-        """The slots of all fields of all parts, each name starting with its part's."""
-        slots = (
-            replace(slot, name=f"{part}.{slot.name}")
-            for part, each in _fields(parts)
-            for slot in each.slots
+    inputs: Mapping[str, type[Any]]
+    """What each part is as arrays: a dataclass whose fields are the part's features."""
+
+    def __new__(
+        cls,
+        parts: Mapping[str, tuple[FeatureGroup, ...]],
+        inputs: Mapping[str, type[Any]] | None = None,
+    ) -> "ObservationLayout":
+        """The features of all parts, each name starting with its part's."""
+        features = (
+            replace(feature, name=f"{part}.{feature.name}")
+            for part, each in _groups(parts)
+            for feature in each.slots
         )
-        layout = super().__new__(cls, slots)
-        layout.parts = dict(parts)
+        layout = super().__new__(cls, features)
+        layout.parts, layout.inputs = dict(parts), dict(inputs or {})
         return layout
 
-    def __getnewargs__(self) -> tuple[Any]:
+    def __getnewargs__(self) -> tuple[Any, Any]:
         """What makes the same layout again in another process."""
-        return (self.parts,)
+        return self.parts, self.inputs
 
-    def encounter(self, observations: Float32[Array, "rows numbers"]) -> Encounter:
+    def encounter(self, observations: Float32[Array, "rows numbers"]) -> Any:  # noqa: ANN401 of its task
         """What the weighting layer sees, from the observations of all robots stacked."""
-        return self._part("encounter", Encounter, observations)
+        return self._part("encounter", observations)
 
-    def situation(self, observations: Float32[Array, "rows numbers"]) -> Situation:
+    def situation(self, observations: Float32[Array, "rows numbers"]) -> Any:  # noqa: ANN401 of its task
         """What the motion layer sees, from the observations of all robots stacked."""
-        return self._part("situation", Situation, observations)
+        return self._part("situation", observations)
 
     def views(
         self, part: str, matrix: Float32[Array, "rows numbers"]
-    ) -> Iterator[tuple[Field, Array]]:
-        """Each field of a part, and its columns in the matrix in the field's own shape."""
+    ) -> Iterator[tuple[FeatureGroup, Array]]:
+        """Each group of a part, and its columns in the matrix in the group's own shape."""
         start = 0
-        for owner, each in _fields(self.parts):
+        for owner, each in _groups(self.parts):
             stop = start + len(each.slots)
             if owner == part:
                 shape = (len(GOALS),) if each.is_goal else each.shape
                 yield each, matrix[:, start:stop].reshape(len(matrix), *shape)
             start = stop
 
-    def _part(self, name: str, made: type[PartT], observations: Array) -> PartT:
-        if name not in self.parts:
-            raise ConfigError(f"this observation holds no {name}, only {', '.join(self.parts)}")
+    def _part(self, name: str, observations: Array) -> Any:  # noqa: ANN401 of its task
+        if name not in self.inputs:
+            held = ", ".join(self.inputs) or "raw readings"
+            raise ConfigError(f"this observation holds no {name}, only {held}")
         matrix = np.asarray(observations, np.float32)
         if matrix.ndim != 2 or matrix.shape[1] != len(self):
             raise ConfigError(
@@ -154,10 +159,10 @@ class ObservationLayout(Layout):
                 found[each.name] = _GOAL_OF_SLOT[view.argmax(axis=1)]
             else:
                 found[each.name] = view.astype(each.dtype, order="C")
-        return made(**found)
+        return self.inputs[name](**found)
 
 
-class Sheet:
+class ObservationWriter:
     """A matrix that the parts of the interface are written to, a row for each robot."""
 
     def __init__(self, layout: ObservationLayout, rows: int) -> None:
@@ -185,7 +190,9 @@ def goal_slots(goal: Int8[Array, " rows"]) -> Float32[Array, "rows goals"]:
     return _ONE_OF_GOALS.take(goal, axis=0, mode="wrap")  # -1 is the last, none
 
 
-def _fields(parts: Mapping[str, tuple[Field, ...]]) -> Iterator[tuple[str, Field]]:
-    for part, fields in parts.items():
-        for each in fields:
+def _groups(
+    parts: Mapping[str, tuple[FeatureGroup, ...]],
+) -> Iterator[tuple[str, FeatureGroup]]:
+    for part, groups in parts.items():
+        for each in groups:
             yield part, each
