@@ -139,6 +139,9 @@ class RobotState(Record):
     streams: UInt64[Array, "6"] = field(np.uint64, 6)
     """Random streams: ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO. Writer: tick."""
 
+    rays: Float64[Array, "8"] = field(np.float64, 8, unit="m", start=np.inf)
+    """Length of each infrared ray from the rim; infinite beyond its reach. Writer: tick."""
+
     leg: int = field(np.int8)
     """0: nest not yet visited; 1: on the way to the prey; 2: on the way back. Writer: tick."""
 
