@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from swarm_forage_env.arrays import Array, Bool, Float64
+from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, Kernel
 from swarm_forage_env.parameters import Part
@@ -96,6 +97,9 @@ class Task:
 
     global_state: Callable[[Any, Any, list[str], Any], Any]
     """Makes what centralised critics and logs are told, from world, controller, names, bounds."""
+
+    episode: EpisodeKind
+    """What an episode is judged by."""
 
     stage: Callable[[Any, str], Stage] | None = None
     """What stands still in a picture, from a scenario and what moves the robots; None: the task

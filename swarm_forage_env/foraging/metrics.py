@@ -5,9 +5,7 @@ Each takes arrays over all rows and the number of worlds W; robots of a world ar
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int32, Int64
-from swarm_forage_env.compiler import kernel
-from swarm_forage_env.equations.geometry import to_outer
+from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int32, Int64
 
 
 def total(count: Int32[Array, " rows"], n_worlds: int) -> Int64[Array, " worlds"]:
@@ -45,7 +43,7 @@ def on_path_share(
     return np.asarray(path_ticks.reshape(n_worlds, -1).mean(axis=1) / counted)
 
 
-def on_path_now(known: Bool[Array, "rows areas"], n_worlds: int) -> Float64[Array, " worlds"]:
+def on_path_now(known: Int8[Array, "rows areas"], n_worlds: int) -> Float64[Array, " worlds"]:
     """Share of the robots that is on the path at this moment, as `on_path_share` defines it."""
     return np.asarray(known.all(axis=1).reshape(n_worlds, -1).mean(axis=1))
 
@@ -86,23 +84,5 @@ def localisation_error(
 
     `believed` is in the body frame of the robot at its true pose; 0 where `known` is false.
     """
-    error = np.zeros(known.shape)
-    localisation_errors(pose, believed, known, areas, error)
-    return error
-
-
-@kernel
-def localisation_errors(
-    pose: Float64[Array, "rows 3"],
-    believed: Float32[Array, "rows areas 2"],
-    known: Bool[Array, "rows areas"],
-    areas: Float64[Array, "areas 2"],
-    out_error: Float64[Array, "rows areas"],
-) -> None:
-    """The loop of localisation_error; leaves alone what is not known."""
-    for i in range(pose.shape[0]):
-        for area in range(2):
-            if known[i, area]:
-                dx, dy = to_outer(believed[i, area, 0], believed[i, area, 1], pose[i, 2])
-                x, y = pose[i, 0] + dx - areas[area, 0], pose[i, 1] + dy - areas[area, 1]
-                out_error[i, area] = np.hypot(x, y)
+    away = believed_places(pose, believed, known) - areas
+    return np.where(known, np.hypot(away[:, :, 0], away[:, :, 1]), 0.0)

@@ -3,6 +3,7 @@
 from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.control import decide
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
+from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.global_state import ForagingState
 from swarm_forage_env.foraging.policies import LEARNABLE, NoLayers
 from swarm_forage_env.foraging.potential import ForagingPotential
@@ -27,6 +28,7 @@ FORAGING = Task(
     bounds=Bounds,
     potential=ForagingPotential,
     global_state=ForagingState,
+    episode=FORAGING_EPISODE,
     stage=stage_of,
     scene=scene_of,
 )
