@@ -12,13 +12,13 @@ from swarm_forage_env.envs.registration import register_with_gymnasium, register
 if TYPE_CHECKING:
     from swarm_forage_env.envs.pettingzoo_env import env, parallel_env, raw_env
     from swarm_forage_env.errors import ConfigError, UnknownNameError
-    from swarm_forage_env.scenarios import find_scenario
     from swarm_forage_env.foraging.world import ForagingWorld
+    from swarm_forage_env.scenarios import find_scenario
 
 __all__ = [
     "ConfigError",
-    "UnknownNameError",
     "ForagingWorld",
+    "UnknownNameError",
     "env",
     "find_scenario",
     "parallel_env",

@@ -5,9 +5,7 @@ from swarm_forage_env.interface import Controller
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 
 
-def find_controller(
-    controller: str | Controller, references: bool = False
-) -> Controller:
+def find_controller(controller: str | Controller, references: bool = False) -> Controller:
     """The recipe of a name, of a name with parameters (`ssgiff:beta=0.01`), or the given one.
 
     UnknownNameError for a name or a parameter that stands for nothing, ConfigError for a text

@@ -1,4 +1,4 @@
-"""The interface of a policy that takes the place of a layer: what it observes, and what it gives."""
+"""Policy interface: what a policy in the place of a layer observes, and what it gives."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

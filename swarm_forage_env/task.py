@@ -122,7 +122,7 @@ def task_of(scenario: Any) -> Task:  # noqa: ANN401 whatever was given
 
 
 def stage_of(scenario: Any, moved_by: str) -> Stage:  # noqa: ANN401 of any task
-    """The stage of a scenario, moved by what is named so; ConfigError if its task has no drawing."""
+    """The stage of a scenario and of what moves its robots; ConfigError if it has no drawing."""
     task = task_of(scenario)
     if task.stage is None:
         raise ConfigError(

@@ -15,6 +15,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.view import check_render_mode
 from swarm_forage_env.spaces import Layout
 
+
 class JointEnvCore:
     """W worlds, of each of which the first robot learns, or all do.
 
@@ -81,7 +82,9 @@ class JointEnvCore:
         """What is logged: counts are summed over the learners of a world, the rest averaged."""
         log = self._of_robots(self.env.truth.log())
         return {
-            name: log[:, :, k].sum(axis=1) if name in self.env.truth.counts else log[:, :, k].mean(axis=1)
+            name: log[:, :, k].sum(axis=1)
+            if name in self.env.truth.counts
+            else log[:, :, k].mean(axis=1)
             for k, name in enumerate(self.env.infos)
         }
 

@@ -158,5 +158,7 @@ def _choices(layout: Layout, levels: Any) -> Float32[Array, "choices numbers"]: 
             f"levels={levels}: makes {levels ** len(layout)} actions of {len(layout)} numbers; at"
             f" most {MOST_CHOICES}; take fewer, or levels=None for a Box"
         )
-    values = [np.linspace(feature.low, feature.high, levels, dtype=np.float32) for feature in layout]
+    values = [
+        np.linspace(feature.low, feature.high, levels, dtype=np.float32) for feature in layout
+    ]
     return np.stack(np.meshgrid(*values, indexing="ij"), axis=-1).reshape(-1, len(layout))

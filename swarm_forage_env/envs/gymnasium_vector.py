@@ -10,8 +10,8 @@ from gymnasium.vector.utils import batch_space
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
 from swarm_forage_env.envs.gymnasium_core import JointEnvCore
-from swarm_forage_env.envs.render import render_modes
 from swarm_forage_env.envs.gymnasium_env import METADATA
+from swarm_forage_env.envs.render import render_modes
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
 

@@ -58,4 +58,6 @@ def register_with_pettingzoo() -> None:
     for scenario in NAMES:
         kwargs = {"scenario": scenario}
         for kind, entry in (("aec", "env"), ("parallel", "parallel_env")):
-            register(kind, f"swarm_forage/{scenario}-v0", f"{ENVS}.pettingzoo_env:{entry}", kwargs=kwargs)
+            register(
+                kind, f"swarm_forage/{scenario}-v0", f"{ENVS}.pettingzoo_env:{entry}", kwargs=kwargs
+            )

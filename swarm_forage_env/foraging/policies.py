@@ -1,4 +1,4 @@
-"""Policies in the foraging world: what each `learn=` observes and gives, and how it is carried out."""
+"""Policies in the foraging world: what each `learn=` observes, gives and replaces."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -155,7 +155,9 @@ def receive_messages(
 
 
 @kernel
-def measure_range_bearing(robot: RobotState, sender: RobotState, slot: int, world: WorldState) -> None:
+def measure_range_bearing(
+    robot: RobotState, sender: RobotState, slot: int, world: WorldState
+) -> None:
     """Range [m], bearing and bearing back [rad] of the sender in a slot, with noise.
 
     A receiver at rest averages several frames, a moving one has a single frame.
