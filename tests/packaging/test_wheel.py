@@ -68,7 +68,6 @@ COMMANDS = {
     "render": [("watch", "es1", "nc", "--video=a.mp4", "--frame=a.png", "--html=a.html", SHORT[0])],
     "train": [
         ("train", "weighting", "es1", "--population=4", *TINY),
-        ("train", "weighting", "es1", "--algorithm=imitation", *TINY),
         ("train", "motion", "es1", *TINY),
         ("evaluate", "es1", "learned-both", "--episodes=1", *SHORT),
     ],
