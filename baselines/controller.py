@@ -138,7 +138,11 @@ class Recipe:
         return bool(getattr(self.estimator, "speaks", True))
 
     def with_parameters(self, values: Mapping[str, Any]) -> "Recipe":
-        """The same recipe with some parameters changed, named as `beta` or `weighting.beta`."""
+        """The same recipe with some parameters changed, named as `beta` or `weighting.beta`.
+
+        UnknownNameError for a name that stands for nothing, ConfigError for a value that does not
+        fit; so too for a file that a changed layer needs.
+        """
         changes: dict[str, dict[str, Any]] = {}
         for name, value in values.items():
             path = resolve(name, self.parameters, f"parameter of {self.name}")
@@ -147,6 +151,9 @@ class Recipe:
         parts: dict[str, Any] = {
             layer: override(self.layers[layer], to) for layer, to in changes.items()
         }
+        for part in parts.values():
+            if hasattr(part, "check_usable"):
+                part.check_usable()
         return replace(self, **parts)
 
     def build(self, scenario: AnyScenario, seeds: Sequence[int]) -> Any:  # noqa: ANN401 of its world
@@ -163,6 +170,14 @@ class Recipe:
         if isinstance(scenario, WaypointsScenario):
             return WaypointController(estimator, weighting, motion, scenario)
         return Controller(estimator, weighting, motion, scenario)
+
+    def check_usable(self, scenario: AnyScenario) -> None:
+        """ConfigError or UnknownNameError if a layer is not made for such a world, or lacks what
+        it needs there: found out before anything is built."""
+        self.check_made_for(scenario)
+        for part in self.layers.values():
+            if hasattr(part, "check_usable"):
+                part.check_usable(scenario)
 
     def runs_on(self, scenario: AnyScenario) -> bool:
         """Whether every layer is made for the world of this scenario."""

@@ -3,7 +3,7 @@
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.ground_truth import is_reference
 from swarm_forage_env.interface import ControllerRecipe
-from swarm_forage_env.registry import CONTROLLERS, REFERENCES
+from swarm_forage_env.registry import CONTROLLERS, REFERENCES, left_out
 
 
 def find_controller(
@@ -33,7 +33,7 @@ def _named(name: str, references: bool) -> ControllerRecipe:
     privileged = set(REFERENCES)
     if name not in privileged:
         known = ordinary | privileged if references else ordinary
-        raise UnknownNameError("controller", name, known)
+        raise UnknownNameError("controller", name, known, left_out())
     reference: ControllerRecipe = REFERENCES[name]
     return reference
 

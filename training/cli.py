@@ -3,23 +3,6 @@
 import os
 import sys
 
-EXTRAS = {
-    "evaluate": {
-        "joblib",
-        "matplotlib",
-        "pandas",
-        "pyarrow",
-        "rich",
-        "scipy",
-        "seaborn",
-        "typer",
-    },
-    "calibrate": {"optuna"},
-    "render": {"imageio_ffmpeg", "pygame"},
-    "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},
-}
-"""What each extra brings."""
-
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as shells have it."""
 
@@ -33,25 +16,18 @@ def main() -> None:
         add_commands()
         status = run()
     except ModuleNotFoundError as error:
-        extra = _extra(error.name)
-        if extra is None:
+        from swarm_forage_env.extras import remedy
+
+        install = remedy(error.name)
+        if install is None:
             raise
-        sys.stderr.write(
-            f"swarm-forage: this command needs '{error.name}':"
-            f" pip install 'swarm-forage[{extra}]'\n"
-        )
+        sys.stderr.write(f"swarm-forage: this command needs '{error.name}': {install}\n")
         status = 1
     except KeyboardInterrupt:
         status = INTERRUPTED
     if status == INTERRUPTED:  # a compiler stopped half-way complains while it is taken down
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
     sys.exit(status)
-
-
-def _extra(module: str | None) -> str | None:
-    """The extra that brings a module; None if no extra does."""
-    package = (module or "").partition(".")[0]
-    return next((extra for extra, brought in EXTRAS.items() if package in brought), None)
 
 
 if __name__ == "__main__":

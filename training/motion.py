@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from baselines.motion.base import MOTIONS
 from swarm_forage_env.arrays import Array, Float32
@@ -26,6 +26,7 @@ from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.interface import Motion, Situation
 from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.scenario import Part, Scenario
+from swarm_forage_env.waypoints_scenario import AnyScenario
 from training import reflexes
 from training.policy import (
     Policy,
@@ -151,20 +152,20 @@ class LearnedMotion(Part):
         description="The network: a name in the box, or a file as runs/x/best.safetensors",
     )
 
-    @field_validator("policy")
-    @classmethod
-    def _can_be_used(cls, policy: str) -> str:
-        found = load_policy(policy)
-        if _has_reflexes(found):
-            reflexes.reflexes_of(found)
-        else:
-            motion_weights(found)
-        return policy
-
     @property
     def reads(self) -> tuple[Path, ...]:
         """Files that its wheels depend on, beside the code."""
         return (policy_file(self.policy),)
+
+    def check_usable(self, scenario: AnyScenario | None = None) -> None:
+        """ConfigError or UnknownNameError if the policy is missing or does not fit."""
+        policy = load_policy(self.policy)
+        if isinstance(scenario, Scenario):
+            policy.check_fits("motion", scenario)
+        if _has_reflexes(policy):
+            reflexes.reflexes_of(policy)
+        else:
+            motion_weights(policy)
 
     def start(self, scenario: Scenario, seeds: Sequence[int]) -> Motion:
         """The running motion of a block of worlds; ConfigError if the policy does not fit."""

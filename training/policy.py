@@ -11,6 +11,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Literal
 
 import numpy as np
@@ -22,6 +23,7 @@ from swarm_forage_env.envs.cuts import CUTS
 from swarm_forage_env.envs.layout import ObservationLayout
 from swarm_forage_env.envs.observation import encounter_fields, situation_fields
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.extras import remedy
 from swarm_forage_env.scenario import Count, NotNegative, Part, Scenario
 
 SHIPPED = Path(__file__).parent / "policies"
@@ -197,8 +199,7 @@ def layer_card(
 
 def save_policy(file: Path, weights: Weights, card: Card) -> None:
     """Write weights and card; each file appears whole or not at all."""
-    from safetensors.numpy import save
-
+    save = _safetensors(file).numpy.save
     check_weights(weights, str(file))
     content = save({name: np.ascontiguousarray(array) for name, array in weights.items()})
     card = card.model_copy(update={"sha256": hashlib.sha256(content).hexdigest()})
@@ -210,16 +211,14 @@ def load_policy(policy: str | Path) -> Policy:
     """The policy in a file, or the one in the box that a bare name stands for.
 
     ConfigError for a file that is missing, damaged or without a card that fits it,
-    UnknownNameError for a name that stands for nothing.
+    UnknownNameError for a name that stands for nothing, ModuleNotFoundError without safetensors.
     """
-    from safetensors import SafetensorError
-    from safetensors.numpy import load
-
     file = policy_file(policy)
+    safetensors = _safetensors(file)
     content = _read(file, "policy")
     try:
-        weights = load(content)
-    except (SafetensorError, KeyError, ValueError) as error:
+        weights = safetensors.numpy.load(content)
+    except (safetensors.SafetensorError, KeyError, ValueError) as error:
         raise ConfigError(f"policy {file}: not a safetensors file ({error})") from None
     card = _read_card(card_beside(file))
     if card.sha256 != hashlib.sha256(content).hexdigest():
@@ -264,6 +263,16 @@ def write_whole(file: Path, content: bytes) -> None:
         stream.flush()
         os.fsync(stream.fileno())
     temporary.replace(file)
+
+
+def _safetensors(file: Path) -> ModuleType:
+    """The package that reads and writes weights; where it is missing, what installs it is told."""
+    try:
+        import safetensors.numpy
+    except ModuleNotFoundError as error:
+        told = f"policy {file}: needs '{error.name}'"
+        raise ModuleNotFoundError(f"{told}: {remedy(error.name)}", name=error.name) from None
+    return safetensors
 
 
 def _read_card(file: Path) -> Card:

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.interface import Encounter
 from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.scenario import Part, Scenario
+from swarm_forage_env.waypoints_scenario import AnyScenario
 from training.policy import Policy, Shapes, Weights, load_policy, policy_file
 
 NETWORK = "log-odds"
@@ -184,12 +185,6 @@ class LearnedWeighting(Part):
         description="The network: a name in the box, or a file as runs/x/best.safetensors",
     )
 
-    @field_validator("policy")
-    @classmethod
-    def _can_be_used(cls, policy: str) -> str:
-        network_of(load_policy(policy))
-        return policy
-
     @cached_property
     def network(self) -> Networks:
         """The running network, read from its file when it is first needed."""
@@ -199,6 +194,10 @@ class LearnedWeighting(Part):
     def reads(self) -> tuple[Path, ...]:
         """Files that its weights depend on, beside the code."""
         return (policy_file(self.policy),)
+
+    def check_usable(self, scenario: AnyScenario | None = None) -> None:
+        """ConfigError or UnknownNameError if the policy is missing or does not fit."""
+        network_of(load_policy(self.policy))
 
     def beside(self, estimator: object) -> Networks:
         """The running network; a file that is missing or does not fit is refused here."""

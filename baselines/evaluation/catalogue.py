@@ -17,7 +17,14 @@ from baselines.motion import MOTIONS
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.registry import CONTROLLERS, ORIGINS, REFERENCES, SCENARIOS, Registry
+from swarm_forage_env.registry import (
+    CONTROLLERS,
+    ORIGINS,
+    REFERENCES,
+    SCENARIOS,
+    Registry,
+    left_out,
+)
 from swarm_forage_env.scenario import Part, Scenario
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
@@ -68,7 +75,8 @@ def find(name: str) -> AnyScenario | Recipe:
     bare = name.partition(":")[0]
     controllers = {*CONTROLLERS, *REFERENCES}
     if bare not in controllers:
-        raise UnknownNameError("scenario or controller", bare, [*SCENARIOS, *controllers])
+        known = [*SCENARIOS, *controllers]
+        raise UnknownNameError("scenario or controller", bare, known, left_out())
     return find_recipe(name)
 
 

@@ -53,7 +53,7 @@ class Request:
             Configuration(each, scenario, find_recipe(each), physics) for each in self.controllers
         ]
         for each in found:
-            each.recipe.check_made_for(scenario)
+            each.recipe.check_usable(scenario)
         return found
 
     def seeds(self) -> range:

@@ -104,6 +104,7 @@ REFUSED = [
     (("train", "weighting", "es1", "--out=file/x"), "--out file/x: cannot be written"),
     (("evaluate", "es1", "learned-weighting:policy=gone.safetensors"), "cannot be read"),
     (("evaluate", "es1", "learned-weighting:policy=file"), "no policy named 'file'"),
+    (("evaluate", "es1", "nc", "learned-both", "--set=radio.slots=2"), "does not fit 'es1': obs"),
 ]
 
 

@@ -12,7 +12,6 @@ from swarm_forage_env.envs.layout import Sheet
 from swarm_forage_env.envs.terms import Terms
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Encounter
-from swarm_forage_env.scenario import validated
 from swarm_forage_env.scenarios import find_scenario
 from training.actor_critic import LayersPolicy, MotionTower, WeightingTower
 from training.motion import (
@@ -121,9 +120,9 @@ def test_features_are_finite_where_everything_is_far_or_nothing_is_known(tower):
         assert np.isfinite(wheels_of(tower.as_in_file(), corner[None], columns, np)).all()
 
 
-def test_the_motion_of_an_unknown_policy_is_refused():
+def test_the_motion_of_an_unknown_policy_is_refused_when_it_is_started():
     with pytest.raises(ConfigError, match=r"nowhere\.safetensors"):
-        validated(LearnedMotion, {"policy": "nowhere.safetensors"})
+        LearnedMotion(policy="nowhere.safetensors").start(SCENARIO, [0])
 
 
 def test_the_weighting_that_is_trained_is_the_one_that_runs():

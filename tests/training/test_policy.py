@@ -6,12 +6,13 @@ import pickle
 import numpy as np
 import pytest
 
+from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.scenario import Scenario, override
+from swarm_forage_env.scenario import Scenario
 from swarm_forage_env.scenarios import find_foraging
 from training import policy as policies
 from training.policy import layer_card, load_policy, save_policy
-from training.weighting import LearnedWeighting, network_of
+from training.weighting import network_of
 
 
 def changed(file, **changes):
@@ -169,8 +170,16 @@ def test_a_policy_made_for_something_else_is_refused_with_what_differs(
 ):
     rewritten(policy_file, ("layers", "weighting", *path), value)
     with pytest.raises(ConfigError) as refusal:
-        override(LearnedWeighting(), {"policy": str(policy_file)})
+        find_controller(f"learned-weighting:policy={policy_file}")
     assert complaint in str(refusal.value)
+
+
+@pytest.mark.parametrize("name", ["learned-weighting", "learned-motion"])
+def test_a_controller_that_is_named_with_no_policy_is_refused(tmp_path, name):
+    with pytest.raises(UnknownNameError, match="no policy named 'nosuch'"):
+        find_controller(f"{name}:policy=nosuch")
+    with pytest.raises(ConfigError, match=r"policy .*gone.safetensors: cannot be read"):
+        find_controller(f"{name}:policy={tmp_path / 'gone.safetensors'}")
 
 
 def test_a_policy_for_another_layer_is_refused(policy_file):

@@ -10,9 +10,7 @@ from baselines.motion.subsumption import RUN
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import ControlLoop
-from swarm_forage_env.scenario import validated
 from swarm_forage_env.scenarios import find_scenario
-from training.motion import LearnedMotion
 from training.policy import layer_card, save_policy
 from training.reflexes import (
     FEATURES,
@@ -167,4 +165,4 @@ def test_reflexes_in_a_file_run_as_a_learned_motion(kept):
 
 def test_reflexes_that_lack_an_array_are_refused(kept):
     with pytest.raises(ConfigError, match=r"array 'motion\.walk\.weight' is missing"):
-        validated(LearnedMotion, {"policy": str(kept("steer.weight"))})
+        find_controller(f"learned-motion:policy={kept('steer.weight')}")
