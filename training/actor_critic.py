@@ -16,10 +16,18 @@ from torch import Tensor, nn
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.layout import ObservationLayout
-from training.motion import NETWORK, SIZES, columns_of, dense, motion_shapes, pooled, wheels_of
-from training.policy import LayerName, Shapes
-from training.weighting import FEATURES, HIDDEN, SCALES, shapes_of
-from training.weighting import NETWORK as LOG_ODDS
+from training.learned_motion import (
+    NETWORK,
+    SIZES,
+    columns_of,
+    dense,
+    motion_shapes,
+    pooled,
+    wheels_of,
+)
+from training.learned_weighting import FEATURES, HIDDEN, SCALES, shapes_of
+from training.learned_weighting import NETWORK as LOG_ODDS
+from training.policy_file import LayerName, Shapes
 
 STILL = -5.0
 """Logarithm of the standard deviation of an action without effect."""
@@ -58,7 +66,7 @@ class Tower(nn.Module):
 
 
 class MotionTower(Tower):
-    """The network of `training.motion`."""
+    """The network of `training.learned_motion`."""
 
     network = NETWORK
     sizes = SIZES
@@ -94,7 +102,7 @@ class MotionValue(Tower):
 
 
 class WeightingTower(Tower):
-    """The network of `training.weighting`."""
+    """The network of `training.learned_weighting`."""
 
     network = LOG_ODDS
 

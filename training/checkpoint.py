@@ -11,7 +11,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenario import Part
 from training.experiment import Experiment, versions
-from training.policy import Card, CurvePoint, Interval, LayerCard, LayerName, write_whole
+from training.policy_file import Card, CurvePoint, Interval, LayerCard, LayerName, write_whole
 
 NAME = "checkpoint.safetensors"
 

@@ -28,7 +28,7 @@ def main() -> None:
     """Run one command; one line on stderr if a package it needs is missing."""
     try:
         from baselines.cli import run
-        from training.commands import add_commands
+        from training.train_command import add_commands
 
         add_commands()
         status = run()

@@ -17,10 +17,10 @@ from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.scenario import Scenario, leaves
 from swarm_forage_env.scenarios import find_foraging
 from swarm_forage_env.streams import checked_seed
-from training.motion import LearnedMotion
-from training.policy import LayerName, Policy, load_policy, observed
-from training.reflexes import reflexes_of
-from training.weighting import LearnedWeighting
+from training.learned_motion import LearnedMotion
+from training.learned_weighting import LearnedWeighting
+from training.linear_motion_policy import reflexes_of
+from training.policy_file import LayerName, Policy, load_policy, observed
 
 LAYERS: dict[str, tuple[LayerName, ...]] = {
     "weighting": ("weighting",),

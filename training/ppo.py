@@ -21,6 +21,7 @@ from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import ControlLoop
 from training.actor_critic import MotionTower, Tower, Towers
+from training.behaviour_cloning import clone, demonstrations
 from training.checkpoint import (
     BEST,
     NAME,
@@ -30,11 +31,9 @@ from training.checkpoint import (
     read_checkpoint,
     write_checkpoint,
 )
-from training.cloning import clone, demonstrations
-from training.course import run
+from training.controllers import learned
 from training.experiment import Experiment, worlds_of
-from training.learner import METHODS, environments, learner, restore, state_of
-from training.policy import (
+from training.policy_file import (
     Card,
     CurvePoint,
     Interval,
@@ -43,8 +42,9 @@ from training.policy import (
     layer_card,
     save_policy,
 )
-from training.recipes import learned
-from training.telling import Teller
+from training.progress import Teller
+from training.sb3_setup import METHODS, environments, learner, restore, state_of
+from training.training_loop import run
 
 LATEST = "latest.safetensors"
 """The policy of the last interval."""

@@ -8,8 +8,8 @@ import pytest
 from swarm_forage_env.scenario import Scenario
 from training.checkpoint import BEST, NAME
 from training.experiment import Experiment
-from training.policy import Card, layer_card, save_policy
-from training.weighting import NETWORK, shapes_of, unstrung
+from training.learned_weighting import NETWORK, shapes_of, unstrung
+from training.policy_file import Card, layer_card, save_policy
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62", "task.duration": "60"}
 """Numbers of es1 under which robots soon find areas and meet."""

@@ -91,14 +91,14 @@ def test_all_that_a_result_depends_on_is_told_apart(experiment):
 
 
 def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch):
-    from training import commands
+    from training import train_command
 
     mine = experiment(scenarios=("es1", "real:radio.frames=5"), seed=7, **IMITATION)
     met = []
-    monkeypatch.setattr(commands, "_run", met.append)
-    monkeypatch.setattr(commands, "_report", lambda *_: None)
-    commands.add_commands()
+    monkeypatch.setattr(train_command, "_run", met.append)
+    monkeypatch.setattr(train_command, "_report", lambda *_: None)
+    train_command.add_commands()
     program, *arguments = shlex.split(mine.command)
     assert program == "swarm-forage"
-    assert commands.app(arguments, standalone_mode=False) in (None, 0)
+    assert train_command.app(arguments, standalone_mode=False) in (None, 0)
     assert met == [mine]

@@ -10,17 +10,17 @@ from numpy.testing import assert_array_equal
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import ControlLoop
-from training import learner, ppo
+from training import ppo, sb3_setup
 from training.actor_critic import MotionTower
+from training.behaviour_cloning import clone, demonstrations
 from training.checkpoint import BEST, NAME
-from training.cloning import clone, demonstrations
-from training.motion import situation_layout
-from training.policy import load_policy
-from training.telling import Teller
+from training.learned_motion import situation_layout
+from training.policy_file import load_policy
+from training.progress import Teller
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62"}
 
-QUICK = learner.Method(decision_period=4, steps=8, epochs=1, batches=2)
+QUICK = sb3_setup.Method(decision_period=4, steps=8, epochs=1, batches=2)
 
 
 @pytest.fixture(autouse=True)
@@ -30,7 +30,7 @@ def quick(monkeypatch, tmp_path):
     every_tick = replace(QUICK, decision_period=1)
     methods = {"weighting": every_tick, "motion": QUICK, "both": every_tick}
     monkeypatch.setattr(ppo, "METHODS", methods)
-    monkeypatch.setattr("training.cloning.EPOCHS", 1)
+    monkeypatch.setattr("training.behaviour_cloning.EPOCHS", 1)
 
 
 @pytest.fixture
@@ -147,7 +147,7 @@ def test_a_folder_that_cannot_be_written_is_refused(motion, tmp_path):
 
 
 def test_a_copy_does_what_it_was_shown(motion, monkeypatch):
-    monkeypatch.setattr("training.cloning.EPOCHS", 10)
+    monkeypatch.setattr("training.behaviour_cloning.EPOCHS", 10)
     experiment = motion()
     scenario = experiment.worlds_by_name["es1"]
     layout = situation_layout(scenario)

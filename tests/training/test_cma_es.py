@@ -8,13 +8,13 @@ import pytest
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
-from training import evolution
+from training import cma_es
+from training.candidate_rollouts import Trials
 from training.checkpoint import BEST, NAME, Checkpoint
-from training.evolution import first_mean, start_of, train, values_of
-from training.policy import CurvePoint, load_policy, save_policy
-from training.reflexes import reflexes_of
-from training.trials import Trials
-from training.weighting import network_of
+from training.cma_es import first_mean, start_of, train, values_of
+from training.learned_weighting import network_of
+from training.linear_motion_policy import reflexes_of
+from training.policy_file import CurvePoint, load_policy, save_policy
 
 
 def silent(line):
@@ -144,9 +144,9 @@ def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, b
 def test_a_larger_budget_goes_on_from_the_smaller_one(experiment, monkeypatch):
     train(experiment(budget=4, out=Path("a")), silent)
     tried = []
-    run = evolution.Evolution.advance
+    run = cma_es.Evolution.advance
     monkeypatch.setattr(
-        evolution.Evolution, "advance", lambda self, teller: (tried.append(1), run(self, teller))
+        cma_es.Evolution, "advance", lambda self, teller: (tried.append(1), run(self, teller))
     )
     longer = train(experiment(budget=6, out=Path("a")), silent)
     assert len(tried) == 2

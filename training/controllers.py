@@ -13,9 +13,9 @@ from baselines.controller import Recipe
 from baselines.recipes import BRISK, SINGLE, SUBSUMPTION, WARY
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.registry import CONTROLLERS
-from training.motion import LearnedMotion
-from training.policy import LayerName
-from training.weighting import LearnedWeighting
+from training.learned_motion import LearnedMotion
+from training.learned_weighting import LearnedWeighting
+from training.policy_file import LayerName
 
 RECIPES = (
     Recipe("learned-weighting", BRISK, LearnedWeighting(), SUBSUMPTION),

@@ -23,8 +23,8 @@ from swarm_forage_env.interface import Situation
 from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.kernels.proximity import PROXIMITY_ANGLES
 from swarm_forage_env.scenario import Scenario
-from training.policy import Policy, Shapes
-from training.weighting import strung
+from training.learned_weighting import strung
+from training.policy_file import Policy, Shapes
 
 NETWORK = "reflexes"
 """The name of this network on a card."""

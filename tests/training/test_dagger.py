@@ -12,9 +12,9 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenarios import find_foraging
-from training import imitation
+from training import dagger
 from training.actor_critic import WeightingTower
-from training.imitation import (
+from training.dagger import (
     HIDDEN,
     Exchanges,
     Imitation,
@@ -24,14 +24,14 @@ from training.imitation import (
     train,
     watch,
 )
-from training.policy import encounter_layout, load_policy
-from training.weighting import (
+from training.learned_weighting import (
     LearnedWeighting,
     Networks,
     network_of,
     shapes_of,
     strung,
 )
+from training.policy_file import encounter_layout, load_policy
 
 OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
@@ -183,7 +183,7 @@ def test_a_fit_goes_on_from_a_learned_weighting(imitating, name, policy_file):
 
 
 def test_the_network_in_training_is_the_one_that_runs(imitating, exchanges, monkeypatch):
-    monkeypatch.setattr(imitation, "STEPS", 20)
+    monkeypatch.setattr(dagger, "STEPS", 20)
     policy = train(imitating(budget=1), silent)
     tower = WeightingTower(LAYOUT, HIDDEN)
     arrays = policy.weights_of("weighting", shapes_of(tower.sizes))
@@ -201,7 +201,7 @@ def test_the_network_in_training_is_the_one_that_runs(imitating, exchanges, monk
 def test_a_training_stopped_anywhere_and_started_again_ends_the_same(
     imitating, monkeypatch, broken_anywhere
 ):
-    monkeypatch.setattr(imitation, "STEPS", 20)
+    monkeypatch.setattr(dagger, "STEPS", 20)
     mine = imitating(every=2)
     broken_anywhere(train, mine, (Imitation, "_keep"), range(1, 5))
 

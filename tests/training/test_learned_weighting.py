@@ -10,8 +10,8 @@ from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.interface import Encounter
 from swarm_forage_env.scenarios import find_foraging
-from training.trials import Trials
-from training.weighting import (
+from training.candidate_rollouts import Trials
+from training.learned_weighting import (
     FEATURES,
     HIDDEN,
     SCALES,
@@ -143,7 +143,7 @@ def test_candidates_side_by_side_have_the_round_trips_they_have_alone(alone, wor
 
 
 def test_the_rule_weighs_as_the_network_in_its_file(policy_file):
-    from training.policy import load_policy
+    from training.policy_file import load_policy
 
     rule, seen = LearnedWeighting(policy=str(policy_file)), encounters(50)
     expected = Networks(network_of(load_policy(policy_file))[None])(seen)
@@ -154,7 +154,7 @@ def test_the_rule_weighs_as_the_network_in_its_file(policy_file):
 
 def test_another_policy_under_the_same_name_is_another_configuration(policy_file):
     from baselines.evaluation.configuration import Configuration
-    from training.policy import load_policy, save_policy
+    from training.policy_file import load_policy, save_policy
 
     recipe = dataclasses.replace(
         find_controller("ssgiff"), weighting=LearnedWeighting(policy=str(policy_file))

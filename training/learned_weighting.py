@@ -14,7 +14,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.interface import Encounter
 from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.scenario import Part, Scenario
-from training.policy import Policy, Shapes, Weights, load_policy, policy_file
+from training.policy_file import Policy, Shapes, Weights, load_policy, policy_file
 
 NETWORK = "log-odds"
 """The name of this network on a card."""

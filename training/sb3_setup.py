@@ -10,9 +10,9 @@ from stable_baselines3.common.logger import configure
 
 from swarm_forage_env.arrays import Array
 from training.actor_critic import LayersPolicy
-from training.blocks import Blocks
 from training.experiment import Experiment, worlds_of
-from training.telling import FOLDER
+from training.multi_scenario_vec_env import Blocks
+from training.progress import FOLDER
 from training.vec_env import SwarmVecEnv
 
 MOMENTS = ("step", "exp_avg", "exp_avg_sq")

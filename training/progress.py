@@ -12,7 +12,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from training.policy import CurvePoint
+from training.policy_file import CurvePoint
 
 FOLDER = "tensorboard"
 

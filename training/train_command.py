@@ -12,7 +12,7 @@ from baselines.cli import app, stoppable
 
 if TYPE_CHECKING:
     from training.experiment import Experiment
-    from training.policy import Policy
+    from training.policy_file import Policy
 
 
 class Layer(StrEnum):
@@ -154,19 +154,19 @@ def _run(experiment: "Experiment") -> "Policy":
 
         return ppo.train(experiment, _say)
     if experiment.algorithm == "imitation":
-        from training import imitation
+        from training import dagger
 
-        return imitation.train(experiment, _say)
-    from training import evolution
+        return dagger.train(experiment, _say)
+    from training import cma_es
 
-    return evolution.train(experiment, _say)
+    return cma_es.train(experiment, _say)
 
 
 def _report(experiment: "Experiment", policy: "Policy") -> None:
     """Where the policy lies, how good it is, and how to test it on worlds it never met."""
     from swarm_forage_env.controllers import parse_controller
+    from training.controllers import learned, named
     from training.experiment import TEST_SEEDS
-    from training.recipes import learned, named
 
     for name, trips in policy.card.score.items():
         typer.echo(
@@ -183,7 +183,9 @@ def _report(experiment: "Experiment", policy: "Policy") -> None:
         words += [f"--physics={experiment.physics}"] if experiment.physics != "rigid" else []
         typer.echo(f"test it: swarm-forage {shlex.join(words)}")
     else:
-        typer.echo("test it in Python: training.recipes.learned makes a controller that runs it")
+        typer.echo(
+            "test it in Python: training.controllers.learned makes a controller that runs it"
+        )
 
 
 def _say(line: str) -> None:

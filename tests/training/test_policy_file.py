@@ -9,9 +9,9 @@ import pytest
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenario import Scenario, override
 from swarm_forage_env.scenarios import find_foraging
-from training import policy as policies
-from training.policy import layer_card, load_policy, save_policy
-from training.weighting import LearnedWeighting, network_of
+from training import policy_file as policies
+from training.learned_weighting import LearnedWeighting, network_of
+from training.policy_file import layer_card, load_policy, save_policy
 
 
 def changed(file, **changes):

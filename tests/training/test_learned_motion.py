@@ -15,14 +15,14 @@ from swarm_forage_env.interface import Encounter
 from swarm_forage_env.scenario import validated
 from swarm_forage_env.scenarios import find_scenario
 from training.actor_critic import LayersPolicy, MotionTower, WeightingTower
-from training.motion import (
+from training.learned_motion import (
     LearnedMotion,
     RunningMotion,
     columns_of,
     situation_layout,
     wheels_of,
 )
-from training.weighting import Networks, shapes_of, strung
+from training.learned_weighting import Networks, shapes_of, strung
 
 SCENARIO = find_scenario(
     "es1", {"task.n_robots": 4, "task.area_distance": 0.62, "robot.cruise_speed": 0.12}

@@ -26,8 +26,8 @@ from swarm_forage_env.envs.layout import ObservationLayout, Sheet
 from swarm_forage_env.interface import Motion, Situation
 from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.scenario import Part, Scenario
-from training import reflexes
-from training.policy import (
+from training import linear_motion_policy
+from training.policy_file import (
     Policy,
     Shapes,
     Weights,
@@ -156,7 +156,7 @@ class LearnedMotion(Part):
     def _can_be_used(cls, policy: str) -> str:
         found = load_policy(policy)
         if _has_reflexes(found):
-            reflexes.reflexes_of(found)
+            linear_motion_policy.reflexes_of(found)
         else:
             motion_weights(found)
         return policy
@@ -171,13 +171,15 @@ class LearnedMotion(Part):
         policy = load_policy(self.policy)
         policy.check_fits("motion", scenario)
         if _has_reflexes(policy):
-            return reflexes.Reflexes(reflexes.reflexes_of(policy)[None], scenario, seeds)
+            return linear_motion_policy.Reflexes(
+                linear_motion_policy.reflexes_of(policy)[None], scenario, seeds
+            )
         return RunningMotion(motion_weights(policy), scenario, len(seeds))
 
 
 def _has_reflexes(policy: Policy) -> bool:
     layer = policy.card.layers.get("motion")
-    return layer is not None and layer.network == reflexes.NETWORK
+    return layer is not None and layer.network == linear_motion_policy.NETWORK
 
 
 def motion_weights(policy: Policy) -> Weights:

@@ -5,8 +5,8 @@ from typing import Protocol
 
 from training.checkpoint import BEST
 from training.experiment import Experiment
-from training.policy import CurvePoint, Policy, load_policy
-from training.telling import Teller
+from training.policy_file import CurvePoint, Policy, load_policy
+from training.progress import Teller
 
 
 class Course(Protocol):

@@ -12,9 +12,9 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenario import validated
 from swarm_forage_env.scenarios import find_scenario
-from training.motion import LearnedMotion
-from training.policy import layer_card, save_policy
-from training.reflexes import (
+from training.learned_motion import LearnedMotion
+from training.learned_weighting import unstrung
+from training.linear_motion_policy import (
     FEATURES,
     NETWORK,
     NUMBERS,
@@ -25,7 +25,7 @@ from training.reflexes import (
     react,
     think_of_goal,
 )
-from training.weighting import unstrung
+from training.policy_file import layer_card, save_policy
 
 SCENARIO = find_scenario(
     "es1", {"task.n_robots": 4, "task.area_distance": 0.62, "robot.cruise_speed": 0.12}

@@ -17,9 +17,9 @@ from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.metrics import total
 from swarm_forage_env.scenario import Scenario
-from training.policy import LayerName
-from training.reflexes import Reflexes
-from training.weighting import Networks
+from training.learned_weighting import Networks
+from training.linear_motion_policy import Reflexes
+from training.policy_file import LayerName
 
 MAX_ROWS = 2000
 """Robots in a block, about: more rows hardly share Python's cost per tick any further."""

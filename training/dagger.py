@@ -34,6 +34,7 @@ from swarm_forage_env.interface import Encounter
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenario import Scenario
 from training.actor_critic import WeightingTower
+from training.candidate_rollouts import Trials
 from training.checkpoint import (
     BEST,
     NAME,
@@ -42,9 +43,9 @@ from training.checkpoint import (
     read_checkpoint,
     write_checkpoint,
 )
-from training.course import run
 from training.experiment import Experiment, worlds_of
-from training.policy import (
+from training.learned_weighting import Networks, shapes_of, strung
+from training.policy_file import (
     Card,
     CurvePoint,
     Policy,
@@ -52,9 +53,8 @@ from training.policy import (
     layer_card,
     save_policy,
 )
-from training.telling import Teller
-from training.trials import Trials
-from training.weighting import Networks, shapes_of, strung
+from training.progress import Teller
+from training.training_loop import run
 
 HIDDEN = 16
 """Hidden units: a fit bears more of them than a search."""

@@ -16,10 +16,20 @@ from cmaes import CMA
 
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
+from training.candidate_rollouts import Trials
 from training.checkpoint import BEST, Checkpoint, card_of, judged
-from training.course import run
 from training.experiment import Experiment
-from training.policy import (
+from training.learned_weighting import (
+    HIDDEN,
+    NETWORK,
+    network_of,
+    shapes_of,
+    unstrung,
+)
+from training.linear_motion_policy import NETWORK as REFLEXES
+from training.linear_motion_policy import SHAPES as REFLEX_SHAPES
+from training.linear_motion_policy import reflexes_of
+from training.policy_file import (
     Card,
     CurvePoint,
     LayerName,
@@ -28,18 +38,8 @@ from training.policy import (
     layer_card,
     save_policy,
 )
-from training.reflexes import NETWORK as REFLEXES
-from training.reflexes import SHAPES as REFLEX_SHAPES
-from training.reflexes import reflexes_of
-from training.telling import Teller
-from training.trials import Trials
-from training.weighting import (
-    HIDDEN,
-    NETWORK,
-    network_of,
-    shapes_of,
-    unstrung,
-)
+from training.progress import Teller
+from training.training_loop import run
 
 SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
 """Standard deviation of the first generation, in every weight."""

@@ -5,9 +5,9 @@ import pytest
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_foraging
+from training.controllers import RECIPES
 from training.experiment import TEST_SEEDS
-from training.policy import SHIPPED, load_policy
-from training.recipes import RECIPES
+from training.policy_file import SHIPPED, load_policy
 
 SMALL = 100_000
 """Bytes of a policy and its card together, at most."""
