@@ -19,24 +19,24 @@ from swarm_forage_env.envs.layout import ObservationLayout
 from training.learned_motion import (
     NETWORK,
     SIZES,
-    columns_of,
-    dense,
-    motion_shapes,
-    pooled,
-    wheels_of,
+    dense_layer,
+    field_columns,
+    motion_network_shapes,
+    pooled_features,
+    wheel_speeds,
 )
-from training.learned_weighting import FEATURES, HIDDEN, SCALES, shapes_of
-from training.learned_weighting import NETWORK as LOG_ODDS
+from training.learned_weighting import FEATURES, HIDDEN, SCALES, weighting_network_shapes
+from training.learned_weighting import NETWORK as WEIGHTING_NETWORK
 from training.policy_file import LayerName, Shapes
 
-STILL = -5.0
+LOG_STD_WITHOUT_EFFECT = -5.0
 """Logarithm of the standard deviation of an action without effect."""
 
 GAIN = 0.01
 """Of the first weights of an actor's last layer: it starts near zero."""
 
 
-class Tower(nn.Module):
+class NamedNetwork(nn.Module):
     """Named dense layers; the names and shapes are those of a policy's file."""
 
     network: ClassVar[str]
@@ -60,12 +60,12 @@ class Tower(nn.Module):
         """The weights and biases by name."""
         return dict(self.named_parameters())
 
-    def as_in_file(self) -> dict[str, Float32[Array, "..."]]:
+    def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
         """The weights and biases as a policy's file has them."""
         return {name: array.detach().numpy().copy() for name, array in self.arrays.items()}
 
 
-class MotionTower(Tower):
+class MotionActor(NamedNetwork):
     """The network of `training.learned_motion`."""
 
     network = NETWORK
@@ -73,44 +73,48 @@ class MotionTower(Tower):
 
     def __init__(self, layout: ObservationLayout) -> None:
         """For observations of a layout."""
-        super().__init__(motion_shapes(SIZES), "wheels", GAIN)
-        self._columns = columns_of(layout, "situation")
+        super().__init__(motion_network_shapes(SIZES), "wheels", GAIN)
+        self._columns = field_columns(layout, "situation")
 
     def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
         """The wheels, and 1 where they have an effect."""
         moves = 1.0 - observed[:, self._columns["talking"]]
-        wheels = wheels_of(self.arrays, observed, self._columns, torch)
+        wheels = wheel_speeds(self.arrays, observed, self._columns, torch)
         return wheels * moves, moves.expand(-1, 2)
 
 
-class MotionValue(Tower):
+class MotionCritic(NamedNetwork):
     """What a situation is worth, by a network of the same form."""
 
     def __init__(self, layout: ObservationLayout) -> None:
         """For observations of a layout."""
-        of_actor = motion_shapes(SIZES)
+        of_actor = motion_network_shapes(SIZES)
         shapes = {name: of_actor[name] for name in of_actor if not name.startswith("wheels")}
         value = {"value.weight": (1, SIZES["hidden"]), "value.bias": (1,)}
         super().__init__({**shapes, **value}, "value", 1.0)
-        self._columns = columns_of(layout, "situation")
+        self._columns = field_columns(layout, "situation")
 
     def forward(self, observed: Tensor) -> Tensor:
         """The value of each row."""
         arrays = self.arrays
-        hidden = torch.tanh(dense(arrays, "first", pooled(arrays, observed, self._columns, torch)))
-        return cast(Tensor, dense(arrays, "value", torch.tanh(dense(arrays, "second", hidden))))
+        hidden = torch.tanh(
+            dense_layer(arrays, "first", pooled_features(arrays, observed, self._columns, torch))
+        )
+        return cast(
+            Tensor, dense_layer(arrays, "value", torch.tanh(dense_layer(arrays, "second", hidden)))
+        )
 
 
-class WeightingTower(Tower):
+class WeightingActor(NamedNetwork):
     """The network of `training.learned_weighting`."""
 
-    network = LOG_ODDS
+    network = WEIGHTING_NETWORK
 
     def __init__(self, layout: ObservationLayout, hidden: int = HIDDEN) -> None:
         """For observations of a layout, with so many hidden units."""
         self.sizes = {"hidden": hidden}
-        super().__init__(shapes_of(self.sizes), "output", GAIN)
-        self._columns = columns_of(layout, "encounter")
+        super().__init__(weighting_network_shapes(self.sizes), "output", GAIN)
+        self._columns = field_columns(layout, "encounter")
         scales = torch.tensor(SCALES)
         self._unit, self._centre, self._spread = scales[:, 0], scales[:, 1], scales[:, 2]
 
@@ -122,19 +126,19 @@ class WeightingTower(Tower):
         shown = torch.stack([{**told, **both, **elsewhere}[name] for name in FEATURES], 2)
         x = (torch.log1p(shown / self._unit) - self._centre) / self._spread
         w, direct = self.arrays, self.arrays["direct.weight"]
-        hidden = torch.tanh(dense(w, "hidden", x))
+        hidden = torch.tanh(dense_layer(w, "hidden", x))
         ahead = told["own_p"] - told["heard_p"]
         network = x @ direct[:-1] + hidden @ w["output.weight"] + w["output.bias"]
         met = told["own_known"] * told["heard_known"]
         return torch.sigmoid((1.0 + direct[-1]) * ahead + network) * met, met
 
 
-class WeightingValue(Tower):
+class WeightingCritic(NamedNetwork):
     """What an encounter is worth; without one, what a robot is worth on average."""
 
     def __init__(self, layout: ObservationLayout) -> None:
         """For observations of a layout."""
-        self._columns = columns_of(layout, "encounter")
+        self._columns = field_columns(layout, "encounter")
         n = max(each.stop for each in self._columns.values())
         shapes = {"first.weight": (32, n), "first.bias": (32,)}
         super().__init__({**shapes, "value.weight": (1, 32), "value.bias": (1,)}, "value", 1.0)
@@ -142,15 +146,15 @@ class WeightingValue(Tower):
     def forward(self, observed: Tensor) -> Tensor:
         """The value of each row."""
         arrays = self.arrays
-        hidden = torch.tanh(dense(arrays, "first", torch.log1p(observed)))
-        return cast(Tensor, dense(arrays, "value", hidden))
+        hidden = torch.tanh(dense_layer(arrays, "first", torch.log1p(observed)))
+        return cast(Tensor, dense_layer(arrays, "value", hidden))
 
 
-ACTORS: Mapping[LayerName, Any] = {"weighting": WeightingTower, "motion": MotionTower}
-CRITICS: Mapping[LayerName, Any] = {"weighting": WeightingValue, "motion": MotionValue}
+ACTORS: Mapping[LayerName, Any] = {"weighting": WeightingActor, "motion": MotionActor}
+CRITICS: Mapping[LayerName, Any] = {"weighting": WeightingCritic, "motion": MotionCritic}
 
 
-class Towers(nn.Module):
+class LayerNetworks(nn.Module):
     """The actors of all learned layers side by side, and one critic."""
 
     def __init__(self, layout: ObservationLayout, layers: tuple[LayerName, ...]) -> None:
@@ -173,7 +177,7 @@ class Towers(nn.Module):
         return cast(Tensor, self.critic(observed))
 
 
-class LayersPolicy(ActorCriticPolicy):
+class LayerActorCriticPolicy(ActorCriticPolicy):
     """The policy of SB3's PPO that acts in the place of one layer or of several."""
 
     def __init__(
@@ -189,7 +193,7 @@ class LayersPolicy(ActorCriticPolicy):
         super().__init__(*spaces, **options)
 
     def _build(self, lr_schedule: Schedule) -> None:
-        self.mlp_extractor = Towers(self._layout, self._layers)  # type: ignore[assignment]
+        self.mlp_extractor = LayerNetworks(self._layout, self._layers)  # type: ignore[assignment]
         self.action_net = nn.Identity()
         self.value_net = nn.Identity()  # type: ignore[assignment]
         size = self.action_space.shape or (0,)
@@ -198,6 +202,6 @@ class LayersPolicy(ActorCriticPolicy):
 
     def _get_action_dist_from_latent(self, latent_pi: Tensor) -> Distribution:
         means, effects = latent_pi.chunk(2, dim=1)
-        log_std = torch.where(effects > 0.0, self.log_std, STILL)
+        log_std = torch.where(effects > 0.0, self.log_std, LOG_STD_WITHOUT_EFFECT)
         gaussian = cast(DiagGaussianDistribution, self.action_dist)
         return gaussian.proba_distribution(means, log_std)

@@ -17,8 +17,8 @@ from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.metrics import total
 from swarm_forage_env.scenario import Scenario
-from training.learned_weighting import Networks
-from training.linear_motion_policy import Reflexes
+from training.learned_weighting import NetworkWeighting
+from training.linear_motion_policy import LinearMotionPolicy
 from training.policy_file import LayerName
 
 MAX_ROWS = 2000
@@ -26,7 +26,7 @@ MAX_ROWS = 2000
 
 
 @dataclass(frozen=True)
-class Block:
+class RolloutJob:
     """Worlds of one scenario that run side by side, each with a candidate."""
 
     scenario: Scenario
@@ -42,7 +42,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Trials:
+class CandidateRollouts:
     """Where candidates are tried: scenarios, the rest of the controller, an engine."""
 
     scenarios: Mapping[str, Scenario]
@@ -60,47 +60,49 @@ class Trials:
         self, networks: Float32[Array, "networks numbers"], seeds: Sequence[int]
     ) -> dict[str, Int64[Array, "networks worlds"]]:
         """Round trips of every candidate under every seed, in each scenario."""
-        blocks = {
-            name: list(self._blocks(scenario, networks, seeds))
+        jobs = {
+            name: list(self._jobs(scenario, networks, seeds))
             for name, scenario in self.scenarios.items()
         }
-        trips = iter(self._run([block for each in blocks.values() for block in each]))
+        trips = iter(self._run([job for each in jobs.values() for job in each]))
         shape = len(networks), len(seeds)
         return {
             name: np.concatenate([next(trips) for _ in each]).reshape(shape)
-            for name, each in blocks.items()
+            for name, each in jobs.items()
         }
 
-    def simulated(self, worlds: int) -> float:
+    def simulated_s(self, worlds: int) -> float:
         """Simulated time of so many worlds of each scenario [s]."""
         return worlds * sum(each.n_ticks * each.tick for each in self.scenarios.values())
 
-    def _blocks(
+    def _jobs(
         self, scenario: Scenario, networks: Float32[Array, "networks numbers"], seeds: Sequence[int]
-    ) -> Iterator[Block]:
+    ) -> Iterator[RolloutJob]:
         worlds = [(which, seed) for which in range(len(networks)) for seed in seeds]
         room = max(1, MAX_ROWS // scenario.task.n_robots)
         size = min(room, -(-len(worlds) // self.workers))
         for part in np.array_split(np.arange(len(worlds)), -(-len(worlds) // size)):
             which, own_seeds = zip(*(worlds[k] for k in part), strict=True)
-            yield Block(scenario, self.recipe, self.physics, networks, which, own_seeds, self.layer)
+            yield RolloutJob(
+                scenario, self.recipe, self.physics, networks, which, own_seeds, self.layer
+            )
 
-    def _run(self, blocks: Sequence[Block]) -> list[Int64[Array, " worlds"]]:
+    def _run(self, jobs: Sequence[RolloutJob]) -> list[Int64[Array, " worlds"]]:
         parallel = Parallel(n_jobs=self.workers, return_as="generator", batch_size=1)
         with deaf_to_interrupts():
-            finished = parallel(delayed(run_block)(block) for block in blocks)
+            finished = parallel(delayed(run_job)(job) for job in jobs)
         with closing(finished):  # ends the workers, whatever happens
             return list(finished)
 
 
-def run_block(block: Block) -> Int64[Array, " worlds"]:
+def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:
     """Whole episodes; the round trips of each world."""
-    loop = ControlLoop(block.scenario, block.recipe, block.seeds, block.physics)
-    of_row = np.repeat(np.array(block.which, np.int64), block.scenario.task.n_robots)
-    if block.layer == "weighting":
-        loop.controller.weighting = Networks(block.networks, of_row)
+    loop = ControlLoop(job.scenario, job.recipe, job.seeds, job.physics)
+    of_row = np.repeat(np.array(job.which, np.int64), job.scenario.task.n_robots)
+    if job.layer == "weighting":
+        loop.controller.weighting = NetworkWeighting(job.networks, of_row)
     else:
-        loop.controller.motion = Reflexes(block.networks, block.scenario, block.seeds, of_row)
-    for _ in range(block.scenario.n_ticks):
+        loop.controller.motion = LinearMotionPolicy(job.networks, job.scenario, job.seeds, of_row)
+    for _ in range(job.scenario.n_ticks):
         loop.step()
-    return total(loop.world.state.round_trips, len(block.seeds))
+    return total(loop.world.state.round_trips, len(job.seeds))

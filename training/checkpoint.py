@@ -13,9 +13,9 @@ from swarm_forage_env.scenario import Part
 from training.experiment import Experiment, versions
 from training.policy_file import Card, CurvePoint, Interval, LayerCard, LayerName, write_whole
 
-NAME = "checkpoint.safetensors"
+CHECKPOINT = "checkpoint.safetensors"
 
-BEST = "best.safetensors"
+BEST_POLICY = "best.safetensors"
 """The policy that the held-back worlds judge best so far."""
 
 RECORD = "record"
@@ -24,7 +24,7 @@ RECORD = "record"
 Identity = dict[str, str]
 
 
-class Record(Part):
+class Header(Part):
     """What is kept in words."""
 
     experiment: Identity
@@ -54,16 +54,16 @@ class Checkpoint:
         ConfigError if the folder cannot be written, holds the checkpoint of another
         experiment, or one that is damaged.
         """
-        file = experiment.out / NAME
+        file = experiment.out / CHECKPOINT
         checkpoint = cls(file, experiment.identity, population, numbers)
         if file.exists():
             checkpoint._read()
         else:
-            checkpoint.keep()
+            checkpoint.save()
         return checkpoint
 
     @property
-    def generation(self) -> int:
+    def n_generations(self) -> int:
         """Generations told."""
         return len(self._losses)
 
@@ -73,7 +73,7 @@ class Checkpoint:
         k = int(np.argmax([point.value for point in self.curve]))
         return self.curve[k], self._means[k]
 
-    def told(
+    def generations(
         self,
     ) -> Iterator[tuple[Float32[Array, "n numbers"], Float64[Array, " n"]]]:
         """Candidates and losses, generation by generation."""
@@ -89,7 +89,7 @@ class Checkpoint:
         self.curve.append(point)
         self._means = np.concatenate([self._means, mean[None]])
 
-    def keep(self) -> None:
+    def save(self) -> None:
         """Write it, over the one before."""
         arrays: dict[str, Array] = {
             "populations": self._populations,
@@ -110,7 +110,7 @@ def write_checkpoint(
     """Write the state of an experiment, over the one before."""
     from safetensors.numpy import save
 
-    record = Record(experiment=identity, curve=tuple(curve)).model_dump_json()
+    record = Header(experiment=identity, curve=tuple(curve)).model_dump_json()
     content = save(arrays, {RECORD: record})
     try:
         write_whole(file, content)
@@ -134,7 +134,7 @@ def read_checkpoint(
 
     try:
         with safe_open(file, "np") as kept:
-            record = Record.model_validate_json(kept.metadata()[RECORD])
+            record = Header.model_validate_json(kept.metadata()[RECORD])
             arrays = {name: kept.get_tensor(name) for name in names}
     except (OSError, SafetensorError, KeyError, TypeError, ValidationError) as error:
         raise ConfigError(
@@ -151,7 +151,7 @@ def read_checkpoint(
     return list(record.curve), arrays
 
 
-def card_of(
+def policy_card(
     experiment: Experiment,
     layers: Mapping[LayerName, LayerCard],
     packages: tuple[str, ...],
@@ -173,7 +173,7 @@ def card_of(
     )
 
 
-def judged(
+def evaluation_point(
     step: int, simulated_s: float, trips: Mapping[str, Int64[Array, " worlds"]]
 ) -> CurvePoint:
     """A point of the curve: the round trips in the held-back worlds of each scenario.
@@ -185,11 +185,11 @@ def judged(
         step=step,
         simulated_s=simulated_s,
         value=float(np.mean([np.log1p(each.mean()) for each in trips.values()])),
-        round_trips={name: interval(each) for name, each in trips.items()},
+        round_trips={name: mean_with_interval(each) for name, each in trips.items()},
     )
 
 
-def interval(trips: Int64[Array, " worlds"]) -> Interval:
+def mean_with_interval(trips: Int64[Array, " worlds"]) -> Interval:
     """The mean over worlds and its 95 % interval; the mean itself where there is none."""
     found = mean_interval(trips.tolist())
     assert found is not None

@@ -16,19 +16,19 @@ from cmaes import CMA
 
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
-from training.candidate_rollouts import Trials
-from training.checkpoint import BEST, Checkpoint, card_of, judged
+from training.candidate_rollouts import CandidateRollouts
+from training.checkpoint import BEST_POLICY, Checkpoint, evaluation_point, policy_card
 from training.experiment import Experiment
 from training.learned_weighting import (
     HIDDEN,
     NETWORK,
     network_of,
-    shapes_of,
-    unstrung,
+    unflatten,
+    weighting_network_shapes,
 )
-from training.linear_motion_policy import NETWORK as REFLEXES
-from training.linear_motion_policy import SHAPES as REFLEX_SHAPES
-from training.linear_motion_policy import reflexes_of
+from training.linear_motion_policy import NETWORK as LINEAR
+from training.linear_motion_policy import SHAPES as LINEAR_SHAPES
+from training.linear_motion_policy import linear_policy_of
 from training.policy_file import (
     Card,
     CurvePoint,
@@ -38,16 +38,16 @@ from training.policy_file import (
     layer_card,
     save_policy,
 )
-from training.progress import Teller
+from training.progress import ProgressLogger
 from training.training_loop import run
 
-SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
+INITIAL_SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
 """Standard deviation of the first generation, in every weight."""
 
-FIRST_BETA = 0.001
+INITIAL_BETA = 0.001
 """Of the SGIFF that the search starts from [1/cm]: the best in large arenas."""
 
-NETWORKS: Mapping[LayerName, str] = {"weighting": NETWORK, "motion": REFLEXES}
+NETWORKS: Mapping[LayerName, str] = {"weighting": NETWORK, "motion": LINEAR}
 """The network that is searched for each layer."""
 
 SIZES: Mapping[LayerName, Mapping[str, int]] = {"weighting": {"hidden": HIDDEN}, "motion": {}}
@@ -56,62 +56,62 @@ SIZES: Mapping[LayerName, Mapping[str, int]] = {"weighting": {"hidden": HIDDEN},
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
-    return run(Evolution(experiment), experiment, "generation", say)
+    return run(CMAESTraining(experiment), experiment, "generation", say)
 
 
-class Evolution:
+class CMAESTraining:
     """A search under way; all that it depends on is in its checkpoint."""
 
     def __init__(self, experiment: Experiment) -> None:
         """Start, or go on from the checkpoint in the experiment's folder."""
         self._experiment = experiment
         (self._layer,) = experiment.layers
-        self._sizes, start = start_of(experiment, self._layer)
-        self._shapes = arrays_of(self._layer, self._sizes)
-        self._trials = Trials(
-            experiment.worlds_by_name,
+        self._sizes, start = initial_network(experiment, self._layer)
+        self._shapes = network_shapes(self._layer, self._sizes)
+        self._rollouts = CandidateRollouts(
+            experiment.scenarios_by_name,
             experiment.recipe,
             experiment.physics,
             experiment.workers,
             self._layer,
         )
-        sigma = SIGMA[self._layer]
+        sigma = INITIAL_SIGMA[self._layer]
         self._search = CMA(start, sigma, population_size=experiment.population)
         self._checkpoint = Checkpoint.open(experiment, self._search.population_size, len(start))
-        for population, losses in self._checkpoint.told():
+        for population, losses in self._checkpoint.generations():
             self._tell(population, losses)
-        self._trials.warm_up()
+        self._rollouts.warm_up()
 
     @property
     def done(self) -> int:
         """Generations that have ended."""
-        return self._checkpoint.generation
+        return self._checkpoint.n_generations
 
     @property
     def curve(self) -> list[CurvePoint]:
         """What the held-back worlds said so far."""
         return self._checkpoint.curve
 
-    def advance(self, teller: Teller) -> None:
+    def advance(self, progress: ProgressLogger) -> None:
         """One generation: ask, try out, tell, and keep the checkpoint."""
         experiment, begin = self._experiment, time.perf_counter()
         self._search.reseed_rng(_seed(experiment.seed, self.done))
         asked = [self._search.ask() for _ in range(self._search.population_size)]
         population = np.array(asked, np.float32)
         seeds = experiment.training_seeds(self.done * experiment.worlds, experiment.worlds)
-        values = values_of(self._trials.round_trips(population, seeds))
+        values = fitness_of(self._rollouts.round_trips(population, seeds))
         self._tell(population, -values)
         self._checkpoint.add(population, -values)
-        self._checkpoint.keep()
+        self._checkpoint.save()
         worlds, wall = experiment.worlds * len(population), time.perf_counter() - begin
-        teller.scalars(
+        progress.log_scalars(
             self.done,
             {
                 "generation/value": float(values.mean()),
                 "generation/best": float(values.max()),
                 "generation/spread": float(population.std(axis=0).mean()),
-                "speed/episodes_per_s": worlds * len(self._trials.scenarios) / wall,
-                "speed/simulated_s_per_s": self._trials.simulated(worlds) / wall,
+                "speed/episodes_per_s": worlds * len(self._rollouts.scenarios) / wall,
+                "speed/simulated_s_per_s": self._rollouts.simulated_s(worlds) / wall,
             },
         )
 
@@ -119,20 +119,22 @@ class Evolution:
         """Judge the mean on the held-back worlds, and keep it if it is the best."""
         experiment = self._experiment
         mean = self._search.mean.astype(np.float32)
-        found = self._trials.round_trips(mean[None], experiment.held_back_seeds)
-        trained = self._trials.simulated(self.done * experiment.worlds * self._candidates)
-        point = judged(self.done, trained, {name: each[0] for name, each in found.items()})
+        found = self._rollouts.round_trips(mean[None], experiment.held_back_seeds)
+        trained = self._rollouts.simulated_s(self.done * experiment.worlds * self._candidates)
+        point = evaluation_point(
+            self.done, trained, {name: each[0] for name, each in found.items()}
+        )
         self._checkpoint.add_point(point, mean)
-        self._checkpoint.keep()
-        self.keep_best()
+        self._checkpoint.save()
+        self.save_best()
         return point
 
-    def keep_best(self) -> None:
+    def save_best(self) -> None:
         """Write the best policy so far, with the curve so far."""
         best, numbers = self._checkpoint.best
-        arrays = unstrung(numbers, self._shapes)
+        arrays = unflatten(numbers, self._shapes)
         weights = {f"{self._layer}.{name}": array for name, array in arrays.items()}
-        save_policy(self._experiment.out / BEST, weights, self._card(best))
+        save_policy(self._experiment.out / BEST_POLICY, weights, self._card(best))
 
     @property
     def _candidates(self) -> int:
@@ -143,45 +145,45 @@ class Evolution:
         self._search.tell(list(told))
 
     def _card(self, best: CurvePoint) -> Card:
-        scenario = next(iter(self._trials.scenarios.values()))
+        scenario = next(iter(self._rollouts.scenarios.values()))
         layer = layer_card(self._layer, scenario, NETWORKS[self._layer], self._sizes)
         layers = {self._layer: layer}
-        return card_of(self._experiment, layers, ("cmaes",), self.curve, best.round_trips)
+        return policy_card(self._experiment, layers, ("cmaes",), self.curve, best.round_trips)
 
 
-def start_of(
+def initial_network(
     experiment: Experiment, layer: LayerName
 ) -> tuple[Mapping[str, int], Float64[Array, " numbers"]]:
     """The sizes and the numbers of the network that the search starts from."""
     policy = experiment.policy_of(layer)
     if policy is None:
-        return SIZES[layer], first_mean(experiment.seed, layer)
-    numbers = reflexes_of(policy) if layer == "motion" else network_of(policy)
+        return SIZES[layer], initial_mean(experiment.seed, layer)
+    numbers = linear_policy_of(policy) if layer == "motion" else network_of(policy)
     return policy.card.layers[layer].sizes, numbers
 
 
-def arrays_of(layer: LayerName, sizes: Mapping[str, int]) -> Shapes:
+def network_shapes(layer: LayerName, sizes: Mapping[str, int]) -> Shapes:
     """The shapes of the arrays of a layer's network."""
-    return REFLEX_SHAPES if layer == "motion" else shapes_of(sizes)
+    return LINEAR_SHAPES if layer == "motion" else weighting_network_shapes(sizes)
 
 
-def first_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:
+def initial_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:
     """Where the search starts by rule: zeros for the motion; SGIFF with a tenth of its beta.
 
     The weighting has some hidden units, of which nothing reaches the output yet.
     """
-    shapes = arrays_of(layer, SIZES[layer])
+    shapes = network_shapes(layer, SIZES[layer])
     if layer == "motion":
         return np.zeros(sum(math.prod(shape) for shape in shapes.values()))
     hidden = math.prod(shapes["hidden.weight"])
     mean = np.zeros(sum(math.prod(shape) for shape in shapes.values()))
     spread = 1.0 / math.sqrt(shapes["hidden.weight"][1])
     mean[:hidden] = np.random.default_rng(seed).normal(0.0, spread, hidden)
-    mean[-2] = FIRST_BETA / SGIFF().beta - 1.0
+    mean[-2] = INITIAL_BETA / SGIFF().beta - 1.0
     return mean
 
 
-def values_of(trips: Mapping[str, Int64[Array, "networks worlds"]]) -> Float64[Array, " networks"]:
+def fitness_of(trips: Mapping[str, Int64[Array, "networks worlds"]]) -> Float64[Array, " networks"]:
     """What is maximised: ln(1 + mean round trips), averaged over the scenarios."""
     means = [np.log1p(each.mean(axis=1)) for each in trips.values()]
     return np.asarray(np.mean(means, axis=0), np.float64)

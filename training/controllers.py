@@ -31,17 +31,17 @@ RECIPES = (
 for recipe in RECIPES:
     CONTROLLERS.register(recipe.name)(recipe)
 
-LEARNED: Mapping[LayerName, Any] = {"weighting": LearnedWeighting, "motion": LearnedMotion}
+LEARNED_LAYERS: Mapping[LayerName, Any] = {"weighting": LearnedWeighting, "motion": LearnedMotion}
 """What runs a layer's policy from a file."""
 
 
-def learned(recipe: Recipe, layers: Sequence[LayerName], policy: Path) -> Recipe:
+def with_learned_layers(recipe: Recipe, layers: Sequence[LayerName], policy: Path) -> Recipe:
     """The same controller with a policy in the place of some layers."""
-    parts = {layer: LEARNED[layer](policy=str(policy)) for layer in layers}
+    parts = {layer: LEARNED_LAYERS[layer](policy=str(policy)) for layer in layers}
     return replace(recipe, **parts)
 
 
-def named(recipe: Recipe) -> str | None:
+def controller_name(recipe: Recipe) -> str | None:
     """The learned controller with these layers, as `evaluate` takes it; None if none has them."""
     kinds = [type(part) for part in recipe.layers.values()]
     for each in RECIPES:

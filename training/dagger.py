@@ -33,18 +33,18 @@ from swarm_forage_env.ground_truth import GroundTruth
 from swarm_forage_env.interface import Encounter
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenario import Scenario
-from training.actor_critic import WeightingTower
-from training.candidate_rollouts import Trials
+from training.actor_critic import WeightingActor
+from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import (
-    BEST,
-    NAME,
-    card_of,
-    judged,
+    BEST_POLICY,
+    CHECKPOINT,
+    evaluation_point,
+    policy_card,
     read_checkpoint,
     write_checkpoint,
 )
-from training.experiment import Experiment, worlds_of
-from training.learned_weighting import Networks, shapes_of, strung
+from training.experiment import Experiment, worlds_per_scenario
+from training.learned_weighting import NetworkWeighting, flatten, weighting_network_shapes
 from training.policy_file import (
     Card,
     CurvePoint,
@@ -53,16 +53,16 @@ from training.policy_file import (
     layer_card,
     save_policy,
 )
-from training.progress import Teller
+from training.progress import ProgressLogger
 from training.training_loop import run
 
 HIDDEN = 16
 """Hidden units: a fit bears more of them than a search."""
 
-FAR = 0.5
+MAX_SQUARED_ERROR = 0.5
 """A squared error counts at most this much [m2]: who misses an area by 0.7 m is lost anyway."""
 
-STEPS, BATCH, RATE = 500, 1024, 0.01
+GRADIENT_STEPS, BATCH_SIZE, LEARNING_RATE = 500, 1024, 0.01
 """Steps of Adam in a round, exchanges of each scenario in a step, learning rate in the first
 round; it falls to zero over the budget."""
 
@@ -75,7 +75,7 @@ def squared_error(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
     e_i, e_j are the errors of the own and of the heard place [m].
     """
     merged = (1.0 - g)[:, None] * own + g[:, None] * heard
-    return torch.clamp((merged**2).sum(1), max=FAR)
+    return torch.clamp((merged**2).sum(1), max=MAX_SQUARED_ERROR)
 
 
 def oracle_gain(own: Tensor, heard: Tensor) -> Tensor:
@@ -104,13 +104,13 @@ class Exchanges:
 
     def draw(self, draws: torch.Generator) -> "Exchanges":
         """A batch of them, with replacement."""
-        rows = torch.randint(len(self), (BATCH,), generator=draws).numpy()
+        rows = torch.randint(len(self), (BATCH_SIZE,), generator=draws).numpy()
         every = self.observed, self.area, self.own_error, self.heard_error
         return Exchanges(*(each[rows] for each in every))
 
-    def error(self, tower: WeightingTower) -> Tensor:
+    def error(self, actor: WeightingActor) -> Tensor:
         """Squared error of the places that a network merges [m2]: the mean."""
-        weights, _ = tower(torch.from_numpy(self.observed))
+        weights, _ = actor(torch.from_numpy(self.observed))
         g = (weights * torch.from_numpy(self.area)).sum(1)
         return squared_error(g, *self._errors).mean()
 
@@ -124,11 +124,11 @@ class Exchanges:
             )
         return gain
 
-    def share(self, tower: WeightingTower, gain: Tensor) -> float:
+    def share(self, actor: WeightingActor, gain: Tensor) -> float:
         """What a network gains over believing nobody, as a share of what the oracle gains."""
         nobody = squared_error(torch.zeros(len(self)), *self._errors).mean()
         with torch.no_grad():
-            return float((nobody - self.error(tower)) / gain)
+            return float((nobody - self.error(actor)) / gain)
 
     @property
     def _errors(self) -> tuple[Tensor, Tensor]:
@@ -136,25 +136,27 @@ class Exchanges:
 
 
 @dataclass(frozen=True)
-class Watched:
+class RecordingWeighting:
     """In the place of a weighting: a network, watched by one who knows the truth."""
 
     numbers: Float32[Array, " numbers"]
     layout: ObservationLayout
 
-    def start_knowing(self, estimator: SocialOdometry, truth: GroundTruth) -> "Watch":
+    def start_knowing(self, estimator: SocialOdometry, truth: GroundTruth) -> "ExchangeRecorder":
         """The running network of robots that believe this, in worlds of which that is true."""
-        return Watch(self, estimator, truth)
+        return ExchangeRecorder(self, estimator, truth)
 
 
-class Watch:
+class ExchangeRecorder:
     """Weighs as the network does, and notes every exchange."""
 
-    heard_p_share = Networks.heard_p_share
+    heard_p_share = NetworkWeighting.heard_p_share
 
-    def __init__(self, watched: Watched, estimator: SocialOdometry, truth: GroundTruth) -> None:
+    def __init__(
+        self, watched: RecordingWeighting, estimator: SocialOdometry, truth: GroundTruth
+    ) -> None:
         """Nothing noted yet."""
-        self._weigh = Networks(watched.numbers[None])
+        self._weigh = NetworkWeighting(watched.numbers[None])
         self._sheet = Sheet(watched.layout, len(truth.pose))
         self._n_slots = len(watched.layout)
         self._estimator = estimator
@@ -181,7 +183,7 @@ class Watch:
         return Exchanges(*(np.concatenate(each).astype(np.float32) for each in columns))
 
 
-def watch(
+def record_exchanges(
     scenario: Scenario,
     recipe: Recipe,
     numbers: Float32[Array, " numbers"],
@@ -189,88 +191,88 @@ def watch(
     physics: str,
 ) -> Exchanges:
     """All exchanges of whole episodes of robots that weigh by a network."""
-    watched = Watched(numbers, encounter_layout(scenario))
+    watched = RecordingWeighting(numbers, encounter_layout(scenario))
     privileged = Reference(recipe.name, recipe.estimator, watched, recipe.motion)
     loop = ControlLoop(scenario, privileged, seeds, physics)
     for _ in range(scenario.n_ticks):
         loop.step()
-    return cast(Watch, loop.controller.weighting).exchanges
+    return cast(ExchangeRecorder, loop.controller.weighting).exchanges
 
 
-def tower_of(experiment: Experiment) -> WeightingTower:
+def initial_actor(experiment: Experiment) -> WeightingActor:
     """The network to fit: the controller's own if that is a learned one, else a new one."""
-    layout = encounter_layout(next(iter(experiment.worlds_by_name.values())))
+    layout = encounter_layout(next(iter(experiment.scenarios_by_name.values())))
     policy = experiment.policy_of("weighting")
     if policy is None:
-        return WeightingTower(layout, HIDDEN)
+        return WeightingActor(layout, HIDDEN)
     sizes = policy.card.layers["weighting"].sizes
-    tower = WeightingTower(layout, sizes["hidden"])
-    weights = policy.weights_of("weighting", shapes_of(sizes))
-    tower.load_state_dict({name: torch.from_numpy(array) for name, array in weights.items()})
-    return tower
+    actor = WeightingActor(layout, sizes["hidden"])
+    weights = policy.weights_of("weighting", weighting_network_shapes(sizes))
+    actor.load_state_dict({name: torch.from_numpy(array) for name, array in weights.items()})
+    return actor
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
-    return run(Imitation(experiment), experiment, "round", say)
+    return run(DAggerTraining(experiment), experiment, "round", say)
 
 
-class Imitation:
+class DAggerTraining:
     """A training under way; all that it depends on is in its checkpoint."""
 
     def __init__(self, experiment: Experiment) -> None:
         """Start, or go on from the checkpoint in the experiment's folder."""
         self._experiment = experiment
-        self._scenarios = experiment.worlds_by_name
-        self._n_worlds = worlds_of(experiment)
-        self._trials = Trials(
+        self._scenarios = experiment.scenarios_by_name
+        self._n_worlds = worlds_per_scenario(experiment)
+        self._rollouts = CandidateRollouts(
             self._scenarios, experiment.recipe, experiment.physics, experiment.workers
         )
         torch.manual_seed(experiment.seed)
-        self._tower = tower_of(experiment)
-        self._file = experiment.out / NAME
-        self._best = self._tower.as_in_file()
+        self._actor = initial_actor(experiment)
+        self._file = experiment.out / CHECKPOINT
+        self._best = self._actor.to_numpy()
         self.done = 0
         self.curve: list[CurvePoint] = []
         if self._file.exists():
             self._read()
         else:
-            self._keep()
-        self._trials.warm_up()
+            self._save()
+        self._rollouts.warm_up()
 
-    def advance(self, teller: Teller) -> str:
+    def advance(self, progress: ProgressLogger) -> str:
         """One round: meet, note, fit, and keep the checkpoint; what was gained, to be said."""
         begin = time.perf_counter()
         found = self._exchanges()
         wall = time.perf_counter() - begin
         shares = self._fit(found)
         self.done += 1
-        self._keep()
+        self._save()
         numbers = {f"share/{name}": share for name, share in shares.items()}
         numbers["speed/episodes_per_s"] = sum(self._n_worlds.values()) / wall
         numbers["speed/simulated_s_per_s"] = self._simulated_s / self.done / wall
-        teller.scalars(self.done, numbers)
+        progress.log_scalars(self.done, numbers)
         told = ", ".join(f"{name} {share:.0%}" for name, share in shares.items())
         return f"round {self.done}: of what an oracle gains at an exchange, {told}"
 
     def evaluate(self) -> CurvePoint:
         """Judge the network on the held-back worlds, and keep it if it is the best."""
         seeds = self._experiment.held_back_seeds
-        found = self._trials.round_trips(self._numbers[None], seeds)
+        found = self._rollouts.round_trips(self._numbers[None], seeds)
         trips = {name: each[0] for name, each in found.items()}
-        point = judged(self.done, self._simulated_s, trips)
+        point = evaluation_point(self.done, self._simulated_s, trips)
         if all(point.value > each.value for each in self.curve):
-            self._best = self._tower.as_in_file()
+            self._best = self._actor.to_numpy()
         self.curve.append(point)
-        self._keep()
-        self.keep_best()
+        self._save()
+        self.save_best()
         return point
 
-    def keep_best(self) -> None:
+    def save_best(self) -> None:
         """Write the best policy so far, with the curve so far."""
         best = max(self.curve, key=lambda point: point.value)
         weights = {f"weighting.{name}": array for name, array in self._best.items()}
-        save_policy(self._experiment.out / BEST, weights, self._card(best))
+        save_policy(self._experiment.out / BEST_POLICY, weights, self._card(best))
 
     def _exchanges(self) -> dict[str, Exchanges]:
         """Those of a round of new worlds, in each scenario."""
@@ -279,7 +281,7 @@ class Imitation:
         parallel = Parallel(n_jobs=experiment.workers, return_as="generator", batch_size=1)
         with deaf_to_interrupts():
             finished = parallel(
-                delayed(watch)(
+                delayed(record_exchanges)(
                     scenario,
                     experiment.recipe,
                     self._numbers,
@@ -298,20 +300,20 @@ class Imitation:
         draws = torch.Generator().manual_seed(experiment.seed + self.done)
         gains = {name: each.gain(name) for name, each in found.items()}
         left = 1.0 - self.done / experiment.budget
-        optimiser = torch.optim.Adam(self._tower.parameters(), RATE * left)
-        for _ in range(STEPS):
-            errors = [each.draw(draws).error(self._tower) / gains[k] for k, each in found.items()]
+        optimiser = torch.optim.Adam(self._actor.parameters(), LEARNING_RATE * left)
+        for _ in range(GRADIENT_STEPS):
+            errors = [each.draw(draws).error(self._actor) / gains[k] for k, each in found.items()]
             loss = torch.stack(errors).mean()
             optimiser.zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]
             optimiser.step()
-        return {name: each.share(self._tower, gains[name]) for name, each in found.items()}
+        return {name: each.share(self._actor, gains[name]) for name, each in found.items()}
 
     @property
     def _numbers(self) -> Float32[Array, " numbers"]:
         """The network as it stands, in a row."""
-        shapes = shapes_of(self._tower.sizes)
-        return strung(self._tower.as_in_file(), shapes).astype(np.float32)
+        shapes = weighting_network_shapes(self._actor.sizes)
+        return flatten(self._actor.to_numpy(), shapes).astype(np.float32)
 
     @property
     def _simulated_s(self) -> float:
@@ -319,22 +321,22 @@ class Imitation:
         each = (self._n_worlds[k] * s.n_ticks * s.tick for k, s in self._scenarios.items())
         return self.done * sum(each)
 
-    def _keep(self) -> None:
+    def _save(self) -> None:
         best = {f"best.{name}": array for name, array in self._best.items()}
-        arrays = {"rounds": np.array(self.done), **self._tower.as_in_file(), **best}
+        arrays = {"rounds": np.array(self.done), **self._actor.to_numpy(), **best}
         write_checkpoint(self._file, self._experiment.identity, self.curve, arrays)
 
     def _read(self) -> None:
-        now = tuple(self._tower.arrays)
+        now = tuple(self._actor.arrays)
         names = ("rounds", *now, *(f"best.{name}" for name in now))
         self.curve, arrays = read_checkpoint(self._file, self._experiment.identity, names)
         self.done = int(arrays["rounds"])
-        self._tower.load_state_dict({name: torch.from_numpy(arrays[name]) for name in now})
+        self._actor.load_state_dict({name: torch.from_numpy(arrays[name]) for name in now})
         self._best = {name: arrays[f"best.{name}"] for name in now}
 
     def _card(self, best: CurvePoint) -> Card:
-        scenario, tower = next(iter(self._scenarios.values())), self._tower
-        layer = layer_card("weighting", scenario, tower.network, tower.sizes)
-        return card_of(
+        scenario, actor = next(iter(self._scenarios.values())), self._actor
+        layer = layer_card("weighting", scenario, actor.network, actor.sizes)
+        return policy_card(
             self._experiment, {"weighting": layer}, ("torch",), self.curve, best.round_trips
         )

@@ -19,8 +19,8 @@ from swarm_forage_env.scenarios import find_foraging
 from swarm_forage_env.streams import checked_seed
 from training.learned_motion import LearnedMotion
 from training.learned_weighting import LearnedWeighting
-from training.linear_motion_policy import reflexes_of
-from training.policy_file import LayerName, Policy, load_policy, observed
+from training.linear_motion_policy import linear_policy_of
+from training.policy_file import LayerName, Policy, load_policy, observation_slots
 
 LAYERS: dict[str, tuple[LayerName, ...]] = {
     "weighting": ("weighting",),
@@ -87,12 +87,12 @@ class Experiment:
         self._check_numbers()
         self._check_worlds()
         if self.algorithm == "cma" and self.layer == "motion":
-            self._check_reflexes()
+            self._check_linear_motion()
 
-    def _check_reflexes(self) -> None:
+    def _check_linear_motion(self) -> None:
         policy = self.policy_of("motion")
         if policy is not None:
-            reflexes_of(policy)
+            linear_policy_of(policy)
         elif self.recipe.motion != SubsumptionParameters():
             raise ConfigError(
                 f"--controller={self.controller}: a motion found by cma corrects subsumption as"
@@ -120,24 +120,24 @@ class Experiment:
         if repeated:
             raise ConfigError(f"scenario '{repeated[0]}' is named twice")
         _ = ENGINES[self.physics]
-        for scenario in self.worlds_by_name.values():
+        for scenario in self.scenarios_by_name.values():
             self.recipe.check_made_for(scenario)
-        self._check_shows_alike()
+        self._check_same_observations()
 
-    def _check_shows_alike(self) -> None:
+    def _check_same_observations(self) -> None:
         """ConfigError for scenarios that show a layer other slots: no policy runs in both."""
-        first, *others = self.worlds_by_name
+        first, *others = self.scenarios_by_name
         for layer in self.layers:
-            shown = observed(layer, self.worlds_by_name[first])
+            shown = observation_slots(layer, self.scenarios_by_name[first])
             for name in others:
-                if observed(layer, self.worlds_by_name[name]) != shown:
+                if observation_slots(layer, self.scenarios_by_name[name]) != shown:
                     raise ConfigError(
                         f"scenarios '{first}' and '{name}': show other numbers to the {layer}, so"
                         " that no policy fits both; radio.slots and task.n_robots decide how many"
                     )
 
     @cached_property
-    def worlds_by_name(self) -> dict[str, Scenario]:
+    def scenarios_by_name(self) -> dict[str, Scenario]:
         """The scenarios as they are run, by the names they were asked for."""
         found = {}
         for text in self.scenarios:
@@ -192,7 +192,7 @@ class Experiment:
             found["budget"] = str(self.budget)
         if self.algorithm == "ppo":  # as many threads, whose sums differ in the last digits
             found["workers"] = str(self.workers)
-        for name, scenario in self.worlds_by_name.items():
+        for name, scenario in self.scenarios_by_name.items():
             found |= {f"{name} {k}": str(v) for k, v in leaves(scenario.model_dump()).items()}
         rest = self.recipe.parameters.items()
         found |= {f"{self.recipe.name} {k}": str(v) for k, v in rest}
@@ -225,9 +225,9 @@ class Experiment:
         return shlex.join(words)
 
 
-def worlds_of(experiment: Experiment) -> dict[str, int]:
+def worlds_per_scenario(experiment: Experiment) -> dict[str, int]:
     """Worlds of each scenario, so that all have about as many robots as the smallest."""
-    robots = {name: each.task.n_robots for name, each in experiment.worlds_by_name.items()}
+    robots = {name: each.task.n_robots for name, each in experiment.scenarios_by_name.items()}
     fewest = min(robots.values())
     return {name: max(1, experiment.worlds * fewest // n) for name, n in robots.items()}
 

@@ -32,7 +32,7 @@ from training.policy_file import (
     Shapes,
     Weights,
     load_policy,
-    policy_file,
+    policy_path,
     situation_layout,
 )
 
@@ -53,7 +53,7 @@ Columns = Mapping[str, slice]
 """Where each field of a part lies in a matrix of observations."""
 
 
-def columns_of(layout: ObservationLayout, part: str) -> Columns:
+def field_columns(layout: ObservationLayout, part: str) -> Columns:
     """Where each field of a part lies in the observations of a layout."""
     found, start = {}, 0
     for owner, fields in layout.parts.items():
@@ -64,7 +64,7 @@ def columns_of(layout: ObservationLayout, part: str) -> Columns:
     return found
 
 
-def motion_shapes(sizes: Mapping[str, int]) -> Shapes:
+def motion_network_shapes(sizes: Mapping[str, int]) -> Shapes:
     """The arrays of a network of these sizes."""
     message, hidden = sizes["message"], sizes["hidden"]
     layers = {
@@ -77,22 +77,22 @@ def motion_shapes(sizes: Mapping[str, int]) -> Shapes:
     return {**weights, **{f"{name}.bias": shape[:1] for name, shape in layers.items()}}
 
 
-def wheels_of(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 of NumPy or of torch
+def wheel_speeds(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 of NumPy or of torch
     """Left and right wheel for each row, not yet clipped, by `xp`: the module numpy or torch."""
-    hidden = xp.tanh(dense(weights, "first", pooled(weights, observed, columns, xp)))
-    hidden = xp.tanh(dense(weights, "second", hidden))
-    return dense(weights, "wheels", hidden)
+    hidden = xp.tanh(dense_layer(weights, "first", pooled_features(weights, observed, columns, xp)))
+    hidden = xp.tanh(dense_layer(weights, "second", hidden))
+    return dense_layer(weights, "wheels", hidden)
 
 
-def pooled(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 as above
+def pooled_features(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 as above
     """The features of each row, and what its messages come to in any order."""
     heard = observed[:, columns["heard"]][:, :, None]
     beam = observed[:, columns["beam"]].reshape(len(observed), -1, 3)
-    told = heard * xp.tanh(dense(weights, "message", _message_features(beam, xp)))
+    told = heard * xp.tanh(dense_layer(weights, "message", _message_features(beam, xp)))
     return xp.concatenate([_own_features(observed, columns, xp), told.sum(1), xp.amax(told, 1)], 1)
 
 
-def dense(weights: Mapping[str, Any], name: str, x: Any) -> Any:  # noqa: ANN401 as above
+def dense_layer(weights: Mapping[str, Any], name: str, x: Any) -> Any:  # noqa: ANN401 as above
     """One layer, W x + b along the last axis.
 
     On arrays it goes row by row in a fixed order: a matrix product of BLAS rounds by how many
@@ -148,15 +148,15 @@ class LearnedMotion(Part):
 
     policy: str = Field(
         "motion",
-        description="The network: a name in the box, or a file as runs/x/best.safetensors",
+        description="The network: a bundled policy, or a file as runs/x/best.safetensors",
     )
 
     @field_validator("policy")
     @classmethod
     def _can_be_used(cls, policy: str) -> str:
         found = load_policy(policy)
-        if _has_reflexes(found):
-            linear_motion_policy.reflexes_of(found)
+        if _is_linear(found):
+            linear_motion_policy.linear_policy_of(found)
         else:
             motion_weights(found)
         return policy
@@ -164,20 +164,20 @@ class LearnedMotion(Part):
     @property
     def reads(self) -> tuple[Path, ...]:
         """Files that its wheels depend on, beside the code."""
-        return (policy_file(self.policy),)
+        return (policy_path(self.policy),)
 
     def start(self, scenario: Scenario, seeds: Sequence[int]) -> Motion:
         """The running motion of a block of worlds; ConfigError if the policy does not fit."""
         policy = load_policy(self.policy)
         policy.check_fits("motion", scenario)
-        if _has_reflexes(policy):
-            return linear_motion_policy.Reflexes(
-                linear_motion_policy.reflexes_of(policy)[None], scenario, seeds
+        if _is_linear(policy):
+            return linear_motion_policy.LinearMotionPolicy(
+                linear_motion_policy.linear_policy_of(policy)[None], scenario, seeds
             )
-        return RunningMotion(motion_weights(policy), scenario, len(seeds))
+        return NetworkMotion(motion_weights(policy), scenario, len(seeds))
 
 
-def _has_reflexes(policy: Policy) -> bool:
+def _is_linear(policy: Policy) -> bool:
     layer = policy.card.layers.get("motion")
     return layer is not None and layer.network == linear_motion_policy.NETWORK
 
@@ -185,23 +185,23 @@ def _has_reflexes(policy: Policy) -> bool:
 def motion_weights(policy: Policy) -> Weights:
     """The arrays of a policy's motion; ConfigError if they are of another network."""
     sizes = policy.sizes_of("motion", NETWORK, tuple(SIZES))
-    return policy.weights_of("motion", motion_shapes(sizes))
+    return policy.weights_of("motion", motion_network_shapes(sizes))
 
 
-class RunningMotion:
+class NetworkMotion:
     """The motion of all robots of a block of worlds."""
 
     def __init__(self, weights: Weights, scenario: Scenario, n_worlds: int) -> None:
         """Robots of a scenario, all under the same network."""
         layout = situation_layout(scenario)
         self._weights = weights
-        self._columns = columns_of(layout, "situation")
+        self._columns = field_columns(layout, "situation")
         self._sheet = Sheet(layout, n_worlds * scenario.task.n_robots)
 
     def __call__(self, situation: Situation) -> Float32[Array, "rows 2"]:
         """Left and right wheel of every robot, in [-1, 1] of the cruise speed."""
         observed = self._sheet.write({"situation": situation})
-        wheels = wheels_of(self._weights, observed, self._columns, np)
+        wheels = wheel_speeds(self._weights, observed, self._columns, np)
         wheels[situation.talking] = 0.0
         return np.asarray(np.clip(wheels, -1.0, 1.0))
 

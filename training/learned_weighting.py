@@ -14,7 +14,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.interface import Encounter
 from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.scenario import Part, Scenario
-from training.policy_file import Policy, Shapes, Weights, load_policy, policy_file
+from training.policy_file import Policy, Shapes, Weights, load_policy, policy_path
 
 NETWORK = "log-odds"
 """The name of this network on a card."""
@@ -43,7 +43,7 @@ HIDDEN = 4
 """Hidden units unless a card says otherwise."""
 
 
-def shapes_of(sizes: Mapping[str, int]) -> Shapes:
+def weighting_network_shapes(sizes: Mapping[str, int]) -> Shapes:
     """The arrays of the network, in the order in which their numbers are strung together."""
     n = len(FEATURES)
     return {
@@ -55,12 +55,12 @@ def shapes_of(sizes: Mapping[str, int]) -> Shapes:
     }
 
 
-def strung(weights: Weights, shapes: Shapes) -> Float64[Array, " numbers"]:
+def flatten(weights: Weights, shapes: Shapes) -> Float64[Array, " numbers"]:
     """All numbers of a network in a row."""
     return np.concatenate([weights[name].ravel() for name in shapes]).astype(np.float64)
 
 
-def unstrung(numbers: Array, shapes: Shapes) -> dict[str, Float32[Array, "..."]]:
+def unflatten(numbers: Array, shapes: Shapes) -> dict[str, Float32[Array, "..."]]:
     """The arrays of a network from its numbers in a row, rounded to single precision."""
     ends = np.cumsum([math.prod(shape) for shape in shapes.values()])
     parts = np.split(np.asarray(numbers, np.float32), ends[:-1])
@@ -70,7 +70,7 @@ def unstrung(numbers: Array, shapes: Shapes) -> dict[str, Float32[Array, "..."]]
 
 
 @kernel
-def describe(
+def normalised_features(
     shown: Float64[Array, " columns"], area: int, out_features: Float64[Array, " features"]
 ) -> None:
     """The features of one area, each (ln(1 + x / u) - c) / s."""
@@ -112,7 +112,7 @@ def log_odds(
 
 
 @kernel
-def weigh(
+def network_gains(
     shown: Float64[Array, "encounters columns"],
     which: Int64[Array, " encounters"],
     networks: Float64[Array, "networks numbers"],
@@ -122,13 +122,13 @@ def weigh(
     features = np.empty(len(SCALES))
     for i in range(shown.shape[0]):
         for area in range(2):
-            describe(shown[i], area, features)
+            normalised_features(shown[i], area, features)
             ahead = shown[i, OWN_P + area] - shown[i, HEARD_P + area]
             odds = log_odds(features, ahead, networks[which[i]])
             out_g[i, area] = 0.5 + 0.5 * math.tanh(0.5 * odds)
 
 
-def columns(
+def network_inputs(
     encounter: Encounter, rows: Int64[Array, " encounters"]
 ) -> Float64[Array, "rows columns"]:
     """What the network is shown, for some rows."""
@@ -144,7 +144,7 @@ def columns(
     return np.column_stack(parts).astype(np.float64)
 
 
-class Networks:
+class NetworkWeighting:
     """Weighting by one network, or by one for each world of a block."""
 
     heard_p_share = 1.0
@@ -161,7 +161,7 @@ class Networks:
         rows = np.flatnonzero(encounter.valid)
         found = np.empty((len(rows), 2), np.float32)
         which = np.zeros_like(rows) if self._of_row is None else self._of_row[rows]
-        weigh(columns(encounter, rows), which, self._networks, found)
+        network_gains(network_inputs(encounter, rows), which, self._networks, found)
         g[rows] = found
         return g
 
@@ -181,7 +181,7 @@ class LearnedWeighting(Part):
 
     policy: str = Field(
         "weighting",
-        description="The network: a name in the box, or a file as runs/x/best.safetensors",
+        description="The network: a bundled policy, or a file as runs/x/best.safetensors",
     )
 
     @field_validator("policy")
@@ -191,16 +191,16 @@ class LearnedWeighting(Part):
         return policy
 
     @cached_property
-    def network(self) -> Networks:
+    def network(self) -> NetworkWeighting:
         """The running network, read from its file when it is first needed."""
-        return Networks(network_of(load_policy(self.policy))[None])
+        return NetworkWeighting(network_of(load_policy(self.policy))[None])
 
     @property
     def reads(self) -> tuple[Path, ...]:
         """Files that its weights depend on, beside the code."""
-        return (policy_file(self.policy),)
+        return (policy_path(self.policy),)
 
-    def beside(self, estimator: object) -> Networks:
+    def beside(self, estimator: object) -> NetworkWeighting:
         """The running network; a file that is missing or does not fit is refused here."""
         return self.network
 
@@ -212,5 +212,5 @@ class LearnedWeighting(Part):
 def network_of(policy: Policy) -> Float64[Array, " numbers"]:
     """The numbers of a policy's network; ConfigError if it does not fit what robots see."""
     policy.check_fits("weighting", Scenario())
-    shapes = shapes_of(policy.sizes_of("weighting", NETWORK, ("hidden",)))
-    return strung(policy.weights_of("weighting", shapes), shapes)
+    shapes = weighting_network_shapes(policy.sizes_of("weighting", NETWORK, ("hidden",)))
+    return flatten(policy.weights_of("weighting", shapes), shapes)

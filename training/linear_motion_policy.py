@@ -23,7 +23,7 @@ from swarm_forage_env.interface import Situation
 from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.kernels.proximity import PROXIMITY_ANGLES
 from swarm_forage_env.scenario import Scenario
-from training.learned_weighting import strung
+from training.learned_weighting import flatten
 from training.policy_file import Policy, Shapes
 
 NETWORK = "reflexes"
@@ -44,7 +44,7 @@ SHAPES: Shapes = {
 }
 """The arrays of a policy."""
 
-NUMBERS = 5 * len(FEATURES)
+N_WEIGHTS = 5 * len(FEATURES)
 
 CLOSE, LONG = 0.15, 2.0
 """Distances [m] at which `near` and the closeness of a robot are one half, and `unsure` is."""
@@ -54,7 +54,7 @@ SPAN = math.log(10.0)
 
 
 @kernel
-def think_of_goal(
+def goal_features(
     target: Float32[Array, "2"], p: float, searched: float, out_x: Float64[Array, " features"]
 ) -> None:
     """Where the goal is and how sure that is; `searched` is negative with a goal."""
@@ -68,7 +68,7 @@ def think_of_goal(
 
 
 @kernel
-def look(proximity: Float32[Array, "8"], out_x: Float64[Array, " features"]) -> None:
+def proximity_features(proximity: Float32[Array, "8"], out_x: Float64[Array, " features"]) -> None:
     """What is close to the left, ahead and to the right."""
     for k in range(8):
         side, ahead = math.sin(PROXIMITY_ANGLES[k]), math.cos(PROXIMITY_ANGLES[k])
@@ -78,7 +78,7 @@ def look(proximity: Float32[Array, "8"], out_x: Float64[Array, " features"]) -> 
 
 
 @kernel
-def listen(
+def message_features(
     heard: Bool[Array, " slots"],
     beam: Float32[Array, "slots beam"],
     out_x: Float64[Array, " features"],
@@ -98,7 +98,7 @@ def listen(
 
 
 @kernel
-def react(
+def policy_output(
     x: Float64[Array, " features"], numbers: Float64[Array, " numbers"], mode: int
 ) -> tuple[float, float, float]:
     """Residual of the left and right wheel, and the factor of a straight run.
@@ -118,7 +118,7 @@ def react(
 
 
 @kernel
-def reflex(  # noqa: PLR0913 inputs first, then the outputs
+def linear_policy(  # noqa: PLR0913 inputs first, then the outputs
     proximity: Float32[Array, "rows 8"],
     target: Float32[Array, "rows 2"],
     p: Float32[Array, "rows areas"],
@@ -138,21 +138,21 @@ def reflex(  # noqa: PLR0913 inputs first, then the outputs
         x[:] = 0.0
         x[0] = 1.0
         has_goal = goal[i] >= 0
-        think_of_goal(
+        goal_features(
             target[i],
             float(p[i, goal[i]]) if has_goal else 0.0,
             -1.0 if has_goal else searched[i],
             x,
         )
-        look(proximity[i], x)
-        listen(heard[i], beam[i], x)
+        proximity_features(proximity[i], x)
+        message_features(heard[i], beam[i], x)
         x[11] = 0.5 * (wheels[i, 1] - wheels[i, 0])
-        left, right, factor = react(x, numbers[which[i]], 0 if has_goal else 1)
+        left, right, factor = policy_output(x, numbers[which[i]], 0 if has_goal else 1)
         out_residual[i, 0], out_residual[i, 1] = left, right
         out_factor[i] = factor
 
 
-class Reflexes(Subsumption):
+class LinearMotionPolicy(Subsumption):
     """Subsumption under the reflexes of one policy, or of one candidate for each world."""
 
     def __init__(
@@ -176,7 +176,7 @@ class Reflexes(Subsumption):
         walked = self._path * np.abs(s.wheels.sum(axis=1, dtype=np.float64))
         self._searched = np.where(s.goal >= 0, 0.0, self._searched + walked)
         residual, factor = np.empty((len(s.goal), 2), np.float32), np.empty(len(s.goal))
-        reflex(
+        linear_policy(
             s.proximity, s.target, s.p, s.goal, s.heard, s.beam, s.wheels,
             self._searched, self._of_row, self._numbers, residual, factor,
         )  # fmt: skip
@@ -192,7 +192,7 @@ class Reflexes(Subsumption):
         self._searched[world * self._n_robots : (world + 1) * self._n_robots] = 0.0
 
 
-def reflexes_of(policy: Policy) -> Float64[Array, " numbers"]:
+def linear_policy_of(policy: Policy) -> Float64[Array, " numbers"]:
     """The numbers of a policy's reflexes; ConfigError if it does not fit."""
     policy.sizes_of("motion", NETWORK, ())
-    return strung(policy.weights_of("motion", SHAPES), SHAPES)
+    return flatten(policy.weights_of("motion", SHAPES), SHAPES)

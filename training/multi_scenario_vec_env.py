@@ -6,41 +6,41 @@ from collections.abc import Sequence
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
-from training.vec_env import Infos, OneForAll, SwarmVecEnv
+from training.vec_env import Infos, SharedAttributesVecEnv, SwarmVecEnv
 
 
-class Blocks(OneForAll):
+class MultiScenarioVecEnv(SharedAttributesVecEnv):
     """Environments of scenarios that show and take the same slots, one block after the other.
 
     `stepping_s` is the time that all steps and resets took so far [s].
     """
 
-    def __init__(self, blocks: Sequence[SwarmVecEnv]) -> None:
+    def __init__(self, environments: Sequence[SwarmVecEnv]) -> None:
         """Blocks of any numbers of robots; the spaces are those of the first."""
-        self._blocks = list(blocks)
-        self._ends = np.cumsum([each.num_envs for each in blocks])
+        self._environments = list(environments)
+        self._ends = np.cumsum([each.num_envs for each in environments])
         self.stepping_s = 0.0
         self.render_mode = None
-        first = blocks[0]
+        first = environments[0]
         self.observation_layout = first.observation_layout
         super().__init__(int(self._ends[-1]), first.observation_space, first.action_space)
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Begin the sequence of seeds of every block."""
-        return [each for block in self._blocks for each in block.seed(seed)]
+        return [each for environment in self._environments for each in environment.seed(seed)]
 
     def reset(self) -> Float32[Array, "rows numbers"]:
         """Start every world anew; what every robot observes."""
         begin = time.perf_counter()
-        observed = np.concatenate([each.reset() for each in self._blocks])
-        self.reset_infos: Infos = [info for each in self._blocks for info in each.reset_infos]
+        observed = np.concatenate([each.reset() for each in self._environments])
+        self.reset_infos: Infos = [info for each in self._environments for info in each.reset_infos]
         self.stepping_s += time.perf_counter() - begin
         return observed
 
     def step_async(self, actions: Float32[Array, "rows numbers"]) -> None:
         """Take the actions of all robots."""
         parts = np.split(actions, self._ends[:-1])
-        for each, part in zip(self._blocks, parts, strict=True):
+        for each, part in zip(self._environments, parts, strict=True):
             each.step_async(np.ascontiguousarray(part))
 
     def step_wait(
@@ -49,7 +49,7 @@ class Blocks(OneForAll):
         """One decision period of all robots."""
         begin = time.perf_counter()
         observed, rewards, done, infos = zip(
-            *(each.step_wait() for each in self._blocks), strict=True
+            *(each.step_wait() for each in self._environments), strict=True
         )
         self.stepping_s += time.perf_counter() - begin
         every = [info for each in infos for info in each]

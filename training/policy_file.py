@@ -24,7 +24,7 @@ from swarm_forage_env.envs.observation import encounter_fields, situation_fields
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenario import Count, NotNegative, Part, Scenario
 
-SHIPPED = Path(__file__).parent / "policies"
+BUNDLED = Path(__file__).parent / "policies"
 """Where the policies in the box lie: a bare name is one of them."""
 
 Weights = Mapping[str, Float32[Array, "..."]]
@@ -139,8 +139,8 @@ class Policy:
         """ConfigError, naming the first slot that differs, if a layer there is shown others."""
         card = self._layer(layer)
         for kind, trained, there in (
-            ("observation", card.observes, observed(layer, scenario)),
-            ("action", card.gives, given(layer)),
+            ("observation", card.observes, observation_slots(layer, scenario)),
+            ("action", card.gives, action_slots(layer)),
         ):
             for k in range(max(len(trained), len(there))):
                 old = trained[k] if k < len(trained) else None
@@ -148,7 +148,7 @@ class Policy:
                 if old != new:
                     raise self._refusal(
                         f"does not fit '{scenario.name}': {kind} slot {k} of its {layer} was"
-                        f" {_told(old)} in training and is {_told(new)} here"
+                        f" {_described(old)} in training and is {_described(new)} here"
                     )
 
     def _layer(self, layer: LayerName) -> LayerCard:
@@ -160,7 +160,7 @@ class Policy:
         return ConfigError(f"policy {self.source}: {why}")
 
 
-def observed(layer: LayerName, scenario: Scenario) -> tuple[SlotName, ...]:
+def observation_slots(layer: LayerName, scenario: Scenario) -> tuple[SlotName, ...]:
     """The slots that a layer is shown in a scenario."""
     layout = encounter_layout(scenario) if layer == "weighting" else situation_layout(scenario)
     return tuple(SlotName(name=slot.name, unit=slot.unit) for slot in layout)
@@ -177,7 +177,7 @@ def situation_layout(scenario: Scenario) -> ObservationLayout:
     return ObservationLayout({"situation": fields})
 
 
-def given(layer: LayerName) -> tuple[SlotName, ...]:
+def action_slots(layer: LayerName) -> tuple[SlotName, ...]:
     """The slots that a layer gives."""
     layout = CUTS[layer].action_layout
     return tuple(SlotName(name=slot.name, unit=slot.unit) for slot in layout)
@@ -190,8 +190,8 @@ def layer_card(
     return LayerCard(
         network=network,
         sizes=dict(sizes),
-        observes=observed(layer, scenario),
-        gives=given(layer),
+        observes=observation_slots(layer, scenario),
+        gives=action_slots(layer),
     )
 
 
@@ -203,7 +203,7 @@ def save_policy(file: Path, weights: Weights, card: Card) -> None:
     content = save({name: np.ascontiguousarray(array) for name, array in weights.items()})
     card = card.model_copy(update={"sha256": hashlib.sha256(content).hexdigest()})
     write_whole(file, content)
-    write_whole(card_beside(file), (card.model_dump_json(indent=1) + "\n").encode())
+    write_whole(card_path(file), (card.model_dump_json(indent=1) + "\n").encode())
 
 
 def load_policy(policy: str | Path) -> Policy:
@@ -215,15 +215,15 @@ def load_policy(policy: str | Path) -> Policy:
     from safetensors import SafetensorError
     from safetensors.numpy import load
 
-    file = policy_file(policy)
+    file = policy_path(policy)
     content = _read(file, "policy")
     try:
         weights = load(content)
     except (SafetensorError, KeyError, ValueError) as error:
         raise ConfigError(f"policy {file}: not a safetensors file ({error})") from None
-    card = _read_card(card_beside(file))
+    card = _read_card(card_path(file))
     if card.sha256 != hashlib.sha256(content).hexdigest():
-        raise ConfigError(f"policy {file}: its card {card_beside(file)} is of other weights")
+        raise ConfigError(f"policy {file}: its card {card_path(file)} is of other weights")
     check_weights(weights, str(file))
     for name in weights:
         if name.partition(".")[0] not in card.layers:
@@ -231,17 +231,17 @@ def load_policy(policy: str | Path) -> Policy:
     return Policy(file, weights, card)
 
 
-def policy_file(policy: str | Path) -> Path:
+def policy_path(policy: str | Path) -> Path:
     """The file of a policy that is named as `weighting` or as `runs/x/best.safetensors`."""
     if Path(policy).suffix == ".safetensors":
         return Path(policy)
-    names = [each.stem for each in SHIPPED.glob("*.safetensors")]
+    names = [each.stem for each in BUNDLED.glob("*.safetensors")]
     if str(policy) not in names:
         raise UnknownNameError("policy", str(policy), names)
-    return SHIPPED / f"{policy}.safetensors"
+    return BUNDLED / f"{policy}.safetensors"
 
 
-def card_beside(file: Path) -> Path:
+def card_path(file: Path) -> Path:
     """The card of a file of weights."""
     return file.with_suffix(".json")
 
@@ -282,5 +282,5 @@ def _read(file: Path, what: str) -> bytes:
         raise ConfigError(f"{what} {file}: cannot be read ({error.strerror})") from None
 
 
-def _told(slot: SlotName | None) -> str:
+def _described(slot: SlotName | None) -> str:
     return "missing" if slot is None else f"{slot.name} [{slot.unit}]"

@@ -17,7 +17,7 @@ from training.policy_file import CurvePoint
 FOLDER = "tensorboard"
 
 
-class Teller:
+class ProgressLogger:
     """Told of every generation and evaluation; use as a context."""
 
     def __init__(self, out: Path, unit: str, say: Callable[[str], None]) -> None:
@@ -35,7 +35,7 @@ class Teller:
         self._progress = Progress(*columns, console=console, disable=not console.is_terminal)
         self._bar = self._progress.add_task("", total=None)
 
-    def __enter__(self) -> "Teller":
+    def __enter__(self) -> "ProgressLogger":
         self._progress.start()
         return self
 
@@ -48,7 +48,7 @@ class Teller:
         self._say(f"{done} of {budget} {self._unit}s found, {max(0, budget - done)} to run")
         self._progress.update(self._bar, total=budget, completed=done)
 
-    def scalars(self, step: int, values: Mapping[str, float]) -> None:
+    def log_scalars(self, step: int, values: Mapping[str, float]) -> None:
         """The numbers of one step; those of the speed are shown beside the bar."""
         for name, value in values.items():
             self._writer.add_scalar(name, value, step)
@@ -56,7 +56,7 @@ class Teller:
         told = ", ".join(f"{v:.3g} {k.removeprefix('speed/')}" for k, v in speeds.items())
         self._progress.update(self._bar, completed=step, description=told)
 
-    def point(self, point: CurvePoint) -> None:
+    def log_evaluation(self, point: CurvePoint) -> None:
         """An evaluation on the held-back worlds."""
         step = int(point.step)
         self._writer.add_scalar("held_back/value", point.value, step)

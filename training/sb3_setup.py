@@ -9,9 +9,9 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.logger import configure
 
 from swarm_forage_env.arrays import Array
-from training.actor_critic import LayersPolicy
-from training.experiment import Experiment, worlds_of
-from training.multi_scenario_vec_env import Blocks
+from training.actor_critic import LayerActorCriticPolicy
+from training.experiment import Experiment, worlds_per_scenario
+from training.multi_scenario_vec_env import MultiScenarioVecEnv
 from training.progress import FOLDER
 from training.vec_env import SwarmVecEnv
 
@@ -20,7 +20,7 @@ MOMENTS = ("step", "exp_avg", "exp_avg_sq")
 
 
 @dataclass(frozen=True)
-class Method:
+class PPOHyperparameters:
     """How PPO learns."""
 
     decision_period: int = 2
@@ -28,32 +28,38 @@ class Method:
     exchange of a few ticks, which a longer period would miss."""
     discount: float = 0.998
     """Of a decision; the mean horizon is 100 s, about a round trip."""
-    trace: float = 0.98
+    gae_lambda: float = 0.98
     """Lambda of the advantages."""
     shaping: float = 1.0
     """Weight of the potential."""
-    steps: int = 256
+    n_steps: int = 256
     """Decisions of each robot in a rollout."""
-    batches: int = 4
+    n_minibatches: int = 4
     """Batches into which a rollout is cut, in each epoch."""
-    epochs: int = 4
-    rate: float = 4e-4
+    n_epochs: int = 4
+    learning_rate: float = 4e-4
     """Learning rate at the start; it falls to zero over the budget."""
     log_std: float = -1.2
     """Logarithm of the standard deviation of the first actions."""
 
 
-EVERY_TICK = Method(decision_period=1, discount=0.999, log_std=-2.0)
+EVERY_TICK = PPOHyperparameters(decision_period=1, discount=0.999, log_std=-2.0)
 """An encounter is seen for one tick, so that a weight is decided in each."""
 
-METHODS: Mapping[str, Method] = {"weighting": EVERY_TICK, "motion": Method(), "both": EVERY_TICK}
+HYPERPARAMETERS: Mapping[str, PPOHyperparameters] = {
+    "weighting": EVERY_TICK,
+    "motion": PPOHyperparameters(),
+    "both": EVERY_TICK,
+}
 """By what is trained."""
 
 
-def environments(experiment: Experiment, method: Method) -> Blocks:
+def make_vec_env(
+    experiment: Experiment, hyperparameters: PPOHyperparameters
+) -> MultiScenarioVecEnv:
     """The robots of all scenarios."""
-    scenarios = experiment.worlds_by_name
-    return Blocks(
+    scenarios = experiment.scenarios_by_name
+    return MultiScenarioVecEnv(
         [
             SwarmVecEnv(
                 scenarios[name],
@@ -61,30 +67,32 @@ def environments(experiment: Experiment, method: Method) -> Blocks:
                 controller=experiment.recipe,
                 learn=experiment.layer,
                 physics=experiment.physics,
-                decision_period=method.decision_period,
-                discount=method.discount,
-                shaping=method.shaping,
+                decision_period=hyperparameters.decision_period,
+                discount=hyperparameters.discount,
+                shaping=hyperparameters.shaping,
             )
-            for name, n_worlds in worlds_of(experiment).items()
+            for name, n_worlds in worlds_per_scenario(experiment).items()
         ]
     )
 
 
-def learner(environment: Blocks, experiment: Experiment, method: Method) -> PPO:
+def make_ppo(
+    environment: MultiScenarioVecEnv, experiment: Experiment, hyperparameters: PPOHyperparameters
+) -> PPO:
     """PPO with the networks of the learned layers."""
     model = PPO(
-        LayersPolicy,
+        LayerActorCriticPolicy,
         environment,
-        learning_rate=method.rate,
-        n_steps=method.steps,
-        batch_size=method.steps * environment.num_envs // method.batches,
-        n_epochs=method.epochs,
-        gamma=method.discount,
-        gae_lambda=method.trace,
+        learning_rate=hyperparameters.learning_rate,
+        n_steps=hyperparameters.n_steps,
+        batch_size=hyperparameters.n_steps * environment.num_envs // hyperparameters.n_minibatches,
+        n_epochs=hyperparameters.n_epochs,
+        gamma=hyperparameters.discount,
+        gae_lambda=hyperparameters.gae_lambda,
         policy_kwargs={
             "layout": environment.observation_layout,
             "layers": experiment.layers,
-            "log_std_init": method.log_std,
+            "log_std_init": hyperparameters.log_std,
         },
         seed=experiment.seed,
         device="cpu",
@@ -93,7 +101,7 @@ def learner(environment: Blocks, experiment: Experiment, method: Method) -> PPO:
     return model
 
 
-def state_of(model: PPO) -> dict[str, Array]:
+def model_state(model: PPO) -> dict[str, Array]:
     """All parameters, what the optimiser remembers of them, and how many steps were made."""
     arrays = {f"policy.{name}": array for name, array in model.policy.state_dict().items()}
     remembered = model.policy.optimizer.state
@@ -106,7 +114,7 @@ def state_of(model: PPO) -> dict[str, Array]:
     return {**found, "num_timesteps": np.array(model.num_timesteps)}
 
 
-def restore(model: PPO, arrays: Mapping[str, Array]) -> None:
+def restore_model(model: PPO, arrays: Mapping[str, Array]) -> None:
     """Bring a model to a state that `state_of` told."""
     tensors = {name: torch.from_numpy(np.array(array)) for name, array in arrays.items()}
     policy = model.policy

@@ -36,11 +36,15 @@ EVERY = {Algorithm.CMA: 5, Algorithm.IMITATION: 2, Algorithm.PPO: 1_500_000}
 WORLDS = {Algorithm.CMA: 8, Algorithm.IMITATION: 24, Algorithm.PPO: 8}
 
 
-def _in_turn(numbers: dict[Algorithm, int]) -> str:
+def _listed(numbers: dict[Algorithm, int]) -> str:
     return ", ".join(f"{algorithm}: {number}" for algorithm, number in numbers.items())
 
 
-REST = {Layer.WEIGHTING: "dsgiff-brisk", Layer.MOTION: "ssgiff", Layer.BOTH: "dsgiff-wary"}
+DEFAULT_CONTROLLER = {
+    Layer.WEIGHTING: "dsgiff-brisk",
+    Layer.MOTION: "ssgiff",
+    Layer.BOTH: "dsgiff-wary",
+}
 """The hand-written rest of the controllers that run such policies."""
 
 
@@ -76,14 +80,14 @@ def train(  # noqa: PLR0913 the options of a command
         int | None,
         typer.Option(
             help="How long: generations (cma), rounds (imitation) or robot steps (ppo).",
-            show_default=_in_turn(BUDGET),
+            show_default=_listed(BUDGET),
         ),
     ] = None,
     every: Annotated[
         int | None,
         typer.Option(
             help="Evaluate on held-back seeds so often: generations, rounds or steps.",
-            show_default=_in_turn(EVERY),
+            show_default=_listed(EVERY),
         ),
     ] = None,
     worlds: Annotated[
@@ -91,7 +95,7 @@ def train(  # noqa: PLR0913 the options of a command
         typer.Option(
             help="Worlds side by side: for each candidate in each scenario (cma), or of the"
             " smallest swarm (imitation, ppo).",
-            show_default=_in_turn(WORLDS),
+            show_default=_listed(WORLDS),
         ),
     ] = None,
     held_back: Annotated[
@@ -140,7 +144,7 @@ def train(  # noqa: PLR0913 the options of a command
         held_back=held_back,
         population=population,
         settings=parse_settings(settings or []),
-        controller=controller or REST[layer],
+        controller=controller or DEFAULT_CONTROLLER[layer],
         physics=physics,
         workers=workers,
     )
@@ -165,7 +169,7 @@ def _run(experiment: "Experiment") -> "Policy":
 def _report(experiment: "Experiment", policy: "Policy") -> None:
     """Where the policy lies, how good it is, and how to test it on worlds it never met."""
     from swarm_forage_env.controllers import parse_controller
-    from training.controllers import learned, named
+    from training.controllers import controller_name, with_learned_layers
     from training.experiment import TEST_SEEDS
 
     for name, trips in policy.card.score.items():
@@ -174,7 +178,7 @@ def _report(experiment: "Experiment", policy: "Policy") -> None:
             f" on {experiment.held_back} held-back seeds"
         )
     typer.echo(f"policy: {policy.source}")
-    runs = named(learned(experiment.recipe, experiment.layers, policy.source))
+    runs = controller_name(with_learned_layers(experiment.recipe, experiment.layers, policy.source))
     if runs:
         scenario, own = parse_controller(experiment.scenarios[0])
         changes = {**experiment.settings, **own}
@@ -184,7 +188,8 @@ def _report(experiment: "Experiment", policy: "Policy") -> None:
         typer.echo(f"test it: swarm-forage {shlex.join(words)}")
     else:
         typer.echo(
-            "test it in Python: training.controllers.learned makes a controller that runs it"
+            "test it in Python: training.controllers.with_learned_layers makes a controller that"
+            " runs it"
         )
 
 

@@ -19,7 +19,7 @@ from swarm_forage_env.waypoints_scenario import AnyScenario
 Infos = list[dict[str, Any]]
 
 
-class OneForAll(VecEnv):
+class SharedAttributesVecEnv(VecEnv):
     """Environments that share all attributes and methods: those of the whole."""
 
     def close(self) -> None:
@@ -58,7 +58,7 @@ class OneForAll(VecEnv):
         return [False for _ in self._get_indices(indices)]
 
 
-class SwarmVecEnv(OneForAll):
+class SwarmVecEnv(SharedAttributesVecEnv):
     """W worlds of N robots as W * N environments, so that one policy learns for all robots.
 
     Environment k is robot k % N of world k // N. Options are those of `parallel_env`: what is
@@ -81,7 +81,7 @@ class SwarmVecEnv(OneForAll):
         **options: Any,  # noqa: ANN401 checked by Terms and by the scenario
     ) -> None:
         """Make the worlds; `reset` starts them from the seeds that follow from `seed`."""
-        _ = validated(_Block, {"n_worlds": n_worlds})
+        _ = validated(_WorldCount, {"n_worlds": n_worlds})
         self.batch = make_batch(range(n_worlds), options, scenario, controller)
         self.scenario = self.batch.world.scenario
         self.max_cycles = self.batch.n_cycles
@@ -144,7 +144,7 @@ class SwarmVecEnv(OneForAll):
         return observations, rewards.astype(np.float32), done, infos
 
 
-class _Block(Part):
+class _WorldCount(Part):
     """How many worlds run side by side."""
 
     n_worlds: Count

@@ -7,12 +7,12 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_foraging
 from training.controllers import RECIPES
 from training.experiment import TEST_SEEDS
-from training.policy_file import SHIPPED, load_policy
+from training.policy_file import BUNDLED, load_policy
 
 SMALL = 100_000
 """Bytes of a policy and its card together, at most."""
 
-NAMES = sorted(file.stem for file in SHIPPED.glob("*.safetensors"))
+NAMES = sorted(file.stem for file in BUNDLED.glob("*.safetensors"))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -28,7 +28,7 @@ def test_every_policy_says_how_it_was_made_and_is_small(name):
 
 
 def test_the_box_holds_policies_and_their_cards_only():
-    files = {file.name for file in SHIPPED.iterdir()}
+    files = {file.name for file in BUNDLED.iterdir()}
     assert files == {f"{name}{end}" for name in NAMES for end in (".safetensors", ".json")}
 
 

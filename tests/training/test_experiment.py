@@ -31,7 +31,7 @@ def test_training_worlds_are_new_in_each_generation(experiment):
 
 def test_a_scenario_takes_numbers_of_its_own(experiment):
     mine = experiment(scenarios=("es1", "es1:radio.frames=50"), settings={"tick": "0.2"})
-    first, second = mine.worlds_by_name.values()
+    first, second = mine.scenarios_by_name.values()
     assert (first.radio.frames, second.radio.frames) == (2, 50)
     assert first.tick == second.tick == 0.2
 
