@@ -27,7 +27,7 @@ from training.learned_motion import (
 )
 from training.learned_weighting import FEATURES, HIDDEN, SCALES, weighting_network_shapes
 from training.learned_weighting import NETWORK as WEIGHTING_NETWORK
-from training.policy_file import LayerName, Shapes
+from training.policy_file import LayerName, Shapes, Weights
 
 LOG_STD_WITHOUT_EFFECT = -5.0
 """Logarithm of the standard deviation of an action without effect."""
@@ -63,6 +63,10 @@ class NamedNetwork(nn.Module):
     def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
         """The weights and biases as a policy's file has them."""
         return {name: array.detach().numpy().copy() for name, array in self.arrays.items()}
+
+    def load_numpy(self, arrays: Weights) -> None:
+        """Set all weights and biases from NumPy arrays, by name."""
+        self.load_state_dict({name: torch.from_numpy(array) for name, array in arrays.items()})
 
 
 class MotionActor(NamedNetwork):

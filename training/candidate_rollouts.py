@@ -3,9 +3,10 @@
 A candidate in a world of a block has the round trips that it has alone, whatever the blocks.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -88,11 +89,16 @@ class CandidateRollouts:
             )
 
     def _run(self, jobs: Sequence[RolloutJob]) -> list[Int64[Array, " worlds"]]:
-        parallel = Parallel(n_jobs=self.workers, return_as="generator", batch_size=1)
-        with deaf_to_interrupts():
-            finished = parallel(delayed(run_job)(job) for job in jobs)
-        with closing(finished):  # ends the workers, whatever happens
-            return list(finished)
+        return run_parallel((delayed(run_job)(job) for job in jobs), self.workers)
+
+
+def run_parallel(calls: Iterable[Any], workers: int) -> list[Any]:
+    """Run joblib's delayed calls in worker processes, and return their results in order."""
+    parallel = Parallel(n_jobs=workers, return_as="generator", batch_size=1)
+    with deaf_to_interrupts():
+        finished = parallel(calls)
+    with closing(finished):  # ends the workers, whatever happens
+        return list(finished)
 
 
 def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:

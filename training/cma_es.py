@@ -18,7 +18,7 @@ from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import BEST_POLICY, Checkpoint, evaluation_point, policy_card
-from training.experiment import Experiment
+from training.experiment import Experiment, step_seed
 from training.learned_weighting import (
     HIDDEN,
     NETWORK,
@@ -95,7 +95,7 @@ class CMAESTraining:
     def advance(self, progress: ProgressLogger) -> None:
         """One generation: ask, try out, tell, and keep the checkpoint."""
         experiment, begin = self._experiment, time.perf_counter()
-        self._search.reseed_rng(_seed(experiment.seed, self.done))
+        self._search.reseed_rng(step_seed(experiment.seed, self.done))
         asked = [self._search.ask() for _ in range(self._search.population_size)]
         population = np.array(asked, np.float32)
         seeds = experiment.training_seeds(self.done * experiment.worlds, experiment.worlds)
@@ -173,10 +173,10 @@ def initial_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:
     The weighting has some hidden units, of which nothing reaches the output yet.
     """
     shapes = network_shapes(layer, SIZES[layer])
-    if layer == "motion":
-        return np.zeros(sum(math.prod(shape) for shape in shapes.values()))
-    hidden = math.prod(shapes["hidden.weight"])
     mean = np.zeros(sum(math.prod(shape) for shape in shapes.values()))
+    if layer == "motion":
+        return mean
+    hidden = math.prod(shapes["hidden.weight"])
     spread = 1.0 / math.sqrt(shapes["hidden.weight"][1])
     mean[:hidden] = np.random.default_rng(seed).normal(0.0, spread, hidden)
     mean[-2] = INITIAL_BETA / SGIFF().beta - 1.0
@@ -187,8 +187,3 @@ def fitness_of(trips: Mapping[str, Int64[Array, "networks worlds"]]) -> Float64[
     """What is maximised: ln(1 + mean round trips), averaged over the scenarios."""
     means = [np.log1p(each.mean(axis=1)) for each in trips.values()]
     return np.asarray(np.mean(means, axis=0), np.float64)
-
-
-def _seed(experiment: int, generation: int) -> int:
-    """The seed of a generation's draws."""
-    return int(np.random.SeedSequence([experiment, generation]).generate_state(1)[0])

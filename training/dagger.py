@@ -12,18 +12,16 @@ Online Learning (DAgger); here without the exchanges of earlier rounds, with a f
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
 import torch
-from joblib import Parallel, delayed
+from joblib import delayed
 from torch import Tensor
 
 from baselines.controller import Recipe
 from baselines.estimators.social_odometry import SocialOdometry
-from baselines.evaluation.runner import deaf_to_interrupts
 from baselines.references.oracle import errors
 from baselines.references.reference import Reference
 from swarm_forage_env.arrays import Array, Float32, Float64
@@ -34,7 +32,7 @@ from swarm_forage_env.interface import Encounter
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenario import Scenario
 from training.actor_critic import WeightingActor
-from training.candidate_rollouts import CandidateRollouts
+from training.candidate_rollouts import CandidateRollouts, run_parallel
 from training.checkpoint import (
     BEST_POLICY,
     CHECKPOINT,
@@ -208,7 +206,7 @@ def initial_actor(experiment: Experiment) -> WeightingActor:
     sizes = policy.card.layers["weighting"].sizes
     actor = WeightingActor(layout, sizes["hidden"])
     weights = policy.weights_of("weighting", weighting_network_shapes(sizes))
-    actor.load_state_dict({name: torch.from_numpy(array) for name, array in weights.items()})
+    actor.load_numpy(weights)
     return actor
 
 
@@ -278,20 +276,18 @@ class DAggerTraining:
         """Those of a round of new worlds, in each scenario."""
         experiment = self._experiment
         seeds = experiment.training_seeds(self.done * experiment.worlds, experiment.worlds)
-        parallel = Parallel(n_jobs=experiment.workers, return_as="generator", batch_size=1)
-        with deaf_to_interrupts():
-            finished = parallel(
-                delayed(record_exchanges)(
-                    scenario,
-                    experiment.recipe,
-                    self._numbers,
-                    seeds[: self._n_worlds[name]],
-                    experiment.physics,
-                )
-                for name, scenario in self._scenarios.items()
+        calls = (
+            delayed(record_exchanges)(
+                scenario,
+                experiment.recipe,
+                self._numbers,
+                seeds[: self._n_worlds[name]],
+                experiment.physics,
             )
-        with closing(finished):  # ends the workers, whatever happens
-            return dict(zip(self._scenarios, finished, strict=True))
+            for name, scenario in self._scenarios.items()
+        )
+        found = run_parallel(calls, experiment.workers)
+        return dict(zip(self._scenarios, found, strict=True))
 
     def _fit(self, found: Mapping[str, Exchanges]) -> dict[str, float]:
         """Fit the network; of what an oracle would gain, the share that it gains afterwards."""
@@ -331,7 +327,7 @@ class DAggerTraining:
         names = ("rounds", *now, *(f"best.{name}" for name in now))
         self.curve, arrays = read_checkpoint(self._file, self._experiment.identity, names)
         self.done = int(arrays["rounds"])
-        self._actor.load_state_dict({name: torch.from_numpy(arrays[name]) for name in now})
+        self._actor.load_numpy({name: arrays[name] for name in now})
         self._best = {name: arrays[f"best.{name}"] for name in now}
 
     def _card(self, best: CurvePoint) -> Card:

@@ -8,6 +8,8 @@ from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
+
 from baselines.controller import Recipe
 from baselines.evaluation.request import check_count
 from baselines.motion.subsumption import SubsumptionParameters
@@ -230,6 +232,11 @@ def worlds_per_scenario(experiment: Experiment) -> dict[str, int]:
     robots = {name: each.task.n_robots for name, each in experiment.scenarios_by_name.items()}
     fewest = min(robots.values())
     return {name: max(1, experiment.worlds * fewest // n) for name, n in robots.items()}
+
+
+def step_seed(seed: int, step: int) -> int:
+    """The random seed of one training step (a generation or an interval) of an experiment."""
+    return int(np.random.SeedSequence([seed, step]).generate_state(1)[0])
 
 
 def versions(*more: str) -> dict[str, str]:

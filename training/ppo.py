@@ -32,7 +32,7 @@ from training.checkpoint import (
     write_checkpoint,
 )
 from training.controllers import with_learned_layers
-from training.experiment import Experiment, worlds_per_scenario
+from training.experiment import Experiment, step_seed, worlds_per_scenario
 from training.policy_file import (
     Card,
     CurvePoint,
@@ -107,7 +107,7 @@ class PPOTraining:
         """One interval of training, in new worlds; its speed, to be said."""
         experiment, model, before = self._experiment, self._model, self.done
         begin, stepping = time.perf_counter(), self._env.stepping_s
-        seed = _seed(experiment.seed, len(self.curve))
+        seed = step_seed(experiment.seed, len(self.curve))
         set_random_seed(seed)
         self._env.seed(seed)
         model._last_obs = None  # so that learning starts with a reset
@@ -187,8 +187,3 @@ class PPOTraining:
             for layer, actor in self._actors.items()
         }
         return policy_card(experiment, layers, ("stable-baselines3", "torch"), self.curve, score)
-
-
-def _seed(experiment: int, interval: int) -> int:
-    """The seed of an interval's draws and worlds."""
-    return int(np.random.SeedSequence([experiment, interval]).generate_state(1)[0])
