@@ -1,9 +1,9 @@
-"""Warm start: a network copies what a motion does, before it learns to do better.
+"""Behaviour cloning: supervised warm start of a motion network from a hand-written motion.
 
-Subsumption remembers (the course of its random walk, a course held past an obstacle) and
-draws; the network does neither. What a robot does without a goal is therefore copied in the
-mean, nearly straight on, and the random walk is lost; so is the choice of a side to pass on,
-where it was made earlier than in this tick.
+Subsumption has memory (the course of its random walk, a course held past an obstacle) and draws
+random numbers; the network does neither. The clone therefore learns the mean behaviour of a robot
+without a goal, which is nearly straight on: the random walk is lost. So is the side on which a
+robot passes an obstacle, where it chose that side in an earlier tick.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from swarm_forage_env.loop import ControlLoop
 from training.actor_critic import MotionActor
 
 SAMPLE_EVERY = 20
-"""Ticks between two samples of a world: successive ones are alike."""
+"""Ticks between two samples of a world; samples of successive ticks are highly correlated."""
 
 EPOCHS, BATCH_SIZE, LEARNING_RATE = 20, 512, 1e-3
 
@@ -25,9 +25,9 @@ Demonstrations = tuple[Float32[Array, "samples numbers"], Float32[Array, "sample
 
 
 def clone_behaviour(actor: MotionActor, pairs: Sequence[Demonstrations]) -> float:
-    """Fit a network to situations and wheels; its mean squared error over the last epoch.
+    """Fit a motion network to demonstrations; return its mean squared error in the last epoch.
 
-    Draws from torch's generator: seed it for a repeatable fit.
+    Batches are drawn from torch's global generator: seed it for a repeatable fit.
     """
     observed = torch.from_numpy(np.concatenate([each[0] for each in pairs]))
     wheels = torch.from_numpy(np.concatenate([each[1] for each in pairs]))
@@ -46,7 +46,7 @@ def clone_behaviour(actor: MotionActor, pairs: Sequence[Demonstrations]) -> floa
 
 
 def record_demonstrations(loop: ControlLoop, layout: ObservationLayout) -> Demonstrations:
-    """Observations and wheels of a whole episode of a hand-written controller."""
+    """Record observations and wheel speeds over a whole episode of a hand-written controller."""
     sheet, estimator = Sheet(layout, loop.world.rows), loop.controller.estimator
     observed, wheels = [], []
     for tick in range(loop.world.scenario.n_ticks):

@@ -1,6 +1,6 @@
-"""Candidates for a layer tried out: many networks, many worlds, side by side.
+"""Rollouts of candidate policies: round trips of many networks in many worlds, in parallel.
 
-A candidate in a world of a block has the round trips that it has alone, whatever the blocks.
+Worlds run in batches. A candidate has the same round trips in a batch as alone.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -23,28 +23,28 @@ from training.linear_motion_policy import LinearMotionPolicy
 from training.policy_file import LayerName
 
 MAX_ROWS = 2000
-"""Robots in a block, about: more rows hardly share Python's cost per tick any further."""
+"""Robots in one job, about; larger batches hardly reduce the overhead per robot any further."""
 
 
 @dataclass(frozen=True)
 class RolloutJob:
-    """Worlds of one scenario that run side by side, each with a candidate."""
+    """A batch of worlds of one scenario, each with its candidate, run by one worker process."""
 
     scenario: Scenario
     recipe: Recipe
     physics: str
     networks: Float32[Array, "networks numbers"]
     which: tuple[int, ...]
-    """The candidate of each world."""
+    """Index of the candidate in each world."""
     seeds: tuple[int, ...]
-    """The seed of each world."""
+    """Seed of each world."""
     layer: LayerName
-    """What the candidates take the place of."""
+    """Layer of the controller that the candidates replace."""
 
 
 @dataclass(frozen=True)
 class CandidateRollouts:
-    """Where candidates are tried: scenarios, the rest of the controller, an engine."""
+    """Evaluates candidates by rollouts in given scenarios, with the controller's other layers."""
 
     scenarios: Mapping[str, Scenario]
     recipe: Recipe
@@ -53,14 +53,14 @@ class CandidateRollouts:
     layer: LayerName = "weighting"
 
     def warm_up(self) -> None:
-        """Go through every kernel once, so that workers find them compiled."""
+        """Compile every kernel once, so that worker processes find them in the cache."""
         for name, scenario in self.scenarios.items():
             warm_up(Configuration(name, scenario, self.recipe, self.physics))
 
     def round_trips(
         self, networks: Float32[Array, "networks numbers"], seeds: Sequence[int]
     ) -> dict[str, Int64[Array, "networks worlds"]]:
-        """Round trips of every candidate under every seed, in each scenario."""
+        """Round trips of every candidate under every seed, for each scenario."""
         jobs = {
             name: list(self._jobs(scenario, networks, seeds))
             for name, scenario in self.scenarios.items()
@@ -73,7 +73,7 @@ class CandidateRollouts:
         }
 
     def simulated_s(self, worlds: int) -> float:
-        """Simulated time of so many worlds of each scenario [s]."""
+        """Simulated time of `worlds` episodes of each scenario, summed [s]."""
         return worlds * sum(each.n_ticks * each.tick for each in self.scenarios.values())
 
     def _jobs(
@@ -102,7 +102,7 @@ def run_parallel(calls: Iterable[Any], workers: int) -> list[Any]:
 
 
 def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:
-    """Whole episodes; the round trips of each world."""
+    """Run the episodes of a job and return the round trips of each world."""
     loop = ControlLoop(job.scenario, job.recipe, job.seeds, job.physics)
     of_row = np.repeat(np.array(job.which, np.int64), job.scenario.task.n_robots)
     if job.layer == "weighting":

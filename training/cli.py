@@ -1,4 +1,4 @@
-"""The console script: the commands of the baselines, and `train`."""
+"""Entry point of the console script `swarm-forage`: the baselines' commands, and `train`."""
 
 import os
 import sys
@@ -18,14 +18,14 @@ EXTRAS = {
     "render": {"imageio_ffmpeg", "pygame"},
     "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},
 }
-"""What each extra brings."""
+"""Packages that each optional extra installs."""
 
 INTERRUPTED = 130
-"""Exit status after Ctrl-C, as shells have it."""
+"""Exit status after Ctrl-C (128 + SIGINT)."""
 
 
 def main() -> None:
-    """Run one command; one line on stderr if a package it needs is missing."""
+    """Run one command, and print one line on stderr if a package that it needs is missing."""
     try:
         from baselines.cli import run
         from training.train_command import add_commands
@@ -49,7 +49,7 @@ def main() -> None:
 
 
 def _extra(module: str | None) -> str | None:
-    """The extra that brings a module; None if no extra does."""
+    """Name of the extra that installs a module; None if no extra does."""
     package = (module or "").partition(".")[0]
     return next((extra for extra, brought in EXTRAS.items() if package in brought), None)
 

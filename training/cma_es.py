@@ -1,8 +1,8 @@
-"""CMA-ES on a layer of few numbers: the round trips of the swarm are maximised directly.
+"""CMA-ES on a policy of few weights: direct maximisation of the swarm's round trips.
 
-The search starts at the layer of the controller: at its numbers if it is a learned one, else near
-the hand-written rule. In each generation all candidates meet the same new worlds, so that chance
-favours none. What is kept is the mean of the search, as the held-back worlds judge it.
+The search starts at the controller's own layer: at its weights if it is a learned one, else near
+the hand-written rule. In each generation all candidates run in the same new worlds (common random
+numbers). The policy saved is the search mean with the best score on the held-back seeds.
 
 Source: Hansen2016, The CMA Evolution Strategy: A Tutorial (the package cmaes).
 """
@@ -42,28 +42,28 @@ from training.progress import ProgressLogger
 from training.training_loop import run
 
 INITIAL_SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
-"""Standard deviation of the first generation, in every weight."""
+"""Initial step size: standard deviation of every weight in the first generation."""
 
 INITIAL_BETA = 0.001
-"""Of the SGIFF that the search starts from [1/cm]: the best in large arenas."""
+"""Beta of the SGIFF rule that the search starts from [1/cm]: the best one in large arenas."""
 
 NETWORKS: Mapping[LayerName, str] = {"weighting": NETWORK, "motion": LINEAR}
-"""The network that is searched for each layer."""
+"""Architecture that is searched for each layer, by its name on a card."""
 
 SIZES: Mapping[LayerName, Mapping[str, int]] = {"weighting": {"hidden": HIDDEN}, "motion": {}}
-"""Its sizes, where the search does not start from a learned one."""
+"""Sizes of that architecture, unless the search starts from a learned layer."""
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
-    """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
+    """Run or resume an experiment with CMA-ES, and return the best policy."""
     return run(CMAESTraining(experiment), experiment, "generation", say)
 
 
 class CMAESTraining:
-    """A search under way; all that it depends on is in its checkpoint."""
+    """A resumable CMA-ES search."""
 
     def __init__(self, experiment: Experiment) -> None:
-        """Start, or go on from the checkpoint in the experiment's folder."""
+        """Start a search, or resume it from the checkpoint in the experiment's folder."""
         self._experiment = experiment
         (self._layer,) = experiment.layers
         self._sizes, start = initial_network(experiment, self._layer)
@@ -84,16 +84,16 @@ class CMAESTraining:
 
     @property
     def done(self) -> int:
-        """Generations that have ended."""
+        """Generations completed so far."""
         return self._checkpoint.n_generations
 
     @property
     def curve(self) -> list[CurvePoint]:
-        """What the held-back worlds said so far."""
+        """Learning curve so far: evaluations on the held-back seeds."""
         return self._checkpoint.curve
 
     def advance(self, progress: ProgressLogger) -> None:
-        """One generation: ask, try out, tell, and keep the checkpoint."""
+        """Run one generation (ask, roll out, tell) and save the checkpoint."""
         experiment, begin = self._experiment, time.perf_counter()
         self._search.reseed_rng(step_seed(experiment.seed, self.done))
         asked = [self._search.ask() for _ in range(self._search.population_size)]
@@ -116,7 +116,7 @@ class CMAESTraining:
         )
 
     def evaluate(self) -> CurvePoint:
-        """Judge the mean on the held-back worlds, and keep it if it is the best."""
+        """Evaluate the search mean on the held-back seeds, and save it if it is the best."""
         experiment = self._experiment
         mean = self._search.mean.astype(np.float32)
         found = self._rollouts.round_trips(mean[None], experiment.held_back_seeds)
@@ -130,7 +130,7 @@ class CMAESTraining:
         return point
 
     def save_best(self) -> None:
-        """Write the best policy so far, with the curve so far."""
+        """Write the best policy so far, with the learning curve on its card."""
         best, numbers = self._checkpoint.best
         arrays = unflatten(numbers, self._shapes)
         weights = {f"{self._layer}.{name}": array for name, array in arrays.items()}
@@ -154,7 +154,7 @@ class CMAESTraining:
 def initial_network(
     experiment: Experiment, layer: LayerName
 ) -> tuple[Mapping[str, int], Float64[Array, " numbers"]]:
-    """The sizes and the numbers of the network that the search starts from."""
+    """Sizes and flat weights of the network that the search starts from."""
     policy = experiment.policy_of(layer)
     if policy is None:
         return SIZES[layer], initial_mean(experiment.seed, layer)
@@ -163,14 +163,15 @@ def initial_network(
 
 
 def network_shapes(layer: LayerName, sizes: Mapping[str, int]) -> Shapes:
-    """The shapes of the arrays of a layer's network."""
+    """Shapes of the arrays of the network that is searched for a layer."""
     return LINEAR_SHAPES if layer == "motion" else weighting_network_shapes(sizes)
 
 
 def initial_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:
-    """Where the search starts by rule: zeros for the motion; SGIFF with a tenth of its beta.
+    """Initial search mean without a learned layer: the weights that equal a hand-written rule.
 
-    The weighting has some hidden units, of which nothing reaches the output yet.
+    Motion: zeros, which is subsumption. Weighting: SGIFF with a tenth of its default beta; the
+    hidden units have random input weights, and output weights of zero.
     """
     shapes = network_shapes(layer, SIZES[layer])
     mean = np.zeros(sum(math.prod(shape) for shape in shapes.values()))
@@ -184,6 +185,6 @@ def initial_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:
 
 
 def fitness_of(trips: Mapping[str, Int64[Array, "networks worlds"]]) -> Float64[Array, " networks"]:
-    """What is maximised: ln(1 + mean round trips), averaged over the scenarios."""
+    """Fitness of each candidate: ln(1 + mean round trips), averaged over the scenarios."""
     means = [np.log1p(each.mean(axis=1)) for each in trips.values()]
     return np.asarray(np.mean(means, axis=0), np.float64)

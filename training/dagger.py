@@ -1,13 +1,14 @@
-"""A weighting that learns from the truth: from the places that robots were wrong about.
+"""DAgger for the confidence weighting: supervised learning from the true errors of estimates.
 
-In training, and nowhere else, it is known by how much the own place errs at an exchange, and by
-how much the heard one. So what a weight is worth need not be found out by trial. In each round
-robots that weigh by the network itself run new worlds, for what they meet depends on how they
-weigh; all their exchanges are noted, and the network is fitted to the weights that would have
-made the merged places err least.
+In training, and nowhere else, the true error of a robot's own estimate of an area and that of the
+estimate it hears are known, so a weight can be scored without trial and error. The exchanges that
+robots meet depend on how they weigh. Therefore in each round robots run new worlds under the
+current network, all their exchanges are recorded, and the network is fitted to minimise the error
+of the merged estimates.
 
 Source: Ross2011, A Reduction of Imitation Learning and Structured Prediction to No-Regret
-Online Learning (DAgger); here without the exchanges of earlier rounds, with a falling rate.
+Online Learning (DAgger); here without data of earlier
+rounds, and with a falling learning rate.
 """
 
 import time
@@ -55,29 +56,29 @@ from training.progress import ProgressLogger
 from training.training_loop import run
 
 HIDDEN = 16
-"""Hidden units: a fit bears more of them than a search."""
+"""Hidden units: supervised learning can fit more of them than a search."""
 
 MAX_SQUARED_ERROR = 0.5
-"""A squared error counts at most this much [m2]: who misses an area by 0.7 m is lost anyway."""
+"""Upper bound of the squared error in the loss [m2]: a robot with an error of 0.7 m is lost."""
 
 GRADIENT_STEPS, BATCH_SIZE, LEARNING_RATE = 500, 1024, 0.01
-"""Steps of Adam in a round, exchanges of each scenario in a step, learning rate in the first
-round; it falls to zero over the budget."""
+"""Of Adam: steps in a round, exchanges of each scenario in a step, and initial learning rate,
+which falls linearly to zero over the budget."""
 
 
 def squared_error(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
-    """Squared error of the merged place, at most `FAR` [m2].
+    """Squared error of the merged estimate, at most `MAX_SQUARED_ERROR` [m2].
 
         |(1 - g) e_i + g e_j|^2
 
-    e_i, e_j are the errors of the own and of the heard place [m].
+    e_i, e_j are the true errors of the own and of the heard estimate of the area [m].
     """
     merged = (1.0 - g)[:, None] * own + g[:, None] * heard
     return torch.clamp((merged**2).sum(1), max=MAX_SQUARED_ERROR)
 
 
 def oracle_gain(own: Tensor, heard: Tensor) -> Tensor:
-    """What taking the truly nearer place gains over believing nobody [m2]: the mean."""
+    """Mean reduction of the squared error by an oracle, which takes the better estimate [m2]."""
     nobody = torch.zeros(len(own))
     alone, told = squared_error(nobody, own, heard), squared_error(nobody + 1.0, own, heard)
     return (alone - torch.minimum(alone, told)).mean()
@@ -85,35 +86,35 @@ def oracle_gain(own: Tensor, heard: Tensor) -> Tensor:
 
 @dataclass(frozen=True)
 class Exchanges:
-    """Exchanges in which two places of one area met, a row for each such area."""
+    """Recorded exchanges of two estimates of one area, a row for each such area."""
 
     observed: Float32[Array, "rows numbers"]
-    """The robot's encounter, as an observation shows it."""
+    """Observation of the exchange."""
     area: Float32[Array, "rows areas"]
-    """1 for the area in question."""
+    """One-hot vector of the area."""
     own_error: Float32[Array, "rows 2"]
-    """By how much the own place truly misses the area [m]."""
+    """True error of the robot's own estimate of the area [m]."""
     heard_error: Float32[Array, "rows 2"]
-    """By how much the heard place does [m]."""
+    """True error of the estimate that it heard [m]."""
 
     def __len__(self) -> int:
-        """How many."""
+        """Number of rows."""
         return len(self.observed)
 
     def draw(self, draws: torch.Generator) -> "Exchanges":
-        """A batch of them, with replacement."""
+        """Draw a batch with replacement."""
         rows = torch.randint(len(self), (BATCH_SIZE,), generator=draws).numpy()
         every = self.observed, self.area, self.own_error, self.heard_error
         return Exchanges(*(each[rows] for each in every))
 
     def error(self, actor: WeightingActor) -> Tensor:
-        """Squared error of the places that a network merges [m2]: the mean."""
+        """Mean squared error of the estimates that a network merges [m2]."""
         weights, _ = actor(torch.from_numpy(self.observed))
         g = (weights * torch.from_numpy(self.area)).sum(1)
         return squared_error(g, *self._errors).mean()
 
     def gain(self, name: str) -> Tensor:
-        """What an oracle gains in the scenario of this name; ConfigError if that is nothing."""
+        """Error reduction by an oracle, `oracle_gain`; ConfigError, with `name`, if it is zero."""
         if not len(self) or not (gain := oracle_gain(*self._errors)) > 0.0:
             raise ConfigError(
                 f"scenario '{name}': in {len(self)} exchanges nobody who knew an area was told"
@@ -123,7 +124,7 @@ class Exchanges:
         return gain
 
     def share(self, actor: WeightingActor, gain: Tensor) -> float:
-        """What a network gains over believing nobody, as a share of what the oracle gains."""
+        """Error reduction by a network, as a share of the error reduction by the oracle."""
         nobody = squared_error(torch.zeros(len(self)), *self._errors).mean()
         with torch.no_grad():
             return float((nobody - self.error(actor)) / gain)
@@ -135,34 +136,34 @@ class Exchanges:
 
 @dataclass(frozen=True)
 class RecordingWeighting:
-    """In the place of a weighting: a network, watched by one who knows the truth."""
+    """A weighting by a network that records all exchanges with their true errors."""
 
     numbers: Float32[Array, " numbers"]
     layout: ObservationLayout
 
     def start_knowing(self, estimator: SocialOdometry, truth: GroundTruth) -> "ExchangeRecorder":
-        """The running network of robots that believe this, in worlds of which that is true."""
+        """Start the running weighting with access to the estimates and to the ground truth."""
         return ExchangeRecorder(self, estimator, truth)
 
 
 class ExchangeRecorder:
-    """Weighs as the network does, and notes every exchange."""
+    """The running weighting of a `RecordingWeighting`, with all exchanges recorded so far."""
 
     heard_p_share = NetworkWeighting.heard_p_share
 
     def __init__(
-        self, watched: RecordingWeighting, estimator: SocialOdometry, truth: GroundTruth
+        self, weighting: RecordingWeighting, estimator: SocialOdometry, truth: GroundTruth
     ) -> None:
-        """Nothing noted yet."""
-        self._weigh = NetworkWeighting(watched.numbers[None])
-        self._sheet = Sheet(watched.layout, len(truth.pose))
-        self._n_slots = len(watched.layout)
+        """Start without recorded exchanges."""
+        self._weigh = NetworkWeighting(weighting.numbers[None])
+        self._sheet = Sheet(weighting.layout, len(truth.pose))
+        self._n_slots = len(weighting.layout)
         self._estimator = estimator
         self._truth = truth
-        self._noted: list[tuple[Array, ...]] = []
+        self._recorded: list[tuple[Array, ...]] = []
 
     def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
-        """g for each row and area."""
+        """Record the exchanges that end in this tick, and return g for each row and area."""
         met = encounter.own_known & encounter.heard_known
         if not self._estimator.parameters.double:
             met &= encounter.goal[:, None] == np.arange(2)
@@ -170,14 +171,14 @@ class ExchangeRecorder:
         own, heard = errors(self._estimator.beliefs, self._truth)
         observed = self._sheet.write({"encounter": encounter})[row]
         one: Float64[Array, "areas areas"] = np.eye(2)
-        self._noted.append((observed, one[area], own[row, area], heard[row, area]))
+        self._recorded.append((observed, one[area], own[row, area], heard[row, area]))
         return self._weigh(encounter)
 
     @property
     def exchanges(self) -> Exchanges:
-        """All that were noted."""
+        """All recorded exchanges."""
         nothing = np.zeros((0, self._n_slots)), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2))
-        columns = zip(nothing, *self._noted, strict=True)
+        columns = zip(nothing, *self._recorded, strict=True)
         return Exchanges(*(np.concatenate(each).astype(np.float32) for each in columns))
 
 
@@ -188,9 +189,9 @@ def record_exchanges(
     seeds: Sequence[int],
     physics: str,
 ) -> Exchanges:
-    """All exchanges of whole episodes of robots that weigh by a network."""
-    watched = RecordingWeighting(numbers, encounter_layout(scenario))
-    privileged = Reference(recipe.name, recipe.estimator, watched, recipe.motion)
+    """Run whole episodes under a network, and return all exchanges with their true errors."""
+    weighting = RecordingWeighting(numbers, encounter_layout(scenario))
+    privileged = Reference(recipe.name, recipe.estimator, weighting, recipe.motion)
     loop = ControlLoop(scenario, privileged, seeds, physics)
     for _ in range(scenario.n_ticks):
         loop.step()
@@ -198,7 +199,7 @@ def record_exchanges(
 
 
 def initial_actor(experiment: Experiment) -> WeightingActor:
-    """The network to fit: the controller's own if that is a learned one, else a new one."""
+    """The network to train: the controller's own if it is a learned one, else a new one."""
     layout = encounter_layout(next(iter(experiment.scenarios_by_name.values())))
     policy = experiment.policy_of("weighting")
     if policy is None:
@@ -211,15 +212,15 @@ def initial_actor(experiment: Experiment) -> WeightingActor:
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
-    """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
+    """Run or resume an experiment with DAgger, and return the best policy."""
     return run(DAggerTraining(experiment), experiment, "round", say)
 
 
 class DAggerTraining:
-    """A training under way; all that it depends on is in its checkpoint."""
+    """A resumable DAgger training."""
 
     def __init__(self, experiment: Experiment) -> None:
-        """Start, or go on from the checkpoint in the experiment's folder."""
+        """Start a training, or resume it from the checkpoint in the experiment's folder."""
         self._experiment = experiment
         self._scenarios = experiment.scenarios_by_name
         self._n_worlds = worlds_per_scenario(experiment)
@@ -239,7 +240,7 @@ class DAggerTraining:
         self._rollouts.warm_up()
 
     def advance(self, progress: ProgressLogger) -> str:
-        """One round: meet, note, fit, and keep the checkpoint; what was gained, to be said."""
+        """Run one round (record, fit), save the checkpoint, and return a line on the gain."""
         begin = time.perf_counter()
         found = self._exchanges()
         wall = time.perf_counter() - begin
@@ -254,7 +255,7 @@ class DAggerTraining:
         return f"round {self.done}: of what an oracle gains at an exchange, {told}"
 
     def evaluate(self) -> CurvePoint:
-        """Judge the network on the held-back worlds, and keep it if it is the best."""
+        """Evaluate the network on the held-back seeds, and save it if it is the best."""
         seeds = self._experiment.held_back_seeds
         found = self._rollouts.round_trips(self._numbers[None], seeds)
         trips = {name: each[0] for name, each in found.items()}
@@ -267,13 +268,13 @@ class DAggerTraining:
         return point
 
     def save_best(self) -> None:
-        """Write the best policy so far, with the curve so far."""
+        """Write the best policy so far, with the learning curve on its card."""
         best = max(self.curve, key=lambda point: point.value)
         weights = {f"weighting.{name}": array for name, array in self._best.items()}
         save_policy(self._experiment.out / BEST_POLICY, weights, self._card(best))
 
     def _exchanges(self) -> dict[str, Exchanges]:
-        """Those of a round of new worlds, in each scenario."""
+        """Record the exchanges of one round of new worlds, for each scenario."""
         experiment = self._experiment
         seeds = experiment.training_seeds(self.done * experiment.worlds, experiment.worlds)
         calls = (
@@ -290,7 +291,7 @@ class DAggerTraining:
         return dict(zip(self._scenarios, found, strict=True))
 
     def _fit(self, found: Mapping[str, Exchanges]) -> dict[str, float]:
-        """Fit the network; of what an oracle would gain, the share that it gains afterwards."""
+        """Fit the network; return its error reduction as a share of the oracle's, per scenario."""
         experiment = self._experiment
         torch.set_num_threads(1)  # so that sums are the same whatever the workers
         draws = torch.Generator().manual_seed(experiment.seed + self.done)
@@ -307,7 +308,7 @@ class DAggerTraining:
 
     @property
     def _numbers(self) -> Float32[Array, " numbers"]:
-        """The network as it stands, in a row."""
+        """Flat weights of the current network."""
         shapes = weighting_network_shapes(self._actor.sizes)
         return flatten(self._actor.to_numpy(), shapes).astype(np.float32)
 

@@ -1,4 +1,4 @@
-"""An experiment: what is trained where, checked as a whole before anything runs."""
+"""Options of a training run, validated as a whole before anything runs."""
 
 import hashlib
 import shlex
@@ -29,31 +29,31 @@ LAYERS: dict[str, tuple[LayerName, ...]] = {
     "motion": ("motion",),
     "both": ("weighting", "motion"),
 }
-"""What can be trained, and the layers that it takes the place of."""
+"""Choices of what is trained, with the layers of the controller that each replaces."""
 
 ALGORITHMS = ("cma", "imitation", "ppo")
 
 TEST_SEEDS = range(1_000, 1_030)
-"""For the final score of a policy: never used in training or selection."""
+"""Test seeds, for the final score of a policy: never used in training or selection."""
 
 HELD_BACK_SEEDS = range(2_000, 3_000)
-"""For the evaluation during training, by which the best policy is chosen."""
+"""Validation seeds, by which the best policy is chosen during training."""
 
 FIRST_TRAINING_SEED = 10_000
 WORLDS_PER_EXPERIMENT = 10**7
 LAST_SEED = 10**9
-"""Of an experiment; each trains on seeds of its own."""
+"""Largest seed of an experiment. Each experiment trains on its own range of world seeds."""
 
 PACKAGES = ("swarm-forage", "numpy", "numba", "pymunk", "safetensors")
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """One training run; everything that its result depends on."""
+    """One training run: everything that its result depends on."""
 
     layer: str
     scenarios: tuple[str, ...]
-    """Names or files, each with what differs there: `es1:radio.frames=50`."""
+    """Names or files of scenarios, each with its own changes: `es1:radio.frames=50`."""
     algorithm: str
     out: Path
     seed: int = 0
@@ -62,21 +62,21 @@ class Experiment:
     every: int = 5
     """Generations, rounds or robot steps between two evaluations."""
     worlds: int = 8
-    """Worlds side by side: for each candidate in each scenario (cma), or of the smallest swarm
-    (imitation and ppo), with fewer of the larger ones."""
+    """Parallel worlds: for each candidate in each scenario (cma), or of the scenario with the
+    fewest robots (imitation and ppo); scenarios with more robots get fewer worlds."""
     held_back: int = 10
-    """Held-back seeds of an evaluation, in each scenario."""
+    """Number of held-back seeds of an evaluation, in each scenario."""
     population: int | None = None
-    """Candidates of a generation (cma); None: as many as its method takes."""
+    """Candidates of a generation (cma); None: the default of CMA-ES."""
     settings: Mapping[str, str] = field(default_factory=dict)
-    """Numbers to change in every scenario."""
+    """Changes of every scenario, by dotted name."""
     controller: str = "ssgiff"
-    """The hand-written rest."""
+    """Controller whose other layers are used."""
     physics: str = "rigid"
     workers: int = 1
 
     def check(self) -> None:
-        """ConfigError or UnknownNameError for the first fault."""
+        """Raise ConfigError or UnknownNameError for the first invalid option."""
         _check_choice("layer", self.layer, LAYERS)
         _check_choice("--algorithm", self.algorithm, ALGORITHMS)
         if self.algorithm == "cma" and len(self.layers) > 1:
@@ -127,7 +127,7 @@ class Experiment:
         self._check_same_observations()
 
     def _check_same_observations(self) -> None:
-        """ConfigError for scenarios that show a layer other slots: no policy runs in both."""
+        """Raise ConfigError if a layer's observation space differs between the scenarios."""
         first, *others = self.scenarios_by_name
         for layer in self.layers:
             shown = observation_slots(layer, self.scenarios_by_name[first])
@@ -140,7 +140,7 @@ class Experiment:
 
     @cached_property
     def scenarios_by_name(self) -> dict[str, Scenario]:
-        """The scenarios as they are run, by the names they were asked for."""
+        """Scenarios with all changes applied, by the names that they were asked for."""
         found = {}
         for text in self.scenarios:
             name, changes = parse_controller(text, "scenario", "es1:radio.frames=5")
@@ -149,14 +149,14 @@ class Experiment:
 
     @cached_property
     def recipe(self) -> Recipe:
-        """The hand-written controller of which layers are replaced."""
+        """The controller of which layers are replaced."""
         recipe = find_controller(self.controller)
         if not isinstance(recipe, Recipe):
             raise ConfigError(f"controller '{self.controller}': must be a Recipe of layers")
         return recipe
 
     def policy_of(self, layer: LayerName) -> Policy | None:
-        """What the controller has learned of a layer; None where that is hand-written."""
+        """The policy of the controller's own layer; None if that layer is hand-written."""
         part = self.recipe.layers[layer]
         if isinstance(part, LearnedWeighting | LearnedMotion):
             return load_policy(part.policy)
@@ -164,16 +164,16 @@ class Experiment:
 
     @property
     def layers(self) -> tuple[LayerName, ...]:
-        """The layers that are trained."""
+        """Layers that are trained."""
         return LAYERS[self.layer]
 
     @property
     def held_back_seeds(self) -> range:
-        """The seeds of the evaluations."""
+        """Held-back (validation) seeds of this experiment."""
         return HELD_BACK_SEEDS[: self.held_back]
 
     def training_seeds(self, first: int, count: int) -> range:
-        """The seeds of `count` training worlds, of which `first` came before."""
+        """Seeds of `count` training worlds, after the first `first` ones."""
         if first + count > WORLDS_PER_EXPERIMENT:
             raise ConfigError(f"more than {WORLDS_PER_EXPERIMENT} training worlds")
         start = FIRST_TRAINING_SEED + self.seed * WORLDS_PER_EXPERIMENT + first
@@ -181,7 +181,7 @@ class Experiment:
 
     @property
     def identity(self) -> dict[str, str]:
-        """All that the result depends on, but for how far it is run: what a checkpoint is of."""
+        """Everything that the result depends on, except how long it runs; stored in checkpoints."""
         found = {
             "layer": self.layer,
             "algorithm": self.algorithm,
@@ -206,7 +206,7 @@ class Experiment:
 
     @property
     def command(self) -> str:
-        """The command that runs the same experiment again."""
+        """The command line that runs the same experiment again."""
         options = {
             "--algorithm": self.algorithm,
             "--seed": self.seed,
@@ -228,7 +228,7 @@ class Experiment:
 
 
 def worlds_per_scenario(experiment: Experiment) -> dict[str, int]:
-    """Worlds of each scenario, so that all have about as many robots as the smallest."""
+    """Number of worlds of each scenario, so that all scenarios have about as many robots."""
     robots = {name: each.task.n_robots for name, each in experiment.scenarios_by_name.items()}
     fewest = min(robots.values())
     return {name: max(1, experiment.worlds * fewest // n) for name, n in robots.items()}
@@ -240,7 +240,7 @@ def step_seed(seed: int, step: int) -> int:
 
 
 def versions(*more: str) -> dict[str, str]:
-    """The versions of the packages that a result depends on."""
+    """Versions of the packages that a result depends on."""
     return {package: version(package) for package in (*PACKAGES, *more)}
 
 

@@ -1,4 +1,4 @@
-"""Several scenarios at once: their environments side by side, as one of stable-baselines3."""
+"""A stable-baselines3 vector environment over several scenarios."""
 
 import time
 from collections.abc import Sequence
@@ -10,13 +10,14 @@ from training.vec_env import Infos, SharedAttributesVecEnv, SwarmVecEnv
 
 
 class MultiScenarioVecEnv(SharedAttributesVecEnv):
-    """Environments of scenarios that show and take the same slots, one block after the other.
+    """Vector environments of several scenarios, joined into one along the batch axis.
 
-    `stepping_s` is the time that all steps and resets took so far [s].
+    All must have the same observation and action spaces. `stepping_s` is the wall time that all
+    steps and resets took so far [s].
     """
 
     def __init__(self, environments: Sequence[SwarmVecEnv]) -> None:
-        """Blocks of any numbers of robots; the spaces are those of the first."""
+        """Join environments of any numbers of robots; the spaces are those of the first."""
         self._environments = list(environments)
         self._ends = np.cumsum([each.num_envs for each in environments])
         self.stepping_s = 0.0
@@ -26,11 +27,11 @@ class MultiScenarioVecEnv(SharedAttributesVecEnv):
         super().__init__(int(self._ends[-1]), first.observation_space, first.action_space)
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
-        """Begin the sequence of seeds of every block."""
+        """Seed every environment's sequence of episode seeds."""
         return [each for environment in self._environments for each in environment.seed(seed)]
 
     def reset(self) -> Float32[Array, "rows numbers"]:
-        """Start every world anew; what every robot observes."""
+        """Reset every world and return the observation of every robot."""
         begin = time.perf_counter()
         observed = np.concatenate([each.reset() for each in self._environments])
         self.reset_infos: Infos = [info for each in self._environments for info in each.reset_infos]
@@ -38,7 +39,7 @@ class MultiScenarioVecEnv(SharedAttributesVecEnv):
         return observed
 
     def step_async(self, actions: Float32[Array, "rows numbers"]) -> None:
-        """Take the actions of all robots."""
+        """Store the actions of all robots for the next `step_wait`."""
         parts = np.split(actions, self._ends[:-1])
         for each, part in zip(self._environments, parts, strict=True):
             each.step_async(np.ascontiguousarray(part))
@@ -46,7 +47,7 @@ class MultiScenarioVecEnv(SharedAttributesVecEnv):
     def step_wait(
         self,
     ) -> tuple[Float32[Array, "rows numbers"], Float32[Array, " rows"], Array, Infos]:
-        """One decision period of all robots."""
+        """Run one decision period and return observations, rewards, dones and infos."""
         begin = time.perf_counter()
         observed, rewards, done, infos = zip(
             *(each.step_wait() for each in self._environments), strict=True

@@ -1,9 +1,9 @@
-"""PPO on the learned layers: one policy for all robots, judged on held-back worlds.
+"""PPO on the learned layers, with parameter sharing: one policy for all robots.
 
-Training goes in intervals. Each starts new worlds from seeds of its own and ends with an
-evaluation and a checkpoint, so that a run that was stopped goes on from the last interval and
-ends where it would have ended. The first interval of a motion trains the critic alone: the
-motion starts as a copy of the controller's own, which an untrained critic would undo.
+Training runs in intervals. Each resets the worlds with seeds of its own and ends with an
+evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from the last
+interval and ends with the same result. The first interval of a motion trains the critic alone:
+the motion starts as a clone of the controller's own, which an untrained critic would undo.
 
 Source: Schulman2017, Proximal Policy Optimization Algorithms (stable-baselines3).
 """
@@ -47,14 +47,14 @@ from training.sb3_setup import HYPERPARAMETERS, make_ppo, make_vec_env, model_st
 from training.training_loop import run
 
 LATEST = "latest.safetensors"
-"""The policy of the last interval."""
+"""File of the policy of the last interval."""
 
 DEMONSTRATORS = 80
-"""Robots of each scenario that are copied, about."""
+"""Number of robots of each scenario that behaviour cloning records, about."""
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
-    """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
+    """Run or resume an experiment with PPO, and return the best policy."""
     training = PPOTraining(experiment)
     if not training.curve:
         say(training.warm_start())
@@ -62,10 +62,10 @@ def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
 
 
 class PPOTraining:
-    """A run under way; all that it depends on is in its checkpoint."""
+    """A resumable PPO training."""
 
     def __init__(self, experiment: Experiment) -> None:
-        """Start, or go on from the checkpoint in the experiment's folder."""
+        """Start a training, or resume it from the checkpoint in the experiment's folder."""
         self._experiment = experiment
         torch.set_num_threads(experiment.workers)
         self._hyperparameters = HYPERPARAMETERS[experiment.layer]
@@ -85,11 +85,11 @@ class PPOTraining:
 
     @property
     def done(self) -> int:
-        """Control ticks of single robots so far."""
+        """Robot steps (control ticks of single robots) completed so far."""
         return int(self._model.num_timesteps) * self._hyperparameters.decision_period
 
     def warm_start(self) -> str:
-        """Copy the controller's own motion, if motion is learned; what is to be said of it."""
+        """Clone the controller's own motion, if the motion is learned; return a line to print."""
         actor, experiment = self._actors.get("motion"), self._experiment
         if not isinstance(actor, MotionActor):
             return "starting from nothing"
@@ -104,7 +104,7 @@ class PPOTraining:
         return f"the motion of {experiment.controller} is copied; mean squared error {error:.3f}"
 
     def advance(self, progress: ProgressLogger) -> str:
-        """One interval of training, in new worlds; its speed, to be said."""
+        """Train for one interval in new worlds, and return a line on its speed."""
         experiment, model, before = self._experiment, self._model, self.done
         begin, stepping = time.perf_counter(), self._env.stepping_s
         seed = step_seed(experiment.seed, len(self.curve))
@@ -124,7 +124,7 @@ class PPOTraining:
         return f"{speed:,.0f} robot steps/s, {share:.0%} of the time in the environment"
 
     def evaluate(self) -> CurvePoint:
-        """Judge the policy on the held-back worlds, and keep it, the best and the state."""
+        """Evaluate on the held-back seeds; save latest policy, best policy and checkpoint."""
         experiment, weights = self._experiment, self._weights
         save_policy(experiment.out / LATEST, weights, self._card({}))
         trips = {name: self._round_trips(name) for name in experiment.scenarios_by_name}
@@ -139,12 +139,12 @@ class PPOTraining:
         return point
 
     def save_best(self) -> None:
-        """Write the best policy so far, with the curve so far."""
+        """Write the best policy so far, with the learning curve on its card."""
         best = max(self.curve, key=lambda point: point.value)
         save_policy(self._experiment.out / BEST_POLICY, self._best, self._card(best.round_trips))
 
     def _round_trips(self, name: str) -> Int64[Array, " worlds"]:
-        """Those of the latest policy in each held-back world of a scenario."""
+        """Round trips of the latest policy in each held-back world of a scenario."""
         experiment = self._experiment
         scenario, seeds = experiment.scenarios_by_name[name], experiment.held_back_seeds
         recipe = with_learned_layers(experiment.recipe, experiment.layers, experiment.out / LATEST)
@@ -166,7 +166,7 @@ class PPOTraining:
 
     @property
     def _weights(self) -> dict[str, Float32[Array, "..."]]:
-        """The arrays of the actors, as a policy's file names them."""
+        """Weights of all actors, named as in a policy file."""
         return {
             f"{layer}.{name}": array
             for layer, actor in self._actors.items()
@@ -174,7 +174,7 @@ class PPOTraining:
         }
 
     def _set_trainable(self, learn: bool) -> None:
-        """Let the actors learn, or the critic alone."""
+        """Train the actors and the critic (`learn`), or the critic alone."""
         self._model.policy.log_std.requires_grad_(learn)
         for actor in self._actors.values():
             actor.requires_grad_(learn)

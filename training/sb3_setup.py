@@ -1,4 +1,4 @@
-"""The learner: PPO of stable-baselines3 on the environments of an experiment, and its state."""
+"""Set-up of stable-baselines3's PPO: hyperparameters, environments, model and model state."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,48 +16,48 @@ from training.progress import FOLDER
 from training.vec_env import SwarmVecEnv
 
 MOMENTS = ("step", "exp_avg", "exp_avg_sq")
-"""What Adam remembers of each parameter."""
+"""Entries of Adam's state for each parameter."""
 
 
 @dataclass(frozen=True)
 class PPOHyperparameters:
-    """How PPO learns."""
+    """Hyperparameters of PPO."""
 
     decision_period: int = 2
-    """Ticks for which an action is held: the running motion decides in each, and stops for an
-    exchange of a few ticks, which a longer period would miss."""
+    """Ticks for which an action is held. An exchange takes a few ticks, during which a robot must
+    stop: a longer period would miss it."""
     discount: float = 0.998
-    """Of a decision; the mean horizon is 100 s, about a round trip."""
+    """Discount factor of one decision; the mean horizon is 100 s, about a round trip."""
     gae_lambda: float = 0.98
-    """Lambda of the advantages."""
+    """Lambda of generalised advantage estimation."""
     shaping: float = 1.0
-    """Weight of the potential."""
+    """Weight of the potential-based reward shaping."""
     n_steps: int = 256
-    """Decisions of each robot in a rollout."""
+    """Decisions of each robot in one rollout."""
     n_minibatches: int = 4
-    """Batches into which a rollout is cut, in each epoch."""
+    """Minibatches per rollout and epoch."""
     n_epochs: int = 4
     learning_rate: float = 4e-4
-    """Learning rate at the start; it falls to zero over the budget."""
+    """Initial learning rate; it falls linearly to zero over the budget."""
     log_std: float = -1.2
-    """Logarithm of the standard deviation of the first actions."""
+    """Initial logarithm of the standard deviation of the actions."""
 
 
 EVERY_TICK = PPOHyperparameters(decision_period=1, discount=0.999, log_std=-2.0)
-"""An encounter is seen for one tick, so that a weight is decided in each."""
+"""Hyperparameters for a decision in every tick: an exchange is observed for one tick only."""
 
 HYPERPARAMETERS: Mapping[str, PPOHyperparameters] = {
     "weighting": EVERY_TICK,
     "motion": PPOHyperparameters(),
     "both": EVERY_TICK,
 }
-"""By what is trained."""
+"""Hyperparameters for each choice of the trained layer."""
 
 
 def make_vec_env(
     experiment: Experiment, hyperparameters: PPOHyperparameters
 ) -> MultiScenarioVecEnv:
-    """The robots of all scenarios."""
+    """Make the vector environment over the robots of all scenarios of an experiment."""
     scenarios = experiment.scenarios_by_name
     return MultiScenarioVecEnv(
         [
@@ -79,7 +79,7 @@ def make_vec_env(
 def make_ppo(
     environment: MultiScenarioVecEnv, experiment: Experiment, hyperparameters: PPOHyperparameters
 ) -> PPO:
-    """PPO with the networks of the learned layers."""
+    """Make stable-baselines3's PPO with the networks of the learned layers."""
     model = PPO(
         LayerActorCriticPolicy,
         environment,
@@ -102,7 +102,7 @@ def make_ppo(
 
 
 def model_state(model: PPO) -> dict[str, Array]:
-    """All parameters, what the optimiser remembers of them, and how many steps were made."""
+    """The state of a model as arrays: parameters, Adam's moments and the number of steps."""
     arrays = {f"policy.{name}": array for name, array in model.policy.state_dict().items()}
     remembered = model.policy.optimizer.state
     for name, parameter in model.policy.named_parameters():
@@ -115,7 +115,7 @@ def model_state(model: PPO) -> dict[str, Array]:
 
 
 def restore_model(model: PPO, arrays: Mapping[str, Array]) -> None:
-    """Bring a model to a state that `state_of` told."""
+    """Restore a model to a state that `model_state` returned."""
     tensors = {name: torch.from_numpy(np.array(array)) for name, array in arrays.items()}
     policy = model.policy
     policy.load_state_dict({name: tensors[f"policy.{name}"] for name in policy.state_dict()})

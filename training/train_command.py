@@ -1,4 +1,4 @@
-"""The command `train`: learn a layer, and keep the best policy."""
+"""The command `swarm-forage train`: options, defaults and the final report."""
 
 import shlex
 import sys
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Layer(StrEnum):
-    """What the policy takes the place of."""
+    """Layer of the controller that the policy replaces."""
 
     WEIGHTING = "weighting"
     MOTION = "motion"
@@ -24,7 +24,7 @@ class Layer(StrEnum):
 
 
 class Algorithm(StrEnum):
-    """How it is trained."""
+    """Training algorithm."""
 
     CMA = "cma"
     IMITATION = "imitation"
@@ -45,11 +45,11 @@ DEFAULT_CONTROLLER = {
     Layer.MOTION: "ssgiff",
     Layer.BOTH: "dsgiff-wary",
 }
-"""The hand-written rest of the controllers that run such policies."""
+"""Controller whose other layers are used, by default, with a policy of each layer."""
 
 
 def train(  # noqa: PLR0913 the options of a command
-    layer: Annotated[Layer, typer.Argument(help="What the policy takes the place of.")],
+    layer: Annotated[Layer, typer.Argument(help="Layer that the policy replaces.")],
     scenarios: Annotated[
         list[str],
         typer.Argument(
@@ -60,8 +60,8 @@ def train(  # noqa: PLR0913 the options of a command
     algorithm: Annotated[
         Algorithm | None,
         typer.Option(
-            help="cma: evolve one layer on the round trips of the swarm. imitation: fit the"
-            " weighting to what the truth would have weighed. ppo: policy gradient.",
+            help="cma: CMA-ES on the round trips of the swarm. imitation:"
+            " DAgger, supervised by the true errors of the estimates. ppo: policy gradient.",
             show_default="cma for weighting, else ppo",
         ),
     ] = None,
@@ -93,7 +93,7 @@ def train(  # noqa: PLR0913 the options of a command
     worlds: Annotated[
         int | None,
         typer.Option(
-            help="Worlds side by side: for each candidate in each scenario (cma), or of the"
+            help="Parallel worlds: for each candidate in each scenario (cma), or of the"
             " smallest swarm (imitation, ppo).",
             show_default=_listed(WORLDS),
         ),
@@ -110,8 +110,8 @@ def train(  # noqa: PLR0913 the options of a command
     controller: Annotated[
         str | None,
         typer.Option(
-            help="The rest; parameters as in `evaluate`. If its own layer is a learned one, cma"
-            " and imitation go on from that.",
+            help="Controller of the other layers; parameters as in `evaluate`. If its own layer"
+            " is a learned one, cma and imitation start from that.",
             show_default="weighting: dsgiff-brisk, motion: ssgiff, both: dsgiff-wary",
         ),
     ] = None,
@@ -121,11 +121,11 @@ def train(  # noqa: PLR0913 the options of a command
     ] = None,
     physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
 ) -> None:
-    """Train a policy that takes the place of a hand-written layer.
+    """Train a policy that replaces a hand-written layer.
 
-    The best policy, as worlds held back from training judge it, is kept in the folder --out
+    The policy with the best score on held-back (validation) seeds is kept in the folder --out
     as best.safetensors, with a card of how it was made (best.json). The same command later
-    goes on from the last checkpoint, so that a run that was stopped loses nothing before it;
+    resumes from the last checkpoint, so that a run that was stopped loses nothing before it;
     cma trains on with a larger --budget. Watch it with: tensorboard --logdir runs
     """
     from baselines.evaluation.configuration import parse_settings
@@ -167,7 +167,7 @@ def _run(experiment: "Experiment") -> "Policy":
 
 
 def _report(experiment: "Experiment", policy: "Policy") -> None:
-    """Where the policy lies, how good it is, and how to test it on worlds it never met."""
+    """Print score and file of the policy, and the command that tests it on unseen seeds."""
     from swarm_forage_env.controllers import parse_controller
     from training.controllers import controller_name, with_learned_layers
     from training.experiment import TEST_SEEDS
@@ -198,6 +198,6 @@ def _say(line: str) -> None:
 
 
 def add_commands() -> None:
-    """Enter the commands of this package beside those of the baselines."""
+    """Add the command `train` to the command-line application; a second call does nothing."""
     if not any(each.callback is train for each in app.registered_commands):
         app.command()(stoppable()(train))

@@ -1,4 +1,4 @@
-"""A training that goes in steps and is judged in between: the loop around any of them."""
+"""The training loop of every algorithm: step, evaluate on held-back seeds, save the best."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -10,35 +10,35 @@ from training.progress import ProgressLogger
 
 
 class Training(Protocol):
-    """A training under way; all that it depends on is in its checkpoint."""
+    """A training run that resumes from its checkpoint, which `evaluate` saves at the latest."""
 
     @property
     def done(self) -> int:
-        """Steps that have ended."""
+        """Training steps completed so far."""
         ...
 
     @property
     def curve(self) -> Sequence[CurvePoint]:
-        """What the held-back worlds said so far."""
+        """Learning curve so far: evaluations on the held-back seeds."""
         ...
 
     def advance(self, progress: ProgressLogger) -> str | None:
-        """One step, kept in the checkpoint; what is to be said of it."""
+        """Run one training step, and return a line to print, if any."""
         ...
 
     def evaluate(self) -> CurvePoint:
-        """Judge what there is on the held-back worlds, and keep it if it is the best."""
+        """Evaluate the current policy on the held-back seeds, and save it if it is the best."""
         ...
 
     def save_best(self) -> None:
-        """Write the best policy so far, with the curve so far."""
+        """Write the best policy so far, with the learning curve on its card."""
         ...
 
 
 def run(
     training: Training, experiment: Experiment, step: str, say: Callable[[str], None]
 ) -> Policy:
-    """Run a training, or what is left of it, telling how it gets on; the best policy."""
+    """Run or resume a training until its budget is spent, and return the best policy."""
     with ProgressLogger(experiment.out, step, say) as progress:
         progress.start(experiment.budget, training.done)
         _evaluate_if_due(training, experiment, progress)
@@ -51,7 +51,7 @@ def run(
 
 
 def _evaluate_if_due(training: Training, experiment: Experiment, progress: ProgressLogger) -> None:
-    """At the start, in between and at the end; what was judged before a stop is not again."""
+    """Evaluate at the start, every `experiment.every` steps and at the end, once each."""
     last = training.curve[-1].step if training.curve else -experiment.every
     over = training.done >= experiment.budget
     if training.done > last and (over or training.done - last >= experiment.every):

@@ -1,4 +1,4 @@
-"""The policies in the box: each loads, is small, says how it was made, and does its work."""
+"""The bundled policies: each loads, is small, says how it was made, and does its work."""
 
 import pytest
 
@@ -27,7 +27,7 @@ def test_every_policy_says_how_it_was_made_and_is_small(name):
     assert sum(file.stat().st_size for file in files) < SMALL
 
 
-def test_the_box_holds_policies_and_their_cards_only():
+def test_the_folder_of_bundled_policies_holds_policies_and_their_cards_only():
     files = {file.name for file in BUNDLED.iterdir()}
     assert files == {f"{name}{end}" for name in NAMES for end in (".safetensors", ".json")}
 

@@ -1,4 +1,4 @@
-"""Imitation: it learns what the truth would have weighed, and survives being killed."""
+"""DAgger: it learns from the true errors of estimates, and survives being killed."""
 
 import math
 
@@ -86,12 +86,12 @@ def test_the_gain_of_an_oracle_by_hand():
     assert float(oracle_gain(OWN, HEARD)) == pytest.approx((0.08 + 0.0 + 0.49) / 3.0, abs=1e-7)
 
 
-def test_watching_changes_nothing():
+def test_recording_changes_nothing():
     recipe = find_controller("ssgiff")
-    watched = RecordingWeighting(random_numbers(), LAYOUT)
+    weighting = RecordingWeighting(random_numbers(), LAYOUT)
     seen = ControlLoop(
         SCENARIO,
-        Reference(recipe.name, recipe.estimator, watched, recipe.motion),
+        Reference(recipe.name, recipe.estimator, weighting, recipe.motion),
         SEEDS,
         "kinematic",
     )
@@ -215,6 +215,6 @@ def test_robots_that_never_exchange_teach_nothing(imitating):
         train(imitating(controller="nc"), silent)
 
 
-def test_the_policy_in_the_box_was_made_so():
+def test_the_bundled_policy_was_made_so():
     card = load_policy("weighting").card
     assert (card.algorithm, card.layer) == ("imitation", "weighting")

@@ -1,4 +1,4 @@
-"""Reflexes: each by a hand-worked case, zeros are subsumption, a candidate is itself anywhere."""
+"""The linear motion policy: features by hand, zeros are subsumption, candidates are independent."""
 
 import math
 
@@ -80,7 +80,7 @@ def test_the_nearest_sender_is_heard_whatever_the_order(order):
     assert (x["robot_left"], x["robot_ahead"], x["robots"]) == pytest.approx(expected, abs=1e-6)
 
 
-def test_a_reflex_is_the_tanh_of_its_row():
+def test_an_output_is_the_tanh_of_its_row():
     x, w = np.zeros(N), np.zeros(N_WEIGHTS)
     x[0] = 1.0
     w[0], w[N], w[2 * N], w[3 * N], w[4 * N] = 0.1, 0.3, -0.2, 0.0, 0.5
@@ -141,7 +141,7 @@ def test_a_new_episode_forgets_how_far_robots_have_searched():
 
 @pytest.fixture
 def kept(tmp_path, make_card):
-    """A file of reflexes, with arrays left out if wanted."""
+    """A file of a linear policy, with arrays left out if wanted."""
 
     def make(*names):
         arrays = unflatten(numbers(0), SHAPES)
@@ -153,7 +153,7 @@ def kept(tmp_path, make_card):
     return make
 
 
-def test_reflexes_in_a_file_run_as_a_learned_motion(kept):
+def test_a_linear_policy_in_a_file_runs_as_a_learned_motion(kept):
     file = kept(*SHAPES)
     named = ControlLoop(
         SCENARIO, find_controller(f"learned-motion:policy={file}"), [3], "kinematic"
@@ -165,6 +165,6 @@ def test_reflexes_in_a_file_run_as_a_learned_motion(kept):
     assert_array_equal(named.world.state.pose, loop.world.state.pose)
 
 
-def test_reflexes_that_lack_an_array_are_refused(kept):
+def test_a_linear_policy_that_lacks_an_array_is_refused(kept):
     with pytest.raises(ConfigError, match=r"array 'motion\.walk\.weight' is missing"):
         validated(LearnedMotion, {"policy": str(kept("steer.weight"))})

@@ -55,7 +55,7 @@ def test_a_policy_comes_back_as_it_was_saved(policy_file):
     assert not list(policy_file.parent.glob("*.tmp"))
 
 
-def test_a_bare_name_is_a_policy_in_the_box(policy_file, monkeypatch):
+def test_a_bare_name_is_a_bundled_policy(policy_file, monkeypatch):
     monkeypatch.setattr(policies, "BUNDLED", policy_file.parent)
     assert load_policy("mine").source == policy_file
     with pytest.raises(UnknownNameError, match="no policy named 'mime', did you mean 'mine'"):
