@@ -1,17 +1,17 @@
-"""The console script: the commands of the baselines, and `train`."""
+"""Entry point of the console script `swarm-forage`: the baselines' commands, and `train`."""
 
 import os
 import sys
 
 INTERRUPTED = 130
-"""Exit status after Ctrl-C, as shells have it."""
+"""Exit status after Ctrl-C (128 + SIGINT)."""
 
 
 def main() -> None:
-    """Run one command; one line on stderr if a package it needs is missing."""
+    """Run one command, and print one line on stderr if a package that it needs is missing."""
     try:
         from baselines.cli import run
-        from training.commands import add_commands
+        from training.train_command import add_commands
 
         add_commands()
         status = run()

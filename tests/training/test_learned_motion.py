@@ -13,15 +13,15 @@ from swarm_forage_env.envs.terms import Terms
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Encounter
 from swarm_forage_env.scenarios import find_scenario
-from training.actor_critic import LayersPolicy, MotionTower, WeightingTower
-from training.motion import (
+from training.actor_critic import LayerActorCriticPolicy, MotionActor, WeightingActor
+from training.learned_motion import (
     LearnedMotion,
-    RunningMotion,
-    columns_of,
+    NetworkMotion,
+    field_columns,
     situation_layout,
-    wheels_of,
+    wheel_speeds,
 )
-from training.weighting import Networks, shapes_of, strung
+from training.learned_weighting import NetworkWeighting, flatten, weighting_network_shapes
 
 SCENARIO = find_scenario(
     "es1", {"task.n_robots": 4, "task.area_distance": 0.62, "robot.cruise_speed": 0.12}
@@ -41,13 +41,13 @@ def observed():
 
 
 @pytest.fixture
-def tower():
+def actor():
     torch.manual_seed(0)
-    tower = MotionTower(situation_layout(SCENARIO))
+    actor = MotionActor(situation_layout(SCENARIO))
     with torch.no_grad():
-        for array in tower.parameters():
+        for array in actor.parameters():
             array += 0.3 * torch.randn(array.shape)
-    return tower
+    return actor
 
 
 def test_the_run_holds_all_that_a_network_is_shown(observed):
@@ -57,12 +57,12 @@ def test_the_run_holds_all_that_a_network_is_shown(observed):
     assert {-1, 0, 1} <= set(situation.goal.tolist())
 
 
-def test_training_and_evaluation_agree(observed, tower):
+def test_training_and_evaluation_agree(observed, actor):
     n_worlds = len(observed) // SCENARIO.task.n_robots
-    running = RunningMotion(tower.as_in_file(), SCENARIO, n_worlds)
+    running = NetworkMotion(actor.to_numpy(), SCENARIO, n_worlds)
     wheels = running(situation_layout(SCENARIO).situation(observed))
     with torch.no_grad():
-        means, moves = tower(torch.from_numpy(observed))
+        means, moves = actor(torch.from_numpy(observed))
     assert_allclose(wheels, means.clip(-1.0, 1.0).numpy(), atol=1e-5)
     assert wheels.dtype == np.float32
     assert np.ptp(wheels) > 1.0
@@ -71,14 +71,14 @@ def test_training_and_evaluation_agree(observed, tower):
 
 @pytest.mark.parametrize("rows", [1, 3, 8, 50, 301])
 def test_a_row_has_the_same_wheels_to_the_last_bit_whatever_rows_stand_beside_it(
-    observed, tower, rows
+    observed, actor, rows
 ):
-    weights, columns = tower.as_in_file(), columns_of(situation_layout(SCENARIO), "situation")
-    expected = wheels_of(weights, observed, columns, np)
-    assert_array_equal(wheels_of(weights, observed[-rows:], columns, np), expected[-rows:])
+    weights, columns = actor.to_numpy(), field_columns(situation_layout(SCENARIO), "situation")
+    expected = wheel_speeds(weights, observed, columns, np)
+    assert_array_equal(wheel_speeds(weights, observed[-rows:], columns, np), expected[-rows:])
 
 
-def test_the_order_of_the_messages_plays_no_part(observed, tower):
+def test_the_order_of_the_messages_plays_no_part(observed, actor):
     layout = situation_layout(SCENARIO)
     situation = layout.situation(observed)
     slots = situation.heard.shape[1]
@@ -89,35 +89,37 @@ def test_the_order_of_the_messages_plays_no_part(observed, tower):
         beam=np.take_along_axis(situation.beam, order[:, :, None], 1),
     )
     assert (shuffled.heard != situation.heard).any()
-    weights, columns = tower.as_in_file(), columns_of(layout, "situation")
+    weights, columns = actor.to_numpy(), field_columns(layout, "situation")
     moved = Sheet(layout, len(observed)).write({"situation": shuffled})
-    before = wheels_of(weights, observed, columns, np)
-    assert_allclose(wheels_of(weights, moved, columns, np), before, atol=1e-5)
+    before = wheel_speeds(weights, observed, columns, np)
+    assert_allclose(wheel_speeds(weights, moved, columns, np), before, atol=1e-5)
 
 
-def test_what_is_heard_plays_a_part(observed, tower):
+def test_what_is_heard_plays_a_part(observed, actor):
     layout = situation_layout(SCENARIO)
-    columns, weights = columns_of(layout, "situation"), tower.as_in_file()
+    columns, weights = field_columns(layout, "situation"), actor.to_numpy()
     deaf = observed.copy()
     deaf[:, columns["heard"]] = 0.0
     hears = observed[:, columns["heard"]].any(axis=1)
-    differs = wheels_of(weights, deaf, columns, np) != wheels_of(weights, observed, columns, np)
+    differs = wheel_speeds(weights, deaf, columns, np) != wheel_speeds(
+        weights, observed, columns, np
+    )
     assert_array_equal(differs.any(axis=1), hears)
 
 
-def test_a_robot_that_talks_stands_still(observed, tower):
+def test_a_robot_that_talks_stands_still(observed, actor):
     situation = situation_layout(SCENARIO).situation(observed)
     n_worlds = len(observed) // SCENARIO.task.n_robots
-    wheels = RunningMotion(tower.as_in_file(), SCENARIO, n_worlds)(situation)
+    wheels = NetworkMotion(actor.to_numpy(), SCENARIO, n_worlds)(situation)
     assert not wheels[situation.talking].any()
     assert wheels[~situation.talking].any(axis=1).all()
 
 
-def test_features_are_finite_where_everything_is_far_or_nothing_is_known(tower):
+def test_features_are_finite_where_everything_is_far_or_nothing_is_known(actor):
     layout = situation_layout(SCENARIO)
-    box, columns = layout.box(), columns_of(layout, "situation")
+    box, columns = layout.box(), field_columns(layout, "situation")
     for corner in (box.low, box.high, np.zeros_like(box.low)):
-        assert np.isfinite(wheels_of(tower.as_in_file(), corner[None], columns, np)).all()
+        assert np.isfinite(wheel_speeds(actor.to_numpy(), corner[None], columns, np)).all()
 
 
 def test_the_motion_of_an_unknown_policy_is_refused_when_it_is_started():
@@ -147,13 +149,13 @@ def test_the_weighting_that_is_trained_is_the_one_that_runs():
         np.zeros(n, np.int8),
     )
     torch.manual_seed(0)
-    tower = WeightingTower(layout)
+    actor = WeightingActor(layout)
     with torch.no_grad():
-        for array in tower.parameters():
+        for array in actor.parameters():
             array += 0.3 * torch.randn(array.shape)
-        given, matters = tower(torch.from_numpy(Sheet(layout, n).write({"encounter": encounter})))
-    numbers = strung(tower.as_in_file(), shapes_of(tower.sizes))
-    assert_allclose(given.numpy(), Networks(numbers[None])(encounter), atol=1e-5)
+        given, matters = actor(torch.from_numpy(Sheet(layout, n).write({"encounter": encounter})))
+    numbers = flatten(actor.to_numpy(), weighting_network_shapes(actor.sizes))
+    assert_allclose(given.numpy(), NetworkWeighting(numbers[None])(encounter), atol=1e-5)
     assert matters.all()
 
 
@@ -162,7 +164,9 @@ def test_acts_without_effect_teach_the_actor_nothing(learn):
     layers = ("weighting", "motion") if learn == "both" else (learn,)
     batch = Batch(SCENARIO, Terms(learn=learn), "ssgiff", [1])
     layout, space = batch.observation_layout, batch.action_layout.box()
-    policy = LayersPolicy(layout.box(), space, lambda _: 1e-3, layout=layout, layers=layers)
+    policy = LayerActorCriticPolicy(
+        layout.box(), space, lambda _: 1e-3, layout=layout, layers=layers
+    )
     idle = torch.from_numpy(batch.reset([1]))
     names = list(layout.names)
     if "motion" in layers:

@@ -1,18 +1,18 @@
-"""The policies in the box: each loads, is small, says how it was made, and does its work."""
+"""The bundled policies: each loads, is small, says how it was made, and does its work."""
 
 import pytest
 
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_foraging
+from training.controllers import RECIPES
 from training.experiment import TEST_SEEDS
-from training.policy import SHIPPED, load_policy
-from training.recipes import RECIPES
+from training.policy_file import BUNDLED, load_policy
 
 SMALL = 100_000
 """Bytes of a policy and its card together, at most."""
 
-NAMES = sorted(file.stem for file in SHIPPED.glob("*.safetensors"))
+NAMES = sorted(file.stem for file in BUNDLED.glob("*.safetensors"))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -27,8 +27,8 @@ def test_every_policy_says_how_it_was_made_and_is_small(name):
     assert sum(file.stat().st_size for file in files) < SMALL
 
 
-def test_the_box_holds_policies_and_their_cards_only():
-    files = {file.name for file in SHIPPED.iterdir()}
+def test_the_folder_of_bundled_policies_holds_policies_and_their_cards_only():
+    files = {file.name for file in BUNDLED.iterdir()}
     assert files == {f"{name}{end}" for name in NAMES for end in (".safetensors", ".json")}
 
 

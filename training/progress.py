@@ -1,4 +1,4 @@
-"""How training gets on: lines and a bar on stderr, and curves for TensorBoard."""
+"""Progress of a training run: lines and a progress bar on stderr, curves for TensorBoard."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -12,16 +12,16 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from training.policy import CurvePoint
+from training.policy_file import CurvePoint
 
 FOLDER = "tensorboard"
 
 
-class Teller:
-    """Told of every generation and evaluation; use as a context."""
+class ProgressLogger:
+    """Logs training steps and evaluations; a context manager."""
 
     def __init__(self, out: Path, unit: str, say: Callable[[str], None]) -> None:
-        """Curves go to `out`; a bar is drawn if stderr is a terminal."""
+        """Log TensorBoard curves to `out`; a progress bar is drawn if stderr is a terminal."""
         from torch.utils.tensorboard import SummaryWriter
 
         self._unit = unit
@@ -35,7 +35,7 @@ class Teller:
         self._progress = Progress(*columns, console=console, disable=not console.is_terminal)
         self._bar = self._progress.add_task("", total=None)
 
-    def __enter__(self) -> "Teller":
+    def __enter__(self) -> "ProgressLogger":
         self._progress.start()
         return self
 
@@ -44,20 +44,20 @@ class Teller:
         self._writer.close()
 
     def start(self, budget: int, done: int) -> None:
-        """How many steps there are in all, and how many of them were found."""
+        """Set the total number of steps, and the number found in the checkpoint."""
         self._say(f"{done} of {budget} {self._unit}s found, {max(0, budget - done)} to run")
         self._progress.update(self._bar, total=budget, completed=done)
 
-    def scalars(self, step: int, values: Mapping[str, float]) -> None:
-        """The numbers of one step; those of the speed are shown beside the bar."""
+    def log_scalars(self, step: int, values: Mapping[str, float]) -> None:
+        """Log the scalars of one step; those under `speed/` are also shown beside the bar."""
         for name, value in values.items():
             self._writer.add_scalar(name, value, step)
         speeds = {k: v for k, v in values.items() if k.startswith("speed/")}
         told = ", ".join(f"{v:.3g} {k.removeprefix('speed/')}" for k, v in speeds.items())
         self._progress.update(self._bar, completed=step, description=told)
 
-    def point(self, point: CurvePoint) -> None:
-        """An evaluation on the held-back worlds."""
+    def log_evaluation(self, point: CurvePoint) -> None:
+        """Log an evaluation on the held-back seeds, and print it."""
         step = int(point.step)
         self._writer.add_scalar("held_back/value", point.value, step)
         for name, trips in point.round_trips.items():

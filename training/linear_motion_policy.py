@@ -1,14 +1,14 @@
-"""A learned motion of few numbers: linear reflexes that correct subsumption.
+"""A learned motion of few weights: a linear residual policy over subsumption.
 
     residual = tanh(W_k x)                            k: with a goal, or without one
     wheels   = clip(subsumption + 2 residual, -1, 1)
     run      = 10^tanh(v x) run                       of the random walk, without a goal
 
-x are the features below; the rows of W_k give a share forward and a share of turning. Zeros are
-subsumption.
+x are the features below; the rows of W_k give the forward and the turning component. With all
+weights zero it is subsumption.
 
-So few numbers can be searched by the round trips of the whole swarm, where a gradient for each
-robot's own trips may teach it to push its neighbours aside.
+So few weights can be optimised by CMA-ES for the round trips of the whole swarm, whereas a policy
+gradient on each robot's own trips may teach it to push its neighbours aside.
 """
 
 import math
@@ -23,41 +23,42 @@ from swarm_forage_env.interface import Situation
 from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.kernels.proximity import PROXIMITY_ANGLES
 from swarm_forage_env.scenario import Scenario
-from training.policy import Policy, Shapes
-from training.weighting import strung
+from training.learned_weighting import flatten
+from training.policy_file import Policy, Shapes
 
 NETWORK = "reflexes"
-"""The name of this network on a card."""
+"""Name of this architecture on a policy card."""
 
 FEATURES = (
     "one", "target_left", "target_ahead", "near", "unsure",
     "obstacle_left", "obstacle_ahead", "obstacle_right",
     "robot_left", "robot_ahead", "robots", "turning",
 )  # fmt: skip
-"""What a reflex answers to. `near` fades with the distance to the goal, or without a goal with the
-path walked since there was one; `unsure` grows with the inverse confidence, or with that path;
-`robot` is the nearest sender heard, `robots` the share of slots with a message."""
+"""Input features. `near` falls with the distance to the goal, or without a goal with the path
+travelled since there was one; `unsure` grows with the inverse confidence p, or with that path;
+`robot` is the nearest sender heard, `robots` the share of message slots in use."""
 
 SHAPES: Shapes = {
     "steer.weight": (2, 2, len(FEATURES)),  # with and without a goal; forward and turning
     "walk.weight": (len(FEATURES),),
 }
-"""The arrays of a policy."""
+"""Shapes of the arrays of a policy."""
 
-NUMBERS = 5 * len(FEATURES)
+N_WEIGHTS = 5 * len(FEATURES)
+"""Number of weights of a policy."""
 
 CLOSE, LONG = 0.15, 2.0
-"""Distances [m] at which `near` and the closeness of a robot are one half, and `unsure` is."""
+"""Distances [m] at which `near` and the closeness of a robot, and `unsure`, are one half."""
 
 SPAN = math.log(10.0)
-"""Straight runs get longer or shorter by up to this, in the logarithm."""
+"""Largest change of the logarithm of a straight run's length."""
 
 
 @kernel
-def think_of_goal(
+def goal_features(
     target: Float32[Array, "2"], p: float, searched: float, out_x: Float64[Array, " features"]
 ) -> None:
-    """Where the goal is and how sure that is; `searched` is negative with a goal."""
+    """Features of the goal: direction, nearness, uncertainty; `searched` < 0 means a goal."""
     distance, unsure = searched, searched
     if searched < 0.0:
         distance, unsure = math.hypot(target[0], target[1]), p
@@ -68,8 +69,8 @@ def think_of_goal(
 
 
 @kernel
-def look(proximity: Float32[Array, "8"], out_x: Float64[Array, " features"]) -> None:
-    """What is close to the left, ahead and to the right."""
+def proximity_features(proximity: Float32[Array, "8"], out_x: Float64[Array, " features"]) -> None:
+    """Features of the proximity sensors: obstacles to the left, ahead and to the right."""
     for k in range(8):
         side, ahead = math.sin(PROXIMITY_ANGLES[k]), math.cos(PROXIMITY_ANGLES[k])
         out_x[5] += proximity[k] * max(side, 0.0)
@@ -78,12 +79,12 @@ def look(proximity: Float32[Array, "8"], out_x: Float64[Array, " features"]) -> 
 
 
 @kernel
-def listen(
+def message_features(
     heard: Bool[Array, " slots"],
     beam: Float32[Array, "slots beam"],
     out_x: Float64[Array, " features"],
 ) -> None:
-    """Where the nearest sender is, and how many there are."""
+    """Features of the messages heard: the nearest sender, and the share of slots in use."""
     nearest, messages = -1, 0
     for slot in range(heard.shape[0]):
         if heard[slot]:
@@ -98,10 +99,10 @@ def listen(
 
 
 @kernel
-def react(
+def policy_output(
     x: Float64[Array, " features"], numbers: Float64[Array, " numbers"], mode: int
 ) -> tuple[float, float, float]:
-    """Residual of the left and right wheel, and the factor of a straight run.
+    """Output of the policy: residual of the left and right wheel, factor of a straight run.
 
     forward, turning = tanh(W_mode x);  left, right = forward -+ turning, in [-1, 1]
     """
@@ -118,7 +119,7 @@ def react(
 
 
 @kernel
-def reflex(  # noqa: PLR0913 inputs first, then the outputs
+def linear_policy(  # noqa: PLR0913 inputs first, then the outputs
     proximity: Float32[Array, "rows 8"],
     target: Float32[Array, "rows 2"],
     p: Float32[Array, "rows areas"],
@@ -132,28 +133,28 @@ def reflex(  # noqa: PLR0913 inputs first, then the outputs
     out_residual: Float32[Array, "rows 2"],
     out_factor: Float64[Array, " rows"],
 ) -> None:
-    """The residual of every robot, and the factor of its straight runs."""
+    """Evaluate the policy of every robot: wheel residuals, and the factor of its straight runs."""
     x = np.zeros(len(FEATURES))
     for i in range(proximity.shape[0]):
         x[:] = 0.0
         x[0] = 1.0
         has_goal = goal[i] >= 0
-        think_of_goal(
+        goal_features(
             target[i],
             float(p[i, goal[i]]) if has_goal else 0.0,
             -1.0 if has_goal else searched[i],
             x,
         )
-        look(proximity[i], x)
-        listen(heard[i], beam[i], x)
+        proximity_features(proximity[i], x)
+        message_features(heard[i], beam[i], x)
         x[11] = 0.5 * (wheels[i, 1] - wheels[i, 0])
-        left, right, factor = react(x, numbers[which[i]], 0 if has_goal else 1)
+        left, right, factor = policy_output(x, numbers[which[i]], 0 if has_goal else 1)
         out_residual[i, 0], out_residual[i, 1] = left, right
         out_factor[i] = factor
 
 
-class Reflexes(Subsumption):
-    """Subsumption under the reflexes of one policy, or of one candidate for each world."""
+class LinearMotionPolicy(Subsumption):
+    """The running motion: subsumption plus a linear policy, or one candidate for each world."""
 
     def __init__(
         self,
@@ -162,7 +163,7 @@ class Reflexes(Subsumption):
         seeds: Sequence[int],
         of_row: Int64[Array, " rows"] | None = None,
     ) -> None:
-        """The numbers of each candidate, a row for each, and which is whose; None: one for all."""
+        """Take flat weights, a row per candidate, and each robot's candidate (None: the first)."""
         super().__init__(SubsumptionParameters(), scenario, seeds)
         rows = len(seeds) * self._n_robots
         self._numbers = np.asarray(numbers, np.float32).astype(np.float64)
@@ -171,12 +172,12 @@ class Reflexes(Subsumption):
         self._searched: Float64[Array, " rows"] = np.zeros(rows)
 
     def __call__(self, situation: Situation) -> Float32[Array, "rows 2"]:
-        """Left and right wheel of every robot, in [-1, 1] of the cruise speed."""
+        """Left and right wheel speed of every robot, as a share of cruise speed in [-1, 1]."""
         s = situation
         walked = self._path * np.abs(s.wheels.sum(axis=1, dtype=np.float64))
         self._searched = np.where(s.goal >= 0, 0.0, self._searched + walked)
         residual, factor = np.empty((len(s.goal), 2), np.float32), np.empty(len(s.goal))
-        reflex(
+        linear_policy(
             s.proximity, s.target, s.p, s.goal, s.heard, s.beam, s.wheels,
             self._searched, self._of_row, self._numbers, residual, factor,
         )  # fmt: skip
@@ -187,12 +188,12 @@ class Reflexes(Subsumption):
         return corrected(own, residual, s.talking)
 
     def reset(self, world: int, seed: int) -> None:
-        """Forget one world's courses, and walk at random from this seed from now on."""
+        """Start a new episode in one world: reset its memory and reseed its random walk."""
         super().reset(world, seed)
         self._searched[world * self._n_robots : (world + 1) * self._n_robots] = 0.0
 
 
-def reflexes_of(policy: Policy) -> Float64[Array, " numbers"]:
-    """The numbers of a policy's reflexes; ConfigError if it does not fit."""
+def linear_policy_of(policy: Policy) -> Float64[Array, " numbers"]:
+    """Flat weights of a policy's linear motion; ConfigError if it is another architecture."""
     policy.sizes_of("motion", NETWORK, ())
-    return strung(policy.weights_of("motion", SHAPES), SHAPES)
+    return flatten(policy.weights_of("motion", SHAPES), SHAPES)

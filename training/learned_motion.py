@@ -1,14 +1,14 @@
-"""A learned motion: a small network steers every robot by what subsumption is shown.
+"""A learned motion: a deep-set network maps the inputs of subsumption to wheel speeds.
 
     m_k    = tanh(A f(beam_k) + a)                    for each message k
-    z      = [f(own), sum_k m_k, max_k m_k]           the order of the messages plays no part
+    z      = [f(own), sum_k m_k, max_k m_k]           invariant to the order of the messages
     wheels = clip(C tanh(B tanh(D z + d) + b) + c, -1, 1)
 
-f scales by hand, not by the bounds of the observation, which are far wider than what occurs:
-directions as cosine and sine, distances d as d / (d + near) and d / (d + far). Communication
-takes control of the motors (TR, Section 5.2): a robot that is talking stands still, whatever
-the network says, as under subsumption; it averages more messages for it. The network
-remembers nothing and draws nothing, so that a robot without a goal searches by rule.
+The features f have hand-chosen scales, as observations stay far inside their bounds: directions
+as cosine and sine, distances d as d / (d + near) and d / (d + far). Communication takes control
+of the motors (TR, Section 5.2): a robot that is talking stands still, whatever the network's
+output, as under subsumption, and so averages more messages. The network is deterministic and has
+no memory, so a robot without a goal searches deterministically.
 
 The same function runs on NumPy arrays here and on torch tensors in training.
 """
@@ -27,35 +27,35 @@ from swarm_forage_env.interface import Motion, Situation
 from swarm_forage_env.kernels.compiler import kernel
 from swarm_forage_env.scenario import Part, Scenario
 from swarm_forage_env.waypoints_scenario import AnyScenario
-from training import reflexes
-from training.policy import (
+from training import linear_motion_policy
+from training.policy_file import (
     Policy,
     Shapes,
     Weights,
     load_policy,
-    policy_file,
+    policy_path,
     situation_layout,
 )
 
 NETWORK = "deep-set-motion"
 SIZES = {"message": 16, "hidden": 64}
-"""Of the default network."""
+"""Sizes of the default network."""
 
 NEAR, FAR = 0.15, 1.5
-"""Distances that are told apart well [m]: between robots, and between areas."""
+"""Length scales of the distance features [m]: between robots, and between areas."""
 
 LONG_PATH = 2.0
-"""A path p that is half way to the longest in the network's eyes [m]."""
+"""Length scale of the path feature p / (p + LONG_PATH) [m]."""
 
 OWN, MESSAGE = 33, 5
-"""Features of a robot itself, and of each message."""
+"""Number of features of the robot itself, and of each message."""
 
 Columns = Mapping[str, slice]
-"""Where each field of a part lies in a matrix of observations."""
+"""Columns of each field in a matrix of observations."""
 
 
-def columns_of(layout: ObservationLayout, part: str) -> Columns:
-    """Where each field of a part lies in the observations of a layout."""
+def field_columns(layout: ObservationLayout, part: str) -> Columns:
+    """Columns of each field of a part in the observations of a layout."""
     found, start = {}, 0
     for owner, fields in layout.parts.items():
         for each in fields:
@@ -65,8 +65,8 @@ def columns_of(layout: ObservationLayout, part: str) -> Columns:
     return found
 
 
-def motion_shapes(sizes: Mapping[str, int]) -> Shapes:
-    """The arrays of a network of these sizes."""
+def motion_network_shapes(sizes: Mapping[str, int]) -> Shapes:
+    """Shapes of the arrays of a motion network of these sizes."""
     message, hidden = sizes["message"], sizes["hidden"]
     layers = {
         "message": (message, MESSAGE),
@@ -78,26 +78,26 @@ def motion_shapes(sizes: Mapping[str, int]) -> Shapes:
     return {**weights, **{f"{name}.bias": shape[:1] for name, shape in layers.items()}}
 
 
-def wheels_of(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 of NumPy or of torch
-    """Left and right wheel for each row, not yet clipped, by `xp`: the module numpy or torch."""
-    hidden = xp.tanh(dense(weights, "first", pooled(weights, observed, columns, xp)))
-    hidden = xp.tanh(dense(weights, "second", hidden))
-    return dense(weights, "wheels", hidden)
+def wheel_speeds(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 of NumPy or of torch
+    """Left and right wheel speed of each row, unclipped; `xp` is the module numpy or torch."""
+    hidden = xp.tanh(dense_layer(weights, "first", pooled_features(weights, observed, columns, xp)))
+    hidden = xp.tanh(dense_layer(weights, "second", hidden))
+    return dense_layer(weights, "wheels", hidden)
 
 
-def pooled(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 as above
-    """The features of each row, and what its messages come to in any order."""
+def pooled_features(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 as above
+    """Features of each row: its own, then sum and maximum of its encoded messages."""
     heard = observed[:, columns["heard"]][:, :, None]
     beam = observed[:, columns["beam"]].reshape(len(observed), -1, 3)
-    told = heard * xp.tanh(dense(weights, "message", _message_features(beam, xp)))
+    told = heard * xp.tanh(dense_layer(weights, "message", _message_features(beam, xp)))
     return xp.concatenate([_own_features(observed, columns, xp), told.sum(1), xp.amax(told, 1)], 1)
 
 
-def dense(weights: Mapping[str, Any], name: str, x: Any) -> Any:  # noqa: ANN401 as above
-    """One layer, W x + b along the last axis.
+def dense_layer(weights: Mapping[str, Any], name: str, x: Any) -> Any:  # noqa: ANN401 as above
+    """Apply one dense layer, W x + b, along the last axis.
 
-    On arrays it goes row by row in a fixed order: a matrix product of BLAS rounds by how many
-    rows there are, and a world would not be in a block what it is alone.
+    NumPy arrays are multiplied row by row in a fixed order: the rounding of a BLAS product depends
+    on the number of rows, and a world in a batch would differ from the same world alone.
     """
     weight, bias = weights[f"{name}.weight"], weights[f"{name}.bias"]
     if not isinstance(x, np.ndarray):
@@ -115,7 +115,7 @@ def multiply(
     bias: Float32[Array, " outputs"],
     out: Float32[Array, "rows outputs"],
 ) -> None:
-    """out = x weight + bias, each row for itself."""
+    """Compute out = x weight + bias, row by row."""
     for i in range(x.shape[0]):
         out[i, :] = bias
         for k in range(x.shape[1]):
@@ -132,7 +132,7 @@ def _own_features(observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN
 
 
 def _place_features(places: Any, xp: Any) -> Any:  # noqa: ANN401 as above
-    """Cosine, sine and two squashed distances of each place; zeros for one that is unknown."""
+    """Cosine, sine and two scaled distances of each place; zeros for an unknown place."""
     x, y = places[:, 0::2], places[:, 1::2]
     d = xp.sqrt(x * x + y * y)
     return xp.concatenate([x / (d + 1e-6), y / (d + 1e-6), d / (d + NEAR), d / (d + FAR)], 1)
@@ -145,64 +145,66 @@ def _message_features(beam: Any, xp: Any) -> Any:  # noqa: ANN401 as above
 
 @MOTIONS.register("learned")
 class LearnedMotion(Part):
-    """A trained network steers. Not in the papers: all of it."""
+    """A trained policy sets the wheel speeds. Not in the papers: all of it."""
 
     policy: str = Field(
         "motion",
-        description="The network: a name in the box, or a file as runs/x/best.safetensors",
+        description="The network: a bundled policy, or a file as runs/x/best.safetensors",
     )
 
     @property
     def reads(self) -> tuple[Path, ...]:
-        """Files that its wheels depend on, beside the code."""
-        return (policy_file(self.policy),)
+        """Files, other than source code, that its output depends on."""
+        return (policy_path(self.policy),)
 
     def check_usable(self, scenario: AnyScenario | None = None) -> None:
         """ConfigError or UnknownNameError if the policy is missing or does not fit."""
         policy = load_policy(self.policy)
         if isinstance(scenario, Scenario):
             policy.check_fits("motion", scenario)
-        if _has_reflexes(policy):
-            reflexes.reflexes_of(policy)
+        if _is_linear(policy):
+            linear_motion_policy.linear_policy_of(policy)
         else:
             motion_weights(policy)
 
     def start(self, scenario: Scenario, seeds: Sequence[int]) -> Motion:
-        """The running motion of a block of worlds; ConfigError if the policy does not fit."""
+        """Start the motion in several worlds; ConfigError if the policy does not fit."""
         policy = load_policy(self.policy)
         policy.check_fits("motion", scenario)
-        if _has_reflexes(policy):
-            return reflexes.Reflexes(reflexes.reflexes_of(policy)[None], scenario, seeds)
-        return RunningMotion(motion_weights(policy), scenario, len(seeds))
+        if _is_linear(policy):
+            return linear_motion_policy.LinearMotionPolicy(
+                linear_motion_policy.linear_policy_of(policy)[None], scenario, seeds
+            )
+        return NetworkMotion(motion_weights(policy), scenario, len(seeds))
 
 
-def _has_reflexes(policy: Policy) -> bool:
+def _is_linear(policy: Policy) -> bool:
     layer = policy.card.layers.get("motion")
-    return layer is not None and layer.network == reflexes.NETWORK
+    return layer is not None and layer.network == linear_motion_policy.NETWORK
 
 
 def motion_weights(policy: Policy) -> Weights:
-    """The arrays of a policy's motion; ConfigError if they are of another network."""
+    """Weights of a policy's motion network; ConfigError if its architecture is another one."""
     sizes = policy.sizes_of("motion", NETWORK, tuple(SIZES))
-    return policy.weights_of("motion", motion_shapes(sizes))
+    return policy.weights_of("motion", motion_network_shapes(sizes))
 
 
-class RunningMotion:
-    """The motion of all robots of a block of worlds."""
+class NetworkMotion:
+    """The running motion of all robots of several worlds, by a deep-set network."""
 
     def __init__(self, weights: Weights, scenario: Scenario, n_worlds: int) -> None:
-        """Robots of a scenario, all under the same network."""
+        """Start the motion: all robots run the same network."""
         layout = situation_layout(scenario)
         self._weights = weights
-        self._columns = columns_of(layout, "situation")
+        self._columns = field_columns(layout, "situation")
         self._sheet = Sheet(layout, n_worlds * scenario.task.n_robots)
 
     def __call__(self, situation: Situation) -> Float32[Array, "rows 2"]:
-        """Left and right wheel of every robot, in [-1, 1] of the cruise speed."""
+        """Left and right wheel speed of every robot, as a share of cruise speed in [-1, 1]."""
         observed = self._sheet.write({"situation": situation})
-        wheels = wheels_of(self._weights, observed, self._columns, np)
+        wheels = wheel_speeds(self._weights, observed, self._columns, np)
         wheels[situation.talking] = 0.0
         return np.asarray(np.clip(wheels, -1.0, 1.0))
 
     def reset(self, world: int, seed: int) -> None:
-        """There is nothing to forget."""
+        """Start a new episode; the network has no memory to reset."""

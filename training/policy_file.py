@@ -1,9 +1,9 @@
-"""Policies in files: weights as safetensors, and beside them a card that says what they are.
+"""Policy files: weights as safetensors, with a model card in JSON beside them.
 
     best.safetensors    arrays of float32, named <layer>.<array>: `weighting.hidden.weight`
-    best.json           the card: for what, made how, how good
+    best.json           the card: architecture, training run, scores
 
-Nothing is loaded through pickle, and what does not fit is refused before it runs.
+Nothing is loaded through pickle. A policy that does not fit a scenario is refused before it runs.
 """
 
 import hashlib
@@ -26,8 +26,8 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.extras import remedy
 from swarm_forage_env.scenario import Count, NotNegative, Part, Scenario
 
-SHIPPED = Path(__file__).parent / "policies"
-"""Where the policies in the box lie: a bare name is one of them."""
+BUNDLED = Path(__file__).parent / "policies"
+"""Folder of the bundled policies; a policy's bare name stands for one of them."""
 
 Weights = Mapping[str, Float32[Array, "..."]]
 Shapes = Mapping[str, tuple[int, ...]]
@@ -35,27 +35,27 @@ LayerName = Literal["weighting", "motion"]
 
 
 class SlotName(Part):
-    """One number that a layer sees or gives."""
+    """Name and unit of one component of a layer's observation or action."""
 
     name: str
     unit: str
 
 
 class LayerCard(Part):
-    """The network in the place of one layer, and the numbers that it was trained on."""
+    """Card of one layer: architecture, observation and action components."""
 
     network: str
-    """What kind of network."""
+    """Name of the architecture."""
     sizes: dict[str, Count]
-    """Its sizes, from which the shapes of all its arrays follow."""
+    """Sizes of the network, which determine the shapes of all its arrays."""
     observes: tuple[SlotName, ...]
-    """The slots of the layer's part of the observation."""
+    """Components of the layer's observation."""
     gives: tuple[SlotName, ...]
-    """The slots of the layer's part of the action."""
+    """Components of the layer's action."""
 
 
 class Interval(Part):
-    """A mean over episodes, and its 95 % interval."""
+    """Mean over episodes with its 95 % interval."""
 
     low: float
     mean: float
@@ -63,57 +63,57 @@ class Interval(Part):
 
 
 class CurvePoint(Part):
-    """How good the policy was at one moment of its training, on the held-back seeds."""
+    """Point of a learning curve: an evaluation on the held-back seeds."""
 
     step: NotNegative
-    """Generations or robot steps so far."""
+    """Generations, rounds or robot steps so far."""
     simulated_s: NotNegative
     """Simulated time so far, summed over worlds [s]."""
     value: float
-    """What the best policy is chosen by."""
+    """Score by which the best policy is chosen."""
     round_trips: dict[str, Interval]
     """Round trips in each scenario."""
 
 
 class Card(Part):
-    """What a policy is, and all that it takes to make it again."""
+    """Model card of a policy: what it is, and everything needed to train it again."""
 
     format: Literal[1] = 1
     """Version of the card; another one is refused."""
     layers: dict[LayerName, LayerCard] = Field(min_length=1)
     scenarios: tuple[str, ...]
-    """Those it was trained on, with what differs in each: `es1:radio.frames=50`."""
+    """Scenarios of the training, each with its own changes: `es1:radio.frames=50`."""
     settings: dict[str, str]
-    """What differs from them in all."""
+    """Changes of all scenarios, by dotted name."""
     controller: str
-    """The hand-written rest."""
+    """Controller whose other layers were used."""
     algorithm: str
     command: str
     seed: int
     versions: dict[str, str]
-    """Of the packages it was made with."""
+    """Versions of the packages used."""
     curve: tuple[CurvePoint, ...]
     score: dict[str, Interval]
     """Round trips on the held-back seeds, in each scenario."""
     sha256: str = ""
-    """Of the file of the weights; written by `save_policy`."""
+    """SHA-256 hash of the file of weights; written by `save_policy`."""
 
     @property
     def layer(self) -> str:
-        """What the policy takes the place of: weighting, motion or both."""
+        """Layer that the policy replaces: weighting, motion or both."""
         return "both" if len(self.layers) > 1 else next(iter(self.layers))
 
 
 @dataclass(frozen=True)
 class Policy:
-    """Weights with their card, and where they come from."""
+    """A loaded policy: file, weights and card."""
 
     source: Path
     weights: Weights
     card: Card
 
     def sizes_of(self, layer: LayerName, network: str, names: tuple[str, ...]) -> dict[str, int]:
-        """The sizes of one layer's network; ConfigError if it is another kind of network."""
+        """Sizes of one layer's network; ConfigError if its architecture is another one."""
         card = self._layer(layer)
         if card.network != network:
             raise self._refusal(f"its {layer} is a network '{card.network}', not '{network}'")
@@ -123,7 +123,7 @@ class Policy:
         return card.sizes
 
     def weights_of(self, layer: LayerName, shapes: Shapes) -> Weights:
-        """The arrays of one layer, without its name; ConfigError if they have other shapes."""
+        """Weights of one layer, by name without the layer; ConfigError if shapes differ."""
         prefix = f"{layer}."
         found = {
             name.removeprefix(prefix): array
@@ -138,11 +138,11 @@ class Policy:
         return found
 
     def check_fits(self, layer: LayerName, scenario: Scenario) -> None:
-        """ConfigError, naming the first slot that differs, if a layer there is shown others."""
+        """Raise ConfigError if a layer's observation or action differs in a scenario."""
         card = self._layer(layer)
         for kind, trained, there in (
-            ("observation", card.observes, observed(layer, scenario)),
-            ("action", card.gives, given(layer)),
+            ("observation", card.observes, observation_slots(layer, scenario)),
+            ("action", card.gives, action_slots(layer)),
         ):
             for k in range(max(len(trained), len(there))):
                 old = trained[k] if k < len(trained) else None
@@ -150,7 +150,7 @@ class Policy:
                 if old != new:
                     raise self._refusal(
                         f"does not fit '{scenario.name}': {kind} slot {k} of its {layer} was"
-                        f" {_told(old)} in training and is {_told(new)} here"
+                        f" {_described(old)} in training and is {_described(new)} here"
                     )
 
     def _layer(self, layer: LayerName) -> LayerCard:
@@ -162,25 +162,25 @@ class Policy:
         return ConfigError(f"policy {self.source}: {why}")
 
 
-def observed(layer: LayerName, scenario: Scenario) -> tuple[SlotName, ...]:
-    """The slots that a layer is shown in a scenario."""
+def observation_slots(layer: LayerName, scenario: Scenario) -> tuple[SlotName, ...]:
+    """Components of a layer's observation in a scenario."""
     layout = encounter_layout(scenario) if layer == "weighting" else situation_layout(scenario)
     return tuple(SlotName(name=slot.name, unit=slot.unit) for slot in layout)
 
 
 def encounter_layout(scenario: Scenario) -> ObservationLayout:
-    """What a weighting sees in a scenario."""
+    """Observation layout of the weighting in a scenario."""
     return ObservationLayout({"encounter": encounter_fields(Bounds(scenario, scenario.n_ticks))})
 
 
 def situation_layout(scenario: Scenario) -> ObservationLayout:
-    """What a motion sees in a scenario."""
+    """Observation layout of the motion in a scenario."""
     fields = situation_fields(Bounds(scenario, scenario.n_ticks), scenario.slots)
     return ObservationLayout({"situation": fields})
 
 
-def given(layer: LayerName) -> tuple[SlotName, ...]:
-    """The slots that a layer gives."""
+def action_slots(layer: LayerName) -> tuple[SlotName, ...]:
+    """Components of a layer's action."""
     layout = CUTS[layer].action_layout
     return tuple(SlotName(name=slot.name, unit=slot.unit) for slot in layout)
 
@@ -188,41 +188,41 @@ def given(layer: LayerName) -> tuple[SlotName, ...]:
 def layer_card(
     layer: LayerName, scenario: Scenario, network: str, sizes: Mapping[str, int]
 ) -> LayerCard:
-    """The card of a layer that is trained in a scenario."""
+    """Make the card of a layer that is trained in a scenario."""
     return LayerCard(
         network=network,
         sizes=dict(sizes),
-        observes=observed(layer, scenario),
-        gives=given(layer),
+        observes=observation_slots(layer, scenario),
+        gives=action_slots(layer),
     )
 
 
 def save_policy(file: Path, weights: Weights, card: Card) -> None:
-    """Write weights and card; each file appears whole or not at all."""
+    """Write weights and card to files, each atomically."""
     save = _safetensors(file).numpy.save
     check_weights(weights, str(file))
     content = save({name: np.ascontiguousarray(array) for name, array in weights.items()})
     card = card.model_copy(update={"sha256": hashlib.sha256(content).hexdigest()})
     write_whole(file, content)
-    write_whole(card_beside(file), (card.model_dump_json(indent=1) + "\n").encode())
+    write_whole(card_path(file), (card.model_dump_json(indent=1) + "\n").encode())
 
 
 def load_policy(policy: str | Path) -> Policy:
-    """The policy in a file, or the one in the box that a bare name stands for.
+    """Load a policy from a file, or the bundled policy of that name.
 
     ConfigError for a file that is missing, damaged or without a card that fits it,
     UnknownNameError for a name that stands for nothing, ModuleNotFoundError without safetensors.
     """
-    file = policy_file(policy)
+    file = policy_path(policy)
     safetensors = _safetensors(file)
     content = _read(file, "policy")
     try:
         weights = safetensors.numpy.load(content)
     except (safetensors.SafetensorError, KeyError, ValueError) as error:
         raise ConfigError(f"policy {file}: not a safetensors file ({error})") from None
-    card = _read_card(card_beside(file))
+    card = _read_card(card_path(file))
     if card.sha256 != hashlib.sha256(content).hexdigest():
-        raise ConfigError(f"policy {file}: its card {card_beside(file)} is of other weights")
+        raise ConfigError(f"policy {file}: its card {card_path(file)} is of other weights")
     check_weights(weights, str(file))
     for name in weights:
         if name.partition(".")[0] not in card.layers:
@@ -230,23 +230,23 @@ def load_policy(policy: str | Path) -> Policy:
     return Policy(file, weights, card)
 
 
-def policy_file(policy: str | Path) -> Path:
-    """The file of a policy that is named as `weighting` or as `runs/x/best.safetensors`."""
+def policy_path(policy: str | Path) -> Path:
+    """Path of a policy file, given as a bundled name (`weighting`) or as a path."""
     if Path(policy).suffix == ".safetensors":
         return Path(policy)
-    names = [each.stem for each in SHIPPED.glob("*.safetensors")]
+    names = [each.stem for each in BUNDLED.glob("*.safetensors")]
     if str(policy) not in names:
         raise UnknownNameError("policy", str(policy), names)
-    return SHIPPED / f"{policy}.safetensors"
+    return BUNDLED / f"{policy}.safetensors"
 
 
-def card_beside(file: Path) -> Path:
-    """The card of a file of weights."""
+def card_path(file: Path) -> Path:
+    """Path of the card that belongs to a file of weights."""
     return file.with_suffix(".json")
 
 
 def check_weights(weights: Mapping[str, Any], where: str) -> None:
-    """ConfigError unless all arrays are finite numbers of single precision."""
+    """Raise ConfigError unless all arrays are finite and of single precision."""
     for name, array in weights.items():
         if array.dtype != np.float32:
             raise ConfigError(f"policy {where}: array '{name}' is {array.dtype}: must be float32")
@@ -255,7 +255,7 @@ def check_weights(weights: Mapping[str, Any], where: str) -> None:
 
 
 def write_whole(file: Path, content: bytes) -> None:
-    """Write a file that appears whole or not at all, over the one that may be there."""
+    """Write a file atomically, replacing one of the same name."""
     file.parent.mkdir(parents=True, exist_ok=True)
     temporary = file.with_name(f"_{file.name}.tmp")
     with temporary.open("wb") as stream:
@@ -291,5 +291,5 @@ def _read(file: Path, what: str) -> bytes:
         raise ConfigError(f"{what} {file}: cannot be read ({error.strerror})") from None
 
 
-def _told(slot: SlotName | None) -> str:
+def _described(slot: SlotName | None) -> str:
     return "missing" if slot is None else f"{slot.name} [{slot.unit}]"

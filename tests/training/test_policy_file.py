@@ -10,9 +10,9 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenario import Scenario
 from swarm_forage_env.scenarios import find_foraging
-from training import policy as policies
-from training.policy import layer_card, load_policy, save_policy
-from training.weighting import network_of
+from training import policy_file as policies
+from training.learned_weighting import network_of
+from training.policy_file import layer_card, load_policy, save_policy
 
 
 def changed(file, **changes):
@@ -56,8 +56,8 @@ def test_a_policy_comes_back_as_it_was_saved(policy_file):
     assert not list(policy_file.parent.glob("*.tmp"))
 
 
-def test_a_bare_name_is_a_policy_in_the_box(policy_file, monkeypatch):
-    monkeypatch.setattr(policies, "SHIPPED", policy_file.parent)
+def test_a_bare_name_is_a_bundled_policy(policy_file, monkeypatch):
+    monkeypatch.setattr(policies, "BUNDLED", policy_file.parent)
     assert load_policy("mine").source == policy_file
     with pytest.raises(UnknownNameError, match="no policy named 'mime', did you mean 'mine'"):
         load_policy("mime")

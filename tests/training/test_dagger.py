@@ -1,4 +1,4 @@
-"""Imitation: it learns what the truth would have weighed, and survives being killed."""
+"""DAgger: it learns from the true errors of estimates, and survives being killed."""
 
 import math
 
@@ -12,26 +12,26 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenarios import find_foraging
-from training import imitation
-from training.actor_critic import WeightingTower
-from training.imitation import (
+from training import dagger
+from training.actor_critic import WeightingActor
+from training.dagger import (
     HIDDEN,
+    DAggerTraining,
     Exchanges,
-    Imitation,
-    Watched,
+    RecordingWeighting,
     oracle_gain,
+    record_exchanges,
     squared_error,
     train,
-    watch,
 )
-from training.policy import encounter_layout, load_policy
-from training.weighting import (
+from training.learned_weighting import (
     LearnedWeighting,
-    Networks,
+    NetworkWeighting,
+    flatten,
     network_of,
-    shapes_of,
-    strung,
+    weighting_network_shapes,
 )
+from training.policy_file import encounter_layout, load_policy
 
 OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
@@ -62,14 +62,16 @@ def imitating(experiment):
 
 
 def random_numbers():
-    shapes = shapes_of({"hidden": HIDDEN})
+    shapes = weighting_network_shapes({"hidden": HIDDEN})
     count = sum(math.prod(shape) for shape in shapes.values())
     return np.random.default_rng(0).normal(0.0, 0.5, count).astype(np.float32)
 
 
 @pytest.fixture(scope="module")
 def exchanges():
-    return watch(SCENARIO, find_controller("ssgiff"), random_numbers(), SEEDS, "kinematic")
+    return record_exchanges(
+        SCENARIO, find_controller("ssgiff"), random_numbers(), SEEDS, "kinematic"
+    )
 
 
 def test_the_error_of_a_merged_place_by_hand():
@@ -84,17 +86,17 @@ def test_the_gain_of_an_oracle_by_hand():
     assert float(oracle_gain(OWN, HEARD)) == pytest.approx((0.08 + 0.0 + 0.49) / 3.0, abs=1e-7)
 
 
-def test_watching_changes_nothing():
+def test_recording_changes_nothing():
     recipe = find_controller("ssgiff")
-    watched = Watched(random_numbers(), LAYOUT)
+    weighting = RecordingWeighting(random_numbers(), LAYOUT)
     seen = ControlLoop(
         SCENARIO,
-        Reference(recipe.name, recipe.estimator, watched, recipe.motion),
+        Reference(recipe.name, recipe.estimator, weighting, recipe.motion),
         SEEDS,
         "kinematic",
     )
     alone = ControlLoop(SCENARIO, recipe, SEEDS, "kinematic")
-    alone.controller.weighting = Networks(random_numbers()[None])
+    alone.controller.weighting = NetworkWeighting(random_numbers()[None])
     for _ in range(SCENARIO.n_ticks):
         seen.step()
         alone.step()
@@ -112,7 +114,9 @@ def test_what_is_noted_is_of_the_area_that_the_robot_heads_for(exchanges):
 
 
 def test_a_double_filter_notes_both_areas():
-    found = watch(SCENARIO, find_controller("dsgiff"), random_numbers(), SEEDS, "kinematic")
+    found = record_exchanges(
+        SCENARIO, find_controller("dsgiff"), random_numbers(), SEEDS, "kinematic"
+    )
     seen = LAYOUT.encounter(found.observed)
     elsewhere = found.area.argmax(axis=1) != seen.goal
     assert 0 < elsewhere.sum() < len(found)
@@ -128,12 +132,12 @@ def test_the_errors_noted_are_as_far_apart_as_the_places(exchanges):
 
 
 def test_believing_nobody_gains_nothing_and_the_truth_gains_more(exchanges):
-    gain, tower = exchanges.gain("es1"), WeightingTower(LAYOUT, HIDDEN)
+    gain, actor = exchanges.gain("es1"), WeightingActor(LAYOUT, HIDDEN)
     with torch.no_grad():
-        tower.arrays["output.bias"].fill_(-1e6)
-        assert exchanges.share(tower, gain) == pytest.approx(0.0, abs=1e-6)
-        tower.arrays["output.bias"].fill_(1e6)  # believe everybody
-        assert exchanges.share(tower, gain) < 0.9
+        actor.arrays["output.bias"].fill_(-1e6)
+        assert exchanges.share(actor, gain) == pytest.approx(0.0, abs=1e-6)
+        actor.arrays["output.bias"].fill_(1e6)  # believe everybody
+        assert exchanges.share(actor, gain) < 0.9
 
 
 def test_a_fit_finds_out_who_is_right(imitating):
@@ -151,7 +155,7 @@ def test_a_fit_finds_out_who_is_right(imitating):
     area = np.tile(np.array([0.0, 1.0], np.float32), (rows, 1))
     errors = [each.astype(np.float32) for each in (np.where(fresh, wrong, right),
                                                    np.where(fresh, right, wrong))]  # fmt: skip
-    learning = Imitation(imitating())
+    learning = DAggerTraining(imitating())
     shares = learning._fit({"es1": Exchanges(observed, area, *errors)})
     assert shares["es1"] > 0.95
 
@@ -167,7 +171,7 @@ def test_training_ends_with_the_best_policy_as_a_controller(imitating):
     assert network_of(policy).size == 170
     controller = find_controller(f"learned-weighting:policy={policy.source}")
     episodes = run_episodes(
-        mine.worlds_by_name["es1"], controller, mine.held_back_seeds, "kinematic"
+        mine.scenarios_by_name["es1"], controller, mine.held_back_seeds, "kinematic"
     )
     assert np.mean([each.round_trips for each in episodes]) == policy.card.score["es1"].mean
     assert list((mine.out / "tensorboard").iterdir())
@@ -177,33 +181,33 @@ def test_training_ends_with_the_best_policy_as_a_controller(imitating):
 def test_a_fit_goes_on_from_a_learned_weighting(imitating, name, policy_file):
     policy = load_policy({"weighting": "weighting", "mine": policy_file}[name])
     mine = imitating(controller=f"learned-weighting:policy={policy.source}")
-    tower = Imitation(mine)._tower
-    shapes = shapes_of(tower.sizes)
-    np.testing.assert_array_equal(strung(tower.as_in_file(), shapes), network_of(policy))
+    actor = DAggerTraining(mine)._actor
+    shapes = weighting_network_shapes(actor.sizes)
+    np.testing.assert_array_equal(flatten(actor.to_numpy(), shapes), network_of(policy))
 
 
 def test_the_network_in_training_is_the_one_that_runs(imitating, exchanges, monkeypatch):
-    monkeypatch.setattr(imitation, "STEPS", 20)
+    monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
     policy = train(imitating(budget=1), silent)
-    tower = WeightingTower(LAYOUT, HIDDEN)
-    arrays = policy.weights_of("weighting", shapes_of(tower.sizes))
-    tower.load_state_dict({name: torch.from_numpy(array) for name, array in arrays.items()})
+    actor = WeightingActor(LAYOUT, HIDDEN)
+    arrays = policy.weights_of("weighting", weighting_network_shapes(actor.sizes))
+    actor.load_state_dict({name: torch.from_numpy(array) for name, array in arrays.items()})
     seen = LAYOUT.encounter(exchanges.observed)
     with torch.no_grad():
-        g, _ = tower(torch.from_numpy(exchanges.observed))
+        g, _ = actor(torch.from_numpy(exchanges.observed))
     rule = LearnedWeighting(policy=str(policy.source))
     met = seen.own_known & seen.heard_known
     np.testing.assert_allclose(np.where(met, rule(seen), 0.0), g.numpy(), atol=1e-5)
-    numbers = strung(tower.as_in_file(), shapes_of(tower.sizes))
-    np.testing.assert_array_equal(Networks(numbers[None])(seen), rule(seen))
+    numbers = flatten(actor.to_numpy(), weighting_network_shapes(actor.sizes))
+    np.testing.assert_array_equal(NetworkWeighting(numbers[None])(seen), rule(seen))
 
 
 def test_a_training_stopped_anywhere_and_started_again_ends_the_same(
     imitating, monkeypatch, broken_anywhere
 ):
-    monkeypatch.setattr(imitation, "STEPS", 20)
+    monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
     mine = imitating(every=2)
-    broken_anywhere(train, mine, (Imitation, "_keep"), range(1, 5))
+    broken_anywhere(train, mine, (DAggerTraining, "_save"), range(1, 5))
 
 
 def test_robots_that_never_exchange_teach_nothing(imitating):
@@ -211,6 +215,6 @@ def test_robots_that_never_exchange_teach_nothing(imitating):
         train(imitating(controller="nc"), silent)
 
 
-def test_the_policy_in_the_box_was_made_so():
+def test_the_bundled_policy_was_made_so():
     card = load_policy("weighting").card
     assert (card.algorithm, card.layer) == ("imitation", "weighting")

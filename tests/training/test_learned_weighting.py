@@ -10,20 +10,20 @@ from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.interface import Encounter
 from swarm_forage_env.scenarios import find_foraging
-from training.trials import Trials
-from training.weighting import (
+from training.candidate_rollouts import CandidateRollouts
+from training.learned_weighting import (
     FEATURES,
     HIDDEN,
     SCALES,
     LearnedWeighting,
-    Networks,
+    NetworkWeighting,
+    flatten,
     network_of,
-    shapes_of,
-    strung,
-    unstrung,
+    unflatten,
+    weighting_network_shapes,
 )
 
-SHAPES = shapes_of({"hidden": HIDDEN})
+SHAPES = weighting_network_shapes({"hidden": HIDDEN})
 N_NUMBERS = sum(math.prod(shape) for shape in SHAPES.values())
 
 
@@ -55,7 +55,7 @@ def test_the_network_has_under_500_numbers():
 
 def test_zero_weights_are_sgiff():
     seen = encounters(500)
-    g = Networks(np.zeros((1, N_NUMBERS)))(seen)
+    g = NetworkWeighting(np.zeros((1, N_NUMBERS)))(seen)
     expected = SGIFF(beta=0.01)(seen)
     np.testing.assert_allclose(g[seen.valid], expected[seen.valid], rtol=1e-4, atol=1e-7)
     assert not g[~seen.valid].any()
@@ -63,7 +63,7 @@ def test_zero_weights_are_sgiff():
 
 def test_the_network_computes_its_equation():
     seen, numbers = encounters(20), random_networks(1)
-    arrays = unstrung(numbers[0], SHAPES)
+    arrays = unflatten(numbers[0], SHAPES)
     raw = {
         "own_p": seen.own_p,
         "heard_p": seen.heard_p,
@@ -82,7 +82,7 @@ def test_the_network_computes_its_equation():
     direct = arrays["direct.weight"]
     odds = hidden @ arrays["output.weight"] + x @ direct[:-1] + arrays["output.bias"]
     odds += (1.0 + direct[-1]) * (seen.own_p - seen.heard_p)
-    g = Networks(numbers)(seen)[seen.valid]
+    g = NetworkWeighting(numbers)(seen)[seen.valid]
     np.testing.assert_allclose(g, 1.0 / (1.0 + np.exp(-odds[seen.valid])), rtol=1e-4, atol=1e-6)
 
 
@@ -94,21 +94,21 @@ def test_extreme_encounters_give_shares():
         heard_p=np.array([[0, 1e30], [0, 0], [1e30, 0], [1e30, 0]], np.float32),
     )
     for networks in (np.zeros((1, N_NUMBERS)), random_networks(1)):
-        g = Networks(networks)(seen)
+        g = NetworkWeighting(networks)(seen)
         assert np.all((g >= 0.0) & (g <= 1.0))
 
 
 def test_numbers_and_arrays_are_two_forms_of_one_network():
     (numbers,) = random_networks(1)
-    np.testing.assert_array_equal(strung(unstrung(numbers, SHAPES), SHAPES), numbers)
+    np.testing.assert_array_equal(flatten(unflatten(numbers, SHAPES), SHAPES), numbers)
 
 
 def test_each_row_is_weighed_by_its_own_network():
     seen, networks = encounters(60), random_networks(3)
     of_row = np.arange(60) % 3
-    together = Networks(networks, of_row)(seen)
+    together = NetworkWeighting(networks, of_row)(seen)
     for k in range(3):
-        alone = Networks(networks[k : k + 1])(seen)
+        alone = NetworkWeighting(networks[k : k + 1])(seen)
         np.testing.assert_array_equal(together[of_row == k], alone[of_row == k])
     assert not np.array_equal(together, alone)
 
@@ -119,8 +119,8 @@ SEEDS = 10_000, 10_001
 
 
 def trips_of(networks, seeds, workers=1):
-    trials = Trials(SCENARIOS, find_controller("ssgiff"), "kinematic", workers)
-    return trials.round_trips(networks, seeds)
+    rollouts = CandidateRollouts(SCENARIOS, find_controller("ssgiff"), "kinematic", workers)
+    return rollouts.round_trips(networks, seeds)
 
 
 @pytest.fixture(scope="module")
@@ -143,10 +143,10 @@ def test_candidates_side_by_side_have_the_round_trips_they_have_alone(alone, wor
 
 
 def test_the_rule_weighs_as_the_network_in_its_file(policy_file):
-    from training.policy import load_policy
+    from training.policy_file import load_policy
 
     rule, seen = LearnedWeighting(policy=str(policy_file)), encounters(50)
-    expected = Networks(network_of(load_policy(policy_file))[None])(seen)
+    expected = NetworkWeighting(network_of(load_policy(policy_file))[None])(seen)
     np.testing.assert_array_equal(rule(seen), expected)
     np.testing.assert_array_equal(rule.beside(None)(seen), expected)
     assert expected.any()
@@ -154,7 +154,7 @@ def test_the_rule_weighs_as_the_network_in_its_file(policy_file):
 
 def test_another_policy_under_the_same_name_is_another_configuration(policy_file):
     from baselines.evaluation.configuration import Configuration
-    from training.policy import load_policy, save_policy
+    from training.policy_file import load_policy, save_policy
 
     recipe = dataclasses.replace(
         find_controller("ssgiff"), weighting=LearnedWeighting(policy=str(policy_file))

@@ -1,4 +1,4 @@
-"""The command `train`: learn a layer, and keep the best policy."""
+"""The command `swarm-forage train`: options, defaults and the final report."""
 
 import shlex
 import sys
@@ -12,11 +12,11 @@ from baselines.cli import app, stoppable
 
 if TYPE_CHECKING:
     from training.experiment import Experiment
-    from training.policy import Policy
+    from training.policy_file import Policy
 
 
 class Layer(StrEnum):
-    """What the policy takes the place of."""
+    """Layer of the controller that the policy replaces."""
 
     WEIGHTING = "weighting"
     MOTION = "motion"
@@ -24,7 +24,7 @@ class Layer(StrEnum):
 
 
 class Algorithm(StrEnum):
-    """How it is trained."""
+    """Training algorithm."""
 
     CMA = "cma"
     IMITATION = "imitation"
@@ -36,16 +36,20 @@ EVERY = {Algorithm.CMA: 5, Algorithm.IMITATION: 2, Algorithm.PPO: 1_500_000}
 WORLDS = {Algorithm.CMA: 8, Algorithm.IMITATION: 24, Algorithm.PPO: 8}
 
 
-def _in_turn(numbers: dict[Algorithm, int]) -> str:
+def _listed(numbers: dict[Algorithm, int]) -> str:
     return ", ".join(f"{algorithm}: {number}" for algorithm, number in numbers.items())
 
 
-REST = {Layer.WEIGHTING: "dsgiff-brisk", Layer.MOTION: "ssgiff", Layer.BOTH: "dsgiff-wary"}
-"""The hand-written rest of the controllers that run such policies."""
+DEFAULT_CONTROLLER = {
+    Layer.WEIGHTING: "dsgiff-brisk",
+    Layer.MOTION: "ssgiff",
+    Layer.BOTH: "dsgiff-wary",
+}
+"""Controller whose other layers are used, by default, with a policy of each layer."""
 
 
 def train(  # noqa: PLR0913 the options of a command
-    layer: Annotated[Layer, typer.Argument(help="What the policy takes the place of.")],
+    layer: Annotated[Layer, typer.Argument(help="Layer that the policy replaces.")],
     scenarios: Annotated[
         list[str],
         typer.Argument(
@@ -56,8 +60,8 @@ def train(  # noqa: PLR0913 the options of a command
     algorithm: Annotated[
         Algorithm | None,
         typer.Option(
-            help="cma: evolve one layer on the round trips of the swarm. imitation: fit the"
-            " weighting to what the truth would have weighed. ppo: policy gradient.",
+            help="cma: CMA-ES on the round trips of the swarm. imitation:"
+            " DAgger, supervised by the true errors of the estimates. ppo: policy gradient.",
             show_default="cma for weighting, else ppo",
         ),
     ] = None,
@@ -76,22 +80,22 @@ def train(  # noqa: PLR0913 the options of a command
         int | None,
         typer.Option(
             help="How long: generations (cma), rounds (imitation) or robot steps (ppo).",
-            show_default=_in_turn(BUDGET),
+            show_default=_listed(BUDGET),
         ),
     ] = None,
     every: Annotated[
         int | None,
         typer.Option(
             help="Evaluate on held-back seeds so often: generations, rounds or steps.",
-            show_default=_in_turn(EVERY),
+            show_default=_listed(EVERY),
         ),
     ] = None,
     worlds: Annotated[
         int | None,
         typer.Option(
-            help="Worlds side by side: for each candidate in each scenario (cma), or of the"
+            help="Parallel worlds: for each candidate in each scenario (cma), or of the"
             " smallest swarm (imitation, ppo).",
-            show_default=_in_turn(WORLDS),
+            show_default=_listed(WORLDS),
         ),
     ] = None,
     held_back: Annotated[
@@ -106,8 +110,8 @@ def train(  # noqa: PLR0913 the options of a command
     controller: Annotated[
         str | None,
         typer.Option(
-            help="The rest; parameters as in `evaluate`. If its own layer is a learned one, cma"
-            " and imitation go on from that.",
+            help="Controller of the other layers; parameters as in `evaluate`. If its own layer"
+            " is a learned one, cma and imitation start from that.",
             show_default="weighting: dsgiff-brisk, motion: ssgiff, both: dsgiff-wary",
         ),
     ] = None,
@@ -117,11 +121,11 @@ def train(  # noqa: PLR0913 the options of a command
     ] = None,
     physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
 ) -> None:
-    """Train a policy that takes the place of a hand-written layer.
+    """Train a policy that replaces a hand-written layer.
 
-    The best policy, as worlds held back from training judge it, is kept in the folder --out
+    The policy with the best score on held-back (validation) seeds is kept in the folder --out
     as best.safetensors, with a card of how it was made (best.json). The same command later
-    goes on from the last checkpoint, so that a run that was stopped loses nothing before it;
+    resumes from the last checkpoint, so that a run that was stopped loses nothing before it;
     cma trains on with a larger --budget. Watch it with: tensorboard --logdir runs
     """
     from baselines.evaluation.configuration import parse_settings
@@ -140,7 +144,7 @@ def train(  # noqa: PLR0913 the options of a command
         held_back=held_back,
         population=population,
         settings=parse_settings(settings or []),
-        controller=controller or REST[layer],
+        controller=controller or DEFAULT_CONTROLLER[layer],
         physics=physics,
         workers=workers,
     )
@@ -154,19 +158,19 @@ def _run(experiment: "Experiment") -> "Policy":
 
         return ppo.train(experiment, _say)
     if experiment.algorithm == "imitation":
-        from training import imitation
+        from training import dagger
 
-        return imitation.train(experiment, _say)
-    from training import evolution
+        return dagger.train(experiment, _say)
+    from training import cma_es
 
-    return evolution.train(experiment, _say)
+    return cma_es.train(experiment, _say)
 
 
 def _report(experiment: "Experiment", policy: "Policy") -> None:
-    """Where the policy lies, how good it is, and how to test it on worlds it never met."""
+    """Print score and file of the policy, and the command that tests it on unseen seeds."""
     from swarm_forage_env.controllers import parse_controller
+    from training.controllers import controller_name, with_learned_layers
     from training.experiment import TEST_SEEDS
-    from training.recipes import learned, named
 
     for name, trips in policy.card.score.items():
         typer.echo(
@@ -174,7 +178,7 @@ def _report(experiment: "Experiment", policy: "Policy") -> None:
             f" on {experiment.held_back} held-back seeds"
         )
     typer.echo(f"policy: {policy.source}")
-    runs = named(learned(experiment.recipe, experiment.layers, policy.source))
+    runs = controller_name(with_learned_layers(experiment.recipe, experiment.layers, policy.source))
     if runs:
         scenario, own = parse_controller(experiment.scenarios[0])
         changes = {**experiment.settings, **own}
@@ -183,7 +187,10 @@ def _report(experiment: "Experiment", policy: "Policy") -> None:
         words += [f"--physics={experiment.physics}"] if experiment.physics != "rigid" else []
         typer.echo(f"test it: swarm-forage {shlex.join(words)}")
     else:
-        typer.echo("test it in Python: training.recipes.learned makes a controller that runs it")
+        typer.echo(
+            "test it in Python: training.controllers.with_learned_layers makes a controller that"
+            " runs it"
+        )
 
 
 def _say(line: str) -> None:
@@ -191,6 +198,6 @@ def _say(line: str) -> None:
 
 
 def add_commands() -> None:
-    """Enter the commands of this package beside those of the baselines."""
+    """Add the command `train` to the command-line application; a second call does nothing."""
     if not any(each.callback is train for each in app.registered_commands):
         app.command()(stoppable()(train))

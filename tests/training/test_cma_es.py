@@ -8,13 +8,13 @@ import pytest
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
-from training import evolution
-from training.checkpoint import BEST, NAME, Checkpoint
-from training.evolution import first_mean, start_of, train, values_of
-from training.policy import CurvePoint, load_policy, save_policy
-from training.reflexes import reflexes_of
-from training.trials import Trials
-from training.weighting import network_of
+from training import cma_es
+from training.candidate_rollouts import CandidateRollouts
+from training.checkpoint import BEST_POLICY, CHECKPOINT, Checkpoint
+from training.cma_es import fitness_of, initial_mean, initial_network, train
+from training.learned_weighting import network_of
+from training.linear_motion_policy import linear_policy_of
+from training.policy_file import CurvePoint, load_policy, save_policy
 
 
 def silent(line):
@@ -38,7 +38,7 @@ def _imagined(monkeypatch):
         trips = imagined_trips(networks[:, -1].astype(np.float64)[:, None], np.array(seeds))
         return dict.fromkeys(self.scenarios, trips)
 
-    monkeypatch.setattr(Trials, "round_trips", round_trips)
+    monkeypatch.setattr(CandidateRollouts, "round_trips", round_trips)
 
 
 @pytest.mark.usefixtures("_imagined")
@@ -71,24 +71,24 @@ def test_the_policy_kept_is_the_best_on_the_held_back_worlds(experiment):
 
 def test_the_search_starts_from_the_hand_written_rule(experiment):
     mine = experiment()
-    trials = Trials(mine.worlds_by_name, mine.recipe, mine.physics)
-    start = first_mean(0, "weighting")[None].astype(np.float32)
+    rollouts = CandidateRollouts(mine.scenarios_by_name, mine.recipe, mine.physics)
+    start = initial_mean(0, "weighting")[None].astype(np.float32)
     rule = np.zeros_like(start)
     rule[0, -2] = 0.001 / 0.01 - 1.0  # as ssgiff:beta=0.001
     seeds = mine.held_back_seeds
-    found, expected = trials.round_trips(start, seeds), trials.round_trips(rule, seeds)
+    found, expected = rollouts.round_trips(start, seeds), rollouts.round_trips(rule, seeds)
     np.testing.assert_array_equal(found["es1"], expected["es1"])
     assert (start != rule).any()
-    assert not first_mean(0, "motion").any()
+    assert not initial_mean(0, "motion").any()
 
 
 @pytest.mark.parametrize(
-    ("layer", "numbers_of"), [("weighting", network_of), ("motion", reflexes_of)]
+    ("layer", "numbers_of"), [("weighting", network_of), ("motion", linear_policy_of)]
 )
 def test_the_search_goes_on_from_a_learned_layer(experiment, layer, numbers_of):
     mine = experiment(layer=layer, controller="learned-both", budget=1, every=1)
     shipped = numbers_of(load_policy(mine.recipe.layers[layer].policy))
-    _, start = start_of(mine, layer)
+    _, start = initial_network(mine, layer)
     np.testing.assert_array_equal(start, shipped)
     policy = train(mine, silent)
     assert policy.card.curve[0].step == 0
@@ -111,13 +111,13 @@ def test_a_motion_is_searched_and_runs_as_a_controller(experiment):
     mine = experiment(layer="motion", budget=2, every=1)
     policy = train(mine, silent)
     assert policy.card.layers["motion"].network == "reflexes"
-    tried = load_policy(mine.out / BEST).weights["motion.steer.weight"]
+    tried = load_policy(mine.out / BEST_POLICY).weights["motion.steer.weight"]
     assert tried.shape == (2, 2, 12)
     controller = find_controller(f"learned-motion:policy={policy.source}")
     trips = [
         each.round_trips
         for each in run_episodes(
-            mine.worlds_by_name["es1"], controller, mine.held_back_seeds, "kinematic"
+            mine.scenarios_by_name["es1"], controller, mine.held_back_seeds, "kinematic"
         )
     ]
     assert np.mean(trips) == policy.card.score["es1"].mean
@@ -125,10 +125,10 @@ def test_a_motion_is_searched_and_runs_as_a_controller(experiment):
 
 def test_a_candidate_motion_makes_the_trips_of_its_own_numbers(experiment):
     mine = experiment(layer="motion")
-    trials = Trials(mine.worlds_by_name, mine.recipe, mine.physics, layer="motion")
+    rollouts = CandidateRollouts(mine.scenarios_by_name, mine.recipe, mine.physics, layer="motion")
     two = np.random.default_rng(0).normal(0.0, 0.2, (2, 60)).astype(np.float32)
-    both = trials.round_trips(two, range(6))["es1"]
-    alone = [trials.round_trips(each[None], range(6))["es1"][0] for each in two]
+    both = rollouts.round_trips(two, range(6))["es1"]
+    alone = [rollouts.round_trips(each[None], range(6))["es1"][0] for each in two]
     np.testing.assert_array_equal(both, alone)
     assert (both[0] != both[1]).any()
 
@@ -136,7 +136,7 @@ def test_a_candidate_motion_makes_the_trips_of_its_own_numbers(experiment):
 @pytest.mark.usefixtures("_imagined")
 def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, broken_anywhere):
     mine = experiment(budget=3, every=2)
-    policy = broken_anywhere(train, mine, (Checkpoint, "keep"), range(1, 6))
+    policy = broken_anywhere(train, mine, (Checkpoint, "save"), range(1, 6))
     assert len(policy.card.curve) == 3
 
 
@@ -144,9 +144,11 @@ def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, b
 def test_a_larger_budget_goes_on_from_the_smaller_one(experiment, monkeypatch):
     train(experiment(budget=4, out=Path("a")), silent)
     tried = []
-    run = evolution.Evolution.advance
+    run = cma_es.CMAESTraining.advance
     monkeypatch.setattr(
-        evolution.Evolution, "advance", lambda self, teller: (tried.append(1), run(self, teller))
+        cma_es.CMAESTraining,
+        "advance",
+        lambda self, progress: (tried.append(1), run(self, progress)),
     )
     longer = train(experiment(budget=6, out=Path("a")), silent)
     assert len(tried) == 2
@@ -174,7 +176,7 @@ def test_the_folder_of_another_experiment_is_refused(experiment, changes, compla
 def test_a_damaged_checkpoint_is_refused(experiment):
     mine = experiment()
     mine.out.mkdir(parents=True)
-    (mine.out / NAME).write_bytes(b"nonsense")
+    (mine.out / CHECKPOINT).write_bytes(b"nonsense")
     with pytest.raises(ConfigError, match=r"cannot be read .* remove it to start anew"):
         train(mine, silent)
 
@@ -188,7 +190,7 @@ def test_a_folder_that_cannot_be_written_is_refused(experiment, tmp_path):
 def test_the_value_is_the_mean_logarithm_over_the_scenarios():
     trips = {"a": np.array([[9, 9], [0, 0]]), "b": np.array([[98, 100], [0, 0]])}
     expected = [(np.log(10.0) + np.log(100.0)) / 2.0, 0.0]
-    np.testing.assert_allclose(values_of(trips), expected)
+    np.testing.assert_allclose(fitness_of(trips), expected)
 
 
 def test_a_trained_policy_runs_as_a_controller(experiment):

@@ -1,4 +1,4 @@
-"""Reflexes: each by a hand-worked case, zeros are subsumption, a candidate is itself anywhere."""
+"""The linear motion policy: features by hand, zeros are subsumption, candidates are independent."""
 
 import math
 
@@ -11,19 +11,19 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenarios import find_scenario
-from training.policy import layer_card, save_policy
-from training.reflexes import (
+from training.learned_weighting import unflatten
+from training.linear_motion_policy import (
     FEATURES,
+    N_WEIGHTS,
     NETWORK,
-    NUMBERS,
     SHAPES,
-    Reflexes,
-    listen,
-    look,
-    react,
-    think_of_goal,
+    LinearMotionPolicy,
+    goal_features,
+    message_features,
+    policy_output,
+    proximity_features,
 )
-from training.weighting import unstrung
+from training.policy_file import layer_card, save_policy
 
 SCENARIO = find_scenario(
     "es1", {"task.n_robots": 4, "task.area_distance": 0.62, "robot.cruise_speed": 0.12}
@@ -32,13 +32,13 @@ N = len(FEATURES)
 
 
 def numbers(seed, spread=0.2):
-    return np.random.default_rng(seed).normal(0.0, spread, NUMBERS).astype(np.float32)
+    return np.random.default_rng(seed).normal(0.0, spread, N_WEIGHTS).astype(np.float32)
 
 
 def loop_with(seeds, candidates=None, of_row=None):
     loop = ControlLoop(SCENARIO, find_controller("ssgiff"), seeds, "kinematic")
     if candidates is not None:
-        loop.controller.motion = Reflexes(candidates, SCENARIO, seeds, of_row)
+        loop.controller.motion = LinearMotionPolicy(candidates, SCENARIO, seeds, of_row)
     return loop
 
 
@@ -49,13 +49,13 @@ def felt(sense, *given):
 
 
 def test_a_goal_is_seen_by_its_direction_and_distance():
-    x = felt(think_of_goal, np.array([0.0, 0.15], np.float32), 2.0, -1.0)
+    x = felt(goal_features, np.array([0.0, 0.15], np.float32), 2.0, -1.0)
     assert (x["target_left"], x["target_ahead"]) == pytest.approx((1.0, 0.0), abs=1e-4)
     assert (x["near"], x["unsure"]) == pytest.approx((0.5, 0.5))
 
 
 def test_without_a_goal_the_path_walked_takes_the_place_of_the_distance():
-    x = felt(think_of_goal, np.array([9.0, 9.0], np.float32), 0.0, 0.45)
+    x = felt(goal_features, np.array([9.0, 9.0], np.float32), 0.0, 0.45)
     assert x["target_left"] == x["target_ahead"] == 0.0
     assert (x["near"], x["unsure"]) == pytest.approx((0.25, 0.45 / 2.45))
 
@@ -63,8 +63,8 @@ def test_without_a_goal_the_path_walked_takes_the_place_of_the_distance():
 def test_what_is_close_on_the_left_is_felt_on_the_left():
     proximity = np.zeros(8, np.float32)
     proximity[[5, 6]] = 0.5  # sensors of the e-puck's left flank
-    x = felt(look, proximity)
-    mirrored = felt(look, proximity[::-1].copy())
+    x = felt(proximity_features, proximity)
+    mirrored = felt(proximity_features, proximity[::-1].copy())
     assert x["obstacle_left"] > x["obstacle_ahead"] > 0.0 == x["obstacle_right"]
     assert mirrored["obstacle_right"] == pytest.approx(x["obstacle_left"])
 
@@ -73,28 +73,28 @@ def test_what_is_close_on_the_left_is_felt_on_the_left():
 def test_the_nearest_sender_is_heard_whatever_the_order(order):
     heard = np.array([True, True, False, True])
     beam = np.array([[0.3, 0, 0], [0.05, math.pi / 2, 0], [0, 0, 0], [0.1, 3, 0]], np.float32)
-    x = felt(listen, heard[order], beam[order])
+    x = felt(message_features, heard[order], beam[order])
     expected = (0.15 / 0.2, 0.0, 0.75)
     assert (x["robot_left"], x["robot_ahead"], x["robots"]) == pytest.approx(expected, abs=1e-6)
 
 
-def test_a_reflex_is_the_tanh_of_its_row():
-    x, w = np.zeros(N), np.zeros(NUMBERS)
+def test_an_output_is_the_tanh_of_its_row():
+    x, w = np.zeros(N), np.zeros(N_WEIGHTS)
     x[0] = 1.0
     w[0], w[N], w[2 * N], w[3 * N], w[4 * N] = 0.1, 0.3, -0.2, 0.0, 0.5
     forward, turning = math.tanh(0.1), math.tanh(0.3)
     run = 10.0 ** math.tanh(0.5)
-    assert react(x, w, 0) == pytest.approx((forward - turning, forward + turning, run))
-    assert react(x, w, 1) == pytest.approx((math.tanh(-0.2), math.tanh(-0.2), run))
+    assert policy_output(x, w, 0) == pytest.approx((forward - turning, forward + turning, run))
+    assert policy_output(x, w, 1) == pytest.approx((math.tanh(-0.2), math.tanh(-0.2), run))
 
 
 def test_zeros_are_subsumption_to_the_last_bit():
-    own, reflexes = loop_with([1, 2]), loop_with([1, 2], np.zeros((1, NUMBERS)))
+    own, linear = loop_with([1, 2]), loop_with([1, 2], np.zeros((1, N_WEIGHTS)))
     for _ in range(1500):
         own.step()
-        reflexes.step()
+        linear.step()
     assert own.world.state.round_trips.sum() > 0
-    assert_array_equal(reflexes.world.state.pose, own.world.state.pose)
+    assert_array_equal(linear.world.state.pose, own.world.state.pose)
 
 
 def test_a_candidate_does_in_a_block_what_it_does_alone():
@@ -112,7 +112,7 @@ def test_a_candidate_does_in_a_block_what_it_does_alone():
 
 @pytest.mark.parametrize("told", [-3.0, 3.0])
 def test_straight_runs_get_longer_or_shorter(told):
-    w = np.zeros((1, NUMBERS))
+    w = np.zeros((1, N_WEIGHTS))
     w[0, 4 * N] = told
     loop = loop_with([1], w)
     for _ in range(20):
@@ -139,10 +139,10 @@ def test_a_new_episode_forgets_how_far_robots_have_searched():
 
 @pytest.fixture
 def kept(tmp_path, make_card):
-    """A file of reflexes, with arrays left out if wanted."""
+    """A file of a linear policy, with arrays left out if wanted."""
 
     def make(*names):
-        arrays = unstrung(numbers(0), SHAPES)
+        arrays = unflatten(numbers(0), SHAPES)
         file = tmp_path / "mine.safetensors"
         card = make_card(layers={"motion": layer_card("motion", SCENARIO, NETWORK, {})})
         save_policy(file, {f"motion.{name}": arrays[name] for name in names}, card)
@@ -151,7 +151,7 @@ def kept(tmp_path, make_card):
     return make
 
 
-def test_reflexes_in_a_file_run_as_a_learned_motion(kept):
+def test_a_linear_policy_in_a_file_runs_as_a_learned_motion(kept):
     file = kept(*SHAPES)
     named = ControlLoop(
         SCENARIO, find_controller(f"learned-motion:policy={file}"), [3], "kinematic"
@@ -163,6 +163,6 @@ def test_reflexes_in_a_file_run_as_a_learned_motion(kept):
     assert_array_equal(named.world.state.pose, loop.world.state.pose)
 
 
-def test_reflexes_that_lack_an_array_are_refused(kept):
+def test_a_linear_policy_that_lacks_an_array_is_refused(kept):
     with pytest.raises(ConfigError, match=r"array 'motion\.walk\.weight' is missing"):
         find_controller(f"learned-motion:policy={kept('steer.weight')}")

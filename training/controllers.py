@@ -1,7 +1,7 @@
-"""The named learned controllers, one line each: `learned-weighting:policy=runs/x/best.safetensors`.
+"""The named learned controllers, as `learned-weighting:policy=runs/x/best.safetensors`.
 
-Everything but the learned layers is as in `dsgiff-brisk` with a learned weighting alone, as in
-`ssgiff` with a learned motion alone, and as in `dsgiff-wary` with both.
+The other layers are those of `dsgiff-brisk` for a learned weighting, of `ssgiff` for a learned
+motion, and of `dsgiff-wary` for both.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,9 +13,9 @@ from baselines.controller import Recipe
 from baselines.recipes import BRISK, SINGLE, SUBSUMPTION, WARY
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.registry import CONTROLLERS
-from training.motion import LearnedMotion
-from training.policy import LayerName
-from training.weighting import LearnedWeighting
+from training.learned_motion import LearnedMotion
+from training.learned_weighting import LearnedWeighting
+from training.policy_file import LayerName
 
 RECIPES = (
     Recipe("learned-weighting", BRISK, LearnedWeighting(), SUBSUMPTION),
@@ -31,18 +31,18 @@ RECIPES = (
 for recipe in RECIPES:
     CONTROLLERS.register(recipe.name)(recipe)
 
-LEARNED: Mapping[LayerName, Any] = {"weighting": LearnedWeighting, "motion": LearnedMotion}
-"""What runs a layer's policy from a file."""
+LEARNED_LAYERS: Mapping[LayerName, Any] = {"weighting": LearnedWeighting, "motion": LearnedMotion}
+"""Class of each learned layer, which runs a policy from a file."""
 
 
-def learned(recipe: Recipe, layers: Sequence[LayerName], policy: Path) -> Recipe:
-    """The same controller with a policy in the place of some layers."""
-    parts = {layer: LEARNED[layer](policy=str(policy)) for layer in layers}
+def with_learned_layers(recipe: Recipe, layers: Sequence[LayerName], policy: Path) -> Recipe:
+    """Copy a controller, with some layers replaced by those of a policy file."""
+    parts = {layer: LEARNED_LAYERS[layer](policy=str(policy)) for layer in layers}
     return replace(recipe, **parts)
 
 
-def named(recipe: Recipe) -> str | None:
-    """The learned controller with these layers, as `evaluate` takes it; None if none has them."""
+def controller_name(recipe: Recipe) -> str | None:
+    """Name a recipe of learned layers for the command `evaluate`; None if it has no name."""
     kinds = [type(part) for part in recipe.layers.values()]
     for each in RECIPES:
         if kinds == [type(part) for part in each.layers.values()]:
