@@ -1,4 +1,4 @@
-"""The commands. Results go to stdout, all else to stderr."""
+"""The commands of `swarm-forage`. Results go to stdout, messages to stderr."""
 
 import json
 import logging
@@ -37,7 +37,7 @@ app = typer.Typer(
 
 
 class Format(StrEnum):
-    """How a command writes its result."""
+    """Output formats of `evaluate`: table, JSON or CSV."""
 
     TABLE = "table"
     JSON = "json"
@@ -45,7 +45,7 @@ class Format(StrEnum):
 
 
 class ListFormat(StrEnum):
-    """How names and measures are written."""
+    """Output formats of `list` and `bench`: table or JSON."""
 
     TABLE = "table"
     JSON = "json"
@@ -63,7 +63,7 @@ class _ToStderr(logging.Handler):
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; the exit status. What goes wrong is one line on stderr."""
+    """Run one command and return its exit status; an error becomes one line on stderr."""
     try:
         status = app(arguments, standalone_mode=False)
         sys.stdout.flush()
@@ -115,13 +115,13 @@ def list_names(
     form: ListedFormat = ListFormat.TABLE,
 ) -> None:
     """Show the scenarios, controllers and engines there are, or every number of one of them."""
-    from baselines.evaluation import catalogue
+    from baselines.evaluation import listing
 
     if form is ListFormat.JSON:
-        found = catalogue.describe(name) if name else catalogue.overview()
+        found = listing.describe(name) if name else listing.overview()
         typer.echo(json.dumps(found, indent=1))
     else:
-        table = catalogue.detail_table(name) if name else catalogue.overview_tables()
+        table = listing.detail_table(name) if name else listing.overview_tables()
         Console().print(table)
 
 
@@ -168,15 +168,15 @@ def evaluate(  # noqa: PLR0913 the options of a command
     so that a run that was stopped goes on where it was.
     """
     with stoppable():
-        from baselines.evaluation.progress import carry_out
-        from baselines.evaluation.request import Request, check_count
+        from baselines.evaluation.evaluate_options import EvaluateOptions, check_count
+        from baselines.evaluation.progress import run_with_progress
 
-        request = Request(scenario, controllers, episodes, seed, settings or [], physics)
+        request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
         check_count("--workers", workers)
         if plot:
             _check_plot(plot, out)
         plan = request.plan(out)
-        carry_out(plan, workers, _say)
+        run_with_progress(plan, workers, _say)
         results = plan.results()
         if plot:
             _draw(plan, plot, request.command)
@@ -204,7 +204,7 @@ def bench(
 
 
 def _check_plot(file: Path, out: Path | None) -> None:
-    from baselines.evaluation.plots import check_plot
+    from baselines.evaluation.plot_style import check_plot
 
     check_plot(file)
     if out and out.resolve() in file.resolve().parents:
@@ -212,16 +212,16 @@ def _check_plot(file: Path, out: Path | None) -> None:
 
 
 def _draw(plan: "Plan", file: Path, command: str) -> None:
+    from baselines.evaluation.dataset_reader import EpisodeGroup
     from baselines.evaluation.figures.boxplot import boxplot
-    from baselines.evaluation.groups import Group
-    from baselines.evaluation.plots import save
+    from baselines.evaluation.plot_style import save_figure
 
     episodes, n_seeds = plan.results(), len(plan.seeds)
     groups = [
-        Group.of(configuration, episodes[number * n_seeds : (number + 1) * n_seeds])
+        EpisodeGroup.of(configuration, episodes[number * n_seeds : (number + 1) * n_seeds])
         for number, configuration in enumerate(plan.configurations)
     ]
-    save(boxplot(groups, groups[0].kind.score, command), file, command)
+    save_figure(boxplot(groups, groups[0].kind.score, command), file, command)
 
 
 def _write(results: "Sequence[Episode]", form: Format, series: bool) -> None:
@@ -237,7 +237,7 @@ def _write(results: "Sequence[Episode]", form: Format, series: bool) -> None:
 
 @contextmanager
 def stoppable(keeps: bool = True) -> Iterator[None]:
-    """Ctrl-C ends the command with status 130 and one line, and so does SIGTERM.
+    """End a command on Ctrl-C or SIGTERM with exit status 130 and one line on stderr.
 
     Either way its workers end with it; `keeps` is whether what it has done is kept.
     """

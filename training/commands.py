@@ -124,7 +124,7 @@ def train(  # noqa: PLR0913 the options of a command
     goes on from the last checkpoint, so that a run that was stopped loses nothing before it;
     cma trains on with a larger --budget. Watch it with: tensorboard --logdir runs
     """
-    from baselines.evaluation.configuration import parse_settings
+    from baselines.evaluation.experiment_config import parse_settings
     from training.experiment import Experiment
 
     algorithm = algorithm or (Algorithm.CMA if layer is Layer.WEIGHTING else Algorithm.PPO)

@@ -23,7 +23,7 @@ from torch import Tensor
 
 from baselines.controller import Recipe
 from baselines.estimators.social_odometry import SocialOdometry
-from baselines.evaluation.runner import deaf_to_interrupts
+from baselines.evaluation.runner import ignore_sigint
 from baselines.references.oracle import errors
 from baselines.references.reference import Reference
 from swarm_forage_env.arrays import Array, Float32, Float64
@@ -277,7 +277,7 @@ class Imitation:
         experiment = self._experiment
         seeds = experiment.training_seeds(self.done * experiment.worlds, experiment.worlds)
         parallel = Parallel(n_jobs=experiment.workers, return_as="generator", batch_size=1)
-        with deaf_to_interrupts():
+        with ignore_sigint():
             finished = parallel(
                 delayed(watch)(
                     scenario,

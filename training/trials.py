@@ -11,8 +11,8 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from baselines.controller import Recipe
-from baselines.evaluation.configuration import Configuration
-from baselines.evaluation.runner import deaf_to_interrupts, warm_up
+from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.evaluation.runner import ignore_sigint, warm_up
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.metrics import total
@@ -54,7 +54,7 @@ class Trials:
     def warm_up(self) -> None:
         """Go through every kernel once, so that workers find them compiled."""
         for name, scenario in self.scenarios.items():
-            warm_up(Configuration(name, scenario, self.recipe, self.physics))
+            warm_up(ExperimentConfig(name, scenario, self.recipe, self.physics))
 
     def round_trips(
         self, networks: Float32[Array, "networks numbers"], seeds: Sequence[int]
@@ -87,7 +87,7 @@ class Trials:
 
     def _run(self, blocks: Sequence[Block]) -> list[Int64[Array, " worlds"]]:
         parallel = Parallel(n_jobs=self.workers, return_as="generator", batch_size=1)
-        with deaf_to_interrupts():
+        with ignore_sigint():
             finished = parallel(delayed(run_block)(block) for block in blocks)
         with closing(finished):  # ends the workers, whatever happens
             return list(finished)

@@ -1,4 +1,4 @@
-"""The dataset: one Parquet file for each episode, found again by configuration and seed.
+"""The dataset: one Parquet file for each episode, found by configuration and seed.
 
     OUT/scenario=es1/controller=ssgiff/<configuration>-seed00000003.parquet
 
@@ -20,8 +20,8 @@ from urllib.parse import quote
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from baselines.evaluation.configuration import Configuration
 from baselines.evaluation.episode import SERIES
+from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.kinds import AnyEpisode, Kind, kind_of
 from swarm_forage_env.errors import ConfigError
 
@@ -43,7 +43,7 @@ COLUMN_TYPES = {
 
 
 def schema(kind: Kind) -> pa.Schema:
-    """Columns of a file: the fields of an episode, and what tells configurations apart."""
+    """Columns of a dataset file: the fields of an episode, and what identifies a configuration."""
     types = get_type_hints(kind.episode)
     fields = [
         pa.field(
@@ -61,23 +61,23 @@ def schema(kind: Kind) -> pa.Schema:
 TEMPORARY, DAMAGED = ".tmp", ".damaged"
 """Ends of the names of files that are no episodes; they start with `_`, which readers skip."""
 
-SWEPT = 5
+WRITE_RETRIES = 5
 """How often a file is written again whose temporary another run has swept away."""
 
 
 class DamagedFileError(Exception):
-    """A file that stands in the place of an episode and is none."""
+    """A dataset file that is not the episode its name says."""
 
 
 class Dataset:
-    """The episodes kept in a folder."""
+    """A folder of kept episodes."""
 
     def __init__(self, folder: Path) -> None:
-        """The folder may be missing until `open`."""
+        """Name the folder; it may be missing until `open`."""
         self.folder = folder
 
     def open(self) -> None:
-        """Make the folder, see that it can be written, and sweep what a killed run left."""
+        """Make the folder, check that it is writable, and remove temporary files of killed runs."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             trial = self.folder / _temporary("trial")
@@ -90,14 +90,14 @@ class Dataset:
         for leftover in self.folder.rglob(f"_*{TEMPORARY}"):
             leftover.unlink(missing_ok=True)
 
-    def place(self, configuration: Configuration, seed: int) -> Path:
-        """The file of an episode, whether it is there or not."""
+    def place(self, configuration: ExperimentConfig, seed: int) -> Path:
+        """Path of an episode's file, whether it exists or not."""
         folder = self.folder / f"scenario={_quoted(configuration.scenario.name)}"
         folder /= f"controller={_quoted(configuration.recipe.name)}"
         return folder / f"{configuration.key}-seed{seed:08d}.parquet"
 
-    def find(self, configuration: Configuration, seed: int) -> AnyEpisode | None:
-        """The kept episode, None if there is none; a damaged file is set aside."""
+    def find(self, configuration: ExperimentConfig, seed: int) -> AnyEpisode | None:
+        """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
         file = self.place(configuration, seed)
         try:
             row = _row(file.read_bytes(), configuration, seed)
@@ -111,8 +111,8 @@ class Dataset:
         names = configuration.scenario.name, configuration.recipe.name
         return episode_of(row, kind_of(configuration.scenario), *names)
 
-    def keep(self, configuration: Configuration, episodes: Iterable[AnyEpisode]) -> None:
-        """Write each episode to its file; it appears whole or not at all."""
+    def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
+        """Write each episode atomically to its file."""
         for episode in episodes:
             file = self.place(configuration, episode.seed)
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -120,22 +120,22 @@ class Dataset:
             _write(pa.Table.from_pylist([_columns(episode, configuration)], columns), file)
 
 
-def _columns(episode: AnyEpisode, configuration: Configuration) -> dict[str, Any]:
+def _columns(episode: AnyEpisode, configuration: ExperimentConfig) -> dict[str, Any]:
     columns = {name: value for name, value in asdict(episode).items() if name not in IN_FOLDERS}
     columns |= {name: getattr(configuration, name) for name in IDENTITY}
     return columns | {"configuration": configuration.key}
 
 
 def episode_of(row: dict[str, Any], kind: Kind, scenario: str, controller: str) -> AnyEpisode:
-    """The episode in a row of a file, which is kept under these names."""
+    """Make the episode that a row of a dataset file holds."""
     numbers = {name: row[name] for name in kind.episode.__dataclass_fields__ if name in row}
     numbers |= {name: tuple(row[name]) for name in SERIES if name in row}
     episode: AnyEpisode = kind.episode(scenario=scenario, controller=controller, **numbers)
     return episode
 
 
-def _row(content: bytes, configuration: Configuration, seed: int) -> dict[str, Any]:
-    """The one row in a file's content; DamagedFileError if it is not the one looked for."""
+def _row(content: bytes, configuration: ExperimentConfig, seed: int) -> dict[str, Any]:
+    """The one row in a file's content; DamagedFileError if it is another episode's."""
     try:
         table = pq.read_table(pa.BufferReader(content), page_checksum_verification=True)
     except (pa.ArrowException, OSError, ValueError):
@@ -150,7 +150,7 @@ def _row(content: bytes, configuration: Configuration, seed: int) -> dict[str, A
 
 def _write(table: pa.Table, file: Path) -> None:
     """Write a temporary file to the disk and move it to its place in one step."""
-    for attempt in range(SWEPT):
+    for attempt in range(WRITE_RETRIES):
         temporary = file.with_name(_temporary(file.name))
         with temporary.open("wb") as stream:
             pq.write_table(table, stream, write_page_checksum=True)
@@ -160,12 +160,12 @@ def _write(table: pa.Table, file: Path) -> None:
             temporary.replace(file)
             break
         except FileNotFoundError:  # swept by a run that has just started on the same folder
-            if attempt == SWEPT - 1:
+            if attempt == WRITE_RETRIES - 1:
                 raise
-    _settle(file.parent)
+    fsync_folder(file.parent)
 
 
-def _settle(folder: Path) -> None:
+def fsync_folder(folder: Path) -> None:
     """Bring a folder's list of names to the disk, where the system can."""
     with contextlib.suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)

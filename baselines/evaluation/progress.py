@@ -1,4 +1,4 @@
-"""How a long run gets on, told on stderr."""
+"""Progress of long runs, on stderr."""
 
 import time
 from collections.abc import Callable
@@ -15,8 +15,8 @@ from rich.progress import (
 from baselines.evaluation.runner import Plan
 
 
-def carry_out(plan: Plan, workers: int, say: Callable[[str], None]) -> None:
-    """Run what is missing: a line at the start and at the end, a bar if stderr is a terminal."""
+def run_with_progress(plan: Plan, workers: int, say: Callable[[str], None]) -> None:
+    """Run the missing episodes: a line before and after, a bar if stderr is a terminal."""
     console, begin = Console(stderr=True), time.monotonic()
     total = len(plan.configurations) * len(plan.seeds)
     scenarios = ", ".join(dict.fromkeys(each.scenario.name for each in plan.configurations))

@@ -19,7 +19,7 @@ from optuna.distributions import BaseDistribution, FloatDistribution, IntDistrib
 from optuna.trial import FrozenTrial, TrialState
 
 from baselines.papers.calibration_ranges import ARENAS, RANGES, Range, defaults, tidied
-from baselines.papers.calibration_swarm import Gauge
+from baselines.papers.calibration_swarm import Objective
 from baselines.papers.calibration_targets import score
 
 ELITE = 3
@@ -43,7 +43,7 @@ class BeyondTheBest(optuna.pruners.BasePruner):
 
 
 @dataclass(frozen=True)
-class Best:
+class BestTrial:
     """The best set found, as kept in a file."""
 
     trial: int
@@ -57,7 +57,7 @@ class Best:
         temporary.replace(file)
 
     @classmethod
-    def read(cls, file: Path) -> "Best | None":
+    def read(cls, file: Path) -> "BestTrial | None":
         """The kept one; None if there is none."""
         return cls(**json.loads(file.read_text(encoding="utf-8"))) if file.exists() else None
 
@@ -65,12 +65,12 @@ class Best:
 class Search:
     """The trials kept in a folder, and the next ones."""
 
-    def __init__(self, folder: Path, gauge: Gauge, identity: str, seed: int = 0) -> None:
+    def __init__(self, folder: Path, objective: Objective, identity: str, seed: int = 0) -> None:
         """Go on with the trials of this identity, or begin with the defaults."""
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
-        self.gauge = gauge
+        self.objective = objective
         self.seed = seed
         self.best_file = folder / "best.json"
         self._storage = optuna.storages.RDBStorage(f"sqlite:///{folder / 'trials.sqlite'}")
@@ -90,13 +90,13 @@ class Search:
         return len(self._study.get_trials(deepcopy=False, states=ENDED))
 
     @property
-    def best(self) -> Best | None:
+    def best(self) -> BestTrial | None:
         """The best set so far; None before the first trial has ended."""
         complete = self._study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
         if not complete:
             return None
         first = min(complete, key=_end)
-        return Best(first.number, _end(first), tidied(first.params))
+        return BestTrial(first.number, _end(first), tidied(first.params))
 
     def run(
         self, trials: int, hours: float | None, tell: Callable[[str], None] = lambda _: None
@@ -137,7 +137,7 @@ class Search:
         """The score of each arena, as far as the trial gets."""
         values, parts = tidied(trial.params), dict[str, float]()
         for step, arena in enumerate(ARENAS):
-            measured = self.gauge(values, arena)
+            measured = self.objective(values, arena)
             parts[arena] = score(measured)
             trial.set_user_attr(arena, list(measured.values()))
             trial.report(math.fsum(parts.values()), step)

@@ -21,8 +21,8 @@ from pathlib import Path
 
 import optuna
 
-from baselines.evaluation.configuration import Configuration, find_recipe
 from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
 from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import Comparison, compare
 from baselines.evaluation.waypoint_episode import WaypointEpisode
@@ -69,11 +69,11 @@ def scenario_of(n_robots: int) -> WaypointsScenario:
     return found
 
 
-def configuration(estimator: str, n_robots: int, gains: dict[str, float]) -> Configuration:
+def configuration(estimator: str, n_robots: int, gains: dict[str, float]) -> ExperimentConfig:
     """Static boids with these gains; those left out are one."""
     label = f"boids-static:estimator={estimator},setting=corrected"
     recipe = find_recipe(label).with_parameters({f"motion.{k}": v for k, v in gains.items()})
-    return Configuration(label, scenario_of(n_robots), recipe, "kinematic")
+    return ExperimentConfig(label, scenario_of(n_robots), recipe, "kinematic")
 
 
 def cost(episode: WaypointEpisode) -> float:
@@ -84,7 +84,9 @@ def cost(episode: WaypointEpisode) -> float:
     return doubt + (1.0 - (episode.success_rate or 0.0)) + (1.0 - episode.goals_per_robot / most)
 
 
-def costs(dataset: Dataset, workers: int, each: Configuration, seeds: Sequence[int]) -> list[float]:
+def costs(
+    dataset: Dataset, workers: int, each: ExperimentConfig, seeds: Sequence[int]
+) -> list[float]:
     """J under each seed."""
     return [cost(episode) for episode in evaluate([each], seeds, dataset, workers)]
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from baselines.controller import Recipe
-from baselines.evaluation.configuration import find_recipe
+from baselines.evaluation.experiment_config import find_recipe
 from baselines.recipes import SINGLE, SUBSUMPTION
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.scenario import Scenario, leaves

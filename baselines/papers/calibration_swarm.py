@@ -5,8 +5,8 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 
-from baselines.evaluation.configuration import Configuration
 from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import Estimate
 from baselines.papers.calibration_ranges import (
@@ -33,12 +33,12 @@ FIT_SEED, REPORT_SEED = 5000, 6000
 WORLDS = {"es1": 6, "es2": 1, "es3": 1}
 """Worlds of each arena that a trial is measured in: about as many robots everywhere."""
 
-Gauge = Callable[[Values, str], dict[Target, float]]
+Objective = Callable[[Values, str], dict[Target, float]]
 """Measures a set of values in an arena."""
 
 
 @dataclass(frozen=True)
-class Swarm:
+class CalibrationRunner:
     """How a set of values is measured: in which worlds, and on which engine."""
 
     dataset: Dataset
@@ -64,10 +64,10 @@ class Swarm:
             for name in CONTROLLERS
         }
 
-    def configuration(self, values: Values, arena: str, controller: str) -> Configuration:
+    def configuration(self, values: Values, arena: str, controller: str) -> ExperimentConfig:
         """A scenario and a controller with these values."""
         scenario = scenario_with(values, arena, self.settings)
-        return Configuration(controller, scenario, recipe_with(values, controller), self.physics)
+        return ExperimentConfig(controller, scenario, recipe_with(values, controller), self.physics)
 
     @property
     def identity(self) -> str:
@@ -77,7 +77,7 @@ class Swarm:
         rest = [code, self.physics, self.seed, dict(self.worlds), dict(self.settings)]
         return hashlib.sha256(json.dumps([tables, rest]).encode()).hexdigest()[:16]
 
-    def elsewhere(self, worlds: int) -> "Swarm":
+    def elsewhere(self, worlds: int) -> "CalibrationRunner":
         """The same in so many worlds that no set has been fitted to."""
         return replace(self, seed=REPORT_SEED, worlds=dict.fromkeys(ARENAS, worlds))
 
@@ -91,21 +91,21 @@ class Varied:
     measured: Mapping[Target, float]
 
 
-def all_arenas(values: Values, gauge: Gauge) -> dict[Target, float]:
+def all_arenas(values: Values, objective: Objective) -> dict[Target, float]:
     """Every target as measured."""
-    return {target: ours for arena in ARENAS for target, ours in gauge(values, arena).items()}
+    return {target: ours for arena in ARENAS for target, ours in objective(values, arena).items()}
 
 
-def estimates(values: Values, swarm: Swarm) -> dict[Target, Estimate | None]:
+def estimates(values: Values, swarm: CalibrationRunner) -> dict[Target, Estimate | None]:
     """Every target with its interval."""
     cells = {cell: ran for arena in ARENAS for cell, ran in swarm.cells(values, arena).items()}
     return {target: estimate(target, cells) for target in TARGETS}
 
 
-def sensitivity(values: Values, gauge: Gauge) -> Iterator[Varied]:
+def sensitivity(values: Values, objective: Objective) -> Iterator[Varied]:
     """Each parameter varied alone, down and up, as far as its range goes."""
     for each in RANGES:
         for value in each.beside(values[each.name]):
             if value != values[each.name]:
-                measured = all_arenas(dict(values) | {each.name: value}, gauge)
+                measured = all_arenas(dict(values) | {each.name: value}, objective)
                 yield Varied(each.name, value, measured)

@@ -15,7 +15,7 @@ from swarm_forage_env.errors import ConfigError
 if TYPE_CHECKING:
     from baselines.papers.calibration import Search
     from baselines.papers.calibration_ranges import Values
-    from baselines.papers.calibration_swarm import Swarm
+    from baselines.papers.calibration_swarm import CalibrationRunner
 
 
 SOCIAL_TRIALS, BOIDS_TRIALS = 300, 60
@@ -72,11 +72,11 @@ def calibrate(  # noqa: PLR0913 the options of a command
     set found so far, or of the defaults if there is none. What becomes a default is changed by
     hand: the lines are printed.
     """
-    from baselines.evaluation.configuration import parse_settings
     from baselines.evaluation.dataset import Dataset
-    from baselines.papers.calibration import Best, Search
+    from baselines.evaluation.experiment_config import parse_settings
+    from baselines.papers.calibration import BestTrial, Search
     from baselines.papers.calibration_ranges import defaults
-    from baselines.papers.calibration_swarm import Swarm
+    from baselines.papers.calibration_swarm import CalibrationRunner
     from swarm_forage_env.physics import ENGINES
 
     _ = ENGINES[physics]
@@ -94,7 +94,7 @@ def calibrate(  # noqa: PLR0913 the options of a command
         _boids(BOIDS_TRIALS if trials is None else trials, seed, workers, out)
         return
     trials = SOCIAL_TRIALS if trials is None else trials
-    swarm = Swarm(
+    swarm = CalibrationRunner(
         Dataset(out / "episodes"), physics, workers, settings=parse_settings(settings or [])
     )
     identity = swarm.identity
@@ -105,7 +105,7 @@ def calibrate(  # noqa: PLR0913 the options of a command
             _run(search, trials, hours)
         finally:
             search.close()
-    best = Best.read(out / "best.json")
+    best = BestTrial.read(out / "best.json")
     values, title = defaults(), "The defaults; no trial has ended yet"
     if best:
         title = f"The best set: trial {best.trial}, score {best.score:.3f} ({out / 'best.json'})"
@@ -149,7 +149,7 @@ def _run(search: "Search", trials: int, hours: float | None) -> None:
         search.run(trials, hours, tell)
 
 
-def _show(values: "Values", title: str, swarm: "Swarm") -> None:
+def _show(values: "Values", title: str, swarm: "CalibrationRunner") -> None:
     """A set, what it measures in the worlds of the search, and the lines to change."""
     from baselines.papers import calibration_lines, calibration_report
     from baselines.papers.calibration_swarm import all_arenas
@@ -164,7 +164,7 @@ def _show(values: "Values", title: str, swarm: "Swarm") -> None:
             typer.echo(str(line))
 
 
-def _report(values: "Values", swarm: "Swarm", worlds: int, out: Path) -> None:
+def _report(values: "Values", swarm: "CalibrationRunner", worlds: int, out: Path) -> None:
     """A set in worlds that none was fitted to."""
     from baselines.papers import calibration_report
     from baselines.papers.calibration_swarm import estimates
@@ -175,7 +175,7 @@ def _report(values: "Values", swarm: "Swarm", worlds: int, out: Path) -> None:
     _print(f"In {worlds} other worlds of each arena", calibration_report.report_table(found))
 
 
-def _sensitivity(values: "Values", swarm: "Swarm", out: Path) -> None:
+def _sensitivity(values: "Values", swarm: "CalibrationRunner", out: Path) -> None:
     """Each parameter varied alone, in the worlds of the search."""
     from baselines.papers import calibration_report
     from baselines.papers.calibration_swarm import all_arenas, sensitivity

@@ -12,8 +12,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from baselines.evaluation.configuration import Configuration, find_recipe
 from baselines.evaluation.dataset import Dataset, schema
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
 from baselines.evaluation.kinds import FORAGING
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenario import Scenario
@@ -45,7 +45,7 @@ def test_the_largest_seed_is_kept(dataset, configuration, episode):
 
 def test_a_name_cannot_lead_out_of_the_folder(dataset, episode):
     recipe = find_recipe("nc")
-    configuration = Configuration("nc", Scenario(name="../../a=b/ä"), recipe)
+    configuration = ExperimentConfig("nc", Scenario(name="../../a=b/ä"), recipe)
     dataset.keep(configuration, [episode])
     assert dataset.find(configuration, 3)
     table = pd.read_parquet(dataset.folder)

@@ -14,12 +14,12 @@ from baselines.papers.adaptive_boids import (
     MEASURES,
     RULES,
     SIZES,
-    AllMet,
-    Met,
+    AllMeansMatch,
+    MeanMatches,
     NoDivergence,
+    boids_experiment,
     claims,
     deviation,
-    experiment,
     published,
 )
 from baselines.papers.paper import PAPERS
@@ -48,7 +48,7 @@ def as_published(shift=0.0):
                             for each in MEASURES
                         }  # fmt: skip
                         trials.append(replace(EPISODE, **numbers))
-                    results[experiment(setting, estimator, rule, size)] = trials * 50
+                    results[boids_experiment(setting, estimator, rule, size)] = trials * 50
     return results
 
 
@@ -60,11 +60,11 @@ def test_all_published_means_are_known_and_nothing_else():
 
 def test_the_published_means_are_met_by_themselves_and_by_nothing_far_from_them():
     near, far = as_published(), as_published(shift=0.5)
-    met = [claim for claim in claims() if isinstance(claim, Met)]
+    met = [claim for claim in claims() if isinstance(claim, MeanMatches)]
     assert len(met) == 108
     assert all(claim.judge(near).reproduced for claim in met)
     assert not any(claim.judge(far).reproduced for claim in met)
-    together = next(claim for claim in claims() if isinstance(claim, AllMet))
+    together = next(claim for claim in claims() if isinstance(claim, AllMeansMatch))
     assert together.judge(near).reproduced
     assert not together.judge(far).reproduced
 
@@ -79,9 +79,9 @@ def test_one_lost_robot_is_a_divergence():
     claim = next(each for each in claims() if isinstance(each, NoDivergence))
     results = as_published()
     assert claim.judge(results).reproduced
-    cell = claim.cells[0]
+    experiment = claim.experiments[0]
     for lost in ({"largest_error_m": 11.0}, {"largest_error_m": math.nan}):
-        spoilt = results | {cell: [replace(EPISODE, **lost), *results[cell][1:]]}
+        spoilt = results | {experiment: [replace(EPISODE, **lost), *results[experiment][1:]]}
         found = claim.judge(spoilt)
         assert not found.reproduced
         assert found.ours == 1.0
@@ -89,20 +89,20 @@ def test_one_lost_robot_is_a_divergence():
 
 def test_the_runs_behind_the_figures_had_another_tolerance_in_three_cells():
     wide = [
-        cell for cell in PAPERS["adaptive-boids"]().cells
-        if "authors" in cell.controller and cell.settings
+        experiment for experiment in PAPERS["adaptive-boids"]().experiments
+        if "authors" in experiment.controller and experiment.settings
     ]  # fmt: skip
-    assert {cell.scenario for cell in wide} == {"waypoints-50-authors"}
-    assert all(cell.controller.startswith("boids-adaptive") for cell in wide)
+    assert {experiment.scenario for experiment in wide} == {"waypoints-50-authors"}
+    assert all(experiment.controller.startswith("boids-adaptive") for experiment in wide)
     assert len(wide) == 3
 
 
 @pytest.mark.parametrize("paper", [adaptive_boids, boids_foraging])
-def test_every_cell_of_a_paper_can_be_set_up(paper):
+def test_every_experiment_of_a_paper_can_be_set_up(paper):
     name = "adaptive-boids" if paper is adaptive_boids else "boids-foraging"
     made = PAPERS[name]()
-    for cell in made.cells:
-        configuration = cell.configuration(None)
+    for experiment in made.experiments:
+        configuration = experiment.configuration(None)
         assert configuration.recipe.runs_on(configuration.scenario)
 
 

@@ -35,7 +35,7 @@ from baselines.papers.calibration_targets import (
 )
 
 pytest.importorskip("optuna")
-from baselines.papers.calibration import Best, Search
+from baselines.papers.calibration import BestTrial, Search
 from baselines.papers.calibration_swarm import sensitivity
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -176,8 +176,8 @@ def valley(values, arena):
     return {trips("equal", 60.0, source=arena): 60.0 * math.exp(0.01 * off)}
 
 
-def tried(folder, trials, gauge=valley, seed=3):
-    search = Search(folder, gauge, "stub", seed)
+def tried(folder, trials, objective=valley, seed=3):
+    search = Search(folder, objective, "stub", seed)
     told = []
     try:
         search.run(trials, None, told.append)
@@ -193,7 +193,7 @@ def test_the_search_begins_with_the_defaults_and_stops_what_is_too_far_off(tmp_p
     assert best.score <= score(
         {t: x for arena in ARENAS for t, x in valley(tidied(DEFAULTS), arena).items()}
     )
-    assert Best.read(tmp_path / "best.json") == best
+    assert BestTrial.read(tmp_path / "best.json") == best
     assert tried(tmp_path, 30) == ([], best), "nothing is repeated"
 
 

@@ -1,4 +1,4 @@
-"""Curves in panels: means with bands over time, and means with intervals over a number."""
+"""Line plots in panels: means with bands over time, and means with intervals over a setting."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,7 +9,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baselines.evaluation.episode import Episode
-from baselines.evaluation.plots import INK, LINES, LineStyle, caption, finish, frame, legend
+from baselines.evaluation.plot_style import (
+    INK,
+    LINES,
+    LineStyle,
+    draw_caption,
+    draw_legend,
+    finish_panel,
+    panel_grid,
+)
 from baselines.evaluation.statistics import CONFIDENCE
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
@@ -23,7 +31,7 @@ BANDS = "Means with 95 % bootstrap bands."
 
 @dataclass(frozen=True)
 class Curve:
-    """A value over x for each episode."""
+    """One value over x for each episode."""
 
     x: Float64[Array, " points"]
     y: Float64[Array, "episodes points"]
@@ -31,7 +39,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Means:
-    """Means over x between the ends of their bars; NaN where there is no bar."""
+    """Means over x with the ends of their intervals; NaN where there is none."""
 
     x: Float64[Array, " points"]
     mean: Float64[Array, " points"]
@@ -46,16 +54,16 @@ class Means:
 def curve_panels(
     panels: Mapping[str, Mapping[str, Curve]], axes_names: tuple[str, str], text: str
 ) -> Figure:
-    """A panel of mean curves with 95 % bootstrap bands for each setup; the axes are x, y."""
+    """A figure of mean curves with 95 % bootstrap bands, a panel for each setup."""
     styles = line_styles(panels)
-    figure, all_axes = frame(len(panels), 4.2)
+    figure, all_axes = panel_grid(len(panels), 4.2)
     for axes, (title, curves) in zip(all_axes, panels.items(), strict=True):
         for name, curve in curves.items():
             draw_band(axes, name, _mean_of(curve), styles[name])
         axes.set_xlim(left=0.0)
-        finish(axes, title, axes_names)
-    legend(figure, all_axes, styles)
-    caption(figure, text)
+        finish_panel(axes, title, axes_names)
+    draw_legend(figure, all_axes, styles)
+    draw_caption(figure, text)
     return figure
 
 
@@ -65,9 +73,9 @@ def mean_panels(
     text: str,
     one_y: bool = False,
 ) -> Figure:
-    """A panel of means with bars for each setup, with a y of its own or one for all."""
+    """A figure of means with error bars, a panel for each setup; the y axis may be shared."""
     styles = line_styles(panels)
-    figure, all_axes = frame(len(panels), 4.2)
+    figure, all_axes = panel_grid(len(panels), 4.2)
     every = [means for panel in panels.values() for means in panel.values()]
     highest = max(float(np.nanmax(np.fmax(means.high, means.mean))) for means in every)
     every_x = np.concatenate([means.x for means in every])
@@ -79,21 +87,21 @@ def mean_panels(
         if not is_log:
             axes.set_xlim(left=0.0)
             axes.xaxis.set_major_locator(MaxNLocator(nbins=8, integer=are_whole))
-        finish(axes, title, axes_names)
+        finish_panel(axes, title, axes_names)
         if one_y:
             axes.set_ylim(0.0, 1.05 * highest)
-    legend(figure, all_axes, styles)
-    caption(figure, text)
+    draw_legend(figure, all_axes, styles)
+    draw_caption(figure, text)
     return figure
 
 
 def spans_decades(x: Float64[Array, " points"]) -> bool:
-    """Whether numbers lie so far apart that a logarithmic axis shows them better."""
+    """Whether values spread so far that a logarithmic axis shows them better."""
     return bool(x.min() > 0.0 and x.max() / x.min() >= 50.0)
 
 
 def _side_by_side(series: Sequence[Means], is_log: bool) -> list[Means]:
-    """The same with x moved a little, so that no bar hides another one."""
+    """Shift the x of each series a little, so that no error bar hides another one."""
     places = [np.log10(means.x) if is_log else means.x for means in series]
     span = max(float(np.ptp(place)) for place in places)
     n_curves = sum(not means.is_level for means in series)
@@ -106,7 +114,7 @@ def _side_by_side(series: Sequence[Means], is_log: bool) -> list[Means]:
 
 
 def line_styles(panels: Mapping[str, Mapping[str, object]]) -> dict[str, LineStyle]:
-    """A style for each series, the same in all panels; ConfigError if they are too many."""
+    """A line style for each series, the same in all panels; ConfigError if there are too many."""
     names = list(dict.fromkeys(name for panel in panels.values() for name in panel))
     if len(names) > len(LINES):
         raise ConfigError(
@@ -117,7 +125,7 @@ def line_styles(panels: Mapping[str, Mapping[str, object]]) -> dict[str, LineSty
 
 
 def draw_band(axes: Axes, name: str, means: Means, style: LineStyle) -> None:
-    """A line in its band."""
+    """Draw a line of means in its band."""
     axes.fill_between(means.x, means.low, means.high, color=style.colour, alpha=0.2, linewidth=0.0)
     step = max(1, len(means.x) // 8)
     marked = LINES.index(style) % step, step
@@ -128,7 +136,7 @@ def draw_band(axes: Axes, name: str, means: Means, style: LineStyle) -> None:
 
 
 def band(values: Float64[Array, "episodes points"]) -> Float64[Array, "2 points"]:
-    """The 95 % bootstrap interval of the mean at each point (percentiles)."""
+    """The 95 % percentile bootstrap interval of the mean at each point."""
     n_episodes = len(values)
     draws = np.random.default_rng(0).integers(n_episodes, size=(RESAMPLES, n_episodes))
     weights = np.stack([np.bincount(draw, minlength=n_episodes) for draw in draws]) / n_episodes

@@ -1,4 +1,4 @@
-"""The style of every figure: colours, lines, frame, legend and caption, and its file."""
+"""The style of every figure: colours, lines, panels, legend and caption; and saving it."""
 
 import textwrap
 from collections.abc import Iterable, Sequence
@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baselines.evaluation.files import check_file
+from baselines.evaluation.output_files import check_file
 
 FORMATS = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
 """Endings of a figure's file, and the field of its metadata that holds the command."""
@@ -40,7 +40,7 @@ CAPTION_SIZE, CAPTION_LETTERS = 7.0, 15
 
 @dataclass(frozen=True)
 class LineStyle:
-    """How one curve differs from the others: by colour, and in print by dashes and marker."""
+    """The style of one curve: colour, and for print dashes and marker."""
 
     colour: str
     dashes: str
@@ -48,7 +48,7 @@ class LineStyle:
 
 
 def _line_styles() -> tuple[LineStyle, ...]:
-    """A yellow line is lost on white; 6 colours over 4 dashes repeat after 12."""
+    """Twelve distinct line styles, without yellow, which is lost on white."""
     colours = [colour for colour in PALETTE if colour != "#F0E442"]
     kinds = zip(cycle(colours), cycle(("-", "--", "-.", ":")), cycle("os^Dv"), strict=False)
     return tuple(LineStyle(*each) for each in islice(kinds, 12))
@@ -59,12 +59,12 @@ LINES = _line_styles()
 
 
 def check_plot(file: Path, option: str = "--plot") -> None:
-    """ConfigError unless a figure can be written to this file; its folder is made."""
+    """Raise ConfigError unless a figure can be written to this file; its folder is made."""
     check_file(option, file, FORMATS)
 
 
-def save(figure: Figure, file: Path, command: str, title: str = "Round trips") -> None:
-    """Write the figure; its metadata name the command and hold no date."""
+def save_figure(figure: Figure, file: Path, command: str, title: str = "Round trips") -> None:
+    """Write a figure to a file; its metadata name the command and hold no date."""
     ending = file.suffix.lower()
     metadata: dict[str, str | None] = {FORMATS[ending]: command, "Title": title}
     if ending == ".pdf":
@@ -82,8 +82,8 @@ BROADEST = 13.0
 """A row of panels, at most [inch]."""
 
 
-def frame(n_panels: int, width: float, stacked: bool = False) -> tuple[Figure, list[Axes]]:
-    """A figure of panels, each so wide [inch]: as many in a row as fit, or stacked."""
+def panel_grid(n_panels: int, width: float, stacked: bool = False) -> tuple[Figure, list[Axes]]:
+    """A figure of panels of this width [inch]: as many in a row as fit, or stacked."""
     fitting = 1 if stacked else max(1, int(BROADEST / width))
     rows = -(-n_panels // fitting)
     columns = -(-n_panels // rows)
@@ -95,9 +95,9 @@ def frame(n_panels: int, width: float, stacked: bool = False) -> tuple[Figure, l
     return figure, axes[:n_panels]
 
 
-def finish(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
-    """Names, grid and ticks of a panel whose y starts at zero."""
-    name_panel(axes, title, axes_names)
+def finish_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
+    """Set labels, grid and ticks of a panel whose y axis starts at zero."""
+    label_panel(axes, title, axes_names)
     axes.set_ylim(0.0, None if axes.dataLim.y1 > 0.0 else 1.0)
     axes.yaxis.set_major_locator(MaxNLocator(nbins=6))
     axes.yaxis.grid(visible=True, color=GRID, linewidth=0.7)
@@ -105,8 +105,8 @@ def finish(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def name_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
-    """Title and names of the axes x, y; a long title is broken."""
+def label_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
+    """Set a panel's title and axis labels x, y; a long title is broken."""
     lines = [textwrap.fill(line, TITLE_LETTERS) for line in title.split("\n")]
     axes.set_title("\n".join(lines), fontsize=10, loc="left")
     axes.set_xlabel(axes_names[0])
@@ -114,8 +114,8 @@ def name_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
     axes.tick_params(labelsize=8.5)
 
 
-def legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -> None:
-    """Every series of any panel once, above them, in as many columns as fit."""
+def draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -> None:
+    """Draw one legend above the panels, with every series once."""
     handles: dict[str, Any] = {}
     for axes in panels:
         found, names = axes.get_legend_handles_labels()
@@ -132,8 +132,8 @@ def legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -> None
         )  # fmt: skip
 
 
-def caption(figure: Figure, text: str) -> None:
-    """What the figure shows and the command that made it, below."""
+def draw_caption(figure: Figure, text: str) -> None:
+    """Draw the caption below the panels."""
     letters = int(CAPTION_LETTERS * figure.get_figwidth())
     wrapped = textwrap.fill(text, letters, break_on_hyphens=False)
     figure.set_figheight(figure.get_figheight() + 0.12 * wrapped.count("\n"))

@@ -1,24 +1,24 @@
-"""The boxplot of the papers, in panels: quartile box, median bar, whiskers of 1.5 IQR."""
+"""Box plots in panels, as in the papers: quartile box, median bar, whiskers of 1.5 IQR."""
 
 from collections.abc import Mapping, Sequence
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baselines.evaluation.plots import (
+from baselines.evaluation.plot_style import (
     BROADEST,
     FAINT,
     HATCHES,
     INK,
     LETTER_WIDTH,
     PALETTE,
-    caption,
-    finish,
-    frame,
-    legend,
+    draw_caption,
+    draw_legend,
+    finish_panel,
+    panel_grid,
 )
 
-Groups = Mapping[str, Mapping[str, Sequence[float]]]
+Samples = Mapping[str, Mapping[str, Sequence[float]]]
 """Samples by tick of the axis and by series; ticks stand apart, the series of a tick together."""
 
 BOXES = (
@@ -37,8 +37,8 @@ BOX, MARGIN = 0.62, 1.1
 """Width of a box with its distance, and of the margin of a panel [inch]."""
 
 
-def box_panels(panels: Mapping[str, Groups], axes_names: tuple[str, str], text: str) -> Figure:
-    """A panel of boxes for each setup; the axes are named x, y; the text is the caption."""
+def box_panels(panels: Mapping[str, Samples], axes_names: tuple[str, str], text: str) -> Figure:
+    """A figure of box plots, a panel for each setup; the text is the caption."""
     series = list(dict.fromkeys(
         name for groups in panels.values() for group in groups.values() for name in group
     ))  # fmt: skip
@@ -49,25 +49,25 @@ def box_panels(panels: Mapping[str, Groups], axes_names: tuple[str, str], text: 
     if upright:
         tick = BOX * len(series)
     stacked = ticks * len(series) > SIDE_BY_SIDE
-    figure, all_axes = frame(len(panels), MARGIN + tick * max(ticks, 4 / len(series)), stacked)
+    figure, all_axes = panel_grid(len(panels), MARGIN + tick * max(ticks, 4 / len(series)), stacked)
     for axes, (title, groups) in zip(all_axes, panels.items(), strict=True):
         _draw_groups(axes, groups, series)
-        finish(axes, title, axes_names)
+        finish_panel(axes, title, axes_names)
         axes.tick_params(axis="x", length=0.0)
         if upright:
             figure.set_figheight(figure.get_figheight() + UPRIGHT * letters)
             names = [label.get_text().replace("\n", " ") for label in axes.get_xticklabels()]
             axes.set_xticks(axes.get_xticks(), names, rotation=90)
-    legend(figure, all_axes, series)
-    caption(figure, text)
+    draw_legend(figure, all_axes, series)
+    draw_caption(figure, text)
     return figure
 
 
-def _lines(groups: Groups) -> list[str]:
+def _lines(groups: Samples) -> list[str]:
     return [line for tick in groups for line in tick.split("\n")]
 
 
-def _draw_groups(axes: Axes, groups: Groups, series: Sequence[str]) -> None:
+def _draw_groups(axes: Axes, groups: Samples, series: Sequence[str]) -> None:
     plain = len(series) == 1
     width = 0.5 if plain else 0.8 / len(series)
     labels = []
@@ -96,7 +96,7 @@ def _fill(number: int, plain: bool) -> tuple[str, str]:
 def _box(
     axes: Axes, values: Sequence[float], x: float, width: float, colour: str, hatch: str
 ) -> None:
-    """Quartile box, median bar, whiskers within 1.5 IQR, outliers as circles."""
+    """Draw one box: quartiles, median bar, whiskers within 1.5 IQR, outliers as circles."""
     if not len(values):
         axes.annotate("none", (x, 0.0), xytext=(0, 3), textcoords="offset points", ha="center",
                       fontsize=8, color=FAINT)  # fmt: skip

@@ -1,9 +1,9 @@
-"""How long a plan will take, told before it starts: from a short run of each scenario."""
+"""Estimate the run time of a plan from a short run of each scenario."""
 
 import time
 from collections.abc import Sequence
 
-from baselines.evaluation.configuration import Configuration
+from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.runner import MAX_ROWS, Plan, warm_up
 from swarm_forage_env.loop import ControlLoop, WaypointsLoop, start_loop
 
@@ -15,7 +15,7 @@ BEAT = 20
 
 
 def expected_seconds(plan: Plan, workers: int) -> float:
-    """Time for what a plan has still to run, from the speed of each scenario [s].
+    """Expected time of the episodes still to run [s], from the speed of each scenario.
 
     The speed is that of the first controller with something to run, in a block of the size
     that the plan uses, in this process.
@@ -34,7 +34,7 @@ def expected_seconds(plan: Plan, workers: int) -> float:
     return total / workers
 
 
-def seconds_per_tick(configuration: Configuration) -> float:
+def seconds_per_tick(configuration: ExperimentConfig) -> float:
     """Computing time of one tick of one world, in a block of a usual size [s]."""
     warm_up(configuration)
     n_worlds = max(1, MAX_ROWS // configuration.scenario.task.n_robots)
@@ -47,7 +47,7 @@ def seconds_per_tick(configuration: Configuration) -> float:
 
 
 def run_for(loop: ControlLoop | WaypointsLoop, seconds: float) -> tuple[int, float]:
-    """Run a loop for about this computing time; ticks made, and the time they took [s]."""
+    """Run a loop for about this computing time; return the ticks and the time they took [s]."""
     ticks, begin = 0, time.perf_counter()
     while (spent := time.perf_counter() - begin) < seconds:
         for _ in range(BEAT):
@@ -56,14 +56,14 @@ def run_for(loop: ControlLoop | WaypointsLoop, seconds: float) -> tuple[int, flo
     return ticks, spent
 
 
-def in_words(seconds: float) -> str:
-    """A duration as a reader says it.
+def format_duration(seconds: float) -> str:
+    """Format a duration for a reader.
 
-    >>> in_words(5400.0)
+    >>> format_duration(5400.0)
     '1.5 h'
-    >>> in_words(90.0)
+    >>> format_duration(90.0)
     '2 min'
-    >>> in_words(4.0)
+    >>> format_duration(4.0)
     '4 s'
     """
     sizes: Sequence[tuple[float, str, str]] = ((3600.0, "h", ".1f"), (60.0, "min", ".0f"))

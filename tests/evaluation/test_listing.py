@@ -2,18 +2,18 @@
 
 import pytest
 
-from baselines.evaluation import catalogue
+from baselines.evaluation import listing
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.registry import CONTROLLERS, ORIGINS, SCENARIOS
 
 
 def parameters(name):
-    listed = catalogue.describe(name)["parameters"]
+    listed = listing.describe(name)["parameters"]
     return {each["name"]: each for group in listed.values() for each in group}
 
 
 def test_the_overview_holds_every_registered_name():
-    found = catalogue.overview()
+    found = listing.overview()
     assert [each["name"] for each in found["scenarios"]] == list(SCENARIOS)
     assert [each["name"] for each in found["controllers"]] == list(CONTROLLERS)
     assert {"rigid", "kinematic"} <= {each["name"] for each in found["engines"]}
@@ -55,7 +55,7 @@ def test_every_number_has_a_meaning(name):
 
 def test_a_controller_is_told_with_the_parameters_asked_for():
     assert parameters("ssgiff:beta=0.02")["weighting.beta"]["value"] == 0.02
-    layers = catalogue.describe("ssgiff")["layers"]
+    layers = listing.describe("ssgiff")["layers"]
     assert layers == {
         "estimator": "social_odometry",
         "weighting": "sgiff",
@@ -67,9 +67,9 @@ def test_a_file_is_told_like_a_scenario(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text('base = "es2"\n[radio]\nmax_range = 0.3\n')
     assert parameters(str(file))["radio.max_range"]["value"] == 0.3
-    assert catalogue.describe(str(file))["name"] == "mine"
+    assert listing.describe(str(file))["name"] == "mine"
 
 
 def test_an_unknown_name_is_told_the_nearest_scenario_or_controller():
     with pytest.raises(UnknownNameError, match="did you mean 'ssgikf'"):
-        catalogue.find("sgikf")
+        listing.find("sgikf")

@@ -1,4 +1,4 @@
-"""The kinds of claims: a number, a bound, a share, a ratio, an order, no difference.
+"""Types of claims: a number, a bound, a share, a ratio, an order, no difference.
 
 Reproduced means: a number within 20 % (15 % for es1) of the published one, its 95 % interval
 touching that band; a share within 10 points; an order with a Mann-Whitney p below 0.01.
@@ -9,8 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from baselines.evaluation.statistics import compare
-from baselines.papers.cells import (
-    Cell,
+from baselines.papers.claim_result import ClaimResult, above, claim_result, estimate, within
+from baselines.papers.experiments import (
+    Experiment,
     Metric,
     Pool,
     Results,
@@ -19,7 +20,6 @@ from baselines.papers.cells import (
     round_trips,
     sample,
 )
-from baselines.papers.findings import Finding, above, estimate, finding, within
 
 INDISTINCT = 0.05
 """Two samples do not differ significantly if their Mann-Whitney p is at least this."""
@@ -30,7 +30,7 @@ POINTS = 0.10
 
 @dataclass(frozen=True)
 class Number:
-    """The mean of a metric is near a published number."""
+    """Claim: the mean of a metric is near a published number."""
 
     text: str
     source: Source | Pool
@@ -39,40 +39,40 @@ class Number:
     metric: Metric = round_trips
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
-        return self.source.cells
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return self.source.experiments
 
-    def judge(self, results: Results) -> Finding:
-        """Measure it."""
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
         ours = estimate(sample(results, self.source, self.metric))
         margin = self.tolerance * self.published
         near = within(ours, self.published - margin, self.published + margin)
-        return finding(self.text, self.published, ours, near)
+        return claim_result(self.text, self.published, ours, near)
 
 
 @dataclass(frozen=True)
 class Below:
-    """The mean of the round trips is less than a published bound."""
+    """Claim: the mean of the round trips is less than a published bound."""
 
     text: str
     source: Source
     bound: float
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
-        return self.source.cells
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return self.source.experiments
 
-    def judge(self, results: Results) -> Finding:
-        """Measure it."""
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
         ours = estimate(sample(results, self.source, round_trips))
-        return finding(self.text, f"< {self.bound:g}", ours, ours.value < self.bound)
+        return claim_result(self.text, f"< {self.bound:g}", ours, ours.value < self.bound)
 
 
 @dataclass(frozen=True)
 class Share:
-    """A share lies in a published range, 10 points allowed on either side.
+    """Claim: a share lies in a published range, 10 points allowed on either side.
 
     Of several sources, the one farthest from the range speaks for all.
     """
@@ -83,22 +83,22 @@ class Share:
     metric: Metric = on_path
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
-        return tuple(cell for source in self.sources for cell in source.cells)
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return tuple(experiment for source in self.sources for experiment in source.experiments)
 
-    def judge(self, results: Results) -> Finding:
-        """Measure it."""
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
         low, high = self.published
         shares = [estimate(sample(results, each, self.metric)) for each in self.sources]
         worst = max(shares, key=lambda ours: abs(ours.value - (low + high) / 2.0))
         said = low if low == high else f"{low:g} to {high:g}"
-        return finding(self.text, said, worst, within(worst, low - POINTS, high + POINTS))
+        return claim_result(self.text, said, worst, within(worst, low - POINTS, high + POINTS))
 
 
 @dataclass(frozen=True)
 class Ratio:
-    """The ratio of two means is near a published number."""
+    """Claim: the ratio of two means is near a published number."""
 
     text: str
     numerator: Source | Pool
@@ -108,24 +108,24 @@ class Ratio:
     metric: Metric = round_trips
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
-        return self.numerator.cells + self.denominator.cells
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return self.numerator.experiments + self.denominator.experiments
 
-    def judge(self, results: Results) -> Finding:
-        """Measure it."""
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
         ours = compare(
             sample(results, self.numerator, self.metric),
             sample(results, self.denominator, self.metric),
         ).ratio
         margin = self.tolerance * self.published
         near = ours is not None and within(ours, self.published - margin, self.published + margin)
-        return finding(self.text, self.published, ours, near)
+        return claim_result(self.text, self.published, ours, near)
 
 
 @dataclass(frozen=True)
 class Order:
-    """One sample lies above another one, in every pair; shown is the least ratio of means."""
+    """Claim: one sample lies above another one, in every pair; shown is the least ratio."""
 
     text: str
     pairs: tuple[tuple[Source, Source], ...]
@@ -133,22 +133,27 @@ class Order:
     metric: Metric = round_trips
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
-        return tuple(cell for pair in self.pairs for source in pair for cell in source.cells)
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return tuple(
+            experiment
+            for pair in self.pairs
+            for source in pair
+            for experiment in source.experiments
+        )
 
-    def judge(self, results: Results) -> Finding:
-        """Measure it."""
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
         found = [compare(*_both(results, more, less, self.metric)) for more, less in self.pairs]
         ratios = [each.ratio for each in found if each.ratio is not None]
         least = min(ratios, key=lambda ratio: ratio.value, default=None)
         largest = max((each.p for each in found if each.p is not None), default=None)
-        return finding(self.text, "> 1", least, all(map(above, found)), largest)
+        return claim_result(self.text, "> 1", least, all(map(above, found)), largest)
 
 
 @dataclass(frozen=True)
 class NoDifference:
-    """Two samples cannot be told apart (Mann-Whitney p >= 0.05); shown is the ratio of means."""
+    """Claim: two samples do not differ (Mann-Whitney p >= 0.05); shown is their ratio."""
 
     text: str
     one: Source
@@ -156,38 +161,38 @@ class NoDifference:
     metric: Metric = round_trips
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
-        return self.one.cells + self.other.cells
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return self.one.experiments + self.other.experiments
 
-    def judge(self, results: Results) -> Finding:
-        """Measure it."""
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
         found = compare(
             sample(results, self.one, self.metric), sample(results, self.other, self.metric)
         )
         same = found.p is None or found.p >= INDISTINCT
-        return finding(self.text, 1.0, found.ratio, same, found.p)
+        return claim_result(self.text, 1.0, found.ratio, same, found.p)
 
 
 @dataclass(frozen=True)
 class Contrast:
-    """A number of each seed, such as a slope, is larger in one place than in another."""
+    """Claim: a number of each seed, such as a slope, is larger in one place than another."""
 
     text: str
-    cells: tuple[Cell, ...]
+    experiments: tuple[Experiment, ...]
     contrast: Callable[[Results], tuple[list[float], list[float]]]
     """Larger, smaller: each a number for each seed."""
 
-    def judge(self, results: Results) -> Finding:
-        """Measure it."""
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
         found = compare(*self.contrast(results))
-        return finding(self.text, "> 1", found.ratio, above(found), found.p)
+        return claim_result(self.text, "> 1", found.ratio, above(found), found.p)
 
 
 def _both(
     results: Results, one: Source, other: Source, metric: Metric
 ) -> tuple[list[float], list[float]]:
-    """A number for each seed under which both have one."""
+    """The metric of both sources, for each seed under which both have one."""
     pairs = zip(sample(results, one, metric), sample(results, other, metric), strict=True)
     kept = [(a, b) for a, b in pairs if not (math.isnan(a) or math.isnan(b))]
     return [a for a, _ in kept], [b for _, b in kept]

@@ -1,4 +1,4 @@
-"""Datasets read back: the episodes of each configuration, with every number behind them."""
+"""Read datasets: the episodes of each configuration, with every setting they were run with."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,8 +11,8 @@ from urllib.parse import unquote
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from baselines.evaluation.configuration import Configuration, find_recipe
 from baselines.evaluation.dataset import IN_FOLDERS, episode_of, schema
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
 from baselines.evaluation.kinds import FORAGING, WAYPOINTS, AnyEpisode, Kind, kind_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenario import Scenario, leaves
@@ -20,8 +20,8 @@ from swarm_forage_env.waypoints_scenario import WaypointsScenario
 
 
 @dataclass(frozen=True)
-class Group:
-    """A configuration as a dataset tells it, and its episodes, ordered by seed."""
+class EpisodeGroup:
+    """The episodes of one configuration as read from a dataset, ordered by seed."""
 
     scenario: str
     controller: str
@@ -36,46 +36,46 @@ class Group:
 
     @property
     def kind(self) -> Kind:
-        """Foraging or waypoints."""
+        """The kind of task: foraging or waypoints."""
         return kind_of(self.episodes[0])
 
     @cached_property
     def numbers(self) -> dict[str, Any]:
-        """Every setting by dotted name: of the scenario `task.n_robots`, of the controller too."""
+        """Every setting of scenario and controller by dotted name, such as `task.n_robots`."""
         tree: dict[str, dict[str, Any]] = json.loads(self.settings)
         return leaves(tree["scenario"]) | tree["controller"]
 
     def label(self, without: str | None = None) -> str:
-        """The controller as it is asked for, without one of its parameters."""
-        changed = ",".join(_told(self.parameters, without, short=True))
+        """The controller's name with its changed parameters, but for one left out."""
+        changed = ",".join(_changed_settings(self.parameters, without, short=True))
         return f"{self.controller}:{changed}" if changed else self.controller
 
     def setup(self, without: str | None = None) -> str:
-        """The scenario with what differs in it, without one of its numbers, and the engine."""
-        return ", ".join((self.scenario, *_told(self.overrides, without), self.physics))
+        """The scenario with its changed settings, but for one left out, and the engine."""
+        return ", ".join((self.scenario, *_changed_settings(self.overrides, without), self.physics))
 
     @classmethod
-    def of(cls, configuration: Configuration, episodes: Sequence[AnyEpisode]) -> "Group":
+    def of(cls, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> "EpisodeGroup":
         """The group of episodes that have just been evaluated."""
         texts = {name: getattr(configuration, name) for name in ("physics", "code", *TEXTS)}
         names = configuration.scenario.name, configuration.recipe.name
         return cls(*names, **texts, episodes=tuple(episodes))
 
-    def configuration(self) -> Configuration:
-        """The same configuration, on the code as it is now.
+    def configuration(self) -> ExperimentConfig:
+        """The same configuration on the present code.
 
         UnknownNameError or ConfigError if this code has no such controller or scenario.
         """
         base = WaypointsScenario if self.kind is WAYPOINTS else Scenario
         scenario = base.model_validate(json.loads(self.settings)["scenario"])
         recipe = find_recipe(self.controller).with_parameters(json.loads(self.parameters))
-        return Configuration(self.label(), scenario, recipe, self.physics)
+        return ExperimentConfig(self.label(), scenario, recipe, self.physics)
 
 
 def read_groups(
     sources: Sequence[str], scenarios: Sequence[str] = (), controllers: Sequence[str] = ()
-) -> list[Group]:
-    """The groups in folders of datasets, ordered by names; of the named ones only, if any are.
+) -> list[EpisodeGroup]:
+    """Read the episode groups in dataset folders, sorted, and filtered by name if asked.
 
     A controller is named as `ssgiff`, whatever its parameters, or as `ssgiff:beta=0.01`.
     ConfigError for what is no dataset, one of another version, or one that holds a
@@ -96,7 +96,7 @@ def read_groups(
             episode = episode_of(row, kind, scenario, controller)
             found.setdefault(key, {})[episode.seed] = episode
     groups = [
-        Group(**texts[key], episodes=tuple(by_seed[seed] for seed in sorted(by_seed)))
+        EpisodeGroup(**texts[key], episodes=tuple(by_seed[seed] for seed in sorted(by_seed)))
         for key, by_seed in found.items()
     ]
     wanted = [each for each in groups if _is_wanted(each, controllers)]
@@ -122,7 +122,7 @@ def _files(folder: Path) -> list[Path]:
 
 
 def _in_folder(file: Path, field: str) -> str:
-    """What the names of the folders say of a file."""
+    """The value of a field in the names of a file's folders (`scenario=es1`)."""
     for part in file.parts:
         if part.startswith(f"{field}="):
             return unquote(part.partition("=")[2])
@@ -152,7 +152,7 @@ def _read(file: Path) -> tuple[dict[str, Any], Kind]:
 
 
 def _differs(table: pa.Table) -> str:
-    """What is wrong with the columns of a file."""
+    """Describe how the columns of a file differ from a dataset's."""
     has = set(table.schema.names)
     wanted = min((set(schema(kind).names) for kind in (FORAGING, WAYPOINTS)), key=has.__xor__)
     lacks, extra = sorted(wanted - has), sorted(has - wanted)
@@ -161,12 +161,12 @@ def _differs(table: pa.Table) -> str:
     return "; ".join(parts) or "columns of other types, or several rows"
 
 
-def _is_wanted(group: Group, controllers: Sequence[str]) -> bool:
+def _is_wanted(group: EpisodeGroup, controllers: Sequence[str]) -> bool:
     return not controllers or group.controller in controllers or group.label() in controllers
 
 
 def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequence[str]) -> str:
-    """What to say when the names fit nothing: the names there are."""
+    """The error message for names that match no episodes: it lists the names there are."""
     files = [file for source in sources for file in _files(Path(source))]
     there = {field: {_in_folder(file, field) for file in files} for field in IN_FOLDERS}
     asked = [f"--scenario {each}" for each in scenarios]
@@ -175,7 +175,7 @@ def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequ
     return f"{' '.join(asked)}: no such episodes in {', '.join(sources)}, which holds {held}"
 
 
-def _check_code(groups: Iterable[Group]) -> None:
+def _check_code(groups: Iterable[EpisodeGroup]) -> None:
     """ConfigError if a configuration was run by several versions of the code."""
     by_configuration: dict[tuple[str, ...], set[str]] = {}
     for group in groups:
@@ -189,14 +189,14 @@ def _check_code(groups: Iterable[Group]) -> None:
             )
 
 
-def _order(group: Group) -> tuple[Any, ...]:
-    """By scenario, then no communication first as in the papers, then by name and numbers."""
+def _order(group: EpisodeGroup) -> tuple[Any, ...]:
+    """Sort key: scenario, then no communication first as in the papers, then name and numbers."""
     parameters: Mapping[str, Any] = json.loads(group.settings)["controller"]
     numbers = [float(each) for each in parameters.values() if isinstance(each, int | float)]
     return group.setup(), group.controller != "nc", group.controller, numbers, group.label()
 
 
-def _told(text: str, without: str | None, short: bool = False) -> list[str]:
+def _changed_settings(text: str, without: str | None, short: bool = False) -> list[str]:
     """Changed numbers as a user writes them: `beta=0.01`."""
     changed = json.loads(text).items()
     return [

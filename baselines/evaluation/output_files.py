@@ -1,4 +1,4 @@
-"""Files that a command is asked to write, looked at before anything runs."""
+"""Output files that a command is asked to write, checked before anything runs."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -7,7 +7,7 @@ from swarm_forage_env.errors import ConfigError
 
 
 def check_file(option: str, file: Path, endings: Collection[str]) -> None:
-    """ConfigError unless the file of an option can be written; its folder is made."""
+    """Raise ConfigError unless an option's file can be written; its folder is made."""
     if file.suffix.lower() not in endings:
         raise ConfigError(f"{option} {file}: the name must end in {', '.join(endings)}")
     existed = file.exists()

@@ -1,4 +1,4 @@
-"""What there is: scenarios, controllers and engines, with every field, unit and origin."""
+"""The command `list`: scenarios, controllers and engines, with every field, unit and origin."""
 
 import inspect
 import re
@@ -12,7 +12,7 @@ from rich.text import Text
 
 from baselines.controller import Recipe
 from baselines.estimators import ESTIMATORS
-from baselines.evaluation.configuration import find_recipe
+from baselines.evaluation.experiment_config import find_recipe
 from baselines.motion import MOTIONS
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import UnknownNameError
@@ -30,7 +30,7 @@ ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen|code|set)\b\)?")
 
 @dataclass(frozen=True)
 class Parameter:
-    """A field of a scenario or of a controller."""
+    """A field of a scenario or controller, as listed."""
 
     name: str
     value: Any
@@ -42,7 +42,7 @@ class Parameter:
 
 
 def overview() -> dict[str, list[dict[str, Any]]]:
-    """Everything there is, as nested dictionaries."""
+    """All scenarios, controllers, references and engines, as nested dictionaries."""
     return {
         "scenarios": [describe(name) for name in SCENARIOS],
         "controllers": [describe(name) for name in CONTROLLERS],
@@ -52,7 +52,7 @@ def overview() -> dict[str, list[dict[str, Any]]]:
 
 
 def describe(name: str) -> dict[str, Any]:
-    """A scenario, by name or TOML file, or a controller, as nested dictionaries."""
+    """Describe a scenario (name or TOML file) or a controller, as nested dictionaries."""
     found = find(name)
     groups = {group: [asdict(each) for each in listed] for group, _, listed in _groups(found)}
     if isinstance(found, Scenario | WaypointsScenario):
@@ -62,7 +62,7 @@ def describe(name: str) -> dict[str, Any]:
 
 
 def find(name: str) -> AnyScenario | Recipe:
-    """The scenario (name or TOML file) or controller (`ssgiff:beta=0.02`) of that name."""
+    """Find a scenario (name or TOML file) or a controller (`ssgiff:beta=0.02`)."""
     if name.endswith(".toml") or name in set(SCENARIOS):
         return find_scenario(name)
     bare = name.partition(":")[0]
@@ -73,12 +73,12 @@ def find(name: str) -> AnyScenario | Recipe:
 
 
 def units(found: AnyScenario | Recipe) -> dict[str, str]:
-    """The unit of each number by dotted name; empty where it has none."""
+    """The unit of each field by dotted name; empty where it has none."""
     return {each.name: each.unit for _, _, listed in _groups(found) for each in listed}
 
 
 def overview_tables() -> Group:
-    """The names, for a reader."""
+    """Tables of all names for a terminal."""
     return Group(
         _scenarios(), Text(), _controllers("controller", CONTROLLERS), Text(),
         Text("References, which know the truth: to compare with, not to use"),
@@ -88,7 +88,7 @@ def overview_tables() -> Group:
 
 
 def detail_table(name: str) -> Group:
-    """Every parameter of one scenario or controller, for a reader."""
+    """Tables of every parameter of one scenario or controller for a terminal."""
     found = find(name)
     parts: list[Any] = []
     for group, about, parameters in _groups(found):
@@ -107,7 +107,7 @@ def detail_table(name: str) -> Group:
 
 
 def layer_name(layer: str, part: Part) -> str:
-    """The name under which a layer's rule is registered."""
+    """The name under which a layer's class is registered."""
     registry = LAYERS[layer]
     names = [name for name in registry if registry[name] is type(part)]
     return names[0] if names else type(part).__name__
@@ -128,13 +128,13 @@ def _groups(found: AnyScenario | Recipe) -> Iterator[tuple[str, str, list[Parame
 
 
 def _origins(scenario: AnyScenario) -> Mapping[str, str] | None:
-    """Where a scenario of the papers has its own values from; None if somebody made it up."""
+    """Origins of a published scenario's own values; None for a scenario somebody made up."""
     is_of_paper = scenario.name in SCENARIOS and SCENARIOS[scenario.name] == scenario
     return ORIGINS.get(scenario.name, {}) if is_of_paper else None
 
 
 def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> Iterator[Parameter]:
-    """Descriptions speak of the defaults; a value of a scenario's own has an origin of its own."""
+    """The fields of a part, each with the origin of its value."""
     for name, field in type(part).model_fields.items():
         value = getattr(part, name)
         if isinstance(value, Part):

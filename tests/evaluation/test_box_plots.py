@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from baselines.evaluation.panels import box_panels
-from baselines.evaluation.plots import LINES, PALETTE, check_plot, save
+from baselines.evaluation.box_plots import box_panels
+from baselines.evaluation.plot_style import LINES, PALETTE, check_plot, save_figure
 from swarm_forage_env.errors import ConfigError
 
 COMMAND = "swarm-forage evaluate es1 nc ssgikf --episodes=5"
@@ -68,7 +68,7 @@ def test_neighbouring_boxes_differ_in_lightness_too():
 def test_the_file_names_its_command_and_is_the_same_each_time(tmp_path, ending):
     files = [tmp_path / f"{number}{ending}" for number in (1, 2)]
     for file in files:
-        save(draw(), file, COMMAND)
+        save_figure(draw(), file, COMMAND)
     contents = [file.read_bytes() for file in files]
     assert contents[0] == contents[1]
     if ending == ".png":

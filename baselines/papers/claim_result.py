@@ -1,10 +1,10 @@
-"""A finding: what a claim says, what was measured here, and whether the two agree."""
+"""The result of a claim: the published value, ours, and whether they agree."""
 
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
 from baselines.evaluation.statistics import Comparison, Estimate, mean_interval
-from baselines.papers.cells import Cell, Results
+from baselines.papers.experiments import Experiment, Results
 
 SIGNIFICANT = 0.01
 """An ordering holds if its Mann-Whitney p is below this."""
@@ -14,8 +14,8 @@ ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
-class Finding:
-    """A line of the claims table."""
+class ClaimResult:
+    """The result of one claim: a row of the claims table."""
 
     claim: str
     published: float | str
@@ -33,40 +33,40 @@ class Finding:
     """Of a comparison: its Mann-Whitney p, the largest one of several."""
 
     def as_row(self) -> dict[str, Any]:
-        """For JSON."""
+        """The result as a dictionary for JSON."""
         return {name: value for name, value in asdict(self).items() if name != "p"}
 
 
 class Claim(Protocol):
-    """A sentence of a paper that can be measured here."""
+    """Protocol of a claim: a statement of a paper that can be measured here."""
 
     @property
     def text(self) -> str:
-        """The claim."""
+        """The claim in words."""
         ...
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
         ...
 
-    def judge(self, results: Results) -> Finding:
-        """Measure it."""
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
         ...
 
 
-def finding(
+def claim_result(
     text: str,
     published: float | str,
     ours: Estimate | None,
     reproduced: bool,
     p: float | None = None,
-) -> Finding:
-    """A line from an estimate with its interval."""
+) -> ClaimResult:
+    """Make a claim's result from an estimate with its interval."""
     if ours is None:
-        return Finding(text, published, None, None, None, reproduced=False)
+        return ClaimResult(text, published, None, None, None, reproduced=False)
     low, high = ours.interval or (None, None)
-    return Finding(text, published, ours.value, low, high, reproduced, p)
+    return ClaimResult(text, published, ours.value, low, high, reproduced, p)
 
 
 def estimate(values: list[float]) -> Estimate:
@@ -78,12 +78,12 @@ def estimate(values: list[float]) -> Estimate:
 
 
 def within(ours: Estimate, low: float, high: float) -> bool:
-    """The value lies in the band, and its interval touches it."""
+    """Whether the value lies in the band, and its interval touches the band."""
     start, end = ours.interval or (ours.value, ours.value)
     inside = low - ROUND_OFF <= ours.value <= high + ROUND_OFF
     return inside and start <= high + ROUND_OFF and end >= low - ROUND_OFF
 
 
 def above(found: Comparison) -> bool:
-    """The first sample of a comparison lies above the second one, with p < 0.01."""
+    """Whether the first sample of a comparison lies above the second one, with p < 0.01."""
     return found.difference.value > 0.0 and found.p is not None and found.p < SIGNIFICANT

@@ -1,4 +1,4 @@
-"""A configuration: all that fixes an episode but its seed, with a key to find it by."""
+"""The configuration of an episode: everything that determines it but the seed."""
 
 import hashlib
 import json
@@ -36,7 +36,7 @@ NAMED_REFERENCES = baselines.references.recipes.RECIPES
 
 
 @dataclass(frozen=True)
-class Configuration:
+class ExperimentConfig:
     """A scenario, a controller with its parameters, an engine, and the code they run on."""
 
     label: str
@@ -48,7 +48,7 @@ class Configuration:
 
     @cached_property
     def key(self) -> str:
-        """A hash of everything that an episode depends on but its seed."""
+        """Hash of everything but the seed that an episode depends on."""
         parts = [f"{type(part).__module__}.{type(part).__name__}" for part in self._layers]
         text = json.dumps([self.recipe.name, parts, self.settings, self.physics, self.code])
         return hashlib.sha256(text.encode()).hexdigest()[:16]
@@ -61,7 +61,7 @@ class Configuration:
 
     @cached_property
     def overrides(self) -> str:
-        """What differs from the scenario of that name, or else from the defaults, as JSON text."""
+        """Settings that differ from the named scenario, or else the defaults, as JSON text."""
         named = self.scenario.name in set(SCENARIOS)
         plain = WaypointsScenario() if isinstance(self.scenario, WaypointsScenario) else Scenario()
         base = find_scenario(self.scenario.name) if named else plain
@@ -69,13 +69,13 @@ class Configuration:
 
     @cached_property
     def parameters(self) -> str:
-        """What differs from the controller of that name, as JSON text."""
+        """Parameters that differ from the controller of that name, as JSON text."""
         base = find_recipe(self.recipe.name).parameters
         return _json(_changes(base, self.recipe.parameters))
 
     @cached_property
     def code(self) -> str:
-        """A hash of the source text behind an episode, and of the libraries' versions.
+        """Hash of the source text behind an episode, and of the libraries' versions.
 
         The text is that of the world, of every file beside a layer of the controller, of those
         that a layer `reads`, and of what puts the layers together and measures.
@@ -99,7 +99,7 @@ class Configuration:
 
 
 def find_recipe(controller: str) -> Recipe:
-    """The recipe of `name` or `name:parameter=value,parameter=value`, references included.
+    """Find the recipe of `name` or `name:parameter=value,parameter=value`, references included.
 
     UnknownNameError for a name or parameter that stands for nothing, ConfigError for a value
     that does not fit and for a controller that is not made of layers.
@@ -111,7 +111,7 @@ def find_recipe(controller: str) -> Recipe:
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, str]:
-    """Names and values of texts like `radio.max_range=0.2`.
+    """Parse settings such as `radio.max_range=0.2` into names and values.
 
     >>> parse_settings(["radio.max_range=0.2"])
     {'radio.max_range': '0.2'}
@@ -128,7 +128,7 @@ def parse_settings(texts: Iterable[str]) -> dict[str, str]:
 
 
 def _changes(base: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers that differ, by dotted name; what a configuration is called is not one."""
+    """The settings that differ, by dotted name, without the configuration's own name."""
     missing = object()
     return {
         name: value
@@ -142,6 +142,6 @@ def _json(tree: Mapping[str, Any]) -> str:
 
 
 def _files(thing: object, base: type) -> set[Path]:
-    """Where the class of a thing and those that it builds on are written, down to the base."""
+    """The source files of an object's class and its bases, down to `base`."""
     classes = [each for each in type(thing).__mro__ if issubclass(each, base)]
     return {Path(getfile(each)) for each in classes if each is not Part}

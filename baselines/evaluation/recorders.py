@@ -1,4 +1,4 @@
-"""Where a watched episode goes: a window, a video, a still, a replay. Each takes scenes."""
+"""Recorders of a watched episode: a window, a video, a still, a replay."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -15,32 +15,32 @@ if TYPE_CHECKING:
     from swarm_forage_env.rendering.replay import Replay
 
 
-class Sink(Protocol):
-    """What an episode is shown on. Scenes before `start` are there for trails only."""
+class Recorder(Protocol):
+    """Protocol of what receives an episode's scenes; those before `start` are for trails only."""
 
     def take(self, scene: Scene) -> bool:
-        """Take the next scene; false when there is nobody to see any more."""
+        """Receive the next scene; return false to stop the episode."""
         ...
 
     def close(self) -> None:
-        """The last scene was taken."""
+        """Finish after the last scene."""
         ...
 
     def discard(self) -> None:
-        """Something went wrong: leave nothing half-made behind."""
+        """Remove what is half-made, after an error."""
         ...
 
 
-class WindowSink:
-    """A live window."""
+class LiveWindow:
+    """A window that shows the scenes as they come."""
 
     def __init__(self, window: Window, start: float) -> None:
-        """It opens with the first scene."""
+        """Use this window; it opens with the first scene."""
         self._window = window
         self._start = start
 
     def take(self, scene: Scene) -> bool:
-        """Show it."""
+        """Show the scene; return false once the user has closed the window."""
         if scene.time >= self._start - 1e-9:
             self._window.show(scene)
         return not self._window.closed
@@ -52,37 +52,37 @@ class WindowSink:
     discard = close
 
 
-class PictureSink:
-    """Paints scenes for a file."""
+class ImageRecorder:
+    """Base of the recorders that paint scenes into a file."""
 
     def __init__(self, stage: Stage, size: int, select: int | None) -> None:
-        """Pictures of this width, with the beliefs of a robot if one is selected."""
+        """Paint images of this width, with the beliefs of the selected robot if any."""
         self._layout = Layout(stage, checked_size(size), beliefs=select is not None)
         self._painter = Painter(stage, self._layout)
         self._show = Show(selected=select)
 
     def discard(self) -> None:
-        """Nothing was written yet."""
+        """Do nothing: no file was written yet."""
 
 
-class StillSink(PictureSink):
-    """The last scene, as a PNG."""
+class StillRecorder(ImageRecorder):
+    """Writes the last scene as a PNG."""
 
     _scene: Scene | None = None
 
     def __init__(self, file: Path, stage: Stage, size: int, select: int | None) -> None:
-        """Nothing to write yet."""
+        """Start without a scene."""
         super().__init__(stage, size, select)
         self._file = file
 
     def take(self, scene: Scene) -> bool:
-        """Remember it."""
+        """Remember the scene."""
         self._scene = scene
         self._painter.take(scene)
         return True
 
     def close(self) -> None:
-        """Paint and write the last one. ConfigError where that fails."""
+        """Paint and write the last scene. ConfigError where that fails."""
         if self._scene is None:
             return
         picture = self._painter.paint(self._scene, self._show)
@@ -92,13 +92,13 @@ class StillSink(PictureSink):
             raise ConfigError(f"--frame {self._file}: cannot be written ({error})") from None
 
 
-class VideoSink(PictureSink):
-    """A film, at a multiple of real time."""
+class VideoRecorder(ImageRecorder):
+    """Writes a video at a multiple of real time."""
 
     def __init__(
         self, file: Path, stage: Stage, size: int, select: int | None, speed: float, start: float
     ) -> None:
-        """A file of no frames yet. ConfigError where there is no ffmpeg."""
+        """Open the video file. ConfigError where there is no ffmpeg."""
         super().__init__(stage, size, select)
         self._video = Video(file, self._layout.width, self._layout.height)
         self._speed = speed
@@ -118,32 +118,32 @@ class VideoSink(PictureSink):
         return True
 
     def close(self) -> None:
-        """Finish the file."""
+        """Finish the video file."""
         self._video.close()
 
     def discard(self) -> None:
-        """Leave nothing behind."""
+        """Delete the unfinished video."""
         self._video.discard()
 
 
-class ReplaySink:
-    """One HTML file."""
+class ReplayRecorder:
+    """Writes a replay as one HTML file."""
 
     def __init__(self, file: Path, replay: "Replay", start: float) -> None:
-        """Nothing recorded yet."""
+        """Start with an empty recording."""
         self._file = file
         self._replay = replay
         self._start = start
 
     def take(self, scene: Scene) -> bool:
-        """Record it."""
+        """Record the scene."""
         if scene.time >= self._start - 1e-9:
             self._replay.add(scene)
         return True
 
     def close(self) -> None:
-        """Write the file."""
+        """Write the HTML file."""
         self._replay.write(self._file)
 
     def discard(self) -> None:
-        """Nothing was written yet."""
+        """Do nothing: no file was written yet."""

@@ -6,7 +6,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.groups import Group, read_groups
+from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
 from swarm_forage_env.errors import ConfigError
 
 
@@ -41,7 +41,7 @@ def test_a_group_read_back_is_the_one_that_was_evaluated(kept, configure, episod
     configuration = configure("ssgiff:beta=1")
     episodes = [replace(episode, seed=seed, controller="ssgiff") for seed in range(3)]
     read = read_groups([str(kept.folder)], controllers=["ssgiff:beta=1"])
-    assert read == [Group.of(configuration, episodes)]
+    assert read == [EpisodeGroup.of(configuration, episodes)]
     assert read[0].configuration().key == configuration.key
 
 

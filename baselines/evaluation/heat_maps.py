@@ -1,4 +1,4 @@
-"""Maps in panels: tables whose cells are shaded, and where robots were."""
+"""Heat maps in panels: shaded tables, robot densities, and confidence weights."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
-from baselines.evaluation.plots import (
+from baselines.evaluation.plot_style import (
     FAINT,
     INK,
     LETTER_WIDTH,
-    caption,
-    frame,
-    name_panel,
+    draw_caption,
+    label_panel,
+    panel_grid,
 )
 from baselines.evaluation.statistics import Estimate
 from swarm_forage_env.arrays import Array, Float64
@@ -35,7 +35,7 @@ Table = Mapping[str, Mapping[str, Estimate | None]]
 
 @dataclass(frozen=True)
 class Density:
-    """Robots per square metre, mean over time, in square cells of the arena."""
+    """Robots per square metre in cells of the arena, mean over time."""
 
     values: Float64[Array, "ys xs"]
     """[1/m^2], from the lower left corner."""
@@ -48,7 +48,7 @@ class Density:
 
 
 def table_panels(tables: Mapping[str, Table], axes_names: tuple[str, str], text: str) -> Figure:
-    """A shaded table of means and intervals for each setup, each shaded over its own range."""
+    """A figure of shaded tables of means, a panel for each setup with a range of its own."""
     rows = list(dict.fromkeys(row for table in tables.values() for row in table))
     columns = list(
         dict.fromkeys(name for table in tables.values() for row in table.values() for name in row)
@@ -56,15 +56,15 @@ def table_panels(tables: Mapping[str, Table], axes_names: tuple[str, str], text:
     margin = 0.9 + LETTER_WIDTH * max(map(len, rows))
     letters = max(len(word) for name in columns for word in name.split())
     width = max(1.15, LETTER_WIDTH * letters)
-    figure, all_axes = frame(len(tables), margin + width * len(columns))
+    figure, all_axes = panel_grid(len(tables), margin + width * len(columns))
     for axes, (title, table) in zip(all_axes, tables.items(), strict=True):
         _shade(axes, [[table.get(row, {}).get(name) for name in columns] for row in rows])
         axes.set_xticks(range(len(columns)), [name.replace(" ", "\n") for name in columns])
         axes.set_yticks(range(len(rows)), rows)
-        name_panel(axes, title, axes_names)
+        label_panel(axes, title, axes_names)
         axes.tick_params(length=0.0)
         axes.spines[:].set_visible(False)
-    caption(figure, text)
+    draw_caption(figure, text)
     return figure
 
 
@@ -76,7 +76,7 @@ def _shade(axes: Axes, cells: Sequence[Sequence[Estimate | None]]) -> None:
         cell = cells[row][column]
         dark = mean / (1.25 * top) > DARK
         axes.text(
-            column, row, _told(cell), ha="center", va="center", fontsize=8.5,
+            column, row, _cell_text(cell), ha="center", va="center", fontsize=8.5,
             color="white" if dark else INK if cell else FAINT,
         )  # fmt: skip
     axes.set_xticks(np.arange(means.shape[1] + 1) - 0.5, minor=True)
@@ -85,8 +85,8 @@ def _shade(axes: Axes, cells: Sequence[Sequence[Estimate | None]]) -> None:
     axes.tick_params(which="minor", length=0.0)
 
 
-def _told(cell: Estimate | None) -> str:
-    """The mean over its interval."""
+def _cell_text(cell: Estimate | None) -> str:
+    """A cell's text: the mean over its interval."""
     if cell is None:
         return "none"
     top = max(abs(cell.value), *map(abs, cell.interval or (0.0, 0.0)))
@@ -99,8 +99,8 @@ def _told(cell: Estimate | None) -> str:
 
 
 def density_panels(densities: Mapping[str, Density], text: str) -> Figure:
-    """A map of each density on one scale, with the areas."""
-    figure, all_axes = frame(len(densities), 4.6)
+    """A figure of robot densities on one scale, with the areas marked."""
+    figure, all_axes = panel_grid(len(densities), 4.6)
     rows = all_axes[0].get_gridspec().nrows  # type: ignore[union-attr]
     shape = max(density.size[1] / density.size[0] for density in densities.values())
     figure.set_figheight(rows * (3.5 * shape + 1.0) + 0.5)
@@ -112,18 +112,18 @@ def density_panels(densities: Mapping[str, Density], text: str) -> Figure:
             extent=(-length / 2, length / 2, -width / 2, width / 2),
         )  # fmt: skip
         _draw_arena(axes, density)
-        name_panel(axes, title, ("x [m]", "y [m]"))
+        label_panel(axes, title, ("x [m]", "y [m]"))
     bar = figure.colorbar(image, ax=all_axes, shrink=0.85, pad=0.02)
     bar.set_label("robots per m$^2$ (square-root scale)")
     bar.ax.tick_params(labelsize=8.5)
-    caption(figure, text)
+    draw_caption(figure, text)
     return figure
 
 
 def weight_panels(
     maps: Mapping[str, Float64[Array, "heard own"]], longest: float, columns: int, text: str
 ) -> Figure:
-    """Maps of a weight g from 0 to 1 over two paths up to the longest [m]; contours name g."""
+    """A figure of weights g in [0, 1] over two paths up to the longest [m], with contours."""
     figure = Figure(
         figsize=(max(5.0, 3.1 * columns + 0.8), 3.1 * len(maps) / columns + 0.9),
         layout="constrained",
@@ -135,15 +135,15 @@ def weight_panels(
         paths = np.linspace(0.0, longest, len(weights))
         lines = axes.contour(paths, paths, weights, CONTOURS, colors=INK, linewidths=0.9)
         axes.clabel(lines, fontsize=7.5, fmt="%g")
-        name_panel(axes, title, ("own path since the area [m]", "heard path [m]"))
+        label_panel(axes, title, ("own path since the area [m]", "heard path [m]"))
     bar = figure.colorbar(image, ax=list(figure.axes), shrink=0.85, pad=0.02)
     bar.set_label("g")
-    caption(figure, text)
+    draw_caption(figure, text)
     return figure
 
 
 def _draw_arena(axes: Axes, density: Density) -> None:
-    """Walls, and the areas with their names outside of them."""
+    """Draw the walls, and the areas with their names above them."""
     length, width = density.size
     axes.add_patch(
         Rectangle((-length / 2, -width / 2), length, width, fill=False, color=INK, lw=1.2)

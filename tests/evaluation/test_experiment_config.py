@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from baselines.evaluation.configuration import Configuration, find_recipe, parse_settings
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe, parse_settings
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
 
@@ -39,7 +39,7 @@ def test_what_was_changed_is_told_as_json(configure):
 
 
 def test_a_named_scenario_and_controller_change_nothing():
-    configuration = Configuration("ssgiff", find_scenario("es2"), find_recipe("ssgiff"))
+    configuration = ExperimentConfig("ssgiff", find_scenario("es2"), find_recipe("ssgiff"))
     assert (configuration.overrides, configuration.parameters) == ("{}", "{}")
 
 
@@ -48,7 +48,7 @@ def test_other_code_is_another_configuration(configure, monkeypatch, tmp_path):
     assert before.key == configure().key
     rule = tmp_path / "rule.py"
     rule.write_text("GAIN = 1\n")
-    monkeypatch.setattr("baselines.evaluation.configuration.getfile", lambda _: str(rule))
+    monkeypatch.setattr("baselines.evaluation.experiment_config.getfile", lambda _: str(rule))
     one = configure()
     assert one.code == configure().code
     one_code, one_key = one.code, one.key
@@ -75,7 +75,7 @@ def test_a_setting_given_twice_is_refused():
 
 def test_another_process_tells_the_same_overrides():
     """A worker has imported no scenarios when it is handed its configuration."""
-    configuration = Configuration("nc", find_scenario("es2"), find_recipe("nc"))
+    configuration = ExperimentConfig("nc", find_scenario("es2"), find_recipe("nc"))
     program = "import pickle, sys; print(pickle.load(sys.stdin.buffer).overrides)"
     told = subprocess.run(
         [sys.executable, "-c", program],

@@ -1,4 +1,4 @@
-"""What a user asks `evaluate` for, checked as a whole before anything runs."""
+"""Options of the command `evaluate`, checked as a whole before anything runs."""
 
 import shlex
 from collections.abc import Sequence
@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
-from baselines.evaluation.configuration import Configuration, find_recipe, parse_settings
 from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe, parse_settings
 from baselines.evaluation.runner import Plan
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import default_physics
@@ -17,8 +17,8 @@ from swarm_forage_env.streams import checked_seed
 
 
 @dataclass(frozen=True)
-class Request:
-    """Controllers on a scenario, all under the same seeds, in the words of the user."""
+class EvaluateOptions:
+    """Options of `evaluate`: controllers on a scenario, all under the same seeds."""
 
     scenario: str
     controllers: Sequence[str]
@@ -30,7 +30,7 @@ class Request:
     """None: the one that its scenario goes with."""
 
     def plan(self, out: Path | None) -> Plan:
-        """What is found in the dataset and what is to run; the first fault is an error.
+        """Plan the episodes: those found in the dataset, and those to run.
 
         UnknownNameError for a name that stands for nothing, ConfigError for anything else.
         """
@@ -41,8 +41,8 @@ class Request:
         dataset.open()
         return Plan(configurations, seeds, dataset)
 
-    def configurations(self) -> list[Configuration]:
-        """One for each controller."""
+    def configurations(self) -> list[ExperimentConfig]:
+        """The configuration of each controller."""
         repeated = [each for each in self.controllers if self.controllers.count(each) > 1]
         if repeated:
             raise ConfigError(f"controller '{repeated[0]}' is named twice")
@@ -50,7 +50,8 @@ class Request:
         physics = self.physics or default_physics(scenario)
         _ = ENGINES[physics]
         found = [
-            Configuration(each, scenario, find_recipe(each), physics) for each in self.controllers
+            ExperimentConfig(each, scenario, find_recipe(each), physics)
+            for each in self.controllers
         ]
         for each in found:
             each.recipe.check_made_for(scenario)
@@ -64,7 +65,7 @@ class Request:
 
     @property
     def command(self) -> str:
-        """The command that makes the same episodes again."""
+        """The command line that makes the same episodes again."""
         options = [f"--set={each}" for each in self.settings]
         options += [f"--episodes={self.episodes}", f"--seed={self.seed}"]
         options += [f"--physics={self.physics}"] if self.physics else []
@@ -72,6 +73,6 @@ class Request:
 
 
 def check_count(option: str, value: int) -> None:
-    """ConfigError unless the value of an option is at least 1."""
+    """Raise ConfigError unless the value of an option is at least 1."""
     if value < 1:
         raise ConfigError(f"{option}={value}: must be at least 1")

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from baselines.papers.cells import Best, Cell, Pool, on_path, recruitment, sample, unfinished
-from baselines.papers.claims import (
+from baselines.papers.claim_types import (
     INDISTINCT,
     Below,
     Contrast,
@@ -14,8 +13,17 @@ from baselines.papers.claims import (
     Ratio,
     Share,
 )
+from baselines.papers.experiments import (
+    CrossValidatedBest,
+    Experiment,
+    Pool,
+    not_all_recruited,
+    on_path,
+    recruitment_time,
+    sample,
+)
 
-A, B, C = Cell("es1", "nc"), Cell("es1", "ssgikf"), Cell("es1", "dsgikf")
+A, B, C = Experiment("es1", "nc"), Experiment("es1", "ssgikf"), Experiment("es1", "dsgikf")
 LOW, HIGH = [10, 11, 12, 13, 14, 15], [30, 31, 32, 33, 34, 35]
 
 
@@ -97,8 +105,8 @@ def test_a_ratio_to_zero_says_nothing(episodes):
 
 def test_who_was_not_recruited_counts_with_the_whole_run(episodes):
     results = {A: episodes(A, [1, 1], recruitment_time_s=[400.0, None])}
-    assert sample(results, A, recruitment) == [400.0, 1000.0]
-    assert sample(results, A, unfinished) == [0.0, 1.0]
+    assert sample(results, A, recruitment_time) == [400.0, 1000.0]
+    assert sample(results, A, not_all_recruited) == [0.0, 1.0]
 
 
 def test_a_contrast_compares_seed_by_seed():
@@ -106,23 +114,28 @@ def test_a_contrast_compares_seed_by_seed():
     assert not Contrast("slopes", (), lambda _: (LOW, HIGH)).judge({}).reproduced
 
 
-def test_the_best_cell_is_scored_on_seeds_that_did_not_choose_it(episodes):
+def test_the_best_experiment_is_scored_on_seeds_that_did_not_choose_it(episodes):
     """B is best on the even seeds, A on the odd ones: each is scored where it is worse."""
     results = {
         A: episodes(A, [1, 9, 1, 9], on_path_share=0.25),
         B: episodes(B, [8, 2, 8, 2], on_path_share=0.5),
     }
-    best = Best((A, B))
+    best = CrossValidatedBest((A, B))
     assert [episode.round_trips for episode in best.draw(results)] == [1, 2, 1, 2]
     assert sample(results, best, on_path) == [0.25, 0.5, 0.25, 0.5]
 
 
 def test_choosing_among_equals_does_not_flatter(episodes):
-    """Of many cells with the same mean, the best one scores that mean."""
+    """Of many experiments with the same mean, the best one scores that mean."""
     rng = np.random.default_rng(1)
-    cells = tuple(Cell("es1", f"ssgiff:beta={beta}") for beta in range(1, 41))
-    results = {cell: episodes(cell, rng.poisson(100, 30).tolist()) for cell in cells}
-    scored = np.mean([episode.round_trips for episode in Best(cells).draw(results)])
+    experiments = tuple(Experiment("es1", f"ssgiff:beta={beta}") for beta in range(1, 41))
+    results = {
+        experiment: episodes(experiment, rng.poisson(100, 30).tolist())
+        for experiment in experiments
+    }
+    scored = np.mean(
+        [episode.round_trips for episode in CrossValidatedBest(experiments).draw(results)]
+    )
     flattered = max(np.mean([e.round_trips for e in each]) for each in results.values())
     assert flattered > 102.5
     assert abs(scored - 100.0) < 2.0
@@ -130,4 +143,6 @@ def test_choosing_among_equals_does_not_flatter(episodes):
 
 def test_a_single_seed_chooses_and_scores(episodes):
     results = {A: episodes(A, [1]), B: episodes(B, [8])}
-    assert [episode.controller for episode in Best((A, B)).draw(results)] == ["ssgikf"]
+    assert [episode.controller for episode in CrossValidatedBest((A, B)).draw(results)] == [
+        "ssgikf"
+    ]
