@@ -18,7 +18,7 @@ from rich.console import Console
 
 from baselines.evaluation.commands_plot import plot as plot_figure
 from baselines.evaluation.commands_watch import watch
-from baselines.papers.commands_calibrate import calibrate
+from baselines.evaluation.console import say
 from baselines.papers.commands_reproduce import reproduce
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 
@@ -59,13 +59,17 @@ class _ToStderr(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write one line."""
-        _say(record.getMessage())
+        say(record.getMessage())
 
 
-def run(arguments: Sequence[str] | None = None) -> int:
+def run(arguments: Sequence[str] | None = None, commands: typer.Typer = app) -> int:
     """Run one command and return its exit status; an error becomes one line on stderr."""
+    logger = logging.getLogger("swarm-forage")
+    if not logger.handlers:
+        logger.addHandler(_ToStderr())
+    program = commands.info.name
     try:
-        status = app(arguments, standalone_mode=False)
+        status = commands(arguments, prog_name=program, standalone_mode=False)
         sys.stdout.flush()
     except (ConfigError, UnknownNameError) as error:
         return _refuse(str(error), 2)
@@ -81,8 +85,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
             raise
         complaint = error.format_message().replace("Value error, ", "")  # a word of pydantic's
         context = getattr(error, "ctx", None)
-        command = f" {context.info_name}" if context and context.parent else ""
-        return _refuse(f"{complaint.rstrip('.')}. See: swarm-forage{command} --help", 2)
+        command = context.command_path if context else program
+        return _refuse(f"{complaint.rstrip('.')}. See: {command} --help", 2)
     return status if isinstance(status, int) else 0
 
 
@@ -94,9 +98,6 @@ def root(
     ] = False,
 ) -> None:
     """Multi-robot foraging: hand-written controllers, evaluated and compared."""
-    logger = logging.getLogger("swarm-forage")
-    if not logger.handlers:
-        logger.addHandler(_ToStderr())
     if show_version:
         try:
             typer.echo(version("swarm-forage"))
@@ -176,7 +177,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
         if plot:
             _check_plot(plot, out)
         plan = request.plan(out)
-        run_with_progress(plan, workers, _say)
+        run_with_progress(plan, workers)
         results = plan.results()
         if plot:
             _draw(plan, plot, request.command)
@@ -208,7 +209,7 @@ def _check_plot(file: Path, out: Path | None) -> None:
 
     check_plot(file)
     if out and out.resolve() in file.resolve().parents:
-        _say(f"--plot lies inside --out: read the dataset as {out}/scenario=*/**/*.parquet")
+        say(f"--plot lies inside --out: read the dataset as {out}/scenario=*/**/*.parquet")
 
 
 def _draw(plan: "Plan", file: Path, command: str) -> None:
@@ -245,22 +246,17 @@ def stoppable(keeps: bool = True) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        _say("stopped; the same command goes on from here" if keeps else "stopped")
+        say("stopped; the same command goes on from here" if keeps else "stopped")
         raise typer.Exit(130) from None
     finally:
         signal.signal(signal.SIGTERM, before)
 
 
 def _refuse(complaint: str, status: int) -> int:
-    _say(" ".join(complaint.split()))
+    say(" ".join(complaint.split()))
     return status
 
 
-def _say(line: str) -> None:
-    sys.stderr.write(f"swarm-forage: {line}\n")
-
-
 app.command("plot")(stoppable(keeps=False)(plot_figure))
-app.command()(stoppable()(calibrate))
 app.command()(stoppable()(reproduce))
 app.command()(stoppable(keeps=False)(watch))

@@ -4,21 +4,11 @@ import os
 import sys
 
 EXTRAS = {
-    "evaluate": {
-        "joblib",
-        "matplotlib",
-        "pandas",
-        "pyarrow",
-        "rich",
-        "scipy",
-        "seaborn",
-        "typer",
-    },
-    "calibrate": {"optuna"},
+    "evaluate": {"joblib", "matplotlib", "pyarrow", "rich", "scipy", "typer"},
     "render": {"imageio_ffmpeg", "pygame"},
     "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},
 }
-"""What each extra brings."""
+"""What each extra of the commands brings."""
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as shells have it."""

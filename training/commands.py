@@ -1,7 +1,6 @@
 """The command `train`: learn a layer, and keep the best policy."""
 
 import shlex
-import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from baselines.cli import app, stoppable
+from baselines.evaluation.console import say
 
 if TYPE_CHECKING:
     from training.experiment import Experiment
@@ -152,14 +152,14 @@ def _run(experiment: "Experiment") -> "Policy":
     if experiment.algorithm == "ppo":
         from training import ppo
 
-        return ppo.train(experiment, _say)
+        return ppo.train(experiment, say)
     if experiment.algorithm == "imitation":
         from training import imitation
 
-        return imitation.train(experiment, _say)
+        return imitation.train(experiment, say)
     from training import evolution
 
-    return evolution.train(experiment, _say)
+    return evolution.train(experiment, say)
 
 
 def _report(experiment: "Experiment", policy: "Policy") -> None:
@@ -184,10 +184,6 @@ def _report(experiment: "Experiment", policy: "Policy") -> None:
         typer.echo(f"test it: swarm-forage {shlex.join(words)}")
     else:
         typer.echo("test it in Python: training.recipes.learned makes a controller that runs it")
-
-
-def _say(line: str) -> None:
-    sys.stderr.write(f"swarm-forage: {line}\n")
 
 
 def add_commands() -> None:

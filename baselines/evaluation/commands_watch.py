@@ -1,6 +1,5 @@
 """The command `watch`: show one episode in a window, or as a video, a replay or a still."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -49,10 +48,6 @@ def watch(  # noqa: PLR0913 the options of a command
     from baselines.evaluation import watch as watching
     from baselines.evaluation.evaluate_options import EvaluateOptions
 
-    episode = EvaluateOptions(scenario, [controller], 1, seed, settings or [], physics)
+    chosen = EvaluateOptions(scenario, [controller], 1, seed, settings or [], physics)
     options = watching.WatchOptions(speed, size, select, start, seconds, video, html, frame)
-    watching.watch(episode, options, _say)
-
-
-def _say(line: str) -> None:
-    sys.stderr.write(f"swarm-forage: {line}\n")
+    watching.watch(chosen, options)

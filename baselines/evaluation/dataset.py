@@ -2,15 +2,11 @@
 
     OUT/scenario=es1/controller=ssgiff/<configuration>-seed00000003.parquet
 
-The folders are hive partitions: pandas, polars and DuckDB read OUT as one table. A file is
-written beside its place and moved there in one step, so that a run killed at any moment leaves
-whole files only.
+The folders are hive partitions: pyarrow, pandas, polars and DuckDB read OUT as one table. Files
+are written atomically, so that a run killed at any moment leaves whole files only.
 """
 
-import contextlib
 import logging
-import os
-import socket
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
@@ -23,6 +19,7 @@ import pyarrow.parquet as pq
 from baselines.evaluation.episode import SERIES
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.kinds import AnyEpisode, Kind, kind_of
+from baselines.evaluation.output_files import TEMPORARY, temporary_of, write_atomically
 from swarm_forage_env.errors import ConfigError
 
 LOGGER = logging.getLogger("swarm-forage")
@@ -58,11 +55,8 @@ def schema(kind: Kind) -> pa.Schema:
     return pa.schema([*fields, *texts])
 
 
-TEMPORARY, DAMAGED = ".tmp", ".damaged"
-"""Ends of the names of files that are no episodes; they start with `_`, which readers skip."""
-
-WRITE_RETRIES = 5
-"""How often a file is written again whose temporary another run has swept away."""
+DAMAGED = ".damaged"
+"""Ending of files set aside; their names start with `_`, which readers skip."""
 
 
 class DamagedFileError(Exception):
@@ -80,7 +74,7 @@ class Dataset:
         """Make the folder, check that it is writable, and remove temporary files of killed runs."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            trial = self.folder / _temporary("trial")
+            trial = temporary_of(self.folder / "trial")
             trial.write_bytes(b"")
             trial.unlink(missing_ok=True)
         except OSError as error:
@@ -114,10 +108,12 @@ class Dataset:
     def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
         """Write each episode atomically to its file."""
         for episode in episodes:
-            file = self.place(configuration, episode.seed)
-            file.parent.mkdir(parents=True, exist_ok=True)
-            columns = schema(kind_of(episode))
-            _write(pa.Table.from_pylist([_columns(episode, configuration)], columns), file)
+            row = pa.Table.from_pylist([_columns(episode, configuration)], schema(kind_of(episode)))
+            content = pa.BufferOutputStream()
+            pq.write_table(row, content, write_page_checksum=True)
+            write_atomically(
+                self.place(configuration, episode.seed), content.getvalue().to_pybytes()
+            )
 
 
 def _columns(episode: AnyEpisode, configuration: ExperimentConfig) -> dict[str, Any]:
@@ -146,37 +142,6 @@ def _row(content: bytes, configuration: ExperimentConfig, seed: int) -> dict[str
     if (row["configuration"], row["seed"]) != (configuration.key, seed):
         raise DamagedFileError("the episode of another configuration or seed")
     return row
-
-
-def _write(table: pa.Table, file: Path) -> None:
-    """Write a temporary file to the disk and move it to its place in one step."""
-    for attempt in range(WRITE_RETRIES):
-        temporary = file.with_name(_temporary(file.name))
-        with temporary.open("wb") as stream:
-            pq.write_table(table, stream, write_page_checksum=True)
-            stream.flush()
-            os.fsync(stream.fileno())
-        try:
-            temporary.replace(file)
-            break
-        except FileNotFoundError:  # swept by a run that has just started on the same folder
-            if attempt == WRITE_RETRIES - 1:
-                raise
-    fsync_folder(file.parent)
-
-
-def fsync_folder(folder: Path) -> None:
-    """Bring a folder's list of names to the disk, where the system can."""
-    with contextlib.suppress(OSError):
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
-
-
-def _temporary(name: str) -> str:
-    return f"_{name}.{quote(socket.gethostname(), safe='')}-{os.getpid()}{TEMPORARY}"
 
 
 def _quoted(name: str) -> str:

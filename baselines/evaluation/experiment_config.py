@@ -1,10 +1,11 @@
 """The configuration of an episode: everything that determines it but the seed."""
 
+import ast
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from importlib.metadata import version
 from inspect import getfile
 from pathlib import Path
@@ -75,9 +76,9 @@ class ExperimentConfig:
 
     @cached_property
     def code(self) -> str:
-        """Hash of the source text behind an episode, and of the libraries' versions.
+        """Hash of the code behind an episode, and of the libraries' versions.
 
-        The text is that of the world, of every file beside a layer of the controller, of those
+        The code is that of the world, of every file beside a layer of the controller, of those
         that a layer `reads`, and of what puts the layers together and measures.
         """
         world = Path(swarm_forage_env.__file__).parent
@@ -90,7 +91,7 @@ class ExperimentConfig:
         files.add(Path(waypoint_episode.__file__))
         text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())
         for file in sorted(files):
-            text.update(f"\n{file.parent.name}/{file.name}\n".encode() + file.read_bytes())
+            text.update(f"\n{file.parent.name}/{file.name}\n".encode() + _content(file))
         return text.hexdigest()[:16]
 
     @property
@@ -139,6 +140,26 @@ def _changes(base: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
 
 def _json(tree: Mapping[str, Any]) -> str:
     return json.dumps(tree, sort_keys=True)
+
+
+def _content(file: Path) -> bytes:
+    """What an episode may depend on in a file: of Python, the code without its docstrings."""
+    content = file.read_bytes()
+    return _without_prose(content) if file.suffix == ".py" else content
+
+
+@cache
+def _without_prose(source: bytes) -> bytes:
+    """A source text as its syntax tree writes it: without comments and docstrings."""
+    return ast.unparse(_WithoutDocstrings().visit(ast.parse(source))).encode()
+
+
+class _WithoutDocstrings(ast.NodeTransformer):
+    """Removes statements that are a constant and nothing else."""
+
+    def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:
+        """Keep a statement that does something."""
+        return None if isinstance(node.value, ast.Constant) else node
 
 
 def _files(thing: object, base: type) -> set[Path]:

@@ -1,10 +1,11 @@
 """Run one episode and pass its scenes to windows and recorders."""
 
 import shlex
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from baselines.evaluation.console import say
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.output_files import check_file
@@ -38,7 +39,7 @@ class WatchOptions:
     """The robot whose beliefs are drawn."""
 
     start: float = 0.0
-    """Time of the episode at which options begins [s]."""
+    """Time of the episode at which it begins to be shown [s]."""
 
     seconds: float | None = None
     """For how long, in the episode's time [s]; None: to its end."""
@@ -53,16 +54,16 @@ class WatchOptions:
         return not (self.video or self.html or self.frame)
 
 
-def watch(episode: EvaluateOptions, options: WatchOptions, say: Callable[[str], None]) -> None:
+def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
     """Run one episode and show it.
 
     ConfigError or UnknownNameError for whatever cannot be used, before anything runs.
     """
-    (configuration,) = episode.configurations()
-    seed = episode.seeds()[0]
+    (configuration,) = chosen.configurations()
+    seed = chosen.seeds()[0]
     stage = stage_of(configuration.scenario, configuration.label)
     options = _checked(options, stage)
-    recorders = _recorders(stage, seed, options, command_of(episode))
+    recorders = _recorders(stage, seed, options, command_of(chosen))
     try:
         for scene in _scenes(configuration, seed, stage, options):
             watched = [recorder.take(scene) for recorder in recorders]
@@ -79,11 +80,11 @@ def watch(episode: EvaluateOptions, options: WatchOptions, say: Callable[[str], 
             say(f"wrote {file} ({file.stat().st_size / 1e6:.1f} MB)")
 
 
-def command_of(episode: EvaluateOptions) -> str:
+def command_of(chosen: EvaluateOptions) -> str:
     """The command line that shows the same episode again."""
-    options = [f"--set={each}" for each in episode.settings] + [f"--seed={episode.seed}"]
-    options += [f"--physics={episode.physics}"] if episode.physics else []
-    return shlex.join(["swarm-forage", "watch", episode.scenario, *episode.controllers, *options])
+    options = [f"--set={each}" for each in chosen.settings] + [f"--seed={chosen.seed}"]
+    options += [f"--physics={chosen.physics}"] if chosen.physics else []
+    return shlex.join(["swarm-forage", "watch", chosen.scenario, *chosen.controllers, *options])
 
 
 def _scenes(

@@ -1,14 +1,11 @@
 """The command `reproduce`: every claim and figure of a paper, from its own episodes."""
 
-import logging
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
-
-LOGGER = logging.getLogger("swarm-forage")
 
 QUICK_EPISODES = 6
 """Replications of each experiment: the fewest that can show an order."""
@@ -72,6 +69,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     has been run, so that a run that was stopped goes on where it was. The exit status is 0
     whether or not the claims hold.
     """
+    from baselines.evaluation.console import say
     from baselines.evaluation.evaluate_options import check_count
     from baselines.papers import report
     from baselines.papers.reproduction import ReproduceOptions, Reproduction
@@ -80,10 +78,10 @@ def reproduce(  # noqa: PLR0913 the options of a command
         episodes = QUICK_EPISODES
     check_count("--workers", workers)
     run = Reproduction(ReproduceOptions(paper.value, episodes, seed, physics, settings or []), out)
-    run.run_with_progress(workers, LOGGER.warning)
+    run.run_with_progress(workers)
     claim_results = run.claim_results()
     for file in run.write(claim_results, page):
-        LOGGER.warning("%s", file)
+        say(str(file))
     if form is ClaimsFormat.JSON:
         typer.echo(report.to_json(claim_results))
     else:

@@ -1,7 +1,7 @@
 """Reproduction of a paper: run missing episodes, judge the claims, write figures and page."""
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,8 +10,10 @@ import baselines.papers.adaptive_boids
 import baselines.papers.ants2008
 import baselines.papers.boids_foraging
 import baselines.papers.social_odometry
+from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.evaluate_options import check_count
+from baselines.evaluation.output_files import write_atomically
 from baselines.evaluation.progress import run_with_progress
 from baselines.evaluation.runner import Plan
 from baselines.papers import report
@@ -81,11 +83,11 @@ class Reproduction:
         dataset.open()
         self.plan = Plan(configurations, options.seeds, dataset)
 
-    def run_with_progress(self, workers: int, say: Callable[[str], None]) -> None:
+    def run_with_progress(self, workers: int) -> None:
         """Say how long it will take, and run the missing episodes."""
         seconds = expected_seconds(self.plan, workers)
         say(f"about {format_duration(seconds)} to run, with {workers} at a time")
-        run_with_progress(self.plan, workers, say)
+        run_with_progress(self.plan, workers)
 
     @cached_property
     def results(self) -> Results:
@@ -101,7 +103,7 @@ class Reproduction:
         page = page or self.folder / f"{self.paper.page}.md"
         write_figures(self.paper.figures, self.results, page.parent / "figures", self.command)
         claims = self.folder / "claims.json"
-        claims.write_text(report.to_json(claim_results) + "\n", "utf-8")
+        write_atomically(claims, (report.to_json(claim_results) + "\n").encode())
         text = report.page(self.paper, claim_results, self.results, self.command)
-        page.write_text(text, "utf-8")
+        write_atomically(page, text.encode())
         return [claims, page]

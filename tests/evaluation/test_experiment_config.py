@@ -43,19 +43,46 @@ def test_a_named_scenario_and_controller_change_nothing():
     assert (configuration.overrides, configuration.parameters) == ("{}", "{}")
 
 
-def test_other_code_is_another_configuration(configure, monkeypatch, tmp_path):
-    before = configure()
-    assert before.key == configure().key
+RULE = '''
+"""A rule."""
+
+GAIN = 1
+"""Of the rule."""
+
+
+class Rule:
+    """Weighs."""
+
+    def __call__(self, told):
+        """Weigh."""
+        return GAIN * told
+'''
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "is_same"),
+    [
+        ("", "", True),
+        ('"""A rule."""', '"""A good rule."""', True),
+        ('"""Of the rule."""', "", True),
+        ('"""Weighs."""', "pass", False),
+        ('"""Weigh."""', '"""Weigh what was told."""  # it is little', True),
+        ("GAIN = 1", "GAIN = 2", False),
+        ("GAIN * told", "told * GAIN", False),
+        ("GAIN * told", "(GAIN  *\n told)", True),
+    ],
+)
+def test_other_code_is_another_configuration_and_other_prose_is_not(
+    configure, monkeypatch, tmp_path, before, after, is_same
+):
     rule = tmp_path / "rule.py"
-    rule.write_text("GAIN = 1\n")
     monkeypatch.setattr("baselines.evaluation.experiment_config.getfile", lambda _: str(rule))
+    rule.write_text(RULE)
     one = configure()
-    assert one.code == configure().code
-    one_code, one_key = one.code, one.key
-    rule.write_text("GAIN = 2\n")
-    two = configure()
-    assert two.code != one_code
-    assert two.key != one_key
+    old = one.code, one.key
+    rule.write_text(RULE.replace(before, after, 1))
+    other = configure()
+    assert (other.code == old[0], other.key == old[1]) == (is_same, is_same)
 
 
 def test_settings_are_names_and_values():

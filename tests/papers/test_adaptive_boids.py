@@ -1,6 +1,5 @@
-"""The claims on adaptive boids, the search for their gains, and boids where robots forage."""
+"""The claims on adaptive boids, and boids where robots forage."""
 
-import json
 import math
 from dataclasses import replace
 
@@ -8,7 +7,7 @@ import numpy as np
 import pytest
 
 from baselines.evaluation.waypoint_episode import WaypointEpisode
-from baselines.papers import adaptive_boids, boids_foraging, calibration_boids
+from baselines.papers import adaptive_boids, boids_foraging
 from baselines.papers.adaptive_boids import (
     ESTIMATORS,
     MEASURES,
@@ -104,36 +103,3 @@ def test_every_experiment_of_a_paper_can_be_set_up(paper):
     for experiment in made.experiments:
         configuration = experiment.configuration(None)
         assert configuration.recipe.runs_on(configuration.scenario)
-
-
-def test_a_swarm_that_does_better_costs_less():
-    better = replace(EPISODE, covariance_norm=0.04)
-    assert calibration_boids.cost(better) < calibration_boids.cost(EPISODE)
-    better = replace(EPISODE, goals_per_robot=3.0)
-    assert calibration_boids.cost(better) < calibration_boids.cost(EPISODE)
-    better = replace(EPISODE, success_rate=1.0)
-    assert calibration_boids.cost(better) < calibration_boids.cost(EPISODE)
-    none = replace(EPISODE, success_rate=None)
-    assert calibration_boids.cost(none) > calibration_boids.cost(EPISODE)
-
-
-def test_a_search_for_gains_is_kept_and_goes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr(calibration_boids, "ESTIMATORS", {"dead_reckoning": ""})
-    monkeypatch.setattr(calibration_boids, "SIZES", (5,))
-    monkeypatch.setattr(calibration_boids, "FIT_TRIALS", 2)
-    asked = []
-
-    def price(dataset, workers, each, seeds):
-        asked.append(each.recipe.motion)
-        return [each.recipe.motion.homing for _ in seeds]
-
-    monkeypatch.setattr(calibration_boids, "costs", price)
-    (first,) = calibration_boids.search(tmp_path, 3, 0, 1, lambda _: None)
-    assert len(asked) == 3
-    assert asked[0].homing == 1.0, "gains of one are tried first"
-    assert first.cost == min(motion.homing for motion in asked)
-    (second,) = calibration_boids.search(tmp_path, 5, 0, 1, lambda _: None)
-    assert len(asked) == 5
-    assert second.cost <= first.cost
-    file = calibration_boids.keep(tmp_path, [second])
-    assert json.loads(file.read_text())[0]["gains"] == pytest.approx(second.gains)

@@ -51,8 +51,7 @@ def test_json_is_the_claims_and_the_status_is_zero_though_they_fail(command, tmp
         {"claim", "published", "ours", "low", "high", "reproduced"}
     ] * 2
     assert not any(row["reproduced"] for row in rows)
-    first, *_ = stderr.splitlines()
-    assert first.startswith("swarm-forage: about ")
+    assert "swarm-forage: about " in stderr
     folder = tmp_path / "runs" / "reproduce-social-odometry"
     assert json.loads((folder / "claims.json").read_text("utf-8")) == rows
     assert (folder / "social_odometry.md").exists()

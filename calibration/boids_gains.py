@@ -1,4 +1,4 @@
-"""The search for static gains of the boids: as the paper meant to, for each filter and size.
+"""Search the static gains of the boids, for each filter and group size, as the paper meant to.
 
 Smith et al. 2021 (BOIDS), Section 3, says that static gains come from a Monte Carlo search; the
 authors' code loads them and never uses them, so that the figures show gains of one.
@@ -23,6 +23,7 @@ import optuna
 
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
+from baselines.evaluation.output_files import write_atomically
 from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import Comparison, compare
 from baselines.evaluation.waypoint_episode import WaypointEpisode
@@ -51,7 +52,7 @@ STARTUP = 10
 
 
 @dataclass(frozen=True)
-class Gains:
+class StaticGains:
     """The best static gains of one estimator and group size, and what they are worth."""
 
     estimator: str
@@ -62,7 +63,7 @@ class Gains:
 
 
 def scenario_of(n_robots: int) -> WaypointsScenario:
-    """Where gains are fitted: the authors' sensors, the paper's tolerance."""
+    """The scenario that gains are fitted in: the authors' sensors, the paper's tolerance."""
     found = find_scenario(f"waypoints-{n_robots:02d}-authors", {"task.tolerance": 0.2})
     if not isinstance(found, WaypointsScenario):
         raise ConfigError(f"scenario '{found.name}': robots must visit waypoints in it")
@@ -70,14 +71,14 @@ def scenario_of(n_robots: int) -> WaypointsScenario:
 
 
 def configuration(estimator: str, n_robots: int, gains: dict[str, float]) -> ExperimentConfig:
-    """Static boids with these gains; those left out are one."""
+    """The configuration of static boids with these gains; those left out are one."""
     label = f"boids-static:estimator={estimator},setting=corrected"
     recipe = find_recipe(label).with_parameters({f"motion.{k}": v for k, v in gains.items()})
     return ExperimentConfig(label, scenario_of(n_robots), recipe, "kinematic")
 
 
 def cost(episode: WaypointEpisode) -> float:
-    """J of an episode; a robot that claims nothing succeeds in nothing."""
+    """The cost J of an episode; a robot that claims nothing succeeds in nothing."""
     scenario = scenario_of(episode.n_robots)
     most = episode.duration_s * scenario.robot.max_speed / (MEAN_WAY * scenario.task.side)
     doubt = episode.covariance_norm / DOUBT_MAX + episode.position_error_m / ERROR_MAX
@@ -87,14 +88,14 @@ def cost(episode: WaypointEpisode) -> float:
 def costs(
     dataset: Dataset, workers: int, each: ExperimentConfig, seeds: Sequence[int]
 ) -> list[float]:
-    """J under each seed."""
+    """The cost J under each seed."""
     return [cost(episode) for episode in evaluate([each], seeds, dataset, workers)]
 
 
-def search(
+def search_gains(
     folder: Path, trials: int, seed: int, workers: int, tell: Callable[[str], None]
-) -> Iterator[Gains]:
-    """The best gains for every estimator and size; what has been tried is kept and goes on."""
+) -> Iterator[StaticGains]:
+    """Search the best gains for every estimator and size; trials are kept, and a search resumes."""
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     dataset = Dataset(folder / "episodes")
     dataset.open()
@@ -109,27 +110,25 @@ def search(
                           range(FIT_SEED, FIT_SEED + FIT_TRIALS))
                 ) / FIT_TRIALS)  # fmt: skip
                 best = study.best_trial
-                found = Gains(estimator, size, best.params, float(best.values[0]))
+                found = StaticGains(estimator, size, best.params, float(best.values[0]))
                 tell(f"{name}: cost {found.cost:.3f}")
                 yield found
     finally:
         storage.engine.dispose()
 
 
-def worth(folder: Path, found: Gains, workers: int) -> Comparison:
-    """The cost of the best gains against gains of one, on seeds that nothing was fitted to."""
+def compare_with_unit_gains(folder: Path, found: StaticGains, workers: int) -> Comparison:
+    """Compare the cost of the best gains with that of gains of one, on seeds not fitted to."""
     dataset, seeds = Dataset(folder / "episodes"), range(REPORT_SEED, REPORT_SEED + REPORT_TRIALS)
     best = configuration(found.estimator, found.n_robots, found.gains)
     plain = configuration(found.estimator, found.n_robots, {})
     return compare(costs(dataset, workers, best, seeds), costs(dataset, workers, plain, seeds))
 
 
-def keep(folder: Path, found: Sequence[Gains]) -> Path:
-    """Write all gains to a file in one step."""
+def write_gains(folder: Path, found: Sequence[StaticGains]) -> Path:
+    """Write all gains to a file."""
     file = folder / "gains.json"
-    temporary = file.with_name("_gains.json.tmp")
-    temporary.write_text(json.dumps([asdict(each) for each in found], indent=1) + "\n", "utf-8")
-    temporary.replace(file)
+    write_atomically(file, (json.dumps([asdict(each) for each in found], indent=1) + "\n").encode())
     return file
 
 

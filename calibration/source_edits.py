@@ -1,4 +1,4 @@
-"""The lines of code that make a set of values the defaults; changing them is left to a hand."""
+"""Edits of the source code that make a set of values the defaults; they are printed, not made."""
 
 import ast
 from collections.abc import Iterator
@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import baselines
-from baselines.papers.calibration_ranges import Values, defaults
 from baselines.recipes import SINGLE, SUBSUMPTION
+from calibration.ranges import Values, defaults
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.scenario import Radio, Robot, Sensors, Task
 from swarm_forage_env.scenarios import foraging
@@ -29,8 +29,8 @@ ROOT = Path(baselines.__file__).parents[1]
 
 
 @dataclass(frozen=True)
-class Line:
-    """A line of code that a set of values changes."""
+class SourceEdit:
+    """A line of code and what a set of values changes it to."""
 
     file: str
     number: int
@@ -38,12 +38,12 @@ class Line:
     after: str
 
     def __str__(self) -> str:
-        """As in a patch."""
+        """The edit as in a patch."""
         return f"{self.file}:{self.number}\n- {self.before}\n+ {self.after}"
 
 
-def lines(values: Values) -> Iterator[Line]:
-    """The lines to change for the values that are not the defaults already."""
+def source_edits(values: Values) -> Iterator[SourceEdit]:
+    """The edits for the values that are not the defaults already."""
     before = defaults()
     for name, value in values.items():
         if value == before[name]:
@@ -58,7 +58,7 @@ def lines(values: Values) -> Iterator[Line]:
             yield _argument("real", leaf, round(longer * value, 4))
 
 
-def _default(model: Any, field: str, value: float) -> Line:  # noqa: ANN401 any class of a Part
+def _default(model: Any, field: str, value: float) -> SourceEdit:  # noqa: ANN401 any class of a Part
     """The line with the default of a model's field."""
     file = Path(getsourcefile(model) or "")
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
@@ -70,7 +70,7 @@ def _default(model: Any, field: str, value: float) -> Line:  # noqa: ANN401 any 
     raise LookupError(f"{file}: no default of {model.__name__}.{field}")
 
 
-def _argument(scenario: str, name: str, value: float) -> Line:
+def _argument(scenario: str, name: str, value: float) -> SourceEdit:
     """The line with an argument of a scenario, in the module that makes the scenarios."""
     file = Path(foraging.__file__)
     for node in ast.parse(file.read_text(encoding="utf-8")).body:
@@ -81,8 +81,8 @@ def _argument(scenario: str, name: str, value: float) -> Line:
     raise LookupError(f"{file}: {scenario} has no argument {name}")
 
 
-def _change(file: Path, node: ast.expr, value: float) -> Line:
+def _change(file: Path, node: ast.expr, value: float) -> SourceEdit:
     """The line of an expression, and the same with a number in its place."""
     before = file.read_text(encoding="utf-8").splitlines()[node.lineno - 1]
     after = f"{before[: node.col_offset]}{value!r}{before[node.end_col_offset :]}"
-    return Line(file.relative_to(ROOT).as_posix(), node.lineno, before, after)
+    return SourceEdit(file.relative_to(ROOT).as_posix(), node.lineno, before, after)

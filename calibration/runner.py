@@ -1,4 +1,4 @@
-"""What a set of values gives: the episodes it is measured by, and each parameter's part in it."""
+"""Measure a set of parameter values: run its episodes, and compare them with the targets."""
 
 import hashlib
 import json
@@ -9,7 +9,7 @@ from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import Estimate
-from baselines.papers.calibration_ranges import (
+from calibration.ranges import (
     ARENAS,
     RANGES,
     Values,
@@ -17,10 +17,10 @@ from baselines.papers.calibration_ranges import (
     recipe_with,
     scenario_with,
 )
-from baselines.papers.calibration_targets import (
+from calibration.targets import (
     CONTROLLERS,
     TARGETS,
-    Cells,
+    ArenaEpisodes,
     Target,
     estimate,
     measure,
@@ -39,7 +39,7 @@ Objective = Callable[[Values, str], dict[Target, float]]
 
 @dataclass(frozen=True)
 class CalibrationRunner:
-    """How a set of values is measured: in which worlds, and on which engine."""
+    """Measures a set of values in given worlds, on one engine."""
 
     dataset: Dataset
     physics: str = "kinematic"
@@ -50,12 +50,12 @@ class CalibrationRunner:
     """Numbers of every scenario to change besides: `task.duration`."""
 
     def __call__(self, values: Values, arena: str) -> dict[Target, float]:
-        """Every target of an arena as measured."""
-        cells = self.cells(values, arena)
-        return {target: measure(target, cells) for target in of_arenas([arena])}
+        """Measure every target of an arena."""
+        episodes = self.episodes(values, arena)
+        return {target: measure(target, episodes) for target in of_arenas([arena])}
 
-    def cells(self, values: Values, arena: str) -> Cells:
-        """The episodes of an arena, run or found."""
+    def episodes(self, values: Values, arena: str) -> ArenaEpisodes:
+        """The episodes of an arena by controller, run or found."""
         configurations = [self.configuration(values, arena, each) for each in CONTROLLERS]
         seeds = range(self.seed, self.seed + self.worlds[arena])
         episodes = evaluate(configurations, seeds, self.dataset, self.workers)
@@ -65,26 +65,26 @@ class CalibrationRunner:
         }
 
     def configuration(self, values: Values, arena: str, controller: str) -> ExperimentConfig:
-        """A scenario and a controller with these values."""
+        """The configuration of a scenario and a controller with these values."""
         scenario = scenario_with(values, arena, self.settings)
         return ExperimentConfig(controller, scenario, recipe_with(values, controller), self.physics)
 
     @property
     def identity(self) -> str:
-        """A hash of all that a score depends on but the values: scores of one are comparable."""
+        """Hash of all that a score depends on but the values, so that scores compare."""
         code = self.configuration(defaults(), ARENAS[0], CONTROLLERS[0]).code
         tables = [asdict(each) for each in TARGETS], [asdict(each) for each in RANGES]
         rest = [code, self.physics, self.seed, dict(self.worlds), dict(self.settings)]
         return hashlib.sha256(json.dumps([tables, rest]).encode()).hexdigest()[:16]
 
-    def elsewhere(self, worlds: int) -> "CalibrationRunner":
-        """The same in so many worlds that no set has been fitted to."""
+    def on_report_worlds(self, worlds: int) -> "CalibrationRunner":
+        """The same runner on worlds that no set has been fitted to."""
         return replace(self, seed=REPORT_SEED, worlds=dict.fromkeys(ARENAS, worlds))
 
 
 @dataclass(frozen=True)
-class Varied:
-    """A set in which one parameter has another value."""
+class SensitivityResult:
+    """The measured targets of a set in which one parameter has another value."""
 
     parameter: str
     value: float
@@ -92,20 +92,20 @@ class Varied:
 
 
 def all_arenas(values: Values, objective: Objective) -> dict[Target, float]:
-    """Every target as measured."""
+    """Measure every target of every arena."""
     return {target: ours for arena in ARENAS for target, ours in objective(values, arena).items()}
 
 
-def estimates(values: Values, swarm: CalibrationRunner) -> dict[Target, Estimate | None]:
-    """Every target with its interval."""
-    cells = {cell: ran for arena in ARENAS for cell, ran in swarm.cells(values, arena).items()}
-    return {target: estimate(target, cells) for target in TARGETS}
+def estimates(values: Values, runner: CalibrationRunner) -> dict[Target, Estimate | None]:
+    """Measure every target with its interval."""
+    episodes = {key: ran for arena in ARENAS for key, ran in runner.episodes(values, arena).items()}
+    return {target: estimate(target, episodes) for target in TARGETS}
 
 
-def sensitivity(values: Values, objective: Objective) -> Iterator[Varied]:
-    """Each parameter varied alone, down and up, as far as its range goes."""
+def sensitivity(values: Values, objective: Objective) -> Iterator[SensitivityResult]:
+    """Vary each parameter alone, down and up, as far as its range goes."""
     for each in RANGES:
-        for value in each.beside(values[each.name]):
+        for value in each.step_around(values[each.name]):
             if value != values[each.name]:
                 measured = all_arenas(dict(values) | {each.name: value}, objective)
-                yield Varied(each.name, value, measured)
+                yield SensitivityResult(each.name, value, measured)

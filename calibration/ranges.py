@@ -1,4 +1,4 @@
-"""What the papers on social odometry leave open: each parameter, its range, and the reason.
+"""The open parameters of the papers on social odometry: each one's range, and the reason for it.
 
 One set of values holds for es1, es2 and es3; only the distance between the areas is each
 arena's own. A range is what a robot or its surroundings allow, narrowed to where robots forage
@@ -33,8 +33,8 @@ Values = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Range:
-    """A parameter and the values it may take."""
+class ParameterRange:
+    """An open parameter and the values it may take."""
 
     name: str
     """A part of the scenario or a layer of the controller, and its field; `es2.area_distance`
@@ -51,10 +51,10 @@ class Range:
     whole: bool = False
     """A whole number."""
 
-    def tidy(self, value: float) -> float:
-        """The value within the range, with as many digits as are written down.
+    def round_and_clip(self, value: float) -> float:
+        """A value clipped to the range, with as many digits as are written down.
 
-        >>> Range("robot.cruise_speed", 0.03, 0.065, "").tidy(0.0412345)
+        >>> ParameterRange("robot.cruise_speed", 0.03, 0.065, "").round_and_clip(0.0412345)
         0.0412
         """
         inside = min(max(value, self.low), self.high)
@@ -63,83 +63,83 @@ class Range:
         size = math.floor(math.log10(abs(inside))) + 1 if inside else 0
         return min(max(round(inside, DIGITS - size), self.low), self.high)
 
-    def beside(self, value: float) -> tuple[float, float]:
+    def step_around(self, value: float) -> tuple[float, float]:
         """A step below and a step above a value, as far as the range goes.
 
-        >>> Range("estimator.pause", 0.0, 25.0, "").beside(20.0)
+        >>> ParameterRange("estimator.pause", 0.0, 25.0, "").step_around(20.0)
         (16.0, 24.0)
         """
         least = SMALL_STEP * (self.high - self.low)
         step = max(STEP * value, least, 1.0 if self.whole else 0.0)
-        return self.tidy(value - step), self.tidy(value + step)
+        return self.round_and_clip(value - step), self.round_and_clip(value + step)
 
 
 RANGES = (
-    Range(
+    ParameterRange(
         "robot.cruise_speed", 0.03, 0.065,
         "[m/s] Slower makes too few trips in any arena; at 0.129, its limit, es1 would count"
         " three times the published trips, and above half of it still more than published",
     ),
-    Range(
+    ParameterRange(
         "sensors.wheel_noise", 0.03, 0.12,
         "+-20 % of the path of a 10 ms step (ANTS 4.1) is +-6.3 % of a tick's; half to twice that",
     ),
-    Range(
+    ParameterRange(
         "radio.exchange_time", 0.1, 1.0,
         "[s] Two areas take six frames of 9.2 ms one way, so a tick at least; a second would"
         " repeat them more than ten times",
     ),
-    Range(
+    ParameterRange(
         "radio.frames", 1, 10,
         "One message at least; no more than 10 words of 9.2 ms fit into a tick",
         whole=True,
     ),
-    Range(
+    ParameterRange(
         "estimator.refractory", 5.0, 40.0,
         "[s] Shorter repeats an exchange within one meeting of two robots (about 5 s in traffic);"
         " 40 s is a trip of es1",
     ),
-    Range(
+    ParameterRange(
         "estimator.pause", 0.0, 25.0,
         "[s] None, up to about half a trip of es1: longer and hardly anybody is told of the areas",
     ),
-    Range(
+    ParameterRange(
         "estimator.deaf_when_lost", 0.0, 10.0,
         "[s] None, or until the robot has left those who share its mistake: 0.4 m at 0.04 m/s",
     ),
-    Range(
+    ParameterRange(
         "estimator.lost_within", 0.03, 0.08,
         "[m] A few ticks' path at least; less than the area's radius of 0.1",
     ),
-    Range(
+    ParameterRange(
         "estimator.overshoot", 0.0, 0.25,
         "[m] None, or looking on for an area's diameter and a body's radius",
     ),
-    Range(
+    ParameterRange(
         "motion.gap", 0.004, 0.04,
         "[m] The proximity sensors tell nothing beyond 0.04; nearer than 0.004 is contact",
     ),
-    Range(
+    ParameterRange(
         "motion.swerve", 1.63, 2.0,
         "[rad] Below pi/2 a robot steers into the wall; above 2.0 it turns back on its way",
     ),
-    Range(
+    ParameterRange(
         "motion.hold", 0.0, 0.8,
         "[s] None, or as long as passing a robot takes: a radius at 0.045 m/s",
     ),
-    Range(
+    ParameterRange(
         "motion.mean_run", 0.2, 2.0,
         "[m] A few body lengths, up to the length of the smallest arena", log=True,
     ),
-    Range(
+    ParameterRange(
         "es1.area_distance", 0.8, 1.5,
         "[m] Above 0.6 (start circle); at 1.5 both areas touch the walls",
     ),
-    Range(
+    ParameterRange(
         "es2.area_distance", 1.25, 3.0,
         "[m] Above 1.2 (start circle); 3.0 is 2.5 times 1.2 in es1, as the arena is",
     ),
-    Range(
+    ParameterRange(
         "es3.area_distance", 1.5, 3.5,
         "[m] Above 1.2 (start circle); the trip's period, 1.1 to 1.2 times that of es2, lets it"
         " be little farther than in es2",
@@ -149,7 +149,7 @@ RANGES = (
 
 
 def defaults() -> dict[str, float]:
-    """The value of every parameter today: where a search starts."""
+    """The present default of every parameter, where a search starts."""
     found: dict[str, Any] = leaves(
         SCENARIOS["es1"].model_dump(include={"robot", "sensors", "radio"})
     )
@@ -158,13 +158,13 @@ def defaults() -> dict[str, float]:
     return {each.name: found[each.name] for each in RANGES}
 
 
-def tidied(values: Values) -> dict[str, float]:
-    """A value for every parameter, within its range and with as many digits as are kept."""
-    return {each.name: each.tidy(values[each.name]) for each in RANGES}
+def rounded(values: Values) -> dict[str, float]:
+    """A value for every parameter, clipped and rounded."""
+    return {each.name: each.round_and_clip(values[each.name]) for each in RANGES}
 
 
 def scenario_with(values: Values, arena: str, settings: Mapping[str, Any]) -> Scenario:
-    """An arena's scenario with these values, and with what the settings change besides."""
+    """The scenario of an arena with these values and settings."""
     own = {
         name: value
         for name, value in values.items()

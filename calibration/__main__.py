@@ -1,34 +1,45 @@
-"""The command `calibrate`: find the set of values, report on it, say how much each matters."""
+"""The command `python -m calibration`: search the open parameters, report on the best set."""
 
 import json
+import sys
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
 
+from baselines.cli import run, stoppable
+from baselines.evaluation.console import progress_bar, say
+from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.experiment_config import parse_settings
+from baselines.evaluation.output_files import write_atomically
+from calibration import boids_gains, tables
+from calibration.ranges import Values, defaults
+from calibration.runner import CalibrationRunner, all_arenas, estimates, sensitivity
+from calibration.search import BestTrial, Search
+from calibration.source_edits import source_edits
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.physics import ENGINES
 
-if TYPE_CHECKING:
-    from baselines.papers.calibration import Search
-    from baselines.papers.calibration_ranges import Values
-    from baselines.papers.calibration_swarm import CalibrationRunner
-
+app = typer.Typer(
+    name="python -m calibration", add_completion=False, pretty_exceptions_enable=False
+)
 
 SOCIAL_TRIALS, BOIDS_TRIALS = 300, 60
-"""Sets tried unless told otherwise."""
+"""Default number of sets to try."""
 
 
 class Paper(StrEnum):
-    """Whose open parameters are searched."""
+    """The papers whose open parameters can be searched."""
 
     SOCIAL_ODOMETRY = "social-odometry"
     BOIDS = "boids"
 
 
+@app.command()
+@stoppable()
 def calibrate(  # noqa: PLR0913 the options of a command
     paper: Annotated[Paper, typer.Argument(help="Whose open parameters to search.")],
     trials: Annotated[
@@ -58,7 +69,7 @@ def calibrate(  # noqa: PLR0913 the options of a command
     report: Annotated[
         int, typer.Option(min=0, help="Report on so many other worlds of each arena.")
     ] = 0,
-    sensitivity: Annotated[
+    with_sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Vary each parameter of the best set alone.")
     ] = False,
 ) -> None:
@@ -72,13 +83,6 @@ def calibrate(  # noqa: PLR0913 the options of a command
     set found so far, or of the defaults if there is none. What becomes a default is changed by
     hand: the lines are printed.
     """
-    from baselines.evaluation.dataset import Dataset
-    from baselines.evaluation.experiment_config import parse_settings
-    from baselines.papers.calibration import BestTrial, Search
-    from baselines.papers.calibration_ranges import defaults
-    from baselines.papers.calibration_swarm import CalibrationRunner
-    from swarm_forage_env.physics import ENGINES
-
     _ = ENGINES[physics]
     out = out or Path("runs") / f"calibrate-{paper.value}"
     if paper is Paper.BOIDS:
@@ -87,106 +91,91 @@ def calibrate(  # noqa: PLR0913 the options of a command
             "--set": bool(settings),
             "--physics": physics != "kinematic",
             "--report": bool(report),
-            "--sensitivity": sensitivity,
+            "--sensitivity": with_sensitivity,
         }
         if wrong := [name for name, is_given in given.items() if is_given]:
             raise ConfigError(f"{', '.join(wrong)}: for social-odometry only, not for boids")
         _boids(BOIDS_TRIALS if trials is None else trials, seed, workers, out)
         return
     trials = SOCIAL_TRIALS if trials is None else trials
-    swarm = CalibrationRunner(
+    runner = CalibrationRunner(
         Dataset(out / "episodes"), physics, workers, settings=parse_settings(settings or [])
     )
-    identity = swarm.identity
-    swarm.dataset.open()
+    identity = runner.identity
+    runner.dataset.open()
     if trials:
-        search = Search(out, swarm, identity, seed)
+        search = Search(out, runner, identity, seed)
         try:
             _run(search, trials, hours)
         finally:
             search.close()
-    best = BestTrial.read(out / "best.json")
     values, title = defaults(), "The defaults; no trial has ended yet"
-    if best:
+    if best := BestTrial.read(out / "best.json"):
         title = f"The best set: trial {best.trial}, score {best.score:.3f} ({out / 'best.json'})"
         values = best.values
-    _show(values, title, swarm)
+    _show(values, title, runner)
     if report:
-        _report(values, swarm, report, out)
-    if sensitivity:
-        _sensitivity(values, swarm, out)
+        _report(values, runner, report, out)
+    if with_sensitivity:
+        _sensitivity(values, runner, out)
 
 
 def _boids(trials: int, seed: int, workers: int, out: Path) -> None:
     """The best static gains of each filter and group size, and what they are worth."""
-    from baselines.papers import calibration_boids
-    from baselines.papers.calibration_report import gains_table
-
     if not trials:
         raise ConfigError("--trials=0: boids need at least one")
     out.mkdir(parents=True, exist_ok=True)
-    found = list(calibration_boids.search(out, trials, seed, workers, _say))
-    _say(f"report: {calibration_boids.REPORT_TRIALS} other worlds")
-    worths = [calibration_boids.worth(out, each, workers) for each in found]
-    _say(str(calibration_boids.keep(out, found)))
-    _print("Static gains, that of the goal being one", gains_table(found, worths))
+    found = list(boids_gains.search_gains(out, trials, seed, workers, say))
+    say(f"report: {boids_gains.REPORT_TRIALS} other worlds")
+    worths = [boids_gains.compare_with_unit_gains(out, each, workers) for each in found]
+    say(str(boids_gains.write_gains(out, found)))
+    _print("Static gains, that of the goal being one", tables.gains_table(found, worths))
 
 
-def _run(search: "Search", trials: int, hours: float | None) -> None:
+def _run(search: Search, trials: int, hours: float | None) -> None:
     """Search, with a line for each trial on stderr, and a bar if it is a terminal."""
-    console = Console(stderr=True)
-    columns = "trials", BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), "{task.description}"
-    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+    with progress_bar("trials") as progress:
         bar = progress.add_task("", total=trials, completed=search.n_ended)
 
         def tell(line: str) -> None:
             best = search.best
             found = f"best {best.score:.3f} (trial {best.trial})" if best else ""
             progress.update(bar, completed=search.n_ended, description=found)
-            _say(f"{line}; {found}" if found else line)
+            say(f"{line}; {found}" if found else line)
 
-        _say(f"{search.n_ended} of {trials} trials found in {search.folder}")
+        say(f"{search.n_ended} of {trials} trials found in {search.folder}")
         search.run(trials, hours, tell)
 
 
-def _show(values: "Values", title: str, swarm: "CalibrationRunner") -> None:
+def _show(values: Values, title: str, runner: CalibrationRunner) -> None:
     """A set, what it measures in the worlds of the search, and the lines to change."""
-    from baselines.papers import calibration_lines, calibration_report
-    from baselines.papers.calibration_swarm import all_arenas
-
-    _say("measuring the set; what is kept is not run again")
-    measured = all_arenas(values, swarm)
-    _print(title, calibration_report.values_table(values))
-    _print("In the worlds of the search", calibration_report.fit_table(measured))
-    if lines := list(calibration_lines.lines(values)):
+    say("measuring the set; what is kept is not run again")
+    measured = all_arenas(values, runner)
+    _print(title, tables.values_table(values))
+    _print("In the worlds of the search", tables.fit_table(measured))
+    if edits := list(source_edits(values)):
         typer.echo("To make it the default, change these lines:\n")
-        for line in lines:
-            typer.echo(str(line))
+        for edit in edits:
+            typer.echo(str(edit))
 
 
-def _report(values: "Values", swarm: "CalibrationRunner", worlds: int, out: Path) -> None:
+def _report(values: Values, runner: CalibrationRunner, worlds: int, out: Path) -> None:
     """A set in worlds that none was fitted to."""
-    from baselines.papers import calibration_report
-    from baselines.papers.calibration_swarm import estimates
-
-    _say(f"report: {worlds} other worlds of each arena")
-    found = estimates(values, swarm.elsewhere(worlds))
-    _write(out / "report.json", calibration_report.rows(found))
-    _print(f"In {worlds} other worlds of each arena", calibration_report.report_table(found))
+    say(f"report: {worlds} other worlds of each arena")
+    found = estimates(values, runner.on_report_worlds(worlds))
+    _write(out / "report.json", tables.rows(found))
+    _print(f"In {worlds} other worlds of each arena", tables.report_table(found))
 
 
-def _sensitivity(values: "Values", swarm: "CalibrationRunner", out: Path) -> None:
+def _sensitivity(values: Values, runner: CalibrationRunner, out: Path) -> None:
     """Each parameter varied alone, in the worlds of the search."""
-    from baselines.papers import calibration_report
-    from baselines.papers.calibration_swarm import all_arenas, sensitivity
-
-    base = all_arenas(values, swarm)
+    base = all_arenas(values, runner)
     varied = []
-    for each in sensitivity(values, swarm):
-        _say(f"sensitivity: {each.parameter} = {each.value:g}")
+    for each in sensitivity(values, runner):
+        say(f"sensitivity: {each.parameter} = {each.value:g}")
         varied.append(each)
-    _write(out / "sensitivity.json", calibration_report.sensitivity_rows(base, varied))
-    table = calibration_report.sensitivity_table(base, varied, values)
+    _write(out / "sensitivity.json", tables.sensitivity_rows(base, varied))
+    table = tables.sensitivity_table(base, varied, values)
     _print("Each parameter varied alone: change of the score, and round trips", table)
 
 
@@ -198,8 +187,8 @@ def _print(title: str, table: Any) -> None:  # noqa: ANN401 anything rich can dr
 
 
 def _write(file: Path, found: Sequence[dict[str, Any]]) -> None:
-    file.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    write_atomically(file, (json.dumps(found, indent=1) + "\n").encode())
 
 
-def _say(line: str) -> None:
-    typer.echo(f"swarm-forage: {line}", err=True)
+if __name__ == "__main__":
+    sys.exit(run(commands=app))

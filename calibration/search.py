@@ -1,4 +1,4 @@
-"""The search for one set of values, in trials that are kept and go on after a kill.
+"""Search the open parameters with a tree-structured Parzen estimator, in resumable trials.
 
 A trial proposes a set and measures it arena by arena, the cheapest first. Since no term of the
 score is below zero, the score of the arenas so far is the least the trial can end with: a trial
@@ -18,9 +18,10 @@ import optuna
 from optuna.distributions import BaseDistribution, FloatDistribution, IntDistribution
 from optuna.trial import FrozenTrial, TrialState
 
-from baselines.papers.calibration_ranges import ARENAS, RANGES, Range, defaults, tidied
-from baselines.papers.calibration_swarm import Objective
-from baselines.papers.calibration_targets import score
+from baselines.evaluation.output_files import write_atomically
+from calibration.ranges import ARENAS, RANGES, ParameterRange, defaults, rounded
+from calibration.runner import Objective
+from calibration.targets import score
 
 ELITE = 3
 """A trial goes on while its score so far is below that of the best trial but this many."""
@@ -31,11 +32,11 @@ STARTUP = 20
 ENDED = TrialState.COMPLETE, TrialState.PRUNED
 
 
-class BeyondTheBest(optuna.pruners.BasePruner):
-    """Stops a trial whose score so far is beyond that of the best trials at their end."""
+class ElitePruner(optuna.pruners.BasePruner):
+    """Stops a trial whose score so far is beyond that of the best finished trials."""
 
     def prune(self, study: optuna.Study, trial: FrozenTrial) -> bool:
-        """Whether to stop."""
+        """Whether to stop the trial."""
         complete = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
         ends = sorted(each.value for each in complete if each.value is not None)
         so_far = max(trial.intermediate_values.values(), default=0.0)
@@ -44,29 +45,27 @@ class BeyondTheBest(optuna.pruners.BasePruner):
 
 @dataclass(frozen=True)
 class BestTrial:
-    """The best set found, as kept in a file."""
+    """The best trial of a search, as kept in a file."""
 
     trial: int
     score: float
     values: dict[str, float]
 
     def keep(self, file: Path) -> None:
-        """Write the file in one step."""
-        temporary = file.with_name(f"_{file.name}.tmp")
-        temporary.write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
-        temporary.replace(file)
+        """Write the set to a file."""
+        write_atomically(file, (json.dumps(asdict(self), indent=1) + "\n").encode())
 
     @classmethod
     def read(cls, file: Path) -> "BestTrial | None":
-        """The kept one; None if there is none."""
+        """Read the kept trial; None if there is none."""
         return cls(**json.loads(file.read_text(encoding="utf-8"))) if file.exists() else None
 
 
 class Search:
-    """The trials kept in a folder, and the next ones."""
+    """A search: the trials kept in a folder, and the next ones."""
 
     def __init__(self, folder: Path, objective: Objective, identity: str, seed: int = 0) -> None:
-        """Go on with the trials of this identity, or begin with the defaults."""
+        """Resume the trials of this identity, or begin with the defaults."""
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
@@ -77,41 +76,41 @@ class Search:
         self._study = optuna.create_study(
             storage=self._storage,
             study_name=identity,
-            pruner=BeyondTheBest(),
+            pruner=ElitePruner(),
             load_if_exists=True,
         )
         if not self._study.get_trials(deepcopy=False):
-            self._study.enqueue_trial(tidied(defaults()))
+            self._study.enqueue_trial(rounded(defaults()))
         self._retry()
 
     @property
     def n_ended(self) -> int:
-        """Trials measured to the end, or stopped early."""
+        """Number of trials measured to the end, or stopped early."""
         return len(self._study.get_trials(deepcopy=False, states=ENDED))
 
     @property
     def best(self) -> BestTrial | None:
-        """The best set so far; None before the first trial has ended."""
+        """The best trial so far; None before the first one has ended."""
         complete = self._study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
         if not complete:
             return None
         first = min(complete, key=_end)
-        return BestTrial(first.number, _end(first), tidied(first.params))
+        return BestTrial(first.number, _end(first), rounded(first.params))
 
     def run(
         self, trials: int, hours: float | None, tell: Callable[[str], None] = lambda _: None
     ) -> None:
-        """Run until so many trials have ended, or for so long; a line for each trial."""
+        """Run until so many trials have ended, or for so long; report each in a line."""
         until = math.inf if hours is None else time.monotonic() + 3600.0 * hours
         while self.n_ended < trials and time.monotonic() < until:
             tell(self._trial())
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the database."""
         self._storage.engine.dispose()
 
     def _trial(self) -> str:
-        """One trial, kept; what came of it in a line.
+        """Run one trial and keep it; return its result in a line.
 
         Its draws depend on the seed and on how many trials have ended, so that a search that
         was killed goes on as if it had not been.
@@ -135,7 +134,7 @@ class Search:
 
     def _measure(self, trial: optuna.Trial) -> dict[str, float]:
         """The score of each arena, as far as the trial gets."""
-        values, parts = tidied(trial.params), dict[str, float]()
+        values, parts = rounded(trial.params), dict[str, float]()
         for step, arena in enumerate(ARENAS):
             measured = self.objective(values, arena)
             parts[arena] = score(measured)
@@ -153,7 +152,7 @@ class Search:
                 self._study.enqueue_trial(broken.params)
 
 
-def _distribution(each: Range) -> BaseDistribution:
+def _distribution(each: ParameterRange) -> BaseDistribution:
     if each.whole:
         return IntDistribution(round(each.low), round(each.high))
     return FloatDistribution(each.low, each.high, log=each.log)

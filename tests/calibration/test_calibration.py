@@ -12,16 +12,16 @@ from pathlib import Path
 import pytest
 
 from baselines.evaluation.episode import Episode
-from baselines.papers.calibration_lines import lines
-from baselines.papers.calibration_ranges import (
+from calibration.ranges import (
     ARENAS,
     RANGES,
     defaults,
     recipe_with,
+    rounded,
     scenario_with,
-    tidied,
 )
-from baselines.papers.calibration_targets import (
+from calibration.source_edits import source_edits
+from calibration.targets import (
     CONTROLLERS,
     FARTHEST,
     SGIFF,
@@ -35,8 +35,8 @@ from baselines.papers.calibration_targets import (
 )
 
 pytest.importorskip("optuna")
-from baselines.papers.calibration import BestTrial, Search
-from baselines.papers.calibration_swarm import sensitivity
+from calibration.runner import sensitivity
+from calibration.search import BestTrial, Search
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -147,8 +147,8 @@ def test_both_ends_of_every_range_make_scenarios_and_controllers(each):
 
 @pytest.mark.parametrize("each", RANGES, ids=lambda each: each.name)
 def test_a_step_aside_is_within_the_range_and_no_standstill(each):
-    for value in (each.low, each.high, tidied(DEFAULTS)[each.name]):
-        below, above = each.beside(value)
+    for value in (each.low, each.high, rounded(DEFAULTS)[each.name]):
+        below, above = each.step_around(value)
         assert each.low <= below <= value <= above <= each.high
         assert below < above
 
@@ -159,15 +159,15 @@ def test_the_defaults_lie_within_the_ranges():
 
 
 def test_the_lines_to_change_hold_the_values():
-    assert list(lines(defaults())) == []
+    assert list(source_edits(defaults())) == []
     changed = defaults() | {"robot.cruise_speed": 0.0456, "es3.area_distance": 2.345}
-    told = [str(line) for line in lines(changed)]
+    told = [str(edit) for edit in source_edits(changed)]
     assert len(told) == 2
     assert "0.0456" in told[0].partition("\n+")[2]
     assert "area_distance=2.345" in told[1].partition("\n+")[2]
-    for line in lines(changed):
-        source = (ROOT / line.file).read_text(encoding="utf-8").splitlines()
-        assert source[line.number - 1] == line.before
+    for edit in source_edits(changed):
+        source = (ROOT / edit.file).read_text(encoding="utf-8").splitlines()
+        assert source[edit.number - 1] == edit.before
 
 
 def valley(values, arena):
@@ -191,7 +191,7 @@ def test_the_search_begins_with_the_defaults_and_stops_what_is_too_far_off(tmp_p
     assert len(told) == 30
     assert any("stopped" in line for line in told[3:])
     assert best.score <= score(
-        {t: x for arena in ARENAS for t, x in valley(tidied(DEFAULTS), arena).items()}
+        {t: x for arena in ARENAS for t, x in valley(rounded(DEFAULTS), arena).items()}
     )
     assert BestTrial.read(tmp_path / "best.json") == best
     assert tried(tmp_path, 30) == ([], best), "nothing is repeated"
@@ -239,14 +239,14 @@ def test_each_parameter_is_varied_alone():
     assert len(varied) == 2 * len(RANGES) - 2, "none above: es1; none below: hold"
 
 
-COMMAND = "calibrate", "social-odometry", "--workers=1", "--set=task.duration=3"
+COMMAND = "social-odometry", "--workers=1", "--set=task.duration=3"
 
 
-def run(*options, cwd):
+def start(*options, cwd):
     environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "120"}
     environment.pop("SWARM_CHECK_SHAPES", None)
     return subprocess.Popen(
-        [sys.executable, "-m", "training.cli", *COMMAND, *options],
+        [sys.executable, "-m", "calibration", *COMMAND, *options],
         cwd=cwd,
         env=environment,
         stdout=subprocess.PIPE,
@@ -256,13 +256,13 @@ def run(*options, cwd):
 
 
 def test_two_trials_of_a_tiny_scenario_killed_between(tmp_path):
-    first = run("--trials=2", cwd=tmp_path)
+    first = start("--trials=2", cwd=tmp_path)
     for line in first.stderr:
         if "trial 0" in line:
             break
     first.send_signal(signal.SIGKILL)
     first.communicate()
-    second = run("--trials=2", "--report=2", cwd=tmp_path)
+    second = start("--trials=2", "--report=2", cwd=tmp_path)
     stdout, stderr = second.communicate(timeout=120)
     assert second.returncode == 0, stderr
     assert "1 of 2 trials found" in stderr
@@ -274,9 +274,21 @@ def test_two_trials_of_a_tiny_scenario_killed_between(tmp_path):
 
 
 def test_without_a_trial_the_defaults_are_reported_on(tmp_path):
-    told = run("--trials=0", "--report=1", "--out=none", cwd=tmp_path)
+    told = start("--trials=0", "--report=1", "--out=none", cwd=tmp_path)
     stdout, stderr = told.communicate(timeout=120)
     assert told.returncode == 0, stderr
     assert stdout.startswith("The defaults; no trial has ended yet")
     assert "change these lines" not in stdout
     assert len(json.loads((tmp_path / "none/report.json").read_text())) == len(TARGETS)
+
+
+def test_an_option_that_boids_do_not_have_is_refused_in_one_line(capsys, monkeypatch, tmp_path):
+    from baselines.cli import run
+    from calibration.__main__ import app
+
+    monkeypatch.chdir(tmp_path)
+    assert run(["boids", "--set=a=1", "--sensitivity"], app) == 2
+    told = "swarm-forage: --set, --sensitivity: for social-odometry only, not for boids\n"
+    assert capsys.readouterr() == ("", told)
+    assert run(["boid"], app) == 2
+    assert capsys.readouterr().err.endswith("See: python -m calibration --help\n")

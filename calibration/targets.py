@@ -1,4 +1,4 @@
-"""What the TR publishes on social odometry, and how far a set of values is from it.
+"""Targets: what the TR publishes on social odometry, and the score of a set of values.
 
 The score is a sum of terms, one for each target, none below zero:
 
@@ -17,7 +17,7 @@ from typing import Literal
 from baselines.evaluation.episode import Episode
 from baselines.evaluation.statistics import Estimate, compare, mean_interval
 
-Kind = Literal["equal", "at most", "at least"]
+Relation = Literal["equal", "at most", "at least"]
 
 FARTHEST = math.log(20.0)
 """No ratio counts as farther off than 20; so that of zero round trips has a logarithm too."""
@@ -28,20 +28,20 @@ SGIFF = ("ssgiff:beta=0.01", "ssgiff:beta=0.001")
 CONTROLLERS = ("nc", "ssgikf", "dsgikf", *SGIFF)
 """Run in every arena."""
 
-Cells = Mapping[tuple[str, str], Sequence[Episode]]
+ArenaEpisodes = Mapping[tuple[str, str], Sequence[Episode]]
 """The episodes of each arena and controller."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """A published number or bound, and what it weighs."""
+    """A published number or bound, with its weight in the score."""
 
     quantity: Literal["round_trips", "on_path_share", "recruitment_time_s"]
     arena: str
     controllers: tuple[str, ...]
     """Of several, the one with the greatest mean counts."""
 
-    kind: Kind
+    kind: Relation
     published: float
     weight: float
     over: str = ""
@@ -99,12 +99,12 @@ TARGETS = (
 
 
 def of_arenas(arenas: Sequence[str]) -> list[Target]:
-    """The targets of some arenas."""
+    """The targets of these arenas."""
     return [target for target in TARGETS if target.arena in arenas]
 
 
 def term(target: Target, ours: float) -> float:
-    """What a measured number adds to the score.
+    """The term that a measured number adds to the score.
 
     >>> target = Target("round_trips", "es2", ("nc",), "at most", 50.0, 1.0)
     >>> term(target, 40.0)
@@ -121,33 +121,33 @@ def term(target: Target, ours: float) -> float:
 
 
 def score(measured: Mapping[Target, float]) -> float:
-    """The sum of the terms of what has been measured: the smaller, the nearer."""
+    """The score of measured targets, a sum of terms: the smaller, the nearer."""
     return math.fsum(term(target, ours) for target, ours in measured.items())
 
 
-def measure(target: Target, cells: Cells) -> float:
-    """The number that stands against the published one: a mean, or a ratio of means.
+def measure(target: Target, episodes: ArenaEpisodes) -> float:
+    """The measured number of a target: a mean, or a ratio of means.
 
     Infinite for a ratio to zero.
     """
-    ours = _mean(_best(target, cells))
+    ours = _mean(_best(target, episodes))
     if not target.over:
         return ours
-    base = _mean(_sample(cells[target.arena, target.over], target.quantity))
+    base = _mean(_sample(episodes[target.arena, target.over], target.quantity))
     return ours / base if base else math.inf
 
 
-def estimate(target: Target, cells: Cells) -> Estimate | None:
-    """The same number with its 95 % bootstrap interval; None for a ratio to zero."""
-    values = _best(target, cells)
+def estimate(target: Target, episodes: ArenaEpisodes) -> Estimate | None:
+    """The measured number of a target with its 95 % interval; None for a ratio to zero."""
+    values = _best(target, episodes)
     if not target.over:
         return mean_interval(values)
-    return compare(values, _sample(cells[target.arena, target.over], target.quantity)).ratio
+    return compare(values, _sample(episodes[target.arena, target.over], target.quantity)).ratio
 
 
-def _best(target: Target, cells: Cells) -> list[float]:
+def _best(target: Target, episodes: ArenaEpisodes) -> list[float]:
     samples = [
-        _sample(cells[target.arena, controller], target.quantity)
+        _sample(episodes[target.arena, controller], target.quantity)
         for controller in target.controllers
     ]
     return max(samples, key=_mean)

@@ -1,4 +1,4 @@
-"""What a calibration found, as tables and as data."""
+"""Tables of calibration results for a terminal, and the same as data for JSON."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,10 +9,10 @@ from rich.table import Table
 from rich.text import Text
 
 from baselines.evaluation.statistics import Comparison, Estimate
-from baselines.papers.calibration_boids import GAINS, Gains
-from baselines.papers.calibration_ranges import ARENAS, RANGES, Values, defaults
-from baselines.papers.calibration_swarm import Varied
-from baselines.papers.calibration_targets import Target, score, term
+from calibration.boids_gains import GAINS, StaticGains
+from calibration.ranges import ARENAS, RANGES, Values, defaults
+from calibration.runner import SensitivityResult
+from calibration.targets import Target, score, term
 
 MAIN = tuple((arena, controller) for arena in ARENAS for controller in ("nc", "ssgikf"))
 """Arenas and controllers whose round trips the table of the sensitivity shows."""
@@ -21,7 +21,7 @@ Estimates = Mapping[Target, Estimate | None]
 
 
 def rows(estimates: Estimates) -> list[dict[str, Any]]:
-    """Each target with what was measured, as data."""
+    """Every target with its published and measured number, as data."""
     found = []
     for target, ours in estimates.items():
         low, high = ours.interval if ours and ours.interval else (None, None)
@@ -33,7 +33,7 @@ def rows(estimates: Estimates) -> list[dict[str, Any]]:
 
 
 def fit_table(measured: Mapping[Target, float]) -> Table:
-    """Quantity, published, ours, and what it adds to the score."""
+    """Table of the targets with published and measured numbers, and their terms of the score."""
     table = _table("arena", "quantity", ">published", ">ours", ">weight", ">cost", "source")
     for target, ours in measured.items():
         table.add_row(
@@ -45,7 +45,7 @@ def fit_table(measured: Mapping[Target, float]) -> Table:
 
 
 def report_table(estimates: Estimates) -> Table:
-    """Quantity, published, and ours with its interval."""
+    """Table of the targets with published and measured numbers, and their intervals."""
     table = _table("arena", "quantity", ">published", ">ours", ">95 % interval", ">n", "source")
     for target, ours in estimates.items():
         cells = ("n/a", "", "") if ours is None else (_number(ours.value), _span(ours), str(ours.n))
@@ -54,7 +54,7 @@ def report_table(estimates: Estimates) -> Table:
 
 
 def values_table(values: Values) -> Table:
-    """Every parameter: its value, its default today, its range and the reason for that."""
+    """Table of every parameter: value, present default, range, and the reason for the range."""
     table = _table("parameter", ">value", ">default", ">from", ">to", "why this range")
     before = defaults()
     for each in RANGES:
@@ -71,8 +71,8 @@ SHORT = {
 """Filters by the names of BOIDS, for a narrow table."""
 
 
-def gains_table(found: Sequence[Gains], worths: Sequence[Comparison]) -> Table:
-    """The best static gains of the boids; their cost, and its ratio to that of gains of one."""
+def gains_table(found: Sequence[StaticGains], worths: Sequence[Comparison]) -> Table:
+    """Table of the best static gains of the boids, their cost, and its ratio to unit gains."""
     heads = (">align", ">separate", ">cohere", ">home")
     table = _table("filter", ">robots", *heads, ">cost", ">to ones", ">p")
     for each, worth in zip(found, worths, strict=True):
@@ -86,9 +86,9 @@ def gains_table(found: Sequence[Gains], worths: Sequence[Comparison]) -> Table:
 
 
 def sensitivity_table(
-    base: Mapping[Target, float], varied: Sequence[Varied], values: Values
+    base: Mapping[Target, float], varied: Sequence[SensitivityResult], values: Values
 ) -> Table:
-    """Each parameter varied alone: the change of the score, and the round trips."""
+    """Table of the sensitivity: each parameter varied alone, its score and round trips."""
     table = _table("parameter", ">was", ">score", *(f">{arena}\n{name}" for arena, name in MAIN))
     table.padding = (0, 1, 0, 0)
     table.add_row("(the set)", "", f"{score(base):.2f}", *_main(base), style="bold")
@@ -101,9 +101,9 @@ def sensitivity_table(
 
 
 def sensitivity_rows(
-    base: Mapping[Target, float], varied: Sequence[Varied]
+    base: Mapping[Target, float], varied: Sequence[SensitivityResult]
 ) -> list[dict[str, Any]]:
-    """The same as data, with every target as measured."""
+    """The sensitivity as data, with every target as measured."""
     return [
         {
             "parameter": each.parameter,
@@ -125,7 +125,7 @@ def _main(measured: Mapping[Target, float]) -> list[str]:
         for target, ours in measured.items()
         if target.quantity == "round_trips" and not target.over
     }
-    return [f"{trips[cell]:.0f}" for cell in MAIN]
+    return [f"{trips[key]:.0f}" for key in MAIN]
 
 
 def _leaf(name: str) -> str:
@@ -133,7 +133,7 @@ def _leaf(name: str) -> str:
 
 
 def _number(value: float) -> str:
-    """With three digits, or all before the point: 0.0647, 1226."""
+    """Format a number with three digits, or all before the point: 0.0647, 1226."""
     return f"{value:.0f}" if abs(value) >= 1000.0 else f"{value:.3g}"
 
 
