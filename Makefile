@@ -98,5 +98,5 @@ docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings
 clean:  ## remove caches and build outputs; environments and runs/ stay
 	rm -rf build dist site *.egg-info .coverage .hypothesis .import_linter_cache .mypy_cache \
 		.pytest_cache .ruff_cache
-	find swarm_forage_env baselines training tests docs examples -name __pycache__ -prune \
+	find swarm_forage_env baselines training calibration tests docs examples -name __pycache__ -prune \
 		-exec rm -rf {} +

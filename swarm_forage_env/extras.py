@@ -1,16 +1,7 @@
 """Extras: which of them brings a package, and so what to install where that is missing."""
 
 EXTRAS = {
-    "evaluate": {
-        "joblib",
-        "matplotlib",
-        "pandas",
-        "pyarrow",
-        "rich",
-        "scipy",
-        "seaborn",
-        "typer",
-    },
+    "evaluate": {"joblib", "matplotlib", "pyarrow", "rich", "scipy", "typer"},
     "calibrate": {"optuna"},
     "render": {"imageio_ffmpeg", "pygame"},
     "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},

@@ -12,8 +12,8 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from baselines.controller import Recipe
-from baselines.evaluation.configuration import Configuration
-from baselines.evaluation.runner import deaf_to_interrupts, warm_up
+from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.evaluation.runner import ignore_sigint, warm_up
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.metrics import total
@@ -55,7 +55,7 @@ class CandidateRollouts:
     def warm_up(self) -> None:
         """Compile every kernel once, so that worker processes find them in the cache."""
         for name, scenario in self.scenarios.items():
-            warm_up(Configuration(name, scenario, self.recipe, self.physics))
+            warm_up(ExperimentConfig(name, scenario, self.recipe, self.physics))
 
     def round_trips(
         self, networks: Float32[Array, "networks numbers"], seeds: Sequence[int]
@@ -95,7 +95,7 @@ class CandidateRollouts:
 def run_parallel(calls: Iterable[Any], workers: int) -> list[Any]:
     """Run joblib's delayed calls in worker processes, and return their results in order."""
     parallel = Parallel(n_jobs=workers, return_as="generator", batch_size=1)
-    with deaf_to_interrupts():
+    with ignore_sigint():
         finished = parallel(calls)
     with closing(finished):  # ends the workers, whatever happens
         return list(finished)

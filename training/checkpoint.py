@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
+from baselines.evaluation.output_files import write_atomically
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenario import Part
 from training.experiment import Experiment, versions
-from training.policy_file import Card, CurvePoint, Interval, LayerCard, LayerName, write_whole
+from training.policy_file import Card, CurvePoint, Interval, LayerCard, LayerName
 
 CHECKPOINT = "checkpoint.safetensors"
 
@@ -113,7 +114,7 @@ def write_checkpoint(
     record = Header(experiment=identity, curve=tuple(curve)).model_dump_json()
     content = save(arrays, {RECORD: record})
     try:
-        write_whole(file, content)
+        write_atomically(file, content)
     except OSError as error:
         raise not_writable(file.parent, error) from None
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from baselines.controller import Recipe
-from baselines.evaluation.request import check_count
+from baselines.evaluation.evaluate_options import check_count
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError

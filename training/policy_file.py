@@ -7,7 +7,6 @@ Nothing is loaded through pickle. A policy that does not fit a scenario is refus
 """
 
 import hashlib
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, ValidationError
 
+from baselines.evaluation.output_files import write_atomically
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.bounds import Bounds
 from swarm_forage_env.envs.cuts import CUTS
@@ -203,8 +203,8 @@ def save_policy(file: Path, weights: Weights, card: Card) -> None:
     check_weights(weights, str(file))
     content = save({name: np.ascontiguousarray(array) for name, array in weights.items()})
     card = card.model_copy(update={"sha256": hashlib.sha256(content).hexdigest()})
-    write_whole(file, content)
-    write_whole(card_path(file), (card.model_dump_json(indent=1) + "\n").encode())
+    write_atomically(file, content)
+    write_atomically(card_path(file), (card.model_dump_json(indent=1) + "\n").encode())
 
 
 def load_policy(policy: str | Path) -> Policy:
@@ -252,17 +252,6 @@ def check_weights(weights: Mapping[str, Any], where: str) -> None:
             raise ConfigError(f"policy {where}: array '{name}' is {array.dtype}: must be float32")
         if not np.isfinite(array).all():
             raise ConfigError(f"policy {where}: array '{name}' holds NaN or infinity")
-
-
-def write_whole(file: Path, content: bytes) -> None:
-    """Write a file atomically, replacing one of the same name."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    temporary = file.with_name(f"_{file.name}.tmp")
-    with temporary.open("wb") as stream:
-        stream.write(content)
-        stream.flush()
-        os.fsync(stream.fileno())
-    temporary.replace(file)
 
 
 def _safetensors(file: Path) -> ModuleType:

@@ -3,15 +3,7 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
-
+from baselines.evaluation.console import progress_bar
 from training.policy_file import CurvePoint
 
 FOLDER = "tensorboard"
@@ -27,12 +19,7 @@ class ProgressLogger:
         self._unit = unit
         self._say = say
         self._writer = SummaryWriter(str(out / FOLDER))
-        console = Console(stderr=True)
-        columns = (
-            f"{unit}s", BarColumn(), MofNCompleteColumn(), "elapsed", TimeElapsedColumn(),
-            "left", TimeRemainingColumn(), "{task.description}",
-        )  # fmt: skip
-        self._progress = Progress(*columns, console=console, disable=not console.is_terminal)
+        self._progress = progress_bar(f"{unit}s")
         self._bar = self._progress.add_task("", total=None)
 
     def __enter__(self) -> "ProgressLogger":

@@ -1,7 +1,6 @@
 """The command `swarm-forage train`: options, defaults and the final report."""
 
 import shlex
-import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from baselines.cli import app, stoppable
+from baselines.evaluation.console import say
 
 if TYPE_CHECKING:
     from training.experiment import Experiment
@@ -128,7 +128,7 @@ def train(  # noqa: PLR0913 the options of a command
     resumes from the last checkpoint, so that a run that was stopped loses nothing before it;
     cma trains on with a larger --budget. Watch it with: tensorboard --logdir runs
     """
-    from baselines.evaluation.configuration import parse_settings
+    from baselines.evaluation.experiment_config import parse_settings
     from training.experiment import Experiment
 
     algorithm = algorithm or (Algorithm.CMA if layer is Layer.WEIGHTING else Algorithm.PPO)
@@ -156,14 +156,14 @@ def _run(experiment: "Experiment") -> "Policy":
     if experiment.algorithm == "ppo":
         from training import ppo
 
-        return ppo.train(experiment, _say)
+        return ppo.train(experiment, say)
     if experiment.algorithm == "imitation":
         from training import dagger
 
-        return dagger.train(experiment, _say)
+        return dagger.train(experiment, say)
     from training import cma_es
 
-    return cma_es.train(experiment, _say)
+    return cma_es.train(experiment, say)
 
 
 def _report(experiment: "Experiment", policy: "Policy") -> None:
@@ -191,10 +191,6 @@ def _report(experiment: "Experiment", policy: "Policy") -> None:
             "test it in Python: training.controllers.with_learned_layers makes a controller that"
             " runs it"
         )
-
-
-def _say(line: str) -> None:
-    sys.stderr.write(f"swarm-forage: {line}\n")
 
 
 def add_commands() -> None:

@@ -64,7 +64,6 @@ COMMANDS = {
         ("plot", "boxplot", "runs/es1", "--out=b.pdf"),
         ("reproduce", "ants2008", "--help"),
     ],
-    "calibrate": [("calibrate", "social-odometry", "--trials=1", *SHORT)],
     "render": [("watch", "es1", "nc", "--video=a.mp4", "--frame=a.png", "--html=a.html", SHORT[0])],
     "train": [
         ("train", "weighting", "es1", "--population=4", *TINY),

@@ -153,13 +153,13 @@ def test_the_rule_weighs_as_the_network_in_its_file(policy_file):
 
 
 def test_another_policy_under_the_same_name_is_another_configuration(policy_file):
-    from baselines.evaluation.configuration import Configuration
+    from baselines.evaluation.experiment_config import ExperimentConfig
     from training.policy_file import load_policy, save_policy
 
     recipe = dataclasses.replace(
         find_controller("ssgiff"), weighting=LearnedWeighting(policy=str(policy_file))
     )
-    first = Configuration("x", find_foraging("es1"), recipe).key
+    first = ExperimentConfig("x", find_foraging("es1"), recipe).key
     policy = load_policy(policy_file)
     save_policy(policy_file, {k: 2.0 * w for k, w in policy.weights.items()}, policy.card)
-    assert Configuration("x", find_foraging("es1"), recipe).key != first
+    assert ExperimentConfig("x", find_foraging("es1"), recipe).key != first
