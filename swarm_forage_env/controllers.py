@@ -2,7 +2,7 @@
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller
-from swarm_forage_env.registry import CONTROLLERS, REFERENCES
+from swarm_forage_env.registry import CONTROLLERS, REFERENCES, left_out
 
 
 def find_controller(controller: str | Controller, references: bool = False) -> Controller:
@@ -35,7 +35,7 @@ def _named(name: str, references: bool) -> Controller:
     privileged = set(REFERENCES)
     if name not in privileged:
         known = ordinary | privileged if references else ordinary
-        raise UnknownNameError("controller", name, known)
+        raise UnknownNameError("controller", name, known, left_out())
     reference: Controller = REFERENCES[name]
     return reference
 

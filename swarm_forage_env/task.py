@@ -115,9 +115,10 @@ TASKS: Registry[Task] = Registry("task")
 
 def task_of(scenario: Any) -> Task:  # noqa: ANN401 whatever was given
     """The task that a scenario belongs to; ConfigError if it is none."""
-    for name in TASKS:
-        if isinstance(scenario, TASKS[name].scenario):
-            return TASKS[name]
+    for find in (TASKS.loaded, lambda: [TASKS[name] for name in TASKS]):
+        for task in find():
+            if isinstance(scenario, task.scenario):
+                return task
     raise ConfigError(f"scenario={scenario!r}: must be a name, a TOML file or a Scenario")
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 import baselines.recipes
 import baselines.references.recipes  # noqa: F401
-import training.recipes  # noqa: F401 all three enter their controllers
+import training.controllers  # noqa: F401 all three enter their controllers
 from swarm_forage_env import parallel_env
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.single import LearnerEnv
