@@ -80,6 +80,12 @@ class Task:
     situation: Callable[[Any, Array], Any]
     """What the motion layer sees, from the world and the minds of its robots."""
 
+    array_weighting: Callable[..., Any]
+    """Makes a rule on arrays of a compiled `WeightingLayer`: hand-written, driven from outside."""
+
+    array_motion: Callable[..., Any]
+    """The same of a `MotionLayer`, a scenario and seeds."""
+
     policies: Mapping[str, PolicyInterface]
     """What a policy can take the place of, by the name that `learn` takes."""
 
