@@ -12,6 +12,10 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.record import Record
 
+KEEP, REPLACE, CORRECT, RULE = range(4)
+"""What an action does with a layer: nothing; a learner takes its place, or is added to it; or a
+rule written in NumPy takes its place."""
+
 Kernel = Callable[..., Any]
 KernelNumbers = Mapping[str, Any]
 

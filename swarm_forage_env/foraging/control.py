@@ -10,7 +10,8 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.foraging.records import CORRECT, KEEP, Action, Command
+from swarm_forage_env.foraging.records import Action, Command
+from swarm_forage_env.interface import CORRECT, KEEP
 
 REACH = 2.0
 """Wheels that a correction of 1 adds: full speed back becomes full speed ahead."""
