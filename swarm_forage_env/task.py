@@ -4,11 +4,11 @@
 folder whose module enters a `Task` in `TASKS`, and its scenarios in `SCENARIOS`.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64
+from swarm_forage_env.arrays import Array, Bool
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import Part

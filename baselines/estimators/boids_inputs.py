@@ -149,9 +149,7 @@ def describe_self(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
 
 
 @kernel
-def describe(
-    crowd: Array, i: int, sightings: Array, readings: Readings, numbers: Numbers
-) -> None:
+def describe(crowd: Array, i: int, sightings: Array, readings: Readings, numbers: Numbers) -> None:
     """Fill the inputs of both layers of one robot, by what all now believe."""
     describe_correction(crowd, i, sightings, crowd[i].exchange)
     describe_flock(crowd, i, sightings, numbers)

@@ -121,9 +121,7 @@ def add_sight_noise(
 
 
 @kernel
-def hear_pose(
-    crowd: Array, i: int, j: int, sightings: Array, numbers: Numbers, told: Told
-) -> None:
+def hear_pose(crowd: Array, i: int, j: int, sightings: Array, numbers: Numbers, told: Told) -> None:
     """What robot j believes of the pose of robot i, which it sees, and how badly.
 
     Heading: theta_i = theta_j + b_ji + pi - b_ij, by the bearings at which they see each other.

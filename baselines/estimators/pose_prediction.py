@@ -157,9 +157,7 @@ def correct_privately(
 
 
 @kernel
-def visit_home(
-    belief: PoseBelief, readings: Readings, work: HomeUpdate, numbers: Numbers
-) -> None:
+def visit_home(belief: PoseBelief, readings: Readings, work: HomeUpdate, numbers: Numbers) -> None:
     """Use the fix of a robot at home: the authors start again, a filter corrects itself."""
     if readings.at_home:
         if numbers.authors > 0.0:

@@ -28,9 +28,7 @@ class Gains(Record):
 
 
 @kernel
-def choose_gains(
-    situation: Situation, numbers: Numbers, out_gains: Float64[Array, "5"]
-) -> None:
+def choose_gains(situation: Situation, numbers: Numbers, out_gains: Float64[Array, "5"]) -> None:
     """The fixed gains, or those that adapt; none for a goal that is claimed already."""
     if numbers.adaptive > 0.0:
         goal, home = situation.goal, situation.home

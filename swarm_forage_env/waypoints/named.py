@@ -26,7 +26,9 @@ for size in N_ROBOTS:
     ran = WaypointsScenario(
         name=f"waypoints-{size:02d}-authors",
         sensors=AUTHORS_SENSORS,
-        task=WaypointTask(n_robots=size, tolerance=AUTHORS_TOLERANCE, extra_ticks=AUTHORS_EXTRA_TICKS),
+        task=WaypointTask(
+            n_robots=size, tolerance=AUTHORS_TOLERANCE, extra_ticks=AUTHORS_EXTRA_TICKS
+        ),
     )
     ORIGINS[ran.name] = dict.fromkeys(
         (

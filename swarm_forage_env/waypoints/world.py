@@ -53,7 +53,7 @@ class WaypointsWorld:
 
     @property
     def records(self) -> tuple[Array, Array]:
-        """What a controller is handed: robots, of which a layer sees its own records, and sights."""
+        """What a controller is handed: robots, of whose records a layer sees its own; sightings."""
         return self.robots, self.sightings
 
     @property
