@@ -4,7 +4,7 @@
 folder whose module enters a `Task` in `TASKS`, and its scenarios in `SCENARIOS`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
