@@ -1,15 +1,14 @@
 """Controllers by name, with parameters: `ssgiff` or `ssgiff:beta=0.01,refractory=10`."""
 
+from typing import Any
+
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.ground_truth import is_reference
-from swarm_forage_env.interface import ControllerRecipe
+from swarm_forage_env.interface import Controller
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 
 
-def find_controller(
-    controller: str | ControllerRecipe, references: bool = False
-) -> ControllerRecipe:
-    """The recipe of a name, of a name with parameters (`ssgiff:beta=0.01`), or the given one.
+def find_controller(controller: str | Controller, references: bool = False) -> Controller:
+    """The controller of a name, of a name with parameters (`ssgiff:beta=0.01`), or the given one.
 
     UnknownNameError for a name or a parameter that stands for nothing, ConfigError for a text
     of another form or a value that does not fit; also for a reference, which knows the ground
@@ -17,36 +16,41 @@ def find_controller(
     """
     if not isinstance(controller, str):
         if not hasattr(controller, "build") or not hasattr(controller, "with_parameters"):
-            raise ConfigError(f"controller={controller!r}: must be a name or a recipe")
+            raise ConfigError(f"controller={controller!r}: must be a name or a controller")
         return _admitted(controller, references)
     name, parameters = parse_controller(controller)
-    recipe = _admitted(_named(name, references), references)
-    return recipe.with_parameters(parameters) if parameters else recipe
+    found = _admitted(_named(name, references), references)
+    return found.with_parameters(parameters) if parameters else found
 
 
-def _named(name: str, references: bool) -> ControllerRecipe:
-    """The recipe of a name; one that stands for nothing is answered with the nearest allowed."""
+def is_privileged(controller: Any) -> bool:  # noqa: ANN401 whatever was given
+    """Whether a controller is a reference that knows the ground truth."""
+    return bool(getattr(controller, "is_privileged", False))
+
+
+def _named(name: str, references: bool) -> Controller:
+    """The controller of a name; an unknown one is answered with the nearest allowed."""
     ordinary = set(CONTROLLERS)
     if name in ordinary:
-        recipe: ControllerRecipe = CONTROLLERS[name]
-        return recipe
+        found: Controller = CONTROLLERS[name]
+        return found
     privileged = set(REFERENCES)
     if name not in privileged:
         known = ordinary | privileged if references else ordinary
         raise UnknownNameError("controller", name, known)
-    reference: ControllerRecipe = REFERENCES[name]
+    reference: Controller = REFERENCES[name]
     return reference
 
 
-def _admitted(recipe: ControllerRecipe, references: bool) -> ControllerRecipe:
-    """The recipe, or a ConfigError if it is a reference where none may be."""
-    if is_reference(recipe) and not references:
-        name = getattr(recipe, "name", repr(recipe))
+def _admitted(controller: Controller, references: bool) -> Controller:
+    """The controller, or a ConfigError if it is a reference where none may be."""
+    if is_privileged(controller) and not references:
+        name = getattr(controller, "name", repr(controller))
         raise ConfigError(
             f"controller '{name}' is a reference that knows the ground truth: it can be evaluated"
             " (swarm-forage evaluate), but no environment runs it"
         )
-    return recipe
+    return controller
 
 
 def parse_controller(
