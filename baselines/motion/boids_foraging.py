@@ -24,7 +24,7 @@ from baselines.motion.flock import (
     HOME,
     SEPARATE,
     choose_gains,
-    pull_of_rules,
+    sum_of_rules,
 )
 from baselines.motion.subsumption import Course, SubsumptionParameters, subsume
 from swarm_forage_env.arrays import NEST, Array, Float32, Float64
@@ -109,7 +109,7 @@ def steer(
     mean = (wheels[0] + wheels[1]) * np.float32(0.5)
     course.velocity[0] = np.float32(numbers.max_speed) * mean
     choose_gains(course.ways, course.stimuli, numbers, course.gains)
-    x, y = pull_of_rules(course.ways, course.velocity, numbers.max_speed, course.gains)
+    x, y = sum_of_rules(course.gains, course.ways, course.velocity, numbers.max_speed)
     course.pull[0], course.pull[1] = x, y
     subsume(situation, readings, course.pull, wheels, course, numbers)
 

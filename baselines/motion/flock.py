@@ -3,6 +3,8 @@
 Smith et al. 2021 (BOIDS), Sections 3 and 4.
 """
 
+from typing import Any
+
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64
@@ -59,24 +61,25 @@ def choose_gains(
 
 
 @kernel
-def pull_of_rules(
-    ways: Float32[Array, "5 2"],
-    velocity: Float32[Array, "2"],
-    speed: float,
+def sum_of_rules(
     gains: Float64[Array, "5"],
+    ways: Any,  # noqa: ANN401 five vectors
+    velocity: Float32[Array, "2"],
+    max_speed: float,
 ) -> tuple[float, float]:
-    """The pull of all rules on a robot: a unit vector of its body frame, or zeros.
+    """The direction in which all rules together pull a robot: a unit vector, or zeros.
 
-        A = sum over rules of K F,  pull = A / |A|
+        A = sum over rules of K F,  A / |A|
 
-    Each force F seeks the way of its rule from the present velocity; speed is the highest.
+    Each force F seeks the way of its rule from the present velocity.
 
     Source: BOIDS, Eq. 24 and 32.
     """
     x, y = 0.0, 0.0
     vx, vy = float(velocity[0]), float(velocity[1])
     for rule in range(N_RULES):
-        fx, fy = seek(float(ways[rule, 0]), float(ways[rule, 1]), vx, vy, speed)
+        way = ways[rule]
+        fx, fy = seek(float(way[0]), float(way[1]), vx, vy, max_speed)
         x += gains[rule] * fx
         y += gains[rule] * fy
     size = np.hypot(x, y)
