@@ -48,7 +48,11 @@ class LayeredController:
         return bool(getattr(self.estimator, "speaks", True))
 
     def with_parameters(self, values: Mapping[str, Any]) -> "LayeredController":
-        """The same controller with some parameters changed, named as `beta` or `weighting.beta`."""
+        """The same controller with some parameters changed, named as `beta` or `weighting.beta`.
+
+        UnknownNameError for a name that stands for nothing, ConfigError for a value that does not
+        fit; so too for a file that a changed layer needs.
+        """
         changes: dict[str, dict[str, Any]] = {}
         for name, value in values.items():
             path = resolve(name, self.parameters, f"parameter of {self.name}")
@@ -57,6 +61,9 @@ class LayeredController:
         parts: dict[str, Any] = {
             layer: override(self.layers[layer], to) for layer, to in changes.items()
         }
+        for part in parts.values():
+            if hasattr(part, "check_usable"):
+                part.check_usable()
         return replace(self, **parts)
 
     def build(
@@ -71,6 +78,14 @@ class LayeredController:
         """
         self.check_supports(world.scenario)
         return RunningLayers(world, seeds, each)
+
+    def check_usable(self, scenario: Any) -> None:  # noqa: ANN401 of any task
+        """ConfigError or UnknownNameError if a layer is not made for such a world, or lacks what
+        it needs there: found out before anything is built."""
+        self.check_supports(scenario)
+        for part in self.layers.values():
+            if hasattr(part, "check_usable"):
+                part.check_usable(scenario)
 
     def supports(self, scenario: Any) -> bool:  # noqa: ANN401 of any task
         """Whether every layer is made for the world of this scenario."""

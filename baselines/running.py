@@ -45,8 +45,10 @@ class RunningLayers:
         self._steer = _motion_rule(controllers[0].motion, world.scenario, seeds)
 
     def observe(self, first: int, last: int) -> None:
-        """Take in what the worlds first .. last - 1 gave back; the layers' inputs are ready then."""
-        self._observe(self._world.records, self._estimators, self.shared, self._numbers, first, last)
+        """Take in what the worlds first .. last - 1 gave back."""
+        self._observe(
+            self._world.records, self._estimators, self.shared, self._numbers, first, last
+        )
 
     def consult(self) -> None:
         """Ask the rules written in NumPy; where a learner acts already they are not heard."""

@@ -1,14 +1,12 @@
 """Controllers by name, with parameters: `ssgiff` or `ssgiff:beta=0.01,refractory=10`."""
 
-from typing import Any
-
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller
-from swarm_forage_env.registry import CONTROLLERS, REFERENCES
+from swarm_forage_env.registry import CONTROLLERS, REFERENCES, left_out
 
 
 def find_controller(controller: str | Controller, references: bool = False) -> Controller:
-    """The controller of a name, of a name with parameters (`ssgiff:beta=0.01`), or the given one.
+    """The recipe of a name, of a name with parameters (`ssgiff:beta=0.01`), or the given one.
 
     UnknownNameError for a name or a parameter that stands for nothing, ConfigError for a text
     of another form or a value that does not fit; also for a reference, which knows the ground
@@ -16,41 +14,41 @@ def find_controller(controller: str | Controller, references: bool = False) -> C
     """
     if not isinstance(controller, str):
         if not hasattr(controller, "build") or not hasattr(controller, "with_parameters"):
-            raise ConfigError(f"controller={controller!r}: must be a name or a controller")
+            raise ConfigError(f"controller={controller!r}: must be a name or a recipe")
         return _admitted(controller, references)
     name, parameters = parse_controller(controller)
-    found = _admitted(_named(name, references), references)
-    return found.with_parameters(parameters) if parameters else found
+    recipe = _admitted(_named(name, references), references)
+    return recipe.with_parameters(parameters) if parameters else recipe
 
 
-def is_privileged(controller: Any) -> bool:  # noqa: ANN401 whatever was given
-    """Whether a controller is a reference that knows the ground truth."""
+def is_privileged(controller: Controller) -> bool:
+    """Whether the controller is an oracle, which knows the ground truth."""
     return bool(getattr(controller, "is_privileged", False))
 
 
 def _named(name: str, references: bool) -> Controller:
-    """The controller of a name; an unknown one is answered with the nearest allowed."""
+    """The recipe of a name; one that stands for nothing is answered with the nearest allowed."""
     ordinary = set(CONTROLLERS)
     if name in ordinary:
-        found: Controller = CONTROLLERS[name]
-        return found
+        recipe: Controller = CONTROLLERS[name]
+        return recipe
     privileged = set(REFERENCES)
     if name not in privileged:
         known = ordinary | privileged if references else ordinary
-        raise UnknownNameError("controller", name, known)
+        raise UnknownNameError("controller", name, known, left_out())
     reference: Controller = REFERENCES[name]
     return reference
 
 
-def _admitted(controller: Controller, references: bool) -> Controller:
-    """The controller, or a ConfigError if it is a reference where none may be."""
-    if is_privileged(controller) and not references:
-        name = getattr(controller, "name", repr(controller))
+def _admitted(recipe: Controller, references: bool) -> Controller:
+    """The recipe, or a ConfigError if it is a reference where none may be."""
+    if is_privileged(recipe) and not references:
+        name = getattr(recipe, "name", repr(recipe))
         raise ConfigError(
             f"controller '{name}' is a reference that knows the ground truth: it can be evaluated"
             " (swarm-forage evaluate), but no environment runs it"
         )
-    return controller
+    return recipe
 
 
 def parse_controller(

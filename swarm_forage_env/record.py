@@ -15,7 +15,6 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array
 
-
 Numbers = Any
 """A record of parameters, whose fields are those of the part that it belongs to."""
 

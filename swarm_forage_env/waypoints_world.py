@@ -9,8 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int32, Int64, checked
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.compiler import announce
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.random_streams import Cause, checked_seed, streams
+from swarm_forage_env.scenario import record
 from swarm_forage_env.waypoints.dynamics import (
     draw_devices,
     drive_within_limits,
@@ -20,8 +22,6 @@ from swarm_forage_env.waypoints.dynamics import (
     place_at_home,
     see_each_other,
 )
-from swarm_forage_env.scenario import record
-from swarm_forage_env.random_streams import Cause, checked_seed, streams
 from swarm_forage_env.waypoints_interface import (
     Sightings,
     WaypointCommand,

@@ -85,8 +85,8 @@ def find_partner(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> int:
     belief = crowd[i].belief
     for slot in range(heard.n):
         sender = heard.sender[slot]
-        is_new = not was_recently_met(belief, sender)
-        if is_new and is_useful(belief, crowd[sender].message, numbers):
+        is_fresh = not was_recently_met(belief, sender)
+        if is_fresh and is_useful(belief, crowd[sender].message, numbers):
             return int(sender)
     return NOBODY
 

@@ -6,8 +6,9 @@ with: another gyro, another bearing noise, another tolerance.
 
 import math
 
-from swarm_forage_env.registry import ORIGINS, SCENARIOS
 from swarm_forage_env.waypoints_scenario import Errands, Measurements, WaypointsScenario
+
+from swarm_forage_env.registry import ORIGINS, SCENARIOS
 
 N_ROBOTS = (5, 10, 25, 50)
 """Group sizes: 0.05, 0.1, 0.25 and 0.5 robots in a square metre (published)."""

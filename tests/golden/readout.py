@@ -12,7 +12,7 @@ import numpy as np
 
 import baselines.controllers
 import baselines.oracles.controllers  # noqa: F401
-import training.recipes  # noqa: F401 all three enter their controllers
+import training.controllers  # noqa: F401 all three enter their controllers
 from baselines.running import bound
 from swarm_forage_env import parallel_env
 from swarm_forage_env.arrays import Array
