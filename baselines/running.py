@@ -101,7 +101,7 @@ def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]])
     worlds = [
         {
             "estimator": estimator.numbers,
-            "weighting": {**weighting.numbers, "heard_p_share": weighting.heard_p_share},
+            "weighting": {"heard_p_share": weighting.heard_p_share, **weighting.numbers},
             "motion": motion.numbers,
         }
         for estimator, weighting, motion in each
