@@ -1,6 +1,7 @@
 """The running controller: the layers of all robots of a block of worlds, compiled together."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from functools import cache
 from typing import Any
 
@@ -36,6 +37,7 @@ class RunningLayers:
             _layers(controller, scenario)
             for controller, scenario in zip(controllers, world.scenarios, strict=True)
         ]
+        _check_alike(controllers, each)
         self.estimator, self.weighting, self.motion = each[0]
         self._allocate()
         self._layers = _numbers(each)
@@ -108,6 +110,29 @@ def _used(
     """Those of the functions that a template names."""
     names = template.__code__.co_names
     return [(name, function) for name, function in functions.items() if name in names]
+
+
+LAYERS = ("estimator", "weighting", "motion")
+
+
+def _check_alike(controllers: Sequence[Any], each: Sequence[Any]) -> None:
+    """ConfigError if the controllers of a block differ in more than their numbers."""
+    for controller, layers in zip(controllers, each, strict=True):
+        for name, first, layer in zip(LAYERS, each[0], layers, strict=True):
+            part = getattr(controller, name)
+            is_other_rule = not hasattr(part, "layer") and part is not getattr(controllers[0], name)
+            if is_other_rule or _functions(layer) != _functions(first):
+                raise ConfigError(
+                    f"controllers '{controllers[0].name}' and '{controller.name}' have another"
+                    f" {name}: those of one block may differ in their numbers only"
+                )
+
+
+def _functions(layer: Any) -> list[Any]:  # noqa: ANN401 any of the three
+    """What a layer consists of, but for its numbers."""
+    numbers = ("numbers", "heard_p_share", "own_weighting")
+    kept = [getattr(layer, each.name) for each in fields(layer) if each.name not in numbers]
+    return [*kept, sorted(layer.numbers)]
 
 
 def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]]) -> Array:

@@ -3,10 +3,12 @@
 Each takes arrays over all rows and the number of worlds W; robots of a world are consecutive.
 """
 
+import math
+
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int32, Int64
-from swarm_forage_env.compiler import kernel
+from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.geometry import to_outer
 
 
@@ -91,7 +93,7 @@ def localisation_error(
     return error
 
 
-@kernel
+@entry_point
 def localisation_errors(
     pose: Float64[Array, "rows 3"],
     believed: Float32[Array, "rows areas 2"],
@@ -103,6 +105,7 @@ def localisation_errors(
     for i in range(pose.shape[0]):
         for area in range(2):
             if known[i, area]:
-                dx, dy = to_outer(believed[i, area, 0], believed[i, area, 1], pose[i, 2])
+                c, s = math.cos(pose[i, 2]), math.sin(pose[i, 2])
+                dx, dy = to_outer(believed[i, area, 0], believed[i, area, 1], c, s)
                 x, y = pose[i, 0] + dx - areas[area, 0], pose[i, 1] + dy - areas[area, 1]
                 out_error[i, area] = np.hypot(x, y)
