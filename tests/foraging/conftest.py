@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import baselines.controllers  # noqa: F401
-import swarm_forage_env.foraging.named  # noqa: F401
+import swarm_forage_env.foraging.named
 import swarm_forage_env.foraging.task  # noqa: F401 all three enter their parts
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.neighbours import EMPTY, cells_of
