@@ -8,16 +8,21 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+import numpy as np
+
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.record import Record
+from swarm_forage_env.record import field as field_of
 
 Kernel = Callable[..., Any]
 KernelNumbers = Mapping[str, Any]
 
 
 class NoMemory(Record):
-    """The memory of a layer that remembers nothing."""
+    """The memory of a layer that remembers nothing; a record has to have a field."""
+
+    nothing: int = field_of(np.int8)
 
 
 @dataclass(frozen=True)
