@@ -8,7 +8,8 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float64, Int32
 from swarm_forage_env.compiler import entry_point
-from swarm_forage_env.equations.neighbours import EMPTY, cells_of
+from swarm_forage_env.equations import neighbours
+from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.equations.proximity import SENSING_RANGE
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging import scoring
@@ -34,6 +35,7 @@ SOURCES = (
 """What each column of a robot's streams is for."""
 
 place_in_circle = entry_point(scoring.place_in_circle)
+cells_of = entry_point(neighbours.cells_of)
 
 
 class ForagingWorld:
