@@ -75,18 +75,21 @@ OTHER = {
 }
 
 
+@compiled
 @pytest.mark.parametrize(("callee", "caller"), SAME.values(), ids=SAME)
 def test_the_fingerprint_does_not_change_with(callee, caller):
     assert (callee, caller) != (CALLEE, CALLER)
     assert key(callee, caller) == key()
 
 
+@compiled
 @pytest.mark.parametrize(("callee", "caller"), OTHER.values(), ids=OTHER)
 def test_the_fingerprint_changes_with(callee, caller):
     assert (callee, caller) != (CALLEE, CALLER)
     assert key(callee, caller) != key()
 
 
+@compiled
 def test_the_fingerprint_tells_kernels_apart_that_call_each_other():
     text = """
 @kernel
