@@ -1,6 +1,7 @@
 """The running controller: the layers of all robots of a block of worlds, compiled together."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,7 @@ class RunningLayers:
             _layers(controller, scenario)
             for controller, scenario in zip(controllers, world.scenarios, strict=True)
         ]
+        _check_alike(controllers, each)
         self.estimator, self.weighting, self.motion = each[0]
         self._allocate()
         self._layers = _numbers(each)
@@ -94,6 +96,29 @@ class RunningLayers:
         }  # fmt: skip
         self._observe = bind(self.estimator.observe, functions)
         self._decide = bind(self._task.decide, functions)
+
+
+LAYERS = ("estimator", "weighting", "motion")
+
+
+def _check_alike(controllers: Sequence[Any], each: Sequence[Any]) -> None:
+    """ConfigError if the controllers of a block differ in more than their numbers."""
+    for controller, layers in zip(controllers, each, strict=True):
+        for name, first, layer in zip(LAYERS, each[0], layers, strict=True):
+            part = getattr(controller, name)
+            is_other_rule = not hasattr(part, "layer") and part is not getattr(controllers[0], name)
+            if is_other_rule or _functions(layer) != _functions(first):
+                raise ConfigError(
+                    f"controllers '{controllers[0].name}' and '{controller.name}' have another"
+                    f" {name}: those of one block may differ in their numbers only"
+                )
+
+
+def _functions(layer: Any) -> list[Any]:  # noqa: ANN401 any of the three
+    """What a layer consists of, but for its numbers."""
+    numbers = ("numbers", "heard_p_share", "own_weighting")
+    kept = [getattr(layer, each.name) for each in fields(layer) if each.name not in numbers]
+    return [*kept, sorted(layer.numbers)]
 
 
 def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]]) -> Array:

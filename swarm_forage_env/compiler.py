@@ -13,6 +13,7 @@ import hashlib
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
@@ -142,7 +143,7 @@ class _Locator:
         return cls(function)
 
     def ensure_cache_path(self) -> None:
-        """Make the folder; numba compiles in memory where that cannot be done."""
+        """Make the folder."""
         cache_folder().mkdir(parents=True, exist_ok=True)
 
     def get_cache_path(self) -> str:
@@ -163,7 +164,20 @@ class _CacheOfKernels(caching.CompileResultCacheImpl):  # type: ignore[misc]
 
 
 class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
+    """Numba's cache; where no file can be read or written, kernels are compiled in memory."""
+
     _impl_class = _CacheOfKernels
+
+    def load_overload(self, *signature: Any) -> Any:  # noqa: ANN401 numba's
+        """The machine code for a signature, None if it is not kept."""
+        with suppress(OSError):
+            return super().load_overload(*signature)
+        return None
+
+    def save_overload(self, *code: Any) -> None:  # noqa: ANN401 numba's
+        """Keep the machine code for a signature."""
+        with suppress(OSError):
+            super().save_overload(*code)
 
 
 class _LateCache:

@@ -5,14 +5,47 @@ import os
 # Before any package is imported: `arrays.checked` reads it once.
 os.environ["SWARM_CHECK_SHAPES"] = "1"
 
+import numba
+import numpy as np
 import pytest
 from hypothesis import settings
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
 
+PASSES = 1e-4
+"""Least p-value of a test of randomness. Seeds are fixed, so a pass stays a pass."""
+
 
 @pytest.fixture(autouse=True)
 def no_display(monkeypatch):
     """No test opens a window on anybody's screen."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+
+
+@pytest.fixture(autouse=True)
+def wrapping_whole_numbers():
+    """With the compiler switched off too, 64-bit words are meant to overflow."""
+    with np.errstate(over="ignore" if numba.config.DISABLE_JIT else None):
+        yield
+
+
+@pytest.fixture(scope="session")
+def fresh():
+    """Fresh streams for so many robots, from a fixed seed."""
+    from swarm_forage_env.random_streams import NoiseSource, streams
+
+    def make(rows, seed=20090):
+        return streams([seed], rows, NoiseSource.ENCODER)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def believable():
+    """Assert that a p-value does not speak against the hypothesis."""
+
+    def check(p_value):
+        assert np.all(np.asarray(p_value) > PASSES), p_value
+
+    return check

@@ -37,7 +37,8 @@ def find_neighbours(
 ) -> int:
     """List for each robot those within `reach`; the largest number of them that any robot has.
 
-    A robot's row holds first those with lower numbers, cell by cell, then those with higher ones.
+    A robot's row holds first those with lower numbers, cell by cell, then those with higher ones;
+    those for whom there is no room are left out, and the return value tells.
     `cells` must hold EMPTY everywhere, and does again afterwards.
     """
     n_x, n_y = cells_of(world.arena[0], world.reach), cells_of(world.arena[1], world.reach)
@@ -64,6 +65,7 @@ def find_neighbours(
         cy = cell_of(swarm[i].pose[1], world.arena[1], world.reach, n_y)
         cells[cx * n_y + cy] = EMPTY
         most = max(most, near[i, COUNT])
+        near[i, COUNT] = min(near[i, COUNT], near.shape[1] - FIRST)
     return most
 
 

@@ -136,7 +136,8 @@ def received(
     world: ForagingWorld,
 ) -> tuple[Bool[Array, "rows slots"], Float32[Array, "rows slots 3"]]:
     """Which slots hold a message, and from where it comes; zeros in an empty slot."""
-    heard, n_slots = rows(world.robots).heard, world.scenario.slots
+    heard = rows(world.robots).heard
+    n_slots = max(scenario.slots for scenario in world.scenarios)
     valid = np.arange(n_slots) < heard.n[:, None]
     beam = np.where(valid[:, :, None], heard.range_bearing[:, :n_slots], np.float32(0.0))
     return valid, beam

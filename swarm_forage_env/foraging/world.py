@@ -8,7 +8,8 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float64, Int32
 from swarm_forage_env.compiler import entry_point
-from swarm_forage_env.equations.neighbours import EMPTY, cells_of
+from swarm_forage_env.equations import neighbours
+from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.equations.proximity import SENSING_RANGE
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging import scoring
@@ -34,6 +35,7 @@ SOURCES = (
 """What each column of a robot's streams is for."""
 
 place_in_circle = entry_point(scoring.place_in_circle)
+cells_of = entry_point(neighbours.cells_of)
 
 
 class ForagingWorld:
@@ -50,7 +52,7 @@ class ForagingWorld:
         The scenarios have the same number of robots; one for each world.
         """
         self.scenario, self.scenarios = scenarios[0], tuple(scenarios)
-        self.n_worlds, self.n_robots = len(seeds), scenarios[0].task.n_robots
+        self.n_worlds, self.n_robots = len(seeds), _n_robots(scenarios)
         shape = (self.n_worlds, self.n_robots)
         n_slots = max(scenario.radio.slots for scenario in scenarios)
         self.robots = RobotState.array(shape, slots=n_slots)
@@ -182,6 +184,14 @@ def write_numbers(scenario: Scenario, out_world: Any) -> None:  # noqa: ANN401 a
     }  # fmt: skip
     for name, value in numbers.items():
         out_world[name] = value
+
+
+def _n_robots(scenarios: Sequence[Scenario]) -> int:
+    """How many robots there are in each world; ConfigError if not equally many."""
+    numbers = sorted({scenario.task.n_robots for scenario in scenarios})
+    if len(numbers) > 1:
+        raise ConfigError(f"task.n_robots={numbers}: must be the same in all worlds of a block")
+    return numbers[0]
 
 
 def _first_poses(scenario: Scenario, seed: int) -> Float64[Array, "robots 3"]:

@@ -7,22 +7,53 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from baselines.running import bound
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.scenario import override
+from swarm_forage_env.parameters import override
+from swarm_forage_env.scenarios import find_scenario
 
 PATHS = st.floats(0.0, 100.0)
 RULES = {"sgikf": SGIKF(), "sgiff": SGIFF(), "sgiff, steep": SGIFF(beta=100.0)}
+
+
+def weigh(exchanges, numbers):
+    """The template of a weighting: the free name is its gain."""
+    for i in range(exchanges.shape[0]):
+        for area in range(2):
+            exchanges[i].weight[area] = gain(exchanges[i], area, numbers)
+
+
+@pytest.fixture(scope="session")
+def weights(numbers_of):
+    """The weights that a rule gives both areas of every exchange."""
+
+    def give(rule, exchanges):
+        layer = rule.layer(find_scenario("es1"))
+        bound(weigh, ("gain", layer.gain))(exchanges, numbers_of(layer.numbers))
+        return exchanges.weight.copy()
+
+    return give
+
+
+@pytest.fixture(scope="session")
+def both(exchange, weights):
+    """The weights that two robots give each other's nest."""
+
+    def give(rule, own, heard):
+        return weights(rule, exchange([own, heard], [heard, own]))[:, NEST].tolist()
+
+    return give
 
 
 @pytest.mark.parametrize(
     ("own", "heard", "g"), [(1.0, 3.0, 0.25), (3.0, 1.0, 0.75), (2.0, 2.0, 0.5), (0.0, 1.0, 0.0),
                             (1.0, 0.0, 1.0), (0.0, 0.0, 0.5)]
 )  # fmt: skip
-def test_sgikf_weighs_by_the_share_of_the_own_path(encounter, own, heard, g):
-    assert SGIKF()(encounter(own, heard))[0, NEST] == pytest.approx(g)
+def test_sgikf_weighs_by_the_share_of_the_own_path(exchange, weights, own, heard, g):
+    assert weights(SGIKF(), exchange(own, heard))[0, NEST] == pytest.approx(g)
 
 
 @pytest.mark.parametrize(
@@ -37,76 +68,69 @@ def test_sgikf_weighs_by_the_share_of_the_own_path(encounter, own, heard, g):
     ],
 )
 def test_sgiff_is_the_fermi_function_of_the_difference_in_centimetres(
-    encounter, beta, own, heard, g
+    exchange, weights, beta, own, heard, g
 ):
-    assert SGIFF(beta=beta)(encounter(own, heard))[0, NEST] == pytest.approx(g, rel=1e-6)
+    rule = SGIFF(beta=beta)
+    assert weights(rule, exchange(own, heard))[0, NEST] == pytest.approx(g, rel=1e-6)
 
 
-def test_a_steep_fermi_function_takes_the_better_one_and_does_not_overflow(encounter):
-    g = SGIFF(beta=100.0)(encounter([1e4, 0.0], [0.0, 1e4]))[:, NEST]
+def test_a_steep_fermi_function_takes_the_better_one_and_does_not_overflow(exchange, weights):
+    g = weights(SGIFF(beta=100.0), exchange([1e4, 0.0], [0.0, 1e4]))[:, NEST]
     assert g.tolist() == [1.0, 0.0]
 
 
 @pytest.mark.parametrize("rule", RULES.values(), ids=RULES)
 @given(own=PATHS, heard=PATHS)
-def test_the_weight_is_a_share_and_what_i_take_you_keep(rule, own, heard):
-    mine, yours = rule(pair(own, heard)), rule(pair(heard, own))
-    assert 0.0 <= mine[0, NEST] <= 1.0
-    assert mine[0, NEST] + yours[0, NEST] == pytest.approx(1.0, abs=1e-6)
-
-
-def pair(own, heard):
-    """What the rules look at; hypothesis wants no fixture."""
-
-    class Looked:
-        own_p = np.array([[own, 0.0]], np.float32)
-        heard_p = np.array([[heard, 0.0]], np.float32)
-
-    return Looked
+def test_the_weight_is_a_share_and_what_i_take_you_keep(both, rule, own, heard):
+    mine, yours = both(rule, own, heard)
+    assert 0.0 <= mine <= 1.0
+    assert mine + yours == pytest.approx(1.0, abs=1e-6)
 
 
 def merged_p(rule, g, own, heard):
     """p after the exchange, as the estimator computes it."""
-    return (1.0 - g) * own + rule.heard_p_share * g * heard
+    share = rule.layer(find_scenario("es1")).heard_p_share
+    return (1.0 - g) * own + share * g * heard
 
 
 @pytest.mark.parametrize("rule", RULES.values(), ids=RULES)
 @given(own=PATHS, heard=PATHS)
-def test_both_robots_end_equally_sure(rule, own, heard):
+def test_both_robots_end_equally_sure(both, rule, own, heard):
     # TR, Eq. 17
-    mine = merged_p(rule, float(rule(pair(own, heard))[0, NEST]), own, heard)
-    yours = merged_p(rule, float(rule(pair(heard, own))[0, NEST]), heard, own)
-    assert mine == pytest.approx(yours, abs=1e-4)
+    mine, yours = both(rule, own, heard)
+    assert merged_p(rule, mine, own, heard) == pytest.approx(
+        merged_p(rule, yours, heard, own), abs=1e-4
+    )
 
 
 @given(own=st.floats(0.01, 100.0), heard=st.floats(0.01, 100.0))
-def test_sgikf_ends_with_the_product_over_the_sum(own, heard):
+def test_sgikf_ends_with_the_product_over_the_sum(both, own, heard):
     # TR, Eq. 35
-    p = merged_p(SGIKF(), float(SGIKF()(pair(own, heard))[0, NEST]), own, heard)
+    p = merged_p(SGIKF(), both(SGIKF(), own, heard)[0], own, heard)
     assert p == pytest.approx(own * heard / (own + heard), abs=1e-5)  # g is single precision
 
 
 @given(own=PATHS, heard=PATHS)
-def test_sgiff_ends_between_the_two(own, heard):
+def test_sgiff_ends_between_the_two(both, own, heard):
     # TR, Eq. 39
-    p = merged_p(SGIFF(), float(SGIFF()(pair(own, heard))[0, NEST]), own, heard)
+    p = merged_p(SGIFF(), both(SGIFF(), own, heard)[0], own, heard)
     assert min(own, heard) - 1e-4 <= p <= max(own, heard) + 1e-4
 
 
 @pytest.mark.parametrize("rule", RULES.values(), ids=RULES)
-def test_each_robot_and_area_is_weighed_for_itself(encounter, rule):
-    together = encounter([1.0, 2.0, 5.0], [3.0, 1.0, 0.5])
+def test_each_robot_and_area_is_weighed_for_itself(exchange, weights, rule):
+    together = exchange([1.0, 2.0, 5.0], [3.0, 1.0, 0.5])
     together.own_p[:, PREY], together.heard_p[:, PREY] = (0.5, 4.0, 2.0), (1.5, 2.0, 2.0)
-    g = rule(together)
+    g = weights(rule, together)
     for row in range(3):
         for area in (NEST, PREY):
-            alone = encounter(together.own_p[row, area], together.heard_p[row, area])
-            assert g[row, area] == rule(alone)[0, NEST]
+            alone = exchange(together.own_p[row, area], together.heard_p[row, area])
+            assert g[row, area] == weights(rule, alone)[0, NEST]
 
 
-def test_weights_are_single_precision(encounter):
+def test_weights_are_single_precision(exchange, weights):
     for rule in RULES.values():
-        assert rule(encounter([1.0], [2.0])).dtype == np.float32
+        assert weights(rule, exchange([1.0], [2.0])).dtype == np.float32
 
 
 @pytest.mark.parametrize("beta", [-1.0, math.nan, math.inf, "steep"])

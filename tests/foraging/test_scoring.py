@@ -8,19 +8,20 @@ import pytest
 from scipy import stats
 
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.kernels.ground import FLOOR
-from swarm_forage_env.kernels.task import TO_FIRST_NEST, next_leg, place_in_circle, score
-from swarm_forage_env.state import empty_state
-from swarm_forage_env.streams import Cause, streams
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.equations.ground import FLOOR
+from swarm_forage_env.foraging.scoring import TO_FIRST_NEST, count_reports, next_leg, score
+from swarm_forage_env.foraging.tick import face
+from swarm_forage_env.foraging.world import place_in_circle
+from swarm_forage_env.random_streams import NoiseSource, streams
 
 RADIUS, APART = 0.2, 0.07
-AREAS = np.array([[-0.4, 0.0], [0.4, 0.0]])
 LETTER = {NEST: "N", PREY: "P", FLOOR: "-"}
 
 
 def placed(n_robots, seed, radius=RADIUS):
     pose = np.full((n_robots, 3), np.nan)
-    n = place_in_circle(radius, APART, streams([seed], n_robots, Cause.PLACE), pose)
+    n = place_in_circle(radius, APART, streams([seed], n_robots, NoiseSource.PLACE), pose)
     return n, pose
 
 
@@ -72,45 +73,40 @@ def test_the_automaton_counts_what_stands_in_the_string_of_visits():
             assert trips == trips_by_the_book(visits), visits
 
 
+@entry_point
+def keep_books(robots, worlds):
+    """The score of every robot in a tick."""
+    for w in range(worlds.shape[0]):
+        worlds[w].ticks += 1
+        for i in range(robots.shape[1]):
+            face(robots[w, i])
+            score(robots[w, i], worlds[w])
+            count_reports(robots[w, i], worlds[w])
+
+
+PLACES = {
+    "nest": (-0.4 - 0.03, 0.0, 0.0),
+    "prey": (0.4, 0.03, -np.pi / 2),
+    "floor": (0.0, 0.0, 0.0),
+    "beside": (-0.4, 0.08, np.pi / 2),  # the centre on the nest, the sensor not
+}
+
+
 @pytest.fixture
-def book():
-    """The score of one robot that is put down somewhere at each tick."""
+def book(block):
+    """The score of one robot that is put down somewhere at each tick, in an episode of 8."""
 
     class Book:
-        def __init__(self, half_time=4):
-            self.state = empty_state(1, 1)
-            self.half_time = half_time
+        def __init__(self):
+            self._block = block([PLACES["floor"]], area_distance=0.8, duration=0.8)
+            self.robot = self._block.state[0]
 
         def tick(self, place, lost=False, known=(False, False)):
-            s = self.state
-            x, y, theta = {
-                "nest": (-0.4 - 0.03, 0.0, 0.0),
-                "prey": (0.4, 0.03, -np.pi / 2),
-                "floor": (0.0, 0.0, 0.0),
-                "beside": (-0.4, 0.0, np.pi / 2),
-            }[place]
-            if place == "beside":  # the centre on the nest, the sensor not
-                y = 0.08
-            s.pose[0] = x, y, theta
-            s.ticks[0] += 1
-            reward = np.empty(1, np.float32)
-            score(
-                s.pose,
-                np.array([lost]),
-                np.array([known]),
-                AREAS,
-                0.1,
-                0.03,
-                self.half_time,
-                s.ticks,
-                s.leg,
-                s.round_trips,
-                s.first_visit,
-                s.path_ticks,
-                s.lost_events,
-                reward,
-            )
-            return float(reward[0])
+            self.robot.pose[:] = PLACES[place]
+            self.robot.report.is_lost = lost
+            self.robot.report.known[:] = known
+            keep_books(self._block.robots, self._block.worlds)
+            return float(self.robot.reward)
 
     return Book()
 
@@ -119,37 +115,37 @@ def test_a_round_trip_is_rewarded_in_the_tick_it_is_completed(book):
     way = ["floor", "nest", "floor", "prey", "prey", "floor", "nest", "nest", "prey", "nest"]
     rewards = [book.tick(place) for place in way]
     assert rewards == [0, 0, 0, 0, 0, 0, 1, 0, 0, 1]
-    assert book.state.round_trips[0] == 2
+    assert book.robot.round_trips == 2
 
 
 def test_only_the_first_visit_of_each_area_is_booked(book):
     for place in ("floor", "prey", "nest", "prey", "nest"):
         book.tick(place)
-    assert book.state.first_visit[0].tolist() == [3, 2]
+    assert book.robot.first_visit.tolist() == [3, 2]
 
 
 def test_the_sensor_counts_and_not_the_centre(book):
     book.tick("beside")
-    assert book.state.first_visit[0].tolist() == [-1, -1]
+    assert book.robot.first_visit.tolist() == [-1, -1]
 
 
 def test_a_robot_is_on_the_path_while_it_knows_both_areas_in_the_second_half(book):
     both = True, True
     for _ in range(4):
         book.tick("floor", known=both)
-    assert book.state.path_ticks[0] == 0  # the first half does not count
+    assert book.robot.path_ticks == 0  # the first half does not count
     book.tick("floor", known=both)
     book.tick("nest", known=both)
-    assert book.state.path_ticks[0] == 2
+    assert book.robot.path_ticks == 2
     book.tick("prey", known=(True, False))
     book.tick("nest", known=(False, True))
-    assert book.state.path_ticks[0] == 2  # where it is does not count
+    assert book.robot.path_ticks == 2  # where it is does not count
 
 
 def test_every_lost_report_is_counted(book):
     book.tick("floor", lost=True)
     book.tick("floor")
-    assert book.state.lost_events[0] == 1
+    assert book.robot.lost_events == 1
 
 
 def test_getting_lost_does_not_undo_the_leg(book):

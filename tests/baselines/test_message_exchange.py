@@ -7,20 +7,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from baselines.estimators.conversing import heard_location
-from baselines.weighting.sgiff import SGIFF
-from baselines.weighting.sgikf import SGIKF
+from baselines.estimators.belief import NOBODY
+from baselines.estimators.message_exchange import heard_location
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.kernels.frames import range_and_bearing, to_body, to_outer
-from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.equations.geometry import range_and_bearing, to_body, to_outer
+from swarm_forage_env.foraging.records import REPLACE
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import rows
+from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 
 PLACES, ANGLES = st.floats(-3.0, 3.0), st.floats(-math.pi, math.pi)
 POSES = st.tuples(PLACES, PLACES, ANGLES)
 TICKS = 6
 """An exchange of 0.5 s and the tick in which it ends."""
+
+
+def turned(theta):
+    """Cosine and sine of a heading, as the frames take it."""
+    return math.cos(theta), math.sin(theta)
 
 
 @given(POSES, POSES, st.tuples(PLACES, PLACES))
@@ -30,7 +35,7 @@ def test_an_area_told_over_an_exact_beam_is_where_it_is(receiver, sender, area):
     D, gamma_i = range_and_bearing(x_j - x_i, y_j - y_i, theta_i)  # noqa: N806 as in the paper
     _, gamma_j = range_and_bearing(x_i - x_j, y_i - y_j, theta_j)
     d_j, phi_j = range_and_bearing(area[0] - x_j, area[1] - y_j, theta_j)
-    expected = to_body(area[0] - x_i, area[1] - y_i, theta_i)
+    expected = to_body(area[0] - x_i, area[1] - y_i, *turned(theta_i))
     if D > 1e-6:  # two robots in one place see no direction
         assert heard_location(D, gamma_i, gamma_j, d_j, phi_j) == pytest.approx(expected, abs=1e-9)
 
@@ -49,17 +54,19 @@ class Pair:
         quiet = {"n_robots": 2, "range_noise": 0.0, "bearing_noise": 0.0, "loss_near": 0.0,
                  "loss_far": 0.0, "exchange_time": 0.5}  # fmt: skip
         scenario = find_scenario("es1", quiet | overrides)
-        self.loop = ControlLoop(scenario, find_controller(controller), [0], "kinematic")
-        self.pose = self.loop.world.state.pose
+        self.loop = Loop(scenario, CONTROLLERS[controller], [0], "kinematic")
+        self.pose, self.action = self.loop.world.state.pose, self.loop.world.state.action
         self.pose[:] = [[-0.05, 0.0, 0.4], [0.05, 0.02, -2.0]]
-        self.beliefs = self.loop.controller.estimator.beliefs
+        self.action.motion[:], self.action.wheels[:] = REPLACE, 0.0
+        self.minds = rows(self.loop.controller.minds["estimator"])
+        self.beliefs = self.minds.belief
         self.beliefs.pose[:] = [[1.0, -2.0, 2.5], [-0.3, 0.4, -1.0]]  # each in a frame of its own
 
     def know(self, robot, area, x, y, p, came_from=False):
         """Let a robot believe an area at a place of the world frame."""
         b, pose = self.beliefs, self.pose[robot]
-        ahead, left = to_body(x - pose[0], y - pose[1], pose[2])
-        dx, dy = to_outer(ahead, left, b.pose[robot, 2])
+        ahead, left = to_body(x - pose[0], y - pose[1], *turned(pose[2]))
+        dx, dy = to_outer(ahead, left, *turned(b.pose[robot, 2]))
         b.location[robot, area] = b.pose[robot, 0] + dx, b.pose[robot, 1] + dy
         b.p[robot, area] = p
         b.known[robot, area] = True
@@ -70,16 +77,15 @@ class Pair:
         """Where a robot believes an area, in the world frame; and its p."""
         b, pose = self.beliefs, self.pose[robot]
         dx, dy = b.location[robot, area] - b.pose[robot, :2]
-        ahead, left = to_body(dx, dy, b.pose[robot, 2])
-        dx, dy = to_outer(ahead, left, pose[2])
+        ahead, left = to_body(dx, dy, *turned(b.pose[robot, 2]))
+        dx, dy = to_outer(ahead, left, *turned(pose[2]))
         return np.array([pose[0] + dx, pose[1] + dy]), b.p[robot, area]
 
     def talk(self, ticks=TICKS + 2):
         """Stand still until the exchange is over and merged."""
-        still = np.zeros((2, 2), np.float32)
         for _ in range(ticks):
-            self.loop.step(wheels=still)
-        assert not self.loop.controller.estimator.encounter.valid.any()
+            self.loop.step()
+        assert not self.minds.exchange.is_valid.any()
 
 
 @pytest.mark.parametrize("controller", ["ssgikf", "dsgikf", "ssgiff", "dsgiff"])
@@ -91,7 +97,7 @@ def test_what_was_unknown_is_copied_with_its_confidence(controller):
     place, p = two.believed(0, NEST)
     np.testing.assert_allclose(place, two.NEST_AT, atol=1e-6)
     assert p == pytest.approx(1.7)
-    assert two.beliefs.known.tolist() == [[True, False], [True, False]]
+    assert two.beliefs.known.astype(bool).tolist() == [[True, False], [True, False]]
     assert two.beliefs.goal[0] == NEST
     place, p = two.believed(1, NEST)
     np.testing.assert_allclose(place, two.NEST_AT, atol=1e-9)
@@ -116,9 +122,9 @@ def test_nobody_speaks_without_communication():
     assert two.loop.world.state.messages.sum() == 0
 
 
-def crossing(controller):
+def crossing(controller, **overrides):
     """Two robots that know both areas, on their ways to prey (0) and nest (1), and disagree."""
-    two = Pair(controller)
+    two = Pair(controller, **overrides)
     two.know(0, NEST, -0.6, 0.1, p=1.0, came_from=True)
     two.know(0, PREY, 0.5, -0.2, p=3.0)
     two.know(1, NEST, -0.5, 0.3, p=2.0)
@@ -139,7 +145,7 @@ def fermi(difference):
     [
         ("ssgikf", 3.0 / 3.5, 1.5 / 3.5, 2.0 / 3.0, 2.0 / 3.0),
         (
-            "ssgiff:beta=0.01",
+            "ssgiff",
             fermi(2.5), 3.0 - 2.5 * fermi(2.5),
             fermi(1.0), 2.0 - 1.0 * fermi(1.0),
         ),
@@ -160,11 +166,11 @@ def test_a_single_filter_corrects_the_goal_only(controller, g_prey, p_prey, g_ne
     assert two.beliefs.p[1, PREY] == 0.5
 
 
-@pytest.mark.parametrize("controller", ["dsgikf", "dsgiff:beta=0.01"])
+@pytest.mark.parametrize("controller", ["dsgikf", "dsgiff"])
 def test_a_double_filter_corrects_both_and_both_robots_end_equal(controller):
     two = crossing(controller)
     two.talk()
-    rule = SGIKF() if controller == "dsgikf" else SGIFF(beta=0.01)
+    share = 0.0 if controller == "dsgikf" else 1.0
     for area, own, heard, p_own, p_heard in (
         (NEST, [-0.6, 0.1], [-0.5, 0.3], 1.0, 2.0),
         (PREY, [0.5, -0.2], [0.6, 0.0], 3.0, 0.5),
@@ -173,145 +179,165 @@ def test_a_double_filter_corrects_both_and_both_robots_end_equal(controller):
         for robot in (0, 1):  # TR, Eq. 17
             place, p = two.believed(robot, area)
             np.testing.assert_allclose(place, blended(own, heard, g), atol=1e-6)
-            expected = (1.0 - g) * p_own + rule.heard_p_share * g * p_heard
+            expected = (1.0 - g) * p_own + share * g * p_heard
             assert p == pytest.approx(expected, rel=1e-5)
 
 
 def test_a_weight_from_outside_takes_the_place_of_the_rule():
     two = crossing("dsgikf")
-    still, all_of_it = np.zeros((2, 2), np.float32), np.ones((2, 2), np.float32)
-    for _ in range(TICKS + 2):
-        two.loop.step(g=all_of_it, wheels=still)
+    two.action.weighting[:], two.action.weight[:] = REPLACE, 1.0
+    two.talk()
     np.testing.assert_allclose(two.believed(0, PREY)[0], [0.6, 0.0], atol=1e-6)
     np.testing.assert_allclose(two.believed(1, PREY)[0], [0.5, -0.2], atol=1e-6)
+    assert np.all(two.minds.exchange.weight == 1.0)
 
 
-def test_the_encounter_says_what_the_weighting_needs():
+def test_the_exchange_says_what_the_weighting_needs():
     two = crossing("dsgikf")
-    still = np.zeros((2, 2), np.float32)
-    encounter = two.loop.controller.estimator.encounter
-    while not encounter.valid.any():
-        two.loop.step(wheels=still)
-    assert encounter.valid.all()
-    np.testing.assert_allclose(encounter.own_p, [[1.0, 3.0], [2.0, 0.5]])
-    np.testing.assert_allclose(encounter.heard_p, [[2.0, 0.5], [1.0, 3.0]])
-    np.testing.assert_allclose(encounter.disagreement, math.hypot(0.1, 0.2), atol=1e-6)
+    while not two.loop.exchange.valid.any():
+        two.loop.step()
+    exchange = two.loop.exchange
+    assert exchange.valid.all()
+    np.testing.assert_allclose(exchange.own_p, [[1.0, 3.0], [2.0, 0.5]])
+    np.testing.assert_allclose(exchange.heard_p, [[2.0, 0.5], [1.0, 3.0]])
+    np.testing.assert_allclose(exchange.disagreement, math.hypot(0.1, 0.2), atol=1e-6)
     hypot = math.hypot
     own_away = [[hypot(0.55, 0.1), hypot(0.55, 0.2)], [hypot(0.55, 0.28), hypot(0.55, 0.02)]]
     heard_away = [[hypot(0.45, 0.3), 0.65], [hypot(0.65, 0.08), hypot(0.45, 0.22)]]
-    np.testing.assert_allclose(encounter.own_distance, own_away, atol=1e-6)
-    np.testing.assert_allclose(encounter.heard_distance, heard_away, atol=1e-6)
-    np.testing.assert_allclose(encounter.range, math.hypot(0.1, 0.02), atol=1e-6)
-    assert encounter.goal.tolist() == [PREY, NEST]
-    assert encounter.own_known.all()
-    assert encounter.heard_known.all()
+    np.testing.assert_allclose(exchange.own_distance, own_away, atol=1e-6)
+    np.testing.assert_allclose(exchange.heard_distance, heard_away, atol=1e-6)
+    np.testing.assert_allclose(exchange.range, math.hypot(0.1, 0.02), atol=1e-6)
+    assert exchange.goal.tolist() == [PREY, NEST]
+    assert exchange.own_known.all()
+    assert exchange.heard_known.all()
     frames = two.loop.world.scenario.radio.frames
-    assert np.all(encounter.frames == frames * TICKS)
+    assert np.all(exchange.frames == frames * TICKS)
+
+
+def test_without_an_exchange_the_weighting_is_shown_zeros_and_no_goal():
+    two = crossing("dsgikf")
+    two.talk()
+    exchange = two.loop.exchange
+    for name in exchange.__slots__:
+        assert np.all(getattr(exchange, name) == (-1 if name == "goal" else 0)), name
+
+
+def test_a_message_tells_what_its_sender_knew_when_it_decided_to_speak():
+    # Both step off; what is told is the distance before the step, and the range that after it.
+    two = crossing("dsgikf", wheel_noise=0.0)
+    for _ in range(2):  # one in which they decide to speak, one in which they hear
+        two.action.wheels[:] = [[0.0, 0.0], [1.0, 1.0]]
+        before = two.beliefs.pose[1].copy()
+        two.loop.step()
+    to_nest = two.beliefs.location[1, NEST] - before[:2]
+    assert np.any(two.beliefs.pose[1] != before)
+    assert two.minds.message.distance[1, NEST] == np.float32(math.hypot(*to_nest))
 
 
 BEAM = (0.1, 0.0, 0.0)
 
 
-def talking(swarm):
-    return swarm.estimator.situation.talking.tolist()
-
-
-def test_several_messages_of_an_exchange_are_averaged(believers, words):
+def test_several_messages_of_an_exchange_are_averaged(believers, message):
     swarm = believers(2)
     beams = [(0.08 + 0.01 * k, 0.1 * k, -0.05 * k) for k in range(TICKS)]
     told = [heard_location(*beam, 0.7, 0.3) for beam in beams]
     for beam in beams:
-        ended = swarm.sense(messages=[(0, 1, words(nest=(0.7, 0.3, 1.2)), beam)])
+        ended = swarm.sense(messages=[(0, 1, message(nest=(0.7, 0.3, 1.2)), beam)])
     assert ended.tolist() == [True, False]
-    swarm.estimator.merge(np.zeros((2, 2), np.float32), 0.0)
+    swarm.merge(0.0, 0.0)
     np.testing.assert_allclose(swarm.beliefs.location[0, NEST], np.mean(told, axis=0), rtol=1e-5)
-    assert swarm.estimator.encounter.range[0] == pytest.approx(np.mean(beams, axis=0)[0])
+    assert swarm.exchange.range[0] == pytest.approx(np.mean(beams, axis=0)[0])
 
 
-def test_an_exchange_outlasts_lost_messages(believers, words):
+def test_an_exchange_outlasts_lost_messages(believers, message):
     swarm = believers(2)
-    message = [(0, 1, words(nest=(0.7, 0.3, 1.2)), BEAM)]
-    swarm.sense(messages=message)
+    told = [(0, 1, message(nest=(0.7, 0.3, 1.2)), BEAM)]
+    swarm.sense(messages=told)
     ended = [swarm.sense()[0] for _ in range(TICKS - 1)]
     assert ended == [False] * (TICKS - 2) + [True]
-    assert swarm.estimator.encounter.frames[0] == 10.0
+    assert swarm.exchange.n_averaged[0] == 10.0
 
 
-def test_only_one_partner_is_listened_to_at_a_time(believers, words):
+def test_only_one_partner_is_listened_to_at_a_time(believers, message):
     swarm = believers(3)
-    near, far = words(nest=(0.1, 0.0, 1.0)), words(nest=(9.0, 0.0, 1.0))
+    near, far = message(nest=(0.1, 0.0, 1.0)), message(nest=(9.0, 0.0, 1.0))
     swarm.sense(messages=[(0, 1, near, BEAM)])
     for _ in range(TICKS - 1):
         swarm.sense(messages=[(0, 2, far, BEAM), (0, 1, near, BEAM)])
-    swarm.estimator.merge(np.zeros((3, 2), np.float32), 0.0)
+    swarm.merge(0.0, 0.0)
     place = heard_location(*BEAM, 0.1, 0.0)
     np.testing.assert_allclose(swarm.beliefs.location[0, NEST], place, atol=1e-6)
 
 
-def test_the_same_partner_is_not_talked_to_again_for_a_while_but_others_are(believers, words):
+def test_the_same_partner_is_not_talked_to_again_for_a_while_but_others_are(believers, message):
     swarm = believers(3, refractory=2.0, pause=0.0, double=True)
-    told = words(nest=(0.7, 0.3, 1.2))
+    told = message(nest=(0.7, 0.3, 1.2))
     while not swarm.sense(messages=[(0, 1, told, BEAM)])[0]:
         pass
     quiet = []
     for _ in range(20):
         swarm.sense(messages=[(0, 1, told, BEAM)])
-        quiet.append(not talking(swarm)[0])
+        quiet.append(not swarm.talking[0])
     assert quiet == [True] * 19 + [False]
     while not swarm.sense(messages=[(0, 1, told, BEAM)])[0]:
         pass
     swarm.sense(messages=[(0, 1, told, BEAM), (0, 2, told, BEAM)])
-    assert talking(swarm)[0]
+    assert swarm.talking[0]
     assert swarm.beliefs.partner[0] == 2
 
 
-def test_after_an_exchange_nobody_is_listened_to_during_the_pause(believers, words):
+def test_after_an_exchange_nobody_is_listened_to_during_the_pause(believers, message):
     swarm = believers(3, pause=1.0, double=True)
-    told = words(nest=(0.7, 0.3, 1.2))
+    told = message(nest=(0.7, 0.3, 1.2))
     while not swarm.sense(messages=[(0, 1, told, BEAM)])[0]:
         pass
     quiet = []
     for _ in range(10):
         swarm.sense(messages=[(0, 2, told, BEAM)])
-        quiet.append(not talking(swarm)[0])
+        quiet.append(not swarm.talking[0])
     assert quiet == [True] * 9 + [False]
 
 
-def test_a_message_that_tells_nothing_useful_stops_nobody(believers, words):
+def test_a_message_that_tells_nothing_useful_stops_nobody(believers, message):
     swarm = believers(2)
     swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
     swarm.know(0, PREY, 1.0, 0.0, p=1.0)
     swarm.sense()
     assert swarm.beliefs.goal[0] == PREY
-    swarm.sense(messages=[(0, 1, words(), BEAM)])
-    assert not talking(swarm)[0]
-    swarm.sense(messages=[(0, 1, words(nest=(0.7, 0.3, 1.2)), BEAM)])
-    assert not talking(swarm)[0]
-    swarm.sense(messages=[(0, 1, words(prey=(0.7, 0.3, 1.2)), BEAM)])
-    assert talking(swarm)[0]
+    swarm.sense(messages=[(0, 1, message(), BEAM)])
+    assert not swarm.talking[0]
+    swarm.sense(messages=[(0, 1, message(nest=(0.7, 0.3, 1.2)), BEAM)])
+    assert not swarm.talking[0]
+    swarm.sense(messages=[(0, 1, message(prey=(0.7, 0.3, 1.2)), BEAM)])
+    assert swarm.talking[0]
 
 
-def test_a_double_filter_stops_for_either_area(believers, words):
+def test_a_double_filter_stops_for_either_area(believers, message):
     swarm = believers(2, double=True)
     swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
     swarm.know(0, PREY, 1.0, 0.0, p=1.0)
-    swarm.sense(messages=[(0, 1, words(nest=(0.7, 0.3, 1.2)), BEAM)])
-    assert talking(swarm)[0]
+    swarm.sense(messages=[(0, 1, message(nest=(0.7, 0.3, 1.2)), BEAM)])
+    assert swarm.talking[0]
+
+
+def about(said, area):
+    """Distance, direction and p of an area in a message."""
+    return said.distance[area], said.direction[area], said.p[area]
 
 
 def test_on_its_way_a_single_filter_tells_only_where_it_comes_from(believers):
-    for double, told in ((False, [1.0, 0.0]), (True, [1.0, 1.0])):
+    for double, told in ((False, [1, 0]), (True, [1, 1])):
         swarm = believers(1, double=double)
         swarm.know(0, NEST, 0.0, -2.0, p=1.5, came_from=True)
         swarm.know(0, PREY, 3.0, 0.0, p=4.0)
         swarm.sense()
-        spoken, speaking, lost = swarm.estimator.say()
+        said, speaking = swarm.say()
         assert speaking[0]
-        assert not lost[0]
-        assert spoken[0, [0, 4]].tolist() == told
-        np.testing.assert_allclose(spoken[0, 1:4], [2.0, -math.pi / 2, 1.5], rtol=1e-6)
+        assert not swarm.lost[0]
+        assert said.told[0].tolist() == told
+        np.testing.assert_allclose(about(said[0], NEST), [2.0, -math.pi / 2, 1.5], rtol=1e-6)
         if double:
-            np.testing.assert_allclose(spoken[0, 5:8], [3.0, 0.0, 4.0], rtol=1e-6)
+            np.testing.assert_allclose(about(said[0], PREY), [3.0, 0.0, 4.0], rtol=1e-6)
 
 
 def test_who_knows_both_areas_tells_of_none_of_which_it_is_too_unsure(believers):
@@ -319,72 +345,88 @@ def test_who_knows_both_areas_tells_of_none_of_which_it_is_too_unsure(believers)
     swarm.know(0, NEST, 0.0, -2.0, p=4.0, came_from=True)
     swarm.know(0, PREY, 3.0, 0.0, p=4.1)
     swarm.sense()
-    spoken, speaking, _ = swarm.estimator.say()
+    said, speaking = swarm.say()
     assert speaking[0]
-    np.testing.assert_allclose(spoken[0, :4], [1.0, 2.0, -math.pi / 2, 4.0], rtol=1e-6)
-    assert np.all(spoken[0, 4:8] == 0.0)
+    assert said.told[0].tolist() == [1, 0]
+    np.testing.assert_allclose(about(said[0], NEST), [2.0, -math.pi / 2, 4.0], rtol=1e-6)
     swarm.beliefs.p[:] = 5.0
-    _, speaking, _ = swarm.estimator.say()
+    said, speaking = swarm.say()
     assert not speaking[0]
+    assert not said.told.any()
 
 
 def test_who_knows_one_area_tells_of_it_however_unsure(believers):
     swarm = believers(1, double=True, tells_within=4.0)
     swarm.know(0, NEST, 0.0, -2.0, p=400.0, came_from=True)
     swarm.sense()
-    spoken, speaking, _ = swarm.estimator.say()
+    said, speaking = swarm.say()
     assert speaking[0]
-    assert spoken[0, 3] == 400.0
+    assert said.p[0, NEST] == 400.0
 
 
 @pytest.mark.parametrize(("own_p", "stops"), [(2.9, False), (3.0, True)])
-def test_who_is_sure_does_not_stop_for_what_it_knows(believers, words, own_p, stops):
+def test_who_is_sure_does_not_stop_for_what_it_knows(believers, message, own_p, stops):
     swarm = believers(2, double=True, listens_above=3.0)
     swarm.know(0, NEST, -1.0, 0.0, p=own_p, came_from=True)
-    swarm.sense(messages=[(0, 1, words(nest=(0.7, 0.3, 1.2)), BEAM)])
-    assert talking(swarm)[0] == stops
+    swarm.sense(messages=[(0, 1, message(nest=(0.7, 0.3, 1.2)), BEAM)])
+    assert swarm.talking[0] == stops
 
 
-def test_who_is_sure_still_stops_for_what_it_does_not_know(believers, words):
+def test_who_is_sure_still_stops_for_what_it_does_not_know(believers, message):
     swarm = believers(2, double=True, listens_above=3.0)
     swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
-    swarm.sense(messages=[(0, 1, words(prey=(0.7, 0.3, 1.2)), BEAM)])
-    assert talking(swarm)[0]
+    swarm.sense(messages=[(0, 1, message(prey=(0.7, 0.3, 1.2)), BEAM)])
+    assert swarm.talking[0]
 
 
-def test_what_a_message_costs_counts_as_path(believers, words):
+def test_what_a_message_costs_counts_as_path(believers, message):
     swarm = believers(2, double=True, message_path=1.5)
     swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
-    told = [(0, 1, words(nest=(0.7, 0.3, 2.0), prey=(0.5, 0.1, 3.0)), BEAM)]
+    told = [(0, 1, message(nest=(0.7, 0.3, 2.0), prey=(0.5, 0.1, 3.0)), BEAM)]
     for _ in range(TICKS):
         swarm.sense(messages=told)
-    assert swarm.estimator.encounter.valid[0]
-    np.testing.assert_allclose(swarm.estimator.encounter.heard_p[0], [3.5, 4.5])
-    swarm.estimator.merge(np.full((2, 2), 0.25, np.float32), 1.0)
+    assert swarm.exchange.is_valid[0]
+    np.testing.assert_allclose(swarm.exchange.heard_p[0], [3.5, 4.5])
+    swarm.merge(0.25, 1.0)
     np.testing.assert_allclose(swarm.beliefs.p[0], [0.75 * 1.0 + 0.25 * 3.5, 4.5])
-
-
-@pytest.mark.parametrize("parameter", ["message_path", "tells_within", "listens_above"])
-@pytest.mark.parametrize("estimator", ["sikf", "covariance"])
-def test_what_a_message_costs_is_refused_where_p_is_no_path(estimator, parameter):
-    with pytest.raises(ConfigError, match=f"{parameter}: is a path, and this estimator tells"):
-        find_controller(f"{estimator}:{parameter}=4")
 
 
 def test_who_knows_nothing_says_nothing(believers):
     swarm = believers(2)
     swarm.sense()
-    spoken, speaking, _ = swarm.estimator.say()
+    said, speaking = swarm.say()
     assert not speaking.any()
-    assert np.all(spoken == 0.0)
+    assert not said.told.any()
 
 
-def test_a_deaf_robot_starts_no_exchange(believers, words):
+def test_a_deaf_robot_starts_no_exchange(believers, message):
     swarm = believers(2)
-    swarm.beliefs.deaf[0] = 3
-    told = [(0, 1, words(nest=(0.7, 0.3, 1.2)), BEAM)]
+    swarm.beliefs.ignore_ticks[0] = 3
+    told = [(0, 1, message(nest=(0.7, 0.3, 1.2)), BEAM)]
     heard = []
     for _ in range(4):
         swarm.sense(messages=told)
-        heard.append(talking(swarm)[0])
+        heard.append(swarm.talking[0])
     assert heard == [False, False, True, True]
+
+
+def test_of_many_partners_the_one_whose_time_runs_out_first_is_forgotten_first(believers, message):
+    swarm = believers(11, pause=0.0, refractory=100.0, double=True)
+    told = message(nest=(0.7, 0.3, 1.2))
+    for partner in range(1, 11):
+        while not swarm.sense(messages=[(0, partner, told, BEAM)])[0]:
+            pass
+    assert sorted(swarm.beliefs.met[0].tolist()) == [*range(3, 11)]
+
+
+def test_who_gets_lost_breaks_off_the_exchange(believers, message):
+    swarm = believers(2, double=True, overshoot=0.0)
+    swarm.know(0, NEST, 0.02, 0.0, p=1.0)
+    swarm.sense(messages=[(0, 1, message(prey=(0.7, 0.3, 1.2)), BEAM)])
+    assert swarm.beliefs.partner[0] == 1
+    swarm.sense()  # it is there now, and lost on the next step
+    assert swarm.talking[0]
+    swarm.sense(distance=0.01)
+    assert swarm.lost[0]
+    assert swarm.beliefs.partner[0] == NOBODY
+    assert not swarm.talking[0]

@@ -6,10 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_forage_env.kernels.frames import range_and_bearing, to_body, to_outer, wrap
+from swarm_forage_env.equations.geometry import range_and_bearing, to_body, to_outer, wrap
 
 ANGLES = st.floats(-1e4, 1e4)
 LENGTHS = st.floats(-10.0, 10.0)
+
+
+def turned(theta):
+    """Cosine and sine of a heading, as the frames take it."""
+    return math.cos(theta), math.sin(theta)
 
 
 @pytest.mark.parametrize(
@@ -55,19 +60,19 @@ def test_wrapping_twice_is_wrapping_once(angle):
     [(0.0, 3.0, 4.0), (math.pi / 2, 4.0, -3.0), (-math.pi / 2, -4.0, 3.0), (math.pi, -3.0, -4.0)],
 )
 def test_a_point_is_ahead_and_to_the_left_as_drawn_on_paper(theta, ahead, left):
-    assert to_body(3.0, 4.0, theta) == pytest.approx((ahead, left))
+    assert to_body(3.0, 4.0, *turned(theta)) == pytest.approx((ahead, left))
 
 
 @given(LENGTHS, LENGTHS, ANGLES)
 def test_into_the_body_frame_and_back_is_where_one_was(dx, dy, theta):
-    ahead, left = to_body(dx, dy, theta)
-    assert to_outer(ahead, left, theta) == pytest.approx((dx, dy), abs=1e-12)
+    ahead, left = to_body(dx, dy, *turned(theta))
+    assert to_outer(ahead, left, *turned(theta)) == pytest.approx((dx, dy), abs=1e-12)
     assert math.hypot(ahead, left) == pytest.approx(math.hypot(dx, dy), abs=1e-12)
 
 
 @given(st.floats(0.01, 10.0), st.floats(-3.1, 3.1), ANGLES)
 def test_range_and_bearing_are_the_polar_form_of_the_body_frame(r, bearing, theta):
-    dx, dy = to_outer(r * math.cos(bearing), r * math.sin(bearing), theta)
+    dx, dy = to_outer(r * math.cos(bearing), r * math.sin(bearing), *turned(theta))
     assert range_and_bearing(dx, dy, theta) == pytest.approx((r, bearing), abs=1e-9)
 
 

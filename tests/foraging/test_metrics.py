@@ -2,7 +2,15 @@
 
 import numpy as np
 
-from swarm_forage_env.metrics import localisation_error, on_path_share, recruitment_time, total
+from swarm_forage_env.metrics import (
+    believed_places,
+    localisation_error,
+    on_path_now,
+    on_path_share,
+    recruited_at,
+    recruitment_time,
+    total,
+)
 
 
 def test_a_total_sums_the_robots_of_each_world():
@@ -37,23 +45,34 @@ def test_no_ticks_is_no_share():
     assert on_path_share(np.zeros(2, np.int64), 1, 0).tolist() == [0.0]
 
 
-def test_all_ticks_of_the_second_half_on_the_path_are_a_share_of_one(running, command):
-    loop = running("es1", [0], duration=1.5, n_robots=1)
+def test_all_ticks_of_the_second_half_on_the_path_are_a_share_of_one(running, go):
+    world = running("es1", [0], duration=1.5, n_robots=1).world
     for _ in range(15):
-        loop.world.tick(command(loop.world, known=True))
-    assert loop.world.state.path_ticks[0] == 8
-    assert on_path_share(loop.world.state.path_ticks, 1, 15).tolist() == [1.0]
+        state = go(world, known=True)
+    assert state.path_ticks[0] == 8
+    assert on_path_share(state.path_ticks, 1, 15).tolist() == [1.0]
 
 
-def test_robots_report_what_their_estimator_knew_before_the_tick(running):
+def test_robots_report_what_their_estimator_knows_and_the_next_tick_counts_it(running):
     loop = running("es1", [0], duration=120.0)
-    reported = 0
-    for _ in range(1200):
-        known = loop.controller.estimator.situation.known
+    state, expected = loop.world.state, np.zeros(10, np.int64)
+    for tick in range(1, 1201):
+        known = loop.situation.known
+        np.testing.assert_array_equal(state.report.known, known)
+        expected += known.all(axis=1) & (tick > 600)
         loop.step()
-        np.testing.assert_array_equal(loop.world.state.known, known)
-        reported += known.sum()
-    assert reported > 0
+    np.testing.assert_array_equal(state.path_ticks, expected)
+    assert expected.sum() > 0
+
+
+def test_the_share_on_the_path_now_is_that_of_the_robots_who_know_both_areas():
+    known = np.array([[True, True], [True, False], [True, True], [True, True]])
+    assert on_path_now(known, 2).tolist() == [0.5, 1.0]
+
+
+def test_recruits_are_told_in_the_order_in_which_they_had_visited_both_areas():
+    first_visit = np.array([[10, 40], [30, -1], [5, 6]], np.int64)
+    np.testing.assert_allclose(recruited_at(first_visit, 0.1), [0.6, 4.0])
 
 
 def test_the_localisation_error_is_the_distance_from_the_true_area():
@@ -71,3 +90,10 @@ def test_what_is_not_known_has_no_error():
     error = localisation_error(pose, believed, np.array([[False, True]]), np.zeros((2, 2)))
     assert error[0, 0] == 0.0
     assert error[0, 1] > 0.0
+
+
+def test_a_believed_place_is_turned_with_the_robot_into_the_world_frame():
+    pose = np.array([[1.0, 1.0, np.pi / 2]])
+    believed = np.array([[[2.0, 0.0], [0.0, -1.0]]], np.float32)
+    places = believed_places(pose, believed, np.array([[True, False]]))
+    np.testing.assert_allclose(places, [[[1.0, 3.0], [0.0, 0.0]]], atol=1e-9)

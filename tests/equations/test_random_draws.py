@@ -4,9 +4,17 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from swarm_forage_env.equations.random_draws import (
+    GOLDEN,
+    below,
+    exponential,
+    mix,
+    normal,
+    symmetric,
+    unit,
+)
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.kernels.rng import GOLDEN, below, exponential, mix, normal, symmetric, unit
-from swarm_forage_env.streams import Cause, checked_seed, streams
+from swarm_forage_env.random_streams import NoiseSource, checked_seed, drawn_seed, streams
 
 # SplitMix64 from seed 0: prng.di.unimi.it/splitmix64.c, and JDK's SplittableRandom(0).
 PUBLISHED = (
@@ -97,11 +105,11 @@ def first_draws(words, n=1):
 
 
 def over_rows(n):
-    return streams([7], n, Cause.LOSS)
+    return streams([7], n, NoiseSource.LOSS)
 
 
 def over_seeds(n):
-    return streams(range(n), 1, Cause.LOSS)
+    return streams(range(n), 1, NoiseSource.LOSS)
 
 
 @pytest.mark.parametrize("neighbours", [over_rows, over_seeds])
@@ -114,8 +122,8 @@ def test_draws_of_neighbouring_streams_are_uniform_and_independent(neighbours, b
         believable(stats.chisquare(table.ravel()).pvalue)
 
 
-def test_draws_for_different_causes_are_independent(believable):
-    draws = [first_draws(streams([7], 10_000, cause)) for cause in Cause]
+def test_draws_for_different_sources_of_noise_are_independent(believable):
+    draws = [first_draws(streams([7], 10_000, source)) for source in NoiseSource]
     correlation = [
         stats.pearsonr(draws[a], draws[b]).pvalue for a in range(len(draws)) for b in range(a)
     ]
@@ -123,7 +131,7 @@ def test_draws_for_different_causes_are_independent(believable):
 
 
 def test_no_two_streams_meet_within_ten_million_draws():
-    words = np.concatenate([streams(range(60), 60, cause) for cause in Cause])
+    words = np.concatenate([streams(range(60), 60, source) for source in NoiseSource])
     inverse = np.uint64(pow(int(GOLDEN), -1, 2**64))
     places = np.sort(words * inverse)  # all streams walk the same circle, one step to a draw
     assert np.diff(places).min() > 10_000_000
@@ -137,21 +145,31 @@ def test_a_row_draws_without_moving_the_others(fresh):
 
 
 def test_a_robot_has_the_same_stream_in_a_swarm_of_any_size():
-    np.testing.assert_array_equal(streams([3], 5, Cause.SLOT), streams([3], 50, Cause.SLOT)[:5])
+    np.testing.assert_array_equal(
+        streams([3], 5, NoiseSource.SLOT), streams([3], 50, NoiseSource.SLOT)[:5]
+    )
 
 
 def test_a_world_has_the_same_streams_at_any_place_in_a_block():
-    block = streams([9, 3, 5], 4, Cause.SLOT)
-    np.testing.assert_array_equal(block[4:8], streams([3], 4, Cause.SLOT))
+    block = streams([9, 3, 5], 4, NoiseSource.SLOT)
+    np.testing.assert_array_equal(block[4:8], streams([3], 4, NoiseSource.SLOT))
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2**64 - 1, np.int64(5), np.uint64(2**63)])
 def test_a_seed_is_a_whole_number_of_64_bits(seed):
     assert checked_seed(seed) == int(seed)
-    assert len(streams([checked_seed(seed)], 3, Cause.PLACE)) == 3
+    assert len(streams([checked_seed(seed)], 3, NoiseSource.PLACE)) == 3
 
 
 @pytest.mark.parametrize("seed", [-1, 2**64, 0.5, "0", None, True, float("nan")])
 def test_any_other_seed_is_refused_by_name(seed):
     with pytest.raises(ConfigError, match=r"seed=.*whole number from 0 to 2"):
         checked_seed(seed)
+
+
+def test_the_seed_of_an_episode_without_one_is_the_next_of_a_sequence():
+    one, other = np.random.default_rng(3), np.random.default_rng(3)
+    seeds = [drawn_seed(one) for _ in range(100)]
+    assert seeds == [drawn_seed(other) for _ in range(100)]
+    assert len(set(seeds)) == 100
+    assert all(checked_seed(seed) == seed for seed in seeds)

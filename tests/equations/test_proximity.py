@@ -6,24 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
 
-from swarm_forage_env.kernels.frames import wrap
-from swarm_forage_env.kernels.proximity import (
+from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.equations.proximity import (
     PROXIMITY_ANGLES,
-    SENSING_RANGE,
     ray_to_disc,
-    read_proximity,
+    ray_to_walls,
     response,
-    sense_robots,
-    sense_walls,
 )
-from swarm_forage_env.streams import Cause, streams
 
 RADIUS = 0.035
 ARENA = np.array([1.7, 1.2])
-RIGHT, LEFT = 2, 5
-"""The sensors at -90 and +90 degrees."""
+LEFT = 5
+"""The sensor at +90 degrees."""
 
 
 def test_the_sensors_look_in_the_published_directions():
@@ -82,21 +77,11 @@ def test_overlapping_discs_are_at_no_distance():
     assert ray_to_disc(0.0, 0.06, LEFT, RADIUS) == 0.0
 
 
-def test_the_nearest_robot_is_the_one_that_is_seen():
-    pose = np.array([[0.0, 0.0, 0.0], [0.0, 0.09, 0.0], [0.0, 0.075, 0.0], [0.0, 0.3, 0.0]])
-    pairs = np.array([[1, 0], [2, 0], [3, 0], [2, 1], [3, 1], [3, 2]], np.int32)
-    distance = np.full((4, 8), np.inf)
-    sense_robots(pose, pairs, len(pairs), RADIUS, distance)
-    assert distance[0, LEFT] == pytest.approx(0.005)
-    assert distance[0, RIGHT] == np.inf
-    assert distance[2, RIGHT] == pytest.approx(0.005)
-    assert np.all(distance[3] == np.inf)
-
-
 def seen_walls(x, y, theta):
-    distance = np.empty((1, 8))
-    sense_walls(np.array([[x, y, theta]]), ARENA, RADIUS, distance)
-    return distance[0]
+    """Distance to the walls along each ray."""
+    return np.array(
+        [ray_to_walls(x, y, theta + angle, ARENA, RADIUS) for angle in PROXIMITY_ANGLES]
+    )
 
 
 @pytest.mark.parametrize("ray", range(8))
@@ -127,36 +112,12 @@ def test_in_a_corner_each_sensor_sees_the_nearer_wall():
     assert distance[6] == pytest.approx(0.045 / math.cos(math.radians(50.0)) - RADIUS)
 
 
-def test_far_from_all_walls_nothing_is_seen():
-    assert np.all(seen_walls(0.0, 0.0, 0.3) == np.inf)
-    assert np.all(seen_walls(0.5 * 1.7 - RADIUS - SENSING_RANGE - 1e-9, 0.0, 0.3) == np.inf)
-
-
-def readings_at(d, noise, rows=4000):
-    reading = np.empty((rows, 8), np.float32)
-    words = streams([11], rows, Cause.PROXIMITY)
-    read_proximity(np.full((rows, 8), d), noise, words, reading)
-    return reading
-
-
-def test_readings_stay_within_a_fifth_of_the_response(believable):
-    truth = response(0.02)
-    share = readings_at(0.02, 0.2) / truth
-    assert share.min() >= 0.8 - 1e-6
-    assert share.max() <= 1.2 + 1e-6
-    believable(stats.kstest(share.ravel().astype(float), stats.uniform(0.8, 0.4).cdf).pvalue)
-
-
-def test_a_reading_saturates_at_one():
-    reading = readings_at(0.0, 0.2)
-    assert reading.max() == 1.0
-    assert reading.min() >= 0.8
-    assert 0.45 < np.mean(reading == 1.0) < 0.55
-
-
-def test_without_noise_the_reading_is_the_response():
-    assert np.all(readings_at(0.02, 0.0, rows=3) == np.float32(response(0.02)))
-
-
-def test_nothing_in_sight_reads_zero():
-    assert np.all(readings_at(math.inf, 0.2, rows=3) == 0.0)
+@pytest.mark.parametrize("direction", [0.0, math.pi / 2, math.pi, -math.pi / 2])
+def test_a_ray_along_an_axis_meets_the_wall_it_faces(direction):
+    length, width = ARENA
+    expected = {
+        0.0: 0.5 * length - 0.2, math.pi / 2: 0.5 * width - 0.1,
+        math.pi: 0.5 * length + 0.2, -math.pi / 2: 0.5 * width + 0.1,
+    }  # fmt: skip
+    distance = ray_to_walls(0.2, 0.1, direction, ARENA, RADIUS)
+    assert distance == pytest.approx(expected[direction] - RADIUS)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.records import KEEP, REPLACE
 
 ENGINES = ("rigid", "kinematic")
 
@@ -45,8 +46,8 @@ def test_one_seed_one_trajectory(running, same, physics):
 
 def test_other_seeds_are_other_trajectories(running):
     block = running("es1", [4, 5])
-    pose = block.world.state.pose
-    assert not np.any(pose[:10] == pose[10:])
+    pose = block.world.robots["pose"]
+    assert not np.any(pose[0] == pose[1])
 
 
 def into_the_middle(world):
@@ -58,37 +59,42 @@ def into_the_middle(world):
 
 
 @pytest.mark.parametrize("physics", ENGINES)
-def test_a_world_forgets_its_contacts_when_it_is_reset(running, command, physics):
+def test_a_world_forgets_its_contacts_when_it_is_reset(running, go, physics):
     used = running("es1", [4], physics).world
     for _ in range(150):
-        used.tick(command(used, into_the_middle(used)))
+        go(used, into_the_middle(used))
     used.reset([7])
     fresh = running("es1", [7], physics).world
     for _ in range(150):
-        used.tick(command(used, into_the_middle(used)))
-        fresh.tick(command(fresh, into_the_middle(fresh)))
+        go(used, into_the_middle(used))
+        go(fresh, into_the_middle(fresh))
     np.testing.assert_array_equal(used.state.pose, fresh.state.pose)
 
 
 @pytest.mark.parametrize("physics", ENGINES)
-def test_a_crowded_world_in_a_block_is_the_world_alone(running, command, physics):
+def test_a_crowded_world_in_a_block_is_the_world_alone(running, go, physics):
     crowd = {"n_robots": 15, "arena.length": 0.8, "arena.width": 0.8, "area_distance": 0.59,
              "area_radius": 0.05}  # fmt: skip
     block = running("es1", [3, 1, 2], physics, **crowd).world
     alone = running("es1", [1], physics, **crowd).world
     for _ in range(200):
-        block.tick(command(block, into_the_middle(block)))
-        alone.tick(command(alone, into_the_middle(alone)))
-    np.testing.assert_array_equal(block.state.pose[15:30], alone.state.pose)
-    for cause, words in alone.streams.items():
-        np.testing.assert_array_equal(block.streams[cause][15:30], words)
+        go(block, into_the_middle(block))
+        go(alone, into_the_middle(alone))
+    assert block.robots[1].tobytes() == alone.robots[0].tobytes()
 
 
 def test_two_controllers_under_one_seed_meet_the_same_world(running, everything):
     worlds = [everything(running("es1", [6], controller=name)) for name in ("nc", "dsgiff")]
     for name in worlds[0]:
-        if not name.startswith(("beliefs", "encounter", "situation")):
+        if not name.startswith("minds"):
             np.testing.assert_array_equal(worlds[0][name], worlds[1][name], err_msg=name)
+
+
+def test_a_reset_leaves_what_a_learner_does_with_the_layers(running):
+    loop = running("es1", [4, 5])
+    loop.world.robots["action"]["motion"][0] = REPLACE
+    loop.reset([6, 7])
+    assert loop.world.robots["action"]["motion"].tolist() == [[REPLACE] * 10, [KEEP] * 10]
 
 
 def test_a_block_is_reset_with_one_seed_for_each_world(running):

@@ -5,12 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from baselines.estimators.beliefs import NOWHERE
-from baselines.estimators.reckoning import area_under
+from baselines.estimators.area_memory import area_under
+from baselines.estimators.belief import NOWHERE
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.foraging.records import REPLACE
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.metrics import localisation_error
+from swarm_forage_env.record import rows
+from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 
 AXLE = 0.053
@@ -91,14 +93,14 @@ def test_from_nowhere_to_the_nearer_area(believers):
     robot.know(0, PREY, 0.0, -1.0, p=1.0)
     robot.sense()
     assert robot.beliefs.goal[0] == PREY
-    np.testing.assert_allclose(robot.estimator.situation.target[0], [0.0, -1.0], atol=1e-6)
+    np.testing.assert_allclose(robot.loop.situation.target[0], [0.0, -1.0], atol=1e-6)
 
 
 def walk_until_lost(robot, step=0.01, ticks=500):
     """Straight on over white floor; how far the robot was when it reported itself lost."""
     for tick in range(1, ticks):
         robot.sense(distance=step)
-        if robot.estimator.say()[2][0]:
+        if robot.lost[0]:
             return tick * step
     return math.inf
 
@@ -110,7 +112,7 @@ def test_a_robot_is_lost_after_looking_on_at_the_place_where_the_area_should_be(
     assert walk_until_lost(robot) == pytest.approx(1.0 - 0.05 + 0.2, abs=0.03)
 
 
-def test_who_is_lost_forgets_both_areas_and_hears_nothing_for_a_while(believers, words):
+def test_who_is_lost_forgets_both_areas_and_hears_nothing_for_a_while(believers, message):
     # TR 5.1
     robot = believers(2, deaf_when_lost=1.0)
     robot.know(0, NEST, -3.0, 0.0, p=1.0, came_from=True)
@@ -118,13 +120,13 @@ def test_who_is_lost_forgets_both_areas_and_hears_nothing_for_a_while(believers,
     assert walk_until_lost(robot) < math.inf
     assert not robot.beliefs.known[0].any()
     assert robot.beliefs.goal[0] == NOWHERE
-    told = [(0, 1, words(nest=(0.7, 0.3, 1.2)), (0.1, 0.0, 0.0))]
+    told = [(0, 1, message(nest=(0.7, 0.3, 1.2)), (0.1, 0.0, 0.0))]
     talking = []
     for _ in range(11):
         robot.sense(messages=told)
-        talking.append(bool(robot.estimator.situation.talking[0]))
+        talking.append(robot.talking[0])
     assert talking == [False] * 9 + [True] * 2
-    assert not robot.estimator.say()[2].any()
+    assert not any(robot.lost)
 
 
 def test_who_finds_the_area_while_looking_on_is_not_lost(believers):
@@ -136,7 +138,7 @@ def test_who_finds_the_area_while_looking_on_is_not_lost(believers):
     robot.sense(distance=0.01, ground="prey")
     for _ in range(30):
         robot.sense(distance=0.01)
-        assert not robot.estimator.say()[2][0]
+        assert not robot.lost[0]
     assert robot.beliefs.known.all()
     assert robot.beliefs.goal[0] == NEST
 
@@ -146,20 +148,24 @@ def test_while_looking_on_the_target_is_straight_ahead(believers):
     robot.know(0, NEST, 0.52, 0.04, p=1.0)
     robot.sense()
     robot.sense(distance=0.5)
-    ahead, left = robot.estimator.situation.target[0]
+    ahead, left = robot.loop.situation.target[0]
     assert left == 0.0
     assert ahead == pytest.approx(0.2)
 
 
+def beliefs_of(loop):
+    """What every robot of a block believes, a row for each."""
+    return rows(loop.controller.minds["estimator"]).belief
+
+
 def test_only_the_world_that_is_reset_forgets():
-    scenario = find_scenario("es1")
-    loop = ControlLoop(scenario, find_controller("dsgiff"), [0, 1, 2], "kinematic")
-    beliefs = loop.controller.estimator.beliefs
-    beliefs.p[:] = 1.0
-    beliefs.known[:] = True
+    loop = Loop(find_scenario("es1"), CONTROLLERS["dsgiff"], [0, 1, 2], "kinematic")
+    beliefs = loop.controller.minds["estimator"]["belief"]
+    beliefs["p"], beliefs["known"], beliefs["goal"] = 1.0, True, PREY
     loop.controller.reset(1, 7)
-    assert beliefs.known.reshape(3, -1).all(axis=1).tolist() == [True, False, True]
-    assert beliefs.p.reshape(3, -1).sum(axis=1).tolist() == [20.0, 0.0, 20.0]
+    assert beliefs["known"].all(axis=(1, 2)).tolist() == [True, False, True]
+    assert beliefs["p"].sum(axis=(1, 2)).tolist() == [20.0, 0.0, 20.0]
+    assert beliefs["goal"].tolist() == [[PREY] * 10, [NOWHERE] * 10, [PREY] * 10]
 
 
 EXACT = {"wheel_noise": 0.0, "ground_noise": 0.0, "n_robots": 1, "area_distance": 1.0}
@@ -168,25 +174,29 @@ EXACT = {"wheel_noise": 0.0, "ground_noise": 0.0, "n_robots": 1, "area_distance"
 @pytest.mark.parametrize("area", [NEST, PREY])
 def test_exact_encoders_find_a_centre_that_is_headed_for_within_a_tick(area):
     scenario = find_scenario("es1", EXACT)
-    loop = ControlLoop(scenario, find_controller("nc"), [0], "kinematic")
+    loop = Loop(scenario, CONTROLLERS["nc"], [0], "kinematic")
     x, y = loop.world.areas[area]
     loop.world.state.pose[:] = [x + 0.3 * math.cos(1.0), y + 0.3 * math.sin(1.0), 1.0 - math.pi]
-    beliefs = loop.controller.estimator.beliefs
+    beliefs, action = beliefs_of(loop), loop.world.state.action
+    action.motion[:], action.wheels[:] = REPLACE, 1.0
     while not beliefs.known[0, area]:
-        loop.step(wheels=np.ones((1, 2), np.float32))
-    seen = loop.controller.estimator.situation
+        loop.step()
+    seen = loop.situation
     error = localisation_error(loop.world.state.pose, seen.areas, seen.known, loop.world.areas)
     assert error[0, area] <= scenario.robot.cruise_speed * scenario.tick + 1e-6
 
 
 def test_exact_encoders_keep_what_was_found():
-    loop = ControlLoop(find_scenario("es1", EXACT), find_controller("nc"), [0], "kinematic")
+    loop = Loop(find_scenario("es1", EXACT), CONTROLLERS["nc"], [0], "kinematic")
     rng = np.random.default_rng(0)
     loop.world.state.pose[:] = [0.0, 0.0, 1.2]
     start = loop.world.state.pose[0].copy()
+    action = loop.world.state.action
+    action.motion[:] = REPLACE
     for _ in range(150):  # a way that meets no wall
-        loop.step(wheels=rng.uniform(-1.0, 1.0, (1, 2)).astype(np.float32))
-    x, y, theta = loop.controller.estimator.beliefs.pose[0]
+        action.wheels[:] = rng.uniform(-1.0, 1.0, (1, 2))
+        loop.step()
+    x, y, theta = beliefs_of(loop).pose[0]
     c, s = math.cos(start[2]), math.sin(start[2])
     expected = [start[0] + c * x - s * y, start[1] + s * x + c * y]
     np.testing.assert_allclose(loop.world.state.pose[0, :2], expected, atol=1e-6)
@@ -196,12 +206,12 @@ def test_exact_encoders_keep_what_was_found():
 
 def test_with_exact_encoders_wanderers_know_an_area_to_less_than_its_size():
     scenario = find_scenario("es1", {"wheel_noise": 0.0, "n_robots": 4})
-    loop = ControlLoop(scenario, find_controller("nc"), range(6), "kinematic")
+    loop = Loop(scenario, CONTROLLERS["nc"], range(6), "kinematic")
     errors = []
     for tick in range(6000):
         loop.step()
         if tick % 500 == 0:
-            seen = loop.controller.estimator.situation
+            seen = loop.situation
             pose, areas = loop.world.state.pose, loop.world.areas
             errors.extend(localisation_error(pose, seen.areas, seen.known, areas)[seen.known])
     assert len(errors) > 50

@@ -1,0 +1,214 @@
+"""Rules written in NumPy from outside: they run through the cut and repeat the compiled ones."""
+
+import platform
+from dataclasses import replace
+from pathlib import Path
+from zlib import crc32
+
+import numpy as np
+import pytest
+
+from baselines.controller import LayeredController
+from baselines.estimators.social_odometry import SocialOdometryParameters
+from baselines.motion.subsumption import SubsumptionParameters
+from swarm_forage_env.foraging.records import CORRECT, KEEP, REPLACE, RULE
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenarios import find_scenario
+
+ENGINES = ("rigid", "kinematic")
+BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
+"""Fast robots and near areas: round trips and exchanges within a minute."""
+TICKS = 600
+GOLDEN = Path(__file__).parents[1] / "golden" / "data"
+MACHINE = f"{platform.system()} {platform.machine()}"
+RECORDED_ON = (GOLDEN / "machine.txt").read_text(encoding="utf-8").strip()
+
+
+def busy():
+    return find_scenario("es1", {**BUSY, "task.duration": 60.0})
+
+
+class SinglePrecisionSGIFF:
+    """SGIFF as it was before it was compiled, its tanh in single precision."""
+
+    heard_p_share = 1.0
+    beta = 0.01
+
+    def __call__(self, exchange):
+        steepness = np.float32(0.5 * self.beta * 100)
+        return 0.5 + 0.5 * np.tanh(steepness * (exchange.own_p - exchange.heard_p))
+
+
+class SGIKFInNumPy:
+    heard_p_share = 0.0
+
+    def __call__(self, exchange):
+        total = exchange.own_p + exchange.heard_p
+        half = np.full_like(total, 0.5)
+        return np.divide(exchange.own_p, total, out=half, where=total > 0.0)
+
+
+class Constant:
+    """A motion that commands the same wheels to all, and notes what it was asked."""
+
+    wheels = 1.0, 0.8
+
+    def start(self, scenario, seeds):
+        self.resets, self.asked = [], 0
+        return self
+
+    def reset(self, world, seed):
+        self.resets.append((world, seed))
+
+    def __call__(self, situation):
+        self.asked += 1
+        return np.tile(np.array(self.wheels, np.float32), (len(situation.goal), 1))
+
+
+class Replayed(Constant):
+    """A motion that commands the wheels it is handed, one after another."""
+
+    def __init__(self, wheels):
+        self._wheels = wheels
+
+    def __call__(self, situation):
+        return next(self._wheels)
+
+
+def assert_same(one, other):
+    """Assert that all robots are in the same place and believe and tell the same."""
+    np.testing.assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])
+    mine, theirs = (loop.controller.minds["estimator"] for loop in (one, other))
+    for name in ("belief", "message", "situation"):
+        np.testing.assert_array_equal(mine[name], theirs[name], err_msg=name)
+
+
+def checksum(dtype, *arrays):
+    """As the golden data keeps it: no zero has a sign."""
+    plain = [np.ascontiguousarray(each, dtype) + np.dtype(dtype).type(0) for each in arrays]
+    return b"".join(each.tobytes() for each in plain)
+
+
+def pose_beliefs_rewards(loop, reported):
+    """16 bits of the checksum of three quantities of the golden data."""
+    state, s = loop.world.state, loop.situation
+    beliefs = checksum("<f4", s.areas, s.p) + checksum("u1", s.known) + checksum("i1", s.goal)
+    beliefs += checksum("u1", s.talking) + checksum("<f4", s.target)
+    rewards = checksum("<f4", state.reward) + checksum("<i4", state.lost_events)
+    rewards += checksum("u1", reported)
+    quantities = checksum("<f8", state.pose), beliefs, rewards
+    return [crc32(each) >> 16 for each in quantities]
+
+
+@pytest.mark.skipif(MACHINE != RECORDED_ON, reason=f"recorded on {RECORDED_ON}")
+@pytest.mark.parametrize("physics", ENGINES)
+def test_a_weighting_from_outside_repeats_what_was_recorded_bit_for_bit(physics):
+    with np.load(GOLDEN / "foraging.npz") as data:
+        case = f"es1-busy/{physics}/dsgiff#"
+        key = next(each for each in data.files if each.startswith(f"{case}pose"))
+        names, recorded = key.removeprefix(case).split(" "), data[key]
+        round_trips = data[f"{case}end round_trips"].tolist()
+    controller = LayeredController(
+        "outside",
+        SocialOdometryParameters(double=True),
+        SinglePrecisionSGIFF(),
+        SubsumptionParameters(),
+    )
+    loop = Loop(busy(), controller, [0, 1], physics)
+    found = [pose_beliefs_rewards(loop, np.zeros((20, 2)))]
+    for _ in range(TICKS):
+        reported = loop.situation.known
+        loop.step()
+        found.append(pose_beliefs_rewards(loop, reported))
+    for name, column in zip(("pose", "beliefs", "rewards"), np.transpose(found), strict=True):
+        different = np.flatnonzero(recorded[names.index(name)] != column)
+        assert not len(different), f"{name} differ from tick {different[0]} on"
+    assert loop.world.robots["round_trips"].sum(axis=1).tolist() == round_trips
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_weighting_in_numpy_is_the_compiled_one_bit_for_bit(physics, threads):
+    compiled = CONTROLLERS["dsgikf"]
+    rule = replace(compiled, weighting=SGIKFInNumPy())
+    one, other = (
+        Loop(busy(), controller, [0, 1, 2], physics, threads) for controller in (compiled, rule)
+    )
+    for _ in range(TICKS):
+        one.step()
+        other.step()
+    assert_same(one, other)
+    assert one.controller.minds["estimator"]["exchange"]["weight"].any()
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_a_motion_from_outside_is_handed_to_the_wheels_as_it_is(physics):
+    motion = Constant()
+    controller = replace(CONTROLLERS["dsgikf"], motion=motion)
+    loop = Loop(busy(), controller, [4, 5], physics)
+    for _ in range(20):
+        loop.step()
+        wheels = loop.world.state.command.wheels
+        np.testing.assert_array_equal(wheels, np.tile(np.float32(Constant.wheels), (20, 1)))
+    assert motion.asked == 20
+    assert motion.resets == [(0, 4), (1, 5)]
+    loop.reset([6, 7])
+    assert motion.resets[2:] == [(0, 6), (1, 7)]
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_a_motion_that_repeats_subsumption_repeats_the_run(physics):
+    built_in, wheels = Loop(busy(), CONTROLLERS["dsgikf"], [0, 1], physics), []
+    for _ in range(TICKS):
+        built_in.step()
+        wheels.append(built_in.world.state.command.wheels.copy())
+    controller = replace(CONTROLLERS["dsgikf"], motion=Replayed(iter(wheels)))
+    loop = Loop(busy(), controller, [0, 1], physics)
+    for _ in range(TICKS):
+        loop.step()
+    assert_same(loop, built_in)
+
+
+def test_both_layers_may_be_written_in_numpy():
+    controller = replace(CONTROLLERS["dsgikf"], weighting=SGIKFInNumPy(), motion=Constant())
+    loop = Loop(busy(), controller, [0, 1], "kinematic")
+    compiled = replace(CONTROLLERS["dsgikf"], motion=Constant())
+    other = Loop(busy(), compiled, [0, 1], "kinematic")
+    for _ in range(300):
+        loop.step()
+        other.step()
+    assert_same(loop, other)
+
+
+def test_a_learner_goes_before_a_rule_and_the_rule_acts_for_the_others():
+    controller = replace(CONTROLLERS["dsgikf"], motion=Constant())
+    loop = Loop(busy(), controller, [0], "kinematic")
+    action = loop.world.state.action
+    action.motion[0], action.wheels[0] = REPLACE, -0.5
+    loop.step()
+    assert loop.world.state.command.wheels[0].tolist() == [-0.5, -0.5]
+    assert np.all(loop.world.state.command.wheels[1:] == np.float32(Constant.wheels))
+    assert action.motion.tolist() == [REPLACE] + [RULE] * 9
+    action.motion[0] = KEEP
+    loop.step()
+    assert np.all(loop.world.state.command.wheels == np.float32(Constant.wheels))
+
+
+def test_a_correction_is_added_to_the_wheels_of_the_layer_and_not_to_who_talks():
+    one, other = (Loop(busy(), CONTROLLERS["dsgikf"], [0], "kinematic") for _ in range(2))
+    action = other.world.state.action
+    for _ in range(TICKS):
+        action.motion[:] = KEEP
+        talking = other.situation.talking
+        if talking.any() and not talking.all():
+            break
+        one.step()
+        other.step()
+    action.motion[:], action.wheels[:] = CORRECT, (0.25, -0.125)
+    one.step()
+    other.step()
+    wheels = one.world.state.command.wheels.copy()
+    wheels[~talking] = np.clip(wheels[~talking] + np.float32([0.5, -0.25]), -1.0, 1.0)
+    assert talking.any()
+    np.testing.assert_array_equal(other.world.state.command.wheels, wheels)

@@ -1,0 +1,175 @@
+"""Fixtures of the foraging world: robots put at given places, running swarms, and all they hold."""
+
+import numpy as np
+import pytest
+
+import baselines.controllers  # noqa: F401
+import swarm_forage_env.foraging.named
+import swarm_forage_env.foraging.task  # noqa: F401 all three enter their parts
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.equations.neighbours import EMPTY, cells_of
+from swarm_forage_env.foraging.records import RobotState, WorldState
+from swarm_forage_env.foraging.sensors import receive_messages
+from swarm_forage_env.foraging.surroundings import FIRST, find_neighbours, resolve_contacts
+from swarm_forage_env.foraging.tick import sense_first
+from swarm_forage_env.foraging.world import SOURCES, write_numbers
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.random_streams import streams
+from swarm_forage_env.record import rows
+from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenarios import find_scenario
+
+
+@entry_point
+def look_around(robots, worlds, near, cells):
+    """List the neighbours in every world; the most that any robot has."""
+    most = 0
+    for w in range(worlds.shape[0]):
+        most = max(most, find_neighbours(robots[w], near[w], cells[w], worlds[w]))
+    return most
+
+
+@entry_point
+def settle(robots, worlds, near, cells):
+    """Resolve the contacts of every world; in how many worlds that succeeded."""
+    settled = 0
+    for w in range(worlds.shape[0]):
+        find_neighbours(robots[w], near[w], cells[w], worlds[w])
+        settled += resolve_contacts(robots[w], near[w], worlds[w])
+    return settled
+
+
+@entry_point
+def listen(robots, worlds, near, cells):
+    """Deliver the messages in every world."""
+    for w in range(worlds.shape[0]):
+        find_neighbours(robots[w], near[w], cells[w], worlds[w])
+        for i in range(robots.shape[1]):
+            receive_messages(robots[w], i, near[w], worlds[w])
+
+
+class Block:
+    """Worlds of robots at the same given places, without an engine and a controller."""
+
+    def __init__(self, places, n_worlds=1, **numbers):
+        """Places are (x, y, heading); numbers of es1 are changed by name, `reach` directly."""
+        reach = numbers.pop("reach", None)
+        scenario, n_robots = find_scenario("es1", numbers), len(places)
+        self.worlds = WorldState.array((n_worlds,))
+        write_numbers(scenario, self.worlds[0])
+        self.worlds[:] = self.worlds[0]
+        if reach is not None:
+            self.worlds["reach"] = reach
+        shape = n_worlds, n_robots
+        self.robots = RobotState.array(shape, slots=scenario.slots)
+        self.robots["pose"] = places
+        self.robots["command"]["is_speaking"] = True
+        for column, source in enumerate(SOURCES):
+            words = streams(range(n_worlds), n_robots, source)
+            self.robots["streams"][:, :, column] = words.reshape(shape)
+        self.near = np.full((*shape, FIRST + max(1, n_robots - 1)), -7, np.int32)
+        length, width = self.worlds["arena"][0]
+        n_cells = cells_of(length, self.reach) * cells_of(width, self.reach)
+        self.cells = np.full((n_worlds, n_cells), EMPTY, np.int32)
+
+    @property
+    def reach(self):
+        return float(self.worlds["reach"][0])
+
+    @property
+    def state(self):
+        """The robots, a row for each of every world."""
+        return rows(self.robots)
+
+    def look_around(self):
+        """The most neighbours that any robot has."""
+        return look_around(self.robots, self.worlds, self.near, self.cells)
+
+    def settle(self):
+        """Resolve contacts; whether that succeeded in all worlds."""
+        n_settled = settle(self.robots, self.worlds, self.near, self.cells)
+        return n_settled == len(self.worlds)
+
+    def sense(self):
+        """What the robots' own sensors read."""
+        sense_first(self.robots, self.worlds, self.near, self.cells, 0, len(self.worlds))
+        return self.state.readings
+
+    def listen(self):
+        """What the robots hear, and which slots hold a message."""
+        listen(self.robots, self.worlds, self.near, self.cells)
+        heard = self.state.heard
+        return heard, np.arange(heard.sender.shape[1]) < heard.n[:, None]
+
+
+@pytest.fixture(scope="session")
+def block():
+    return Block
+
+
+@pytest.fixture(scope="session")
+def running():
+    """A block of worlds under a controller."""
+
+    def start(scenario, seeds, physics="rigid", controller="ssgiff", threads=1, **overrides):
+        scenario = find_scenario(scenario, overrides)
+        return Loop(scenario, CONTROLLERS[controller], seeds, physics, threads)
+
+    return start
+
+
+@pytest.fixture(scope="session")
+def go():
+    """One tick of a world under the same command to all: wheels [m/s], and what is reported."""
+
+    def tick(world, wheels=0.0, speaking=False, lost=False, known=False):
+        state = world.state
+        speed = np.asarray(wheels) / world.scenario.robot.cruise_speed
+        state.command.wheels[:] = speed
+        state.command.is_speaking[:] = speaking
+        state.report.is_lost[:], state.report.known[:] = lost, known
+        world.tick(0, world.n_worlds)
+        return state
+
+    return tick
+
+
+def columns(records, name):
+    """Every plain array in structured arrays, by name."""
+    if records.dtype.names is None:
+        yield name, records
+    else:
+        for each in records.dtype.names:
+            yield from columns(records[each], f"{name}.{each}")
+
+
+@pytest.fixture(scope="session")
+def everything():
+    """All that is true, sensed, believed and drawn in one world of a running block, by name."""
+
+    def look(loop, world=0):
+        w, controller = slice(world, world + 1), loop.controller
+        found = dict(columns(loop.world.robots[w], "robots"))
+        found |= dict(columns(loop.world.worlds[w], "worlds"))
+        found |= dict(columns(controller.minds[w], "minds"))
+        return found | {"shared": controller.shared[w]}
+
+    return look
+
+
+@pytest.fixture(scope="session")
+def same(everything):
+    """Assert that worlds of two running blocks are in the same state, bit for bit."""
+
+    def check(loop, world, other, other_world=0):
+        mine, theirs = everything(loop, world), everything(other, other_world)
+        assert mine.keys() == theirs.keys()
+        different = [name for name in mine if not equal(mine[name], theirs[name])]
+        assert not different, f"after {loop.world.worlds['ticks'][world]} ticks"
+
+    def equal(one, other):
+        """Equal, but for slots that only one of the blocks has room for."""
+        common = tuple(slice(min(sizes)) for sizes in zip(one.shape, other.shape, strict=True))
+        return np.array_equal(one[common], other[common])
+
+    return check

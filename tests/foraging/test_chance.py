@@ -1,0 +1,69 @@
+"""One stream for each robot and source of noise: drawing more of one does not move another."""
+
+import numpy as np
+import pytest
+
+from swarm_forage_env.foraging.world import SOURCES
+from swarm_forage_env.random_streams import NoiseSource, streams
+
+
+def driven(running, go, **overrides):
+    """es1 after 60 ticks of wheels and talk that do not depend on what is sensed."""
+    world = running("es1", [3], "kinematic", **overrides).world
+    wheels = np.random.default_rng(0).uniform(-0.06, 0.06, (6, world.rows, 2))
+    heard = []
+    for tick in range(60):
+        state = go(world, wheels[tick // 10] * (tick % 10 < 5), speaking=True)
+        heard.append(state.heard.n.copy())
+    return world, np.array(heard)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "moved"),
+    [
+        ("wheel_noise", 0.3, set()),
+        ("proximity_noise", 0.0, set()),
+        ("ground_noise", 0.0, set()),
+        ("bearing_noise", 0.0, set()),
+        ("frames", 30, {NoiseSource.RADIO}),
+        ("range_model", "board", {NoiseSource.RADIO}),
+        ("slots", 1, {NoiseSource.RADIO, NoiseSource.SLOT}),
+        ("loss_far", 1.0, {NoiseSource.RADIO, NoiseSource.SLOT}),
+        ("max_range", 0.25, {NoiseSource.RADIO, NoiseSource.SLOT, NoiseSource.LOSS}),
+        ("exchange_time", 9.0, set()),
+    ],
+)
+def test_only_the_sources_that_draw_more_move(running, go, name, value, moved):
+    before, _ = driven(running, go)
+    after, _ = driven(running, go, **{name: value})
+    np.testing.assert_array_equal(after.state.pose, before.state.pose)
+    changed = {
+        source
+        for column, source in enumerate(SOURCES)
+        if not np.array_equal(before.state.streams[:, column], after.state.streams[:, column])
+    }
+    assert changed == moved
+
+
+def test_more_wheel_noise_loses_no_other_message(running, go):
+    _, before = driven(running, go)
+    _, after = driven(running, go, wheel_noise=0.5)
+    assert before.any()
+    np.testing.assert_array_equal(after, before)
+
+
+def test_every_column_starts_at_the_stream_of_its_source(running):
+    world = running("es1", [3, 8]).world
+    world.restart(0, 3)  # not sensed yet
+    for column, source in enumerate(SOURCES):
+        expected = streams([3], 10, source)
+        np.testing.assert_array_equal(world.robots["streams"][0, :, column], expected)
+
+
+def test_a_controller_that_draws_does_not_move_the_world(running):
+    none, other = (running("es1", [3], controller=name) for name in ("nc", "ssgikf"))
+    np.testing.assert_array_equal(none.world.robots["streams"], other.world.robots["streams"])
+    assert NoiseSource.WANDER not in SOURCES
+    drawn = [loop.controller.minds["motion"]["stream"][0, :, 0] for loop in (none, other)]
+    np.testing.assert_array_equal(drawn[0], streams([3], 10, NoiseSource.WANDER))
+    np.testing.assert_array_equal(drawn[0], drawn[1])

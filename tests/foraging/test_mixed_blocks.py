@@ -1,0 +1,137 @@
+"""Blocks in which every world has its own numbers: each is that world alone."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+
+from baselines.weighting.sikf import SIKF
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenarios import find_scenario
+
+BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02, "duration": 60.0}
+WORLDS = (
+    ("es1", {**BUSY}),
+    ("es1", {**BUSY, "max_range": 0.3, "loss_far": 0.2, "frames": 5}),
+    ("es1", {**BUSY, "area_distance": 0.9, "area_radius": 0.15, "wheel_noise": 0.2}),
+    ("es1", {**BUSY, "arena.length": 1.2, "arena.width": 0.9, "slots": 1}),
+    ("es1", {**BUSY, "tick": 0.2, "exchange_time": 1.0, "duration": 90.0}),
+    ("real", {**BUSY, "axle": 0.06, "radius": 0.03, "proximity_noise": 0.4}),
+)
+NUMBERS = (
+    {},
+    {"beta": 0.1},
+    {"beta": 0.001, "refractory": 2.0, "pause": 0.5},
+    {"gap": 0.03, "hold": 0.5, "mean_run": 0.1},
+    {"overshoot": 0.1, "lost_within": 0.1, "double": False},
+    {"avoidance": "literal", "message_path": 1.0, "listens_above": 0.5},
+)
+SEEDS = (4, 9, 2, 7, 1, 5)
+TICKS = 500
+
+
+@pytest.fixture(scope="module")
+def world_of():
+    """The scenario and the controller of each world."""
+    scenarios = [find_scenario(name, numbers) for name, numbers in WORLDS]
+    controllers = [CONTROLLERS["dsgiff"].with_parameters(numbers) for numbers in NUMBERS]
+    return scenarios, controllers
+
+
+@pytest.mark.parametrize("physics", ["rigid", "kinematic"])
+@pytest.mark.parametrize("order", [(0, 1, 2, 3, 4, 5), (3, 5, 4, 1, 2, 0)])
+def test_each_world_of_a_mixed_block_is_the_world_alone(world_of, same, physics, order):
+    scenarios, controllers, seeds = ([each[w] for w in order] for each in (*world_of, SEEDS))
+    block = Loop(scenarios, controllers, seeds, physics)
+    alone = [
+        Loop(scenario, controller, [seed], physics)
+        for scenario, controller, seed in zip(scenarios, controllers, seeds, strict=True)
+    ]
+    for tick in range(TICKS):
+        block.step()
+        for world, loop in enumerate(alone):
+            loop.step()
+            if tick % 100 == 0:
+                same(block, world, loop)
+    for world, loop in enumerate(alone):
+        same(block, world, loop)
+        assert block.world.is_over[world] == loop.world.is_over[0]
+        assert loop.world.robots["messages"].sum() > 0
+    block.reset(range(6))
+    for world, (scenario, controller) in enumerate(zip(scenarios, controllers, strict=True)):
+        same(block, world, Loop(scenario, controller, [world], physics))
+
+
+def test_a_mixed_block_on_threads_is_the_block_on_one(world_of):
+    blocks = [Loop(*world_of, SEEDS, threads=threads) for threads in (1, 4)]
+    for loop in blocks:
+        for _ in range(200):
+            loop.step()
+    one, other = (loop.world.robots.tobytes() for loop in blocks)
+    assert one == other
+
+
+def test_each_world_is_over_at_its_own_time():
+    scenarios = [find_scenario("es1", {"duration": duration}) for duration in (0.3, 0.5)]
+    loop = Loop(scenarios, CONTROLLERS["nc"], [0, 1])
+    over = []
+    for _ in range(5):
+        loop.step()
+        over.append(loop.world.is_over.tolist())
+    assert over == [[False, False]] * 2 + [[True, False]] * 2 + [[True, True]]
+
+
+def test_all_messages_are_shown_in_a_mixed_block(world_of):
+    scenarios, controllers = world_of
+    block = Loop([scenarios[3], scenarios[1]], controllers[0], [1, 2])
+    for _ in range(300):
+        block.step()
+        heard = block.world.state.heard
+        np.testing.assert_array_equal(block.situation.heard.sum(axis=1), heard.n)
+
+
+def test_one_scenario_or_controller_for_each_world_is_asked_for(world_of):
+    scenarios, controllers = world_of
+    with pytest.raises(ConfigError, match="2 given for 3 worlds"):
+        Loop(scenarios[:2], controllers[0], [0, 1, 2])
+    with pytest.raises(ConfigError, match="2 given for 3 worlds"):
+        Loop(scenarios[0], controllers[:2], [0, 1, 2])
+
+
+def test_worlds_with_other_numbers_of_robots_are_refused():
+    scenarios = [find_scenario("es1", {"n_robots": n}) for n in (10, 8)]
+    with pytest.raises(ConfigError, match="n_robots"):
+        Loop(scenarios, CONTROLLERS["nc"], [0, 1])
+
+
+def numpy_rule(exchange):
+    return np.zeros_like(exchange.own_p)
+
+
+numpy_rule.heard_p_share = 1.0
+
+NC = CONTROLLERS["nc"]
+OTHERS = {
+    "a rule with a parameter of its own": CONTROLLERS["ssgiff"],
+    "a rule without parameters": replace(NC, weighting=SIKF()),
+    "a rule written in NumPy": replace(NC, weighting=numpy_rule),
+}
+
+
+@pytest.mark.parametrize("other", OTHERS.values(), ids=OTHERS)
+def test_worlds_with_other_layers_are_refused(other):
+    with pytest.raises(ConfigError, match="another weighting"):
+        Loop(find_scenario("es1"), [NC, other], [0, 1])
+
+
+def test_worlds_with_two_rules_written_in_numpy_are_refused():
+    rules = [partial(numpy_rule) for _ in range(2)]
+    for rule in rules:
+        rule.heard_p_share = 1.0
+    first, other = (replace(NC, weighting=rule) for rule in rules)
+    Loop(find_scenario("es1"), [first, first], [0, 1])
+    with pytest.raises(ConfigError, match="another weighting"):
+        Loop(find_scenario("es1"), [first, other], [0, 1])

@@ -1,0 +1,160 @@
+"""One tick: motors, walls, sensors, the end of an episode."""
+
+import math
+
+import numpy as np
+import pytest
+
+from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.scenarios import find_scenario
+
+ENGINES = ("rigid", "kinematic")
+
+
+@pytest.fixture
+def alone(running):
+    """A world of one robot, or a few, at given places."""
+
+    def put(physics, *places, **overrides):
+        world = running("es1", [0], physics, n_robots=len(places), **overrides).world
+        world.state.pose[:] = places
+        return world
+
+    return put
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_a_free_robot_goes_where_its_wheels_take_it(alone, go, physics):
+    world = alone(physics, (0.0, 0.0, 0.0))
+    for _ in range(10):
+        state = go(world, (0.05, 0.06))
+    turn = 0.01 / 0.053
+    x, y = 0.055 / turn * np.sin(turn), 0.055 / turn * (1.0 - np.cos(turn))
+    np.testing.assert_allclose(state.pose[0], [x, y, turn], atol=1e-5)
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_every_robot_goes_where_its_own_wheels_take_it(alone, go, physics):
+    north, south = (0.5, 0.0, math.pi / 2), (-0.5, 0.0, -math.pi / 2)
+    world = alone(physics, (0.0, 0.0, 0.0), north, south)
+    state = go(world, [(0.1, 0.1), (0.05, 0.05), (-0.0265, 0.0265)])
+    expected = [[0.01, 0.0, 0.0], [0.5, 0.005, math.pi / 2], [-0.5, 0.0, 0.1 - math.pi / 2]]
+    np.testing.assert_allclose(state.pose, expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_cosine_and_sine_stand_beside_the_heading(alone, go, physics):
+    state = go(alone(physics, (0.0, 0.0, 3.0)), (-0.05, 0.05))
+    theta = state.pose[0, 2]
+    np.testing.assert_array_equal(state.heading[0], [math.cos(theta), math.sin(theta)])
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_the_motors_go_no_faster_than_they_can(alone, go, physics):
+    state = go(alone(physics, (0.0, 0.0, 0.0)), 5.0)
+    np.testing.assert_allclose(state.pose[0, :2], [0.0129, 0.0], atol=1e-12)
+    np.testing.assert_allclose(state.wheels, 0.129)
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_a_wall_stops_a_robot_and_its_encoders_do_not_notice(alone, go, physics):
+    world = alone(physics, (0.80, 0.0, 0.0), wheel_noise=0.0)
+    for _ in range(20):
+        state = go(world, 0.06)
+    assert state.pose[0, 0] == pytest.approx(0.815, abs=2e-4)
+    assert state.readings.odometry[0, 0] == pytest.approx(0.006)
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_two_robots_head_on_stop_each_other(alone, go, physics):
+    world = alone(physics, (-0.05, 0.0, 0.0), (0.05, 0.0, -np.pi))
+    for _ in range(30):
+        state = go(world, 0.06)
+    apart = np.hypot(*(state.pose[0, :2] - state.pose[1, :2]))
+    assert apart == pytest.approx(0.07, abs=1e-3)
+
+
+def test_a_moving_robot_pushes_one_at_rest(alone, go):
+    world = alone("rigid", (-0.08, 0.0, 0.0), (0.0, 0.0, 0.0))
+    for _ in range(20):
+        state = go(world, [(0.06, 0.06), (0.0, 0.0)])
+    assert state.pose[1, 0] > 0.03
+
+
+def test_the_kernel_moves_no_robot_that_the_engine_has_moved(alone, go):
+    # In a contact the engine slides both; the kernel would add the path of the wheels to that.
+    world = alone("rigid", (-0.036, 0.0, 0.0), (0.036, 0.0, 0.0))
+    before = world.state.pose.copy()
+    state = go(world, 0.06)
+    np.testing.assert_allclose(state.pose - before, [[0.006, 0.0, 0.0]] * 2, atol=1e-4)
+    assert not world.worlds["has_moved"].any()
+
+
+def test_sensors_see_where_the_robots_are_after_the_tick(alone, go):
+    world = alone("rigid", (0.79, 0.0, 0.0), proximity_noise=0.0, ground_noise=0.0)
+    assert go(world).readings.proximity[0, 0] > 0.0
+    world.state.pose[:] = [world.areas[0, 0] - 0.03, 0.0, 0.0]
+    assert go(world).readings.ground.tolist() == [[0.0, 0.0, 0.0]]
+
+
+def test_an_episode_is_over_after_its_duration(running, go):
+    world = running("es1", [0, 1], duration=0.5).world
+    is_over = []
+    for _ in range(6):
+        go(world)
+        is_over.append(world.is_over.tolist())
+    assert is_over == [[False, False]] * 4 + [[True, True]] * 2
+
+
+def test_the_reward_is_the_round_trip_in_its_tick(alone, go):
+    world = alone("rigid", (0.0, 0.0, 0.0))
+    nest, prey = world.areas[:, 0] - 0.03
+    rewards = []
+    for x in (nest, prey, nest, 0.0):
+        world.state.pose[:] = [x, 0.0, 0.0]
+        rewards.append(float(go(world).reward[0]))
+    assert rewards == [0.0, 0.0, 1.0, 0.0]
+
+
+def test_what_a_layer_was_shown_is_not_changed_by_the_next_tick(running):
+    loop = running("es1", [0], duration=60.0, cruise_speed=0.12, area_distance=0.7)
+    for _ in range(300):
+        loop.step()
+    shown = [loop.situation, loop.exchange]
+    kept = [{name: getattr(each, name).copy() for name in each.__slots__} for each in shown]
+    for _ in range(50):
+        loop.step()
+    for each, before in zip(shown, kept, strict=True):
+        for name, was in before.items():
+            np.testing.assert_array_equal(getattr(each, name), was, err_msg=name)
+
+
+def test_a_command_is_not_changed_by_the_world(alone, go):
+    state = go(alone("rigid", (0.0, 0.0, 0.0)), 5.0, speaking=True)
+    np.testing.assert_allclose(state.command.wheels, 5.0 / 0.06)
+    assert state.command.is_speaking.all()
+
+
+def test_only_the_worlds_that_are_asked_for_move(running, go):
+    world = running("es1", [0, 1, 2], "kinematic").world
+    before = world.robots.copy()
+    world.robots["command"]["wheels"] = 1.0
+    world.tick(1, 2)
+    assert world.worlds["ticks"].tolist() == [0, 1, 0]
+    moved = (world.robots["pose"] != before["pose"]).any(axis=(1, 2))
+    assert moved.tolist() == [False, True, False]
+
+
+def test_an_unknown_engine_is_refused_with_the_nearest_name():
+    with pytest.raises(UnknownNameError, match="engine named 'rigit', did you mean 'rigid'"):
+        ForagingWorld([find_scenario("es1")], [0], "rigit")
+
+
+@pytest.mark.parametrize("name", ["es1", "es2", "es3", "real", "ants2008"])
+def test_areas_are_met_only_outside_the_start_circle(name):
+    scenario = find_scenario(name)
+    world = ForagingWorld([scenario] * 3, range(3))
+    for area in world.areas:
+        d = np.hypot(*(world.state.pose[:, :2] - area).T)
+        assert d.min() >= scenario.task.area_radius

@@ -1,0 +1,262 @@
+"""The compiler: what machine code is kept for, and when it is made anew."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numba
+import numpy as np
+import pytest
+
+from swarm_forage_env.compiler import bind, cache_folder, entry_point, fingerprint, kernel
+
+ROOT = Path(__file__).resolve().parents[1]
+
+compiled = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is compiled")
+
+CALLEE = """
+SCALE = 3.0
+TABLE = np.array([1.0, 2.0])
+LIMITS = (0.0, 9.0)
+
+@kernel
+def scaled(x):
+    '''Scaled.'''
+    return min(SCALE * x + TABLE[0], LIMITS[1])
+"""
+
+CALLER = """
+@kernel
+def halved(x):
+    return 0.5 * scaled(x)
+
+@entry_point
+def total(numbers):
+    '''Sum of what is halved.'''
+    found = 0.0
+    for k in range(numbers.shape[0]):
+        found += halved(numbers[k])
+    return found
+"""
+
+
+def module(text, **names):
+    """A module of this text, in which these names are imported."""
+    made = ModuleType("made")
+    vars(made).update({"np": np, "kernel": kernel, "entry_point": entry_point, **names})
+    exec(compile(text, "made.py", "exec"), vars(made))
+    return made
+
+
+def key(callee=CALLEE, caller=CALLER):
+    """The fingerprint of the caller's entry point."""
+    return fingerprint(module(caller, scaled=module(callee).scaled).total)
+
+
+SAME = {
+    "a comment": (CALLEE.replace("    return min", "    # scaled\n    return min"), CALLER),
+    "a blank line": ("\n\n" + CALLEE, CALLER.replace("    for", "\n    for")),
+    "a docstring of the callee": (CALLEE.replace("Scaled.", "Three times."), CALLER),
+    "a docstring of the caller": (CALLEE, CALLER.replace("Sum of", "The sum of")),
+    "a function that is not called": (CALLEE + "\n@kernel\ndef other(x):\n    return x\n", CALLER),
+}
+
+OTHER = {
+    "a constant of the caller": (CALLEE, CALLER.replace("0.5 *", "0.25 *")),
+    "a line of the caller": (CALLEE, CALLER.replace("found +=", "found -=")),
+    "the body of the callee": (CALLEE.replace("+ TABLE", "- TABLE"), CALLER),
+    "a global number of the callee": (CALLEE.replace("SCALE = 3.0", "SCALE = 4.0"), CALLER),
+    "a global array of the callee": (CALLEE.replace("[1.0, 2.0]", "[1.0, 2.5]"), CALLER),
+    "the kind of a global array": (CALLEE.replace("2.0])", "2.0], np.float32)"), CALLER),
+    "a global tuple of the callee": (CALLEE.replace("9.0)", "8.0)"), CALLER),
+}
+
+
+@compiled
+@pytest.mark.parametrize(("callee", "caller"), SAME.values(), ids=SAME)
+def test_the_fingerprint_does_not_change_with(callee, caller):
+    assert (callee, caller) != (CALLEE, CALLER)
+    assert key(callee, caller) == key()
+
+
+@compiled
+@pytest.mark.parametrize(("callee", "caller"), OTHER.values(), ids=OTHER)
+def test_the_fingerprint_changes_with(callee, caller):
+    assert (callee, caller) != (CALLEE, CALLER)
+    assert key(callee, caller) != key()
+
+
+@compiled
+def test_the_fingerprint_tells_kernels_apart_that_call_each_other():
+    text = """
+@kernel
+def even(n):
+    return True if n == 0 else odd(n - 1)
+
+@kernel
+def odd(n):
+    return False if n == 0 else even(n - 1)
+"""
+    made = module(text)
+    assert fingerprint(made.even) != fingerprint(made.odd)
+    assert fingerprint(made.even) == fingerprint(module(text).even)
+
+
+@pytest.fixture
+def fresh_cache(tmp_path, monkeypatch):
+    """A folder for machine code in which there is none yet."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return cache_folder()
+
+
+def apply(numbers):
+    """A template: the free name is what is done with each number."""
+    for k in range(numbers.shape[0]):
+        numbers[k] = change(numbers[k], k)
+
+
+@kernel
+def double(x, k):
+    return 2.0 * x
+
+
+@kernel
+def negate(x, k):
+    return -x
+
+
+@kernel
+def add(x, k):
+    return x + k
+
+
+def applied(change):
+    numbers = np.array([1.0, 2.0, 3.0])
+    bind(apply, change=change)(numbers)
+    return numbers.tolist()
+
+
+def test_compositions_of_one_template_do_not_mix(fresh_cache):
+    for _ in range(2):  # the second time the machine code comes from the disk
+        assert applied(double) == [2.0, 4.0, 6.0]
+        assert applied(negate) == [-1.0, -2.0, -3.0]
+        assert applied(add) == [1.0, 3.0, 5.0]
+
+
+@compiled
+def test_the_same_composition_shares_its_machine_code(fresh_cache):
+    first, again, other = (bind(apply, change=change) for change in (double, double, add))
+    for function in (first, again, other):
+        function(np.ones(3))
+    assert not sum(first.stats.cache_hits.values())
+    assert sum(again.stats.cache_hits.values()) == 1
+    assert not sum(again.stats.cache_misses.values())
+    assert not sum(other.stats.cache_hits.values())
+    assert len({*fresh_cache.glob("*.nbi")}) == 2
+
+
+def test_a_bound_template_keeps_its_name_and_its_docstring():
+    bound = bind(apply, change=double)
+    if not numba.config.DISABLE_JIT:
+        assert bound.__name__ == "apply"
+        assert bound.__doc__ == apply.__doc__
+    assert "change" not in globals()
+
+
+def test_a_kernel_runs_without_the_interpreters_lock():
+    if not numba.config.DISABLE_JIT:
+        assert double.targetoptions["nogil"]
+        assert entry_point(double).targetoptions["nogil"]
+
+
+@compiled
+def test_a_cache_that_cannot_be_written_keeps_nobody_from_working(tmp_path, monkeypatch):
+    (tmp_path / "swarm-forage").write_text("a file where the folder should be")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert applied(double) == [2.0, 4.0, 6.0]
+
+
+# --- other processes -----------------------------------------------------------------------------
+
+
+def run(script, cache, *arguments, **variables):
+    """What a process prints as JSON, and what it says to the user."""
+    path = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environment = {**os.environ, "PYTHONPATH": path, "XDG_CACHE_HOME": str(cache), **variables}
+    done = subprocess.run(
+        [sys.executable, "-c", script, *map(str, arguments)],
+        env=environment, capture_output=True, text=True, check=False, cwd=ROOT,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), done.stderr
+
+
+SWARM = """
+import gc, json
+import baselines.controllers
+import swarm_forage_env.foraging.named
+import swarm_forage_env.foraging.task
+from numba.core.dispatcher import Dispatcher
+from swarm_forage_env.compiler import cache_folder
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenarios import find_scenario
+
+loop = Loop(find_scenario("es1"), CONTROLLERS["dsgiff"], [5], "rigid")
+for _ in range(20):
+    loop.step()
+made = [each for each in gc.get_objects() if isinstance(each, Dispatcher)]
+kept = [each for each in made if type(each._cache).__name__ == "_LateCache" and each.signatures]
+print(json.dumps({
+    "files": {file.name: file.stat().st_mtime_ns for file in cache_folder().iterdir()},
+    "misses": sum(sum(each.stats.cache_misses.values()) for each in kept),
+    "hits": sum(sum(each.stats.cache_hits.values()) for each in kept),
+    "compiled": sorted(
+        each.__name__ for each in made
+        if each not in kept and each.signatures and each._compiling_counter.counter == 0
+    ),
+    "pose": loop.world.robots["pose"].tobytes().hex(),
+}))
+"""
+
+
+@compiled
+def test_a_second_process_compiles_nothing(tmp_path):
+    first, said = run(SWARM, tmp_path)
+    assert "compiling, once" in said
+    assert first["misses"] >= 6
+    second, said = run(SWARM, tmp_path)
+    assert not said
+    assert second["misses"] == 0
+    assert second["hits"] == first["misses"]
+    assert second["compiled"] == []
+    assert second["files"] == first["files"]
+    assert second["pose"] == first["pose"]
+
+
+EDITED = """
+import json, sys
+import numpy as np
+
+sys.path.insert(0, sys.argv[1])
+from caller import total
+from swarm_forage_env.compiler import cache_folder
+print(json.dumps([total(np.ones(2)), sum(total.stats.cache_hits.values())]))
+"""
+
+
+@compiled
+def test_a_callee_edited_in_another_file_is_compiled_anew(tmp_path):
+    head = "import numpy as np\nfrom swarm_forage_env.compiler import entry_point, kernel\n"
+    (tmp_path / "caller.py").write_text(head + "from callee import scaled\n" + CALLER)
+
+    def result(callee):
+        (tmp_path / "callee.py").write_text(head + callee)
+        return run(EDITED, tmp_path / "cache", tmp_path, PYTHONDONTWRITEBYTECODE="1")[0]
+
+    assert result(CALLEE) == [4.0, 0]
+    assert result("# a comment\n" + CALLEE) == [4.0, 1]
+    assert result(CALLEE.replace("SCALE = 3.0", "SCALE = 4.0")) == [5.0, 0]

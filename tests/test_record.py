@@ -1,0 +1,173 @@
+"""Records: documented fields from which structured arrays are made."""
+
+import numpy as np
+import pytest
+
+from swarm_forage_env.arrays import Array, Float64, Int8
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.record import Record, field, numbers_record, rows
+
+
+class Wheel(Record):
+    speed: float = field(np.float64, unit="m/s", scale=0.1)
+    is_stuck: bool = field(np.bool_)
+
+
+class Vehicle(Record):
+    pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
+    goal: int = field(np.int8, start=-1)
+    left: Wheel = field(Wheel)
+    right: Wheel = field(Wheel)
+    met: Int8[Array, "slots 2"] = field(np.int8, "slots", 2, start=7)
+
+
+class Lorry(Vehicle):
+    load: float = field(np.float32, unit="kg", scale=1e3, start=2.5)
+
+
+class Trailer(Record):
+    wheels: Array = field(Wheel, 4)
+    start_speed: float = field(np.float64, start=1.0)
+
+
+def test_a_dtype_has_the_fields_in_their_order():
+    dtype = Vehicle.dtype(slots=3)
+    assert dtype.names == ("pose", "goal", "left", "right", "met")
+    assert dtype["pose"] == np.dtype((np.float64, (3,)))
+    assert dtype["goal"] == np.int8
+    assert dtype["left"].names == ("speed", "is_stuck")
+
+
+def test_a_field_says_its_unit_and_its_scale():
+    assert Wheel.fields["speed"].unit == "m/s"
+    assert Wheel.fields["speed"].scale == 0.1
+    assert Wheel.fields["is_stuck"].unit == ""
+    assert Vehicle.fields["goal"].start == -1
+
+
+def test_fields_of_base_classes_come_first():
+    assert Lorry.dtype(slots=1).names == (*Vehicle.dtype(slots=1).names, "load")
+    assert "load" not in Vehicle.fields
+    assert [*Lorry.fields][:-1] == [*Vehicle.fields]
+
+
+@pytest.mark.parametrize("slots", [0, 1, 4])
+def test_a_named_axis_gets_its_size_with_the_dtype(slots):
+    assert Vehicle.dtype(slots=slots)["met"].shape == (slots, 2)
+    assert Vehicle.array((2,), slots=slots)["met"].shape == (2, slots, 2)
+
+
+def test_a_named_axis_without_a_size_is_refused():
+    with pytest.raises(KeyError, match="slots"):
+        Vehicle.dtype()
+
+
+def test_sizes_of_axes_that_a_record_does_not_have_are_let_be():
+    assert Wheel.dtype(slots=3, robots=5) == Wheel.dtype()
+
+
+def test_fields_are_aligned_as_a_compiler_wants_them():
+    dtype = Vehicle.dtype(slots=1)
+    assert dtype.isalignedstruct
+    assert dtype.fields["left"][1] % np.dtype(np.float64).alignment == 0
+    assert dtype["left"].isalignedstruct
+
+
+def test_an_array_starts_with_the_first_values():
+    made = Lorry.array((2, 3), slots=4)
+    assert made.shape == (2, 3)
+    assert np.all(made["goal"] == -1)
+    assert np.all(made["met"] == 7)
+    assert np.all(made["load"] == 2.5)
+    assert np.all(made["pose"] == 0.0)
+    assert not made["left"]["is_stuck"].any()
+
+
+def test_a_restart_gives_some_records_their_first_values_and_leaves_the_others():
+    made = Lorry.array((2, 3), slots=4)
+    made["goal"], made["load"], made["right"]["speed"] = 1, 9.0, 4.0
+    Lorry.restart(made[1])
+    assert made["goal"].tolist() == [[1] * 3, [-1] * 3]
+    assert made["load"].tolist() == [[9.0] * 3, [2.5] * 3]
+    assert made["right"]["speed"].tolist() == [[4.0] * 3, [0.0] * 3]
+    Lorry.restart(made[0, 1:2])
+    assert made["goal"].tolist() == [[1, -1, 1], [-1] * 3]
+
+
+def test_a_nested_record_has_the_first_values_of_its_own_class():
+    class Stuck(Wheel):
+        pressure: float = field(np.float64, start=3.0)
+
+    class Cart(Record):
+        wheel: Stuck = field(Stuck)
+        inner: Vehicle = field(Vehicle)
+
+    made = Cart.array((2,), slots=2)
+    assert made["wheel"]["pressure"].tolist() == [3.0, 3.0]
+    assert np.all(made["inner"]["met"] == 7)
+
+
+def test_a_record_may_hold_several_of_another():
+    made = Trailer.array((2,))
+    assert made["wheels"].shape == (2, 4)
+    made["wheels"]["speed"][1, 2] = 5.0
+    assert made[1]["wheels"][2]["speed"] == 5.0
+    Trailer.restart(made)
+    assert made["start_speed"].tolist() == [1.0, 1.0]
+    assert not made["wheels"]["speed"].any()
+
+
+def test_rows_are_the_records_of_all_worlds_with_columns_for_attributes():
+    made = Vehicle.array((2, 3), slots=1)
+    made["goal"] = [[0, 1, 2], [3, 4, 5]]
+    assert rows(made).goal.tolist() == [0, 1, 2, 3, 4, 5]
+    assert rows(made).left.speed.shape == (6,)
+    rows(made).pose[4, 0] = 8.0
+    assert made["pose"][1, 1, 0] == 8.0
+
+
+def test_numbers_are_kept_in_double_precision_in_the_shape_of_their_values():
+    dtype = numbers_record(beta=0.5, is_double=True, corners=[[0.0, 1.0], [2.0, 3.0]])
+    assert dtype.names == ("beta", "is_double", "corners")
+    assert dtype["beta"] == np.float64
+    assert dtype["is_double"] == np.float64
+    assert dtype["corners"].shape == (2, 2)
+
+
+def test_a_record_without_numbers_still_has_a_field():
+    assert len(numbers_record()) == 1
+
+
+@entry_point
+def turn_and_load(lorry, by):
+    lorry.pose[2] += by
+    lorry.load *= 2.0
+    lorry.left.speed = by
+    lorry.right.is_stuck = True
+    lorry.met[1, 0] -= 1
+
+
+@entry_point
+def all_turn_and_load(lorries, by):
+    for w in range(lorries.shape[0]):
+        for i in range(lorries.shape[1]):
+            turn_and_load(lorries[w, i], by)
+
+
+def test_a_kernel_writes_to_the_record_that_it_is_handed():
+    made = Lorry.array((2, 2), slots=2)
+    turn_and_load(made.view(np.recarray)[0, 1], 0.5)
+    assert made["pose"][:, :, 2].tolist() == [[0.0, 0.5], [0.0, 0.0]]
+    assert made["load"].tolist() == [[2.5, 5.0], [2.5, 2.5]]
+    assert made["left"]["speed"].tolist() == [[0.0, 0.5], [0.0, 0.0]]
+    assert made["right"]["is_stuck"].tolist() == [[False, True], [False, False]]
+    assert made["met"][0, 1].tolist() == [[7, 7], [6, 7]]
+
+
+def test_a_kernel_writes_to_every_record_of_an_array():
+    made = Lorry.array((2, 2), slots=2)
+    all_turn_and_load(made, 0.5)
+    assert np.all(made["pose"] == [0.0, 0.0, 0.5])
+    assert np.all(made["load"] == 5.0)
+    assert np.all(made["left"]["speed"] == 0.5)
+    assert made["right"]["is_stuck"].all()
