@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
-from baselines.estimators.matrices import (
+from baselines.estimators.small_matrices import (
     cholesky3,
     determinant3,
     identity3,
