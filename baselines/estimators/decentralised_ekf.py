@@ -122,8 +122,7 @@ def correct_both(
     join(one.P, other.P, update)
     sight_jacobian(dx, dy, -1.0, update.G)
     var_range, var_bearing = numbers.range_noise**2, numbers.bearing_noise**2
-    joint_gain(update, var_range, var_bearing)
-    update.K[:, :] *= float(crowd[i].exchange.weight[0])
+    joint_gain(update, float(crowd[i].exchange.weight[0]), var_range, var_bearing)
     correct_joint(update, var_range, var_bearing)
     move_pair(crowd[i], crowd[j], float(sighting.range), float(sighting.bearing))
     update_factors(update.before[0], one.P, update, factors[i])
