@@ -23,6 +23,7 @@ from baselines.estimators.small_matrices import copy3, product3_transposed, spec
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.record import Numbers, field
 from swarm_forage_env.waypoints.records import Sighting
 
@@ -137,4 +138,8 @@ def correct_each_alone(
                 correct_one(crowd, shared, i, j, sightings[i, j], numbers)
 
 
-AUTHORS_KERNELS = {"take_in": take_in_alone, "describe": describe, "merge": correct_each_alone}
+AUTHORS_KERNELS: dict[str, Kernel] = {
+    "take_in": take_in_alone,
+    "describe": describe,
+    "merge": correct_each_alone,
+}

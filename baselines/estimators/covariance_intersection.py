@@ -17,7 +17,7 @@ from baselines.estimators.small_matrices import Matrix3, copy3, determinant3, id
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import wrap
-from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.waypoints.control import observe
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
@@ -212,7 +212,7 @@ def intersect(crowd: Array, shared: Array, sightings: Array, numbers: Numbers) -
         fuse(crowd, n, crowd[i].total, crowd[i].belief)
 
 
-KERNELS = {"take_in": take_in_alone, "describe": describe, "merge": intersect}
+KERNELS: dict[str, Kernel] = {"take_in": take_in_alone, "describe": describe, "merge": intersect}
 
 
 @ESTIMATORS.register("covariance_intersection")

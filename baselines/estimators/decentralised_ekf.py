@@ -29,7 +29,7 @@ from baselines.estimators.small_matrices import identity3, product3_transposed, 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import wrap
-from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers
 from swarm_forage_env.waypoints.control import observe
 from swarm_forage_env.waypoints.records import SPEED, Readings, Sighting
@@ -147,7 +147,7 @@ def correct_by_sight(
                 correct_both(crowd, factors, i, j, sightings[i, j], numbers)
 
 
-KERNELS = {"take_in": take_in, "describe": describe, "merge": correct_by_sight}
+KERNELS: dict[str, Kernel] = {"take_in": take_in, "describe": describe, "merge": correct_by_sight}
 
 
 @ESTIMATORS.register("decentralised_ekf")

@@ -3,11 +3,12 @@
 Smith et al. 2021 (BOIDS), Sections 3 and 4.
 
 Not in the paper, and as the authors' code has it: every rule seeks its direction from the
-present velocity (`seek`); the sum is an acceleration at full strength; a robot that has just
-claimed its goal goes by the other rules until it has a new one; gains are not clamped, so that
-they turn negative where a stimulus exceeds its allowed value.
+present velocity (`seek`); the sum is a pull at full strength; a robot that has just claimed its
+goal goes by the other rules until it has a new one; gains are not clamped, so that they turn
+negative where a stimulus exceeds its allowed value.
 """
 
+from importlib import import_module
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field
@@ -40,6 +41,11 @@ class BoidsParameters(Part):
     seeking: NotNegative = Field(
         1.0, description="K_g of static gains. BOIDS, authors' code (code)"
     )
+    trust: Positive = Field(
+        10.0,
+        description="Where robots forage, p of the goal at which nothing is trusted any more: a"
+        " path [m], or of the covariance filters a standard deviation [m] (chosen)",
+    )
 
     @property
     def fixed(self) -> tuple[float, float, float, float, float]:
@@ -48,18 +54,11 @@ class BoidsParameters(Part):
             return 0.0, 0.0, 0.0, 0.0, 1.0
         return self.alignment, self.separation, self.cohesion, self.homing, self.seeking
 
-    trust: Positive = Field(
-        10.0,
-        description="Where robots forage, p of the goal at which nothing is trusted any more: a"
-        " path [m], or of the covariance filters a standard deviation [m] (chosen)",
-    )
-
     def layer(self, scenario: Any) -> MotionLayer:  # noqa: ANN401 of either task
-        """The functions of the motion, with its numbers in a scenario."""
-        if task_of(scenario).name == "waypoints":
-            from baselines.motion import boids_waypoints
+        """The functions of the motion, with its numbers in a scenario.
 
-            return boids_waypoints.layer(self, scenario)
-        from baselines.motion import boids_foraging
-
-        return boids_foraging.layer(self, scenario)
+        Those of each task are in a module of its own, `boids_foraging` or `boids_waypoints`.
+        """
+        of_task = import_module(f"baselines.motion.boids_{task_of(scenario).name}")
+        layer: MotionLayer = of_task.layer(self, scenario)
+        return layer

@@ -3,14 +3,13 @@
 Smith et al. 2021 (BOIDS), Sections 3 and 4.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from baselines.motion.flock import GOAL, adaptive_gains
+from baselines.motion.flock import GOAL, N_RULES, adaptive_gains, sum_of_rules
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.equations.steering import seek
 from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.waypoints.records import Readings, Situation
@@ -39,35 +38,10 @@ def choose_gains(situation: Situation, numbers: Numbers, out_gains: Float64[Arra
             d_g, d_h, out_gains,
         )  # fmt: skip
     else:
-        for rule in range(5):
+        for rule in range(N_RULES):
             out_gains[rule] = numbers.fixed[rule]
     if situation.has_arrived:
         out_gains[GOAL] = 0.0
-
-
-@kernel
-def sum_of_rules(
-    gains: Float64[Array, "5"],
-    ways: Any,  # noqa: ANN401 five vectors
-    velocity: Float32[Array, "2"],
-    max_speed: float,
-) -> tuple[float, float]:
-    """The direction in which all rules together pull: a unit vector, or zeros.
-
-        A = sum over rules of K F,  A / |A|
-
-    Source: BOIDS, Eq. 24 and 32.
-    """
-    x, y = 0.0, 0.0
-    for rule in range(5):
-        way = ways[rule]
-        fx, fy = seek(
-            float(way[0]), float(way[1]), float(velocity[0]), float(velocity[1]), max_speed
-        )
-        x += gains[rule] * fx
-        y += gains[rule] * fy
-    size = np.hypot(x, y)
-    return (x / size, y / size) if size > 0.0 else (0.0, 0.0)
 
 
 @kernel
