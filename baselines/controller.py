@@ -57,7 +57,8 @@ class LayeredController:
         """The same controller with some parameters changed, named as `beta` or `weighting.beta`.
 
         A layer's own name chooses another registered part: `estimator=dead_reckoning`. It keeps
-        the parameters that both parts have.
+        the parameters that both parts have. UnknownNameError for a name that stands for nothing,
+        ConfigError for a value that does not fit; so too for a file that a changed layer needs.
         """
         chosen = {layer: name for layer, name in values.items() if layer in REGISTRIES}
         changed = self._with_layers(chosen)
@@ -70,6 +71,9 @@ class LayeredController:
         parts: dict[str, Any] = {
             layer: override(changed.layers[layer], to) for layer, to in changes.items()
         }
+        for part in parts.values():
+            if hasattr(part, "check_usable"):
+                part.check_usable()
         return replace(changed, **parts)
 
     def _with_layers(self, names: Mapping[str, str]) -> "LayeredController":
@@ -93,6 +97,14 @@ class LayeredController:
         """
         self.check_supports(world.scenario)
         return RunningLayers(world, seeds, each)
+
+    def check_usable(self, scenario: Any) -> None:  # noqa: ANN401 of any task
+        """ConfigError or UnknownNameError if a layer is not made for such a world, or lacks what
+        it needs there: found out before anything is built."""
+        self.check_supports(scenario)
+        for part in self.layers.values():
+            if hasattr(part, "check_usable"):
+                part.check_usable(scenario)
 
     def supports(self, scenario: Any) -> bool:  # noqa: ANN401 of any task
         """Whether every layer is made for the world of this scenario."""

@@ -1,7 +1,6 @@
 """The running controller: the layers of all robots of a block of worlds, compiled together."""
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -44,7 +43,7 @@ class RunningLayers:
         self._steer = _motion_rule(controllers[0].motion, world.scenario, seeds)
 
     def observe(self, first: int, last: int) -> None:
-        """Take in what the worlds first .. last - 1 gave back; the layers' inputs are ready."""
+        """Take in what the worlds first .. last - 1 gave back."""
         self._observe(
             self._world.records, self._estimators, self.shared, self._numbers, first, last
         )
@@ -93,22 +92,8 @@ class RunningLayers:
         functions = {
             **self.estimator.kernels, "gain": self.weighting.gain, "steer": self.motion.steer,
         }  # fmt: skip
-        self._observe = bound(self.estimator.observe, *_used(self.estimator.observe, functions))
-        self._decide = bound(self._task.decide, *_used(self._task.decide, functions))
-
-
-@cache
-def bound(template: Callable[..., Any], *parts: tuple[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel
-    """The template with these functions, compiled once for all controllers that share them."""
-    return bind(template, **dict(parts))
-
-
-def _used(
-    template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]
-) -> list[tuple[str, Callable[..., Any]]]:
-    """Those of the functions that a template names."""
-    names = template.__code__.co_names
-    return [(name, function) for name, function in functions.items() if name in names]
+        self._observe = bind(self.estimator.observe, functions)
+        self._decide = bind(self._task.decide, functions)
 
 
 def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]]) -> Array:
@@ -116,7 +101,7 @@ def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]])
     worlds = [
         {
             "estimator": estimator.numbers,
-            "weighting": {**weighting.numbers, "heard_p_share": weighting.heard_p_share},
+            "weighting": {"heard_p_share": weighting.heard_p_share, **weighting.numbers},
             "motion": motion.numbers,
         }
         for estimator, weighting, motion in each

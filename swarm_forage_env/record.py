@@ -54,20 +54,18 @@ class Record:
     """Base of all records: subclasses list their fields as `name: type = field(...)`."""
 
     fields: ClassVar[Mapping[str, Field]] = {}
-    """All fields by name, those of base classes last: numba would take a record that begins with
-    all fields of another for that other one, and warn."""
+    """All fields by name, those of base classes first."""
 
     def __init_subclass__(cls) -> None:
         """Collect the fields, so that `dtype` and `array` can be made."""
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
-        cls.fields = {**own, **cls.fields}
+        cls.fields = {**cls.fields, **own}
 
     @classmethod
     def dtype(cls, **sizes: int) -> np.dtype[Any]:
         """The structured dtype; `sizes` are those of named axes, as slots=4."""
-        return np.dtype(
-            [(name, *_column(each, sizes)) for name, each in cls.fields.items()], align=True
-        )
+        columns = [(name, *_column(each, sizes)) for name, each in cls.fields.items()]
+        return _packed(columns)
 
     @classmethod
     def array(cls, shape: tuple[int, ...], **sizes: int) -> Array:
@@ -94,10 +92,26 @@ def _column(each: Field, sizes: Mapping[str, int]) -> tuple[Any, tuple[int, ...]
     return each.kind, shape
 
 
+def _packed(columns: list[Any]) -> np.dtype[Any]:
+    """The dtype of a record, with the columns added last, as by a subclass, in front.
+
+    Numba would take a record for a subtype of one that its columns begin with, and warn of it.
+    """
+    return np.dtype(columns[::-1], align=True)
+
+
 def numbers_record(**numbers: Any) -> np.dtype[Any]:  # noqa: ANN401 floats or arrays of them
     """The dtype of a record of parameters: float64, each in the shape of its value."""
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
-    return np.dtype(columns or [("none", np.float64)], align=True)
+    return _packed(columns or [("none", np.float64)])
+
+
+def one_record(numbers: Mapping[str, Any]) -> Array:
+    """A structured array of one record of parameters."""
+    found = np.zeros(1, numbers_record(**numbers))
+    for name, value in numbers.items():
+        found[name] = value
+    return found
 
 
 def rows(records: Array) -> Any:  # noqa: ANN401 a recarray, whose attributes are columns
