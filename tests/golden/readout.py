@@ -17,7 +17,7 @@ from baselines.running import bound
 from swarm_forage_env import parallel_env
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.envs.single import LearnerEnv
+from swarm_forage_env.envs.gymnasium_env import LearnerEnv
 from swarm_forage_env.foraging.views import received
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
