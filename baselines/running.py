@@ -39,7 +39,7 @@ class RunningLayers:
         self.estimator, self.weighting, self.motion = each[0]
         self._allocate()
         self._layers = _numbers(each)
-        self._numbers = self._layers["estimator"]
+        self._numbers = np.ascontiguousarray(self._layers["estimator"])
         self._bind()
         self._weigh = _rule(controllers[0].weighting, self, world)
         self._steer = _motion_rule(controllers[0].motion, world.scenario, seeds)
