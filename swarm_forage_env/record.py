@@ -64,9 +64,8 @@ class Record:
     @classmethod
     def dtype(cls, **sizes: int) -> np.dtype[Any]:
         """The structured dtype; `sizes` are those of named axes, as slots=4."""
-        return np.dtype(
-            [(name, *_column(each, sizes)) for name, each in cls.fields.items()], align=True
-        )
+        columns = [(name, *_column(each, sizes)) for name, each in cls.fields.items()]
+        return _packed(columns)
 
     @classmethod
     def array(cls, shape: tuple[int, ...], **sizes: int) -> Array:
@@ -93,10 +92,18 @@ def _column(each: Field, sizes: Mapping[str, int]) -> tuple[Any, tuple[int, ...]
     return each.kind, shape
 
 
+def _packed(columns: list[Any]) -> np.dtype[Any]:
+    """The dtype of a record, with the columns added last, as by a subclass, in front.
+
+    Numba would take a record for a subtype of one that its columns begin with, and warn of it.
+    """
+    return np.dtype(columns[::-1], align=True)
+
+
 def numbers_record(**numbers: Any) -> np.dtype[Any]:  # noqa: ANN401 floats or arrays of them
     """The dtype of a record of parameters: float64, each in the shape of its value."""
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
-    return np.dtype(columns or [("none", np.float64)], align=True)
+    return _packed(columns or [("none", np.float64)])
 
 
 def rows(records: Array) -> Any:  # noqa: ANN401 a recarray, whose attributes are columns
