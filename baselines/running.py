@@ -8,8 +8,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, kernel
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.records import KEEP, RULE
-from swarm_forage_env.interface import EstimatorLayer, MotionLayer, WeightingLayer
+from swarm_forage_env.interface import KEEP, RULE, EstimatorLayer, MotionLayer, WeightingLayer
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import numbers_record
 from swarm_forage_env.task import task_of
@@ -55,7 +54,7 @@ class RunningLayers:
         action = self._world.robots["action"]
         if self._steer is not None:
             situation = self._task.situation(self._world, self.minds)
-            _act(action, "motion", "wheels", self._steer(situation))
+            _act(action, "motion", self._task.commanded, self._steer(situation))
         if self._weigh is not None:
             exchange = self._task.exchange(self._world, self.minds)
             if exchange.valid.any():
@@ -118,16 +117,14 @@ def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]])
 
 
 @kernel
-def no_gain(exchange: Any, area: int, numbers: Any) -> float:  # noqa: ANN401 of any task
+def no_gain(*seen: Any) -> float:  # noqa: ANN401 of any task
     """Nothing is taken over: the weight of a rule written in NumPy comes as an action."""
     return 0.0
 
 
 @kernel
-def no_motion(
-    situation: Any, readings: Any, heard: Any, wheels: Any, memory: Any, numbers: Any  # noqa: ANN401
-) -> None:  # fmt: skip
-    """The wheels stay as they are: those of a rule written in NumPy come as an action."""
+def no_motion(*seen: Any) -> None:  # noqa: ANN401 of any task
+    """The command stays as it is: that of a rule written in NumPy comes as an action."""
 
 
 def _layers(

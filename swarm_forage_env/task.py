@@ -74,6 +74,9 @@ class Task:
     agent: str
     """What its robots are called: `epuck_0`, `epuck_1`, ..."""
 
+    commanded: str
+    """The field of a robot's command, and of its action, that the motion layer writes."""
+
     exchange: Callable[[Any, Array], Any]
     """What the weighting layer sees, from the world and the minds of its robots."""
 
@@ -115,8 +118,10 @@ class Task:
     """What is drawn of one world, from a block of them, the minds of its robots and which."""
 
 
-TASKS: Registry[Task] = Registry("task")
-"""Tasks by name."""
+TASKS: Registry[Task] = Registry(
+    "task", ("swarm_forage_env.foraging.task", "swarm_forage_env.waypoints.task")
+)
+"""Tasks by name; the two built-in ones are imported when any is asked for."""
 
 
 def task_of(scenario: Any) -> Task:  # noqa: ANN401 whatever was given

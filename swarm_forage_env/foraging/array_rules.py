@@ -1,7 +1,6 @@
 """Compiled layers on arrays: a hand-written rule that is driven from outside, from observations."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.views import MotionInput, WeightingInput
 from swarm_forage_env.interface import MotionLayer, WeightingLayer
 from swarm_forage_env.random_streams import streams
-from swarm_forage_env.record import numbers_record
+from swarm_forage_env.record import one_record
 
 
 def weigh_rows(exchanges: Array, numbers: Array, out: Float32[Array, "rows areas"]) -> None:
@@ -38,7 +37,7 @@ class ArrayWeighting:
 
     def __init__(self, layer: WeightingLayer) -> None:
         """A layer with its numbers."""
-        self._numbers = _record(layer.numbers)
+        self._numbers = one_record(layer.numbers)
         self._weigh = bind(weigh_rows, {"gain": layer.gain})
         self.heard_p_share = layer.heard_p_share
 
@@ -60,7 +59,7 @@ class ArrayMotion:
     def __init__(self, layer: MotionLayer, scenario: Scenario, seeds: Sequence[int]) -> None:
         """The motion of a block of worlds, one for each seed."""
         self._layer, self._n_robots = layer, scenario.task.n_robots
-        self._numbers = _record(layer.numbers)
+        self._numbers = one_record(layer.numbers)
         self._steer = bind(steer_rows, {"steer": layer.steer})
         self._memory = layer.memory.array((len(seeds), self._n_robots))
         for world, seed in enumerate(seeds):
@@ -86,11 +85,3 @@ class ArrayMotion:
         self._layer.memory.restart(memory)
         if "stream" in self._layer.memory.fields:
             memory["stream"][:, 0] = streams([seed], self._n_robots, self._layer.noise)
-
-
-def _record(numbers: Mapping[str, Any]) -> Array:
-    """One record of parameters."""
-    found = np.zeros(1, numbers_record(**numbers))
-    for name, value in numbers.items():
-        found[name] = value
-    return found

@@ -21,6 +21,7 @@ FORAGING = Task(
     physics="rigid",
     controller="ssgikf",
     agent="epuck",
+    commanded="wheels",
     exchange=exchange_of,
     situation=situation_of,
     array_weighting=ArrayWeighting,

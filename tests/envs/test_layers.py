@@ -21,8 +21,9 @@ from swarm_forage_env import parallel_env
 from swarm_forage_env.foraging.control import take_wheels
 from swarm_forage_env.foraging.observations import WORDS
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.foraging.records import CORRECT, Action
+from swarm_forage_env.foraging.records import Action
 from swarm_forage_env.foraging.task import FORAGING
+from swarm_forage_env.interface import CORRECT
 from swarm_forage_env.loop import Loop
 
 TICKS = 3000
