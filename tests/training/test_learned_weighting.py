@@ -117,7 +117,7 @@ SEEDS = 10_000, 10_001
 def test_each_world_is_weighed_by_its_own_network():
     networks = 3.0 * random_networks(3)
     controllers = [
-        dataclasses.replace(find_controller("ssgiff"), weighting=CandidateWeighting(each))
+        dataclasses.replace(find_controller("dsgiff"), weighting=CandidateWeighting(each))
         for each in networks
     ]
     together = Loop(SCENARIOS["es1"], controllers, [5, 5, 5], "kinematic")
