@@ -54,13 +54,12 @@ class Record:
     """Base of all records: subclasses list their fields as `name: type = field(...)`."""
 
     fields: ClassVar[Mapping[str, Field]] = {}
-    """All fields by name, those of base classes last: numba would take a record that begins with
-    all fields of another for that other one, and warn."""
+    """All fields by name, those of base classes first."""
 
     def __init_subclass__(cls) -> None:
         """Collect the fields, so that `dtype` and `array` can be made."""
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
-        cls.fields = {**own, **cls.fields}
+        cls.fields = {**cls.fields, **own}
 
     @classmethod
     def dtype(cls, **sizes: int) -> np.dtype[Any]:
