@@ -102,7 +102,7 @@ def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]])
     worlds = [
         {
             "estimator": estimator.numbers,
-            "weighting": {"heard_p_share": weighting.heard_p_share, **weighting.numbers},
+            "weighting": weighting.all_numbers,
             "motion": motion.numbers,
         }
         for estimator, weighting, motion in each

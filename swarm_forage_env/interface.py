@@ -42,6 +42,11 @@ class WeightingLayer:
     heard_p_share: float = 0.0
     """Part that the heard p plays in the merged p: p = (1 - g) p_i + share g p_j."""
 
+    @property
+    def all_numbers(self) -> KernelNumbers:
+        """The record that kernels are handed: the share of the heard p, and the parameters."""
+        return {"heard_p_share": self.heard_p_share, **self.numbers}
+
 
 @dataclass(frozen=True)
 class EstimatorLayer:
