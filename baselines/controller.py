@@ -21,7 +21,8 @@ class LayeredController:
     """A controller of three layers.
 
     A layer is compiled if its parameters have a method `layer`, and otherwise a rule of NumPy:
-    a weighting is called, or what its method `start` gives, and of a motion what `start` gives.
+    a weighting is called, or what its method `start` gives, and of a motion what `start` gives;
+    so too of a motion whose `layer` is None in a scenario.
     """
 
     name: str
