@@ -106,7 +106,9 @@ CONTROLLERS: Registry[Any] = Registry("controller")
 REFERENCES: Registry[Any] = Registry("reference")
 """Controllers that know the ground truth: for comparison only, never beside a learner."""
 
-SCENARIOS: Registry[Any] = Registry("scenario", ("swarm_forage_env.foraging.named",))
+SCENARIOS: Registry[Any] = Registry(
+    "scenario", ("swarm_forage_env.foraging.named", "swarm_forage_env.waypoints.named")
+)
 """Scenarios that a name stands for."""
 
 ORIGINS: dict[str, dict[str, str]] = {}
