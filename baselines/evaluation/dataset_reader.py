@@ -46,7 +46,8 @@ class EpisodeGroup:
 
     @cached_property
     def numbers(self) -> dict[str, Any]:
-        """Every setting of scenario and controller by dotted name, such as `task.n_robots`."""
+        """Every setting of scenario and controller by dotted name, such as `task.n_robots`; each layer
+        too."""
         tree: dict[str, dict[str, Any]] = json.loads(self.settings)
         return leaves(tree["scenario"]) | tree["controller"]
 

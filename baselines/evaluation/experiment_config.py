@@ -15,7 +15,7 @@ import baselines.controllers
 import baselines.oracles.controllers
 import swarm_forage_env
 from baselines import running
-from baselines.controller import LayeredController
+from baselines.controller import REGISTRIES, LayeredController
 from baselines.evaluation import episode
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
@@ -58,9 +58,10 @@ class ExperimentConfig:
 
     @cached_property
     def settings(self) -> str:
-        """Every number of the scenario and of the controller, as JSON text."""
-        scenario = self.scenario.model_dump()
-        return _json({"scenario": scenario, "controller": self.controller.parameters})
+        """Every number of the scenario and of the controller, and its layers, as JSON text."""
+        scenario, controller = self.scenario.model_dump(), self.controller
+        numbers = controller.layer_names | controller.parameters
+        return _json({"scenario": scenario, "controller": numbers})
 
     @cached_property
     def overrides(self) -> str:
@@ -71,9 +72,12 @@ class ExperimentConfig:
 
     @cached_property
     def parameters(self) -> str:
-        """Parameters that differ from the controller of that name, as JSON text."""
-        base = find_layered_controller(self.controller.name).parameters
-        return _json(_changes(base, self.controller.parameters))
+        """Layers and parameters that differ from the controller of that name, as JSON text."""
+        base = find_layered_controller(self.controller.name)
+        layers = _changes(base.layer_names, self.controller.layer_names)
+        same = {layer: name for layer, name in layers.items() if name in REGISTRIES[layer]}
+        numbers = base.with_parameters(same).parameters
+        return _json(layers | _changes(numbers, self.controller.parameters))
 
     @cached_property
     def code(self) -> str:

@@ -10,11 +10,8 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from baselines.controller import LayeredController
-from baselines.estimators import ESTIMATORS
+from baselines.controller import REGISTRIES, LayeredController
 from baselines.evaluation.experiment_config import find_layered_controller
-from baselines.motion import MOTIONS
-from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.parameters import Part, leaves
 from swarm_forage_env.physics import ENGINES
@@ -27,8 +24,6 @@ from swarm_forage_env.registry import (
     left_out,
 )
 from swarm_forage_env.scenarios import find_scenario
-
-LAYERS = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
 
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
 ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen|code|set)\b\)?")
@@ -63,7 +58,7 @@ def describe(name: str) -> dict[str, Any]:
     groups = {group: [asdict(each) for each in listed] for group, _, listed in _groups(found)}
     if not isinstance(found, LayeredController):
         return {"name": found.name, "kind": "scenario", "parameters": groups}
-    layers = {layer: layer_name(layer, part) for layer, part in found.layers.items()}
+    layers = found.layer_names
     return {"name": name, "kind": "controller", "layers": layers, "parameters": groups}
 
 
@@ -112,13 +107,6 @@ def detail_table(name: str) -> Group:
     return Group(*parts, Text(f"Change one in evaluate with {way}"))
 
 
-def layer_name(layer: str, part: Part) -> str:
-    """The name under which a layer's class is registered."""
-    registry = LAYERS[layer]
-    names = [name for name in registry if registry[name] is type(part)]
-    return names[0] if names else type(part).__name__
-
-
 def _groups(found: Any) -> Iterator[tuple[str, str, list[Parameter]]]:  # noqa: ANN401 as `find` gives
     """Name, purpose and parameters of each part of a scenario or controller."""
     if not isinstance(found, LayeredController):
@@ -129,7 +117,7 @@ def _groups(found: Any) -> Iterator[tuple[str, str, list[Parameter]]]:  # noqa: 
                 yield name, _first_line(value), list(_parameters(value, f"{name}.", origins))
         return
     for layer, part in found.layers.items():
-        about = f"{layer_name(layer, part)}: {_first_line(part)}"
+        about = f"{found.layer_names[layer]}: {_first_line(part)}"
         yield layer, about, list(_parameters(part, f"{layer}.", None))
 
 
@@ -179,11 +167,10 @@ def _scenarios() -> Table:
 
 
 def _controllers(kind: str, registry: Registry[Any]) -> Table:
-    table = _table(kind, *LAYERS, "changed")
+    table = _table(kind, *REGISTRIES, "changed")
     for name in registry:
         controller: LayeredController = registry[name]
-        layers = [layer_name(layer, part) for layer, part in controller.layers.items()]
-        table.add_row(name, *layers, ", ".join(_set(controller)))
+        table.add_row(name, *controller.layer_names.values(), ", ".join(_set(controller)))
     return table
 
 
