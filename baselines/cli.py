@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from enum import StrEnum
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 from rich.console import Console
@@ -195,9 +195,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
 @app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A short run, less exact.")] = False,
-    threads: Annotated[
-        int, typer.Option(help="Threads whose gain over one is measured.")
-    ] = 2,
+    threads: Annotated[int, typer.Option(help="Threads whose gain over one is measured.")] = 2,
     form: ListedFormat = ListFormat.TABLE,
 ) -> None:
     """Measure speed and memory against the budgets; takes a few minutes."""
@@ -270,13 +268,13 @@ def old_names_told() -> Iterator[None]:
         warnings.simplefilter("default", RenamedWarning)
         show = warnings.showwarning
 
-        def tell(message: Any, category: type[Warning], *where: Any) -> None:  # noqa: ANN401 as Python's
+        def tell(message: Warning | str, category: type[Warning], *where: Any) -> None:  # noqa: ANN401 as Python's
             if issubclass(category, RenamedWarning):
                 say(str(message))
             else:
                 show(message, category, *where)
 
-        warnings.showwarning = tell
+        warnings.showwarning = cast(Any, tell)
         yield
 
 

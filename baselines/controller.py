@@ -95,7 +95,7 @@ class LayeredController:
         self,
         world: Any,  # noqa: ANN401 of any task
         seeds: Sequence[int],
-        each: Sequence["LayeredController"],
+        each: Sequence[Any],
     ) -> RunningLayers:
         """The running controller of a block of worlds, with the numbers of `each` of them.
 

@@ -1,4 +1,4 @@
-"""What goes wrong on purpose: two exceptions, each naming what, why and what would do; a warning."""
+"""What goes wrong on purpose: exceptions and a warning, each naming what, why and what would do."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches

@@ -131,7 +131,10 @@ class RunningController(Protocol):
 class Controller(Protocol):
     """A named controller with its parameters, before it meets a world."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """What it is called, without its parameters."""
+        ...
 
     def build(
         self,

@@ -142,7 +142,10 @@ def _row(content: bytes, configuration: ExperimentConfig, seed: int) -> dict[str
         table = pq.read_table(pa.BufferReader(content), page_checksum_verification=True)
     except (pa.ArrowException, OSError, ValueError):
         raise DamagedFileError("not a readable Parquet file") from None
-    if not table.schema.equals(schema(task_of(configuration.scenario).episode)) or table.num_rows != 1:
+    if (
+        not table.schema.equals(schema(task_of(configuration.scenario).episode))
+        or table.num_rows != 1
+    ):
         raise DamagedFileError("not one row with the columns of an episode")
     row: dict[str, Any] = table.to_pylist()[0]
     if (row["configuration"], row["seed"]) != (configuration.key, seed):

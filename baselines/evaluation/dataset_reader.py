@@ -46,8 +46,7 @@ class EpisodeGroup:
 
     @cached_property
     def numbers(self) -> dict[str, Any]:
-        """Every setting of scenario and controller by dotted name, such as `task.n_robots`; each layer
-        too."""
+        """Every setting of scenario and controller by dotted name: `task.n_robots`, `estimator`."""
         tree: dict[str, dict[str, Any]] = json.loads(self.settings)
         return leaves(tree["scenario"]) | tree["controller"]
 

@@ -74,7 +74,7 @@ def find(name: str) -> Any:  # noqa: ANN401 a scenario of any task, or a control
 
 
 def units(found: Any) -> dict[str, str]:  # noqa: ANN401 as `find` gives
-    """The unit of each field of a scenario or controller by dotted name; empty where it has none."""
+    """The unit of each field of a scenario or controller by dotted name; empty without one."""
     return {each.name: each.unit for _, _, listed in _groups(found) for each in listed}
 
 
@@ -205,7 +205,7 @@ EXAMPLES = ("radio.max_range", "task.tolerance")
 def _example(scenario: Any) -> str:  # noqa: ANN401 of any task
     """How a number of the scenario is changed."""
     numbers = leaves(scenario.model_dump())
-    name = next((each for each in (*EXAMPLES, *numbers) if each in numbers))
+    name = next(each for each in (*EXAMPLES, *numbers) if each in numbers)
     return f"{name}={_shown(numbers[name])}"
 
 

@@ -84,7 +84,9 @@ class Plan:
         workers = min(workers, len(blocks))
         parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
         with ignore_sigint():
-            finished = parallel(delayed(_run_block)(block, self.dataset, threads) for block in blocks)
+            finished = parallel(
+                delayed(_run_block)(block, self.dataset, threads) for block in blocks
+            )
         with closing(finished):  # ends the workers, whatever happens
             for key, episodes in finished:
                 for episode in episodes:

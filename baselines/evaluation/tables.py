@@ -67,7 +67,9 @@ def report(episodes: Sequence[Any]) -> Group:
     ]
     if len(groups) > 1:
         parts += [
-            Text(f"\n{kind_of_episode(head).score_words} against {next(iter(groups))}", style="bold"),
+            Text(
+                f"\n{kind_of_episode(head).score_words} against {next(iter(groups))}", style="bold"
+            ),
             comparison(groups),
             Text(
                 "On the same seeds, with 95 % bootstrap intervals; p: Mann-Whitney U, two-sided.",

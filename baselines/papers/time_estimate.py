@@ -37,7 +37,7 @@ def expected_seconds(plan: Plan, workers: int) -> float:
 def seconds_per_tick(configuration: ExperimentConfig) -> float:
     """Computing time of one tick of one world, in a block of a usual size [s]."""
     warm_up(configuration)
-    n_worlds = max(1, MAX_ROWS // configuration.scenario.task.n_robots)
+    n_worlds: int = max(1, MAX_ROWS // configuration.scenario.task.n_robots)
     scenario, controller = configuration.scenario, configuration.controller
     loop = Loop(scenario, controller, range(n_worlds), configuration.physics)
     run_for(loop, PROBE)
