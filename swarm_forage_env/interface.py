@@ -138,7 +138,7 @@ class Controller(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """What it is called, without its parameters."""
         ...
 
     def build(
