@@ -93,9 +93,7 @@ def separate_all(
 
 
 @kernel
-def resolve_contacts(
-    swarm: Array, near: Int32[Array, "robots columns"], world: WorldState
-) -> bool:
+def resolve_contacts(swarm: Array, near: Int32[Array, "robots columns"], world: WorldState) -> bool:
     """Move overlapping robots apart and back inside the walls, in place.
 
     Each pass moves both robots of an overlapping pair by half the overlap, in a clump by more,

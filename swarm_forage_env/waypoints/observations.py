@@ -32,8 +32,12 @@ def correction_features() -> tuple[FeatureGroup, ...]:
 def flock_features() -> tuple[FeatureGroup, ...]:
     """What the motion layer sees, as `MotionInput` says."""
     ways = (("goal", "m"), ("home", "m"), ("centre", "m"), ("crowd", ""), ("flow", ""))
-    vectors = [feature_group(name, "xy", unit, ANYWHERE) for name, unit in (*ways, ("velocity", "m/s"))]
-    shares = [feature_group(name, ("",), "share", ANY_SIZE, shape=()) for name in ("doubt", "drift")]
+    vectors = [
+        feature_group(name, "xy", unit, ANYWHERE) for name, unit in (*ways, ("velocity", "m/s"))
+    ]
+    shares = [
+        feature_group(name, ("",), "share", ANY_SIZE, shape=()) for name in ("doubt", "drift")
+    ]
     return (
         *vectors,
         feature_group("density", ("",), "of all robots", UNIT, shape=()),

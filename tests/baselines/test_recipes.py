@@ -1,8 +1,8 @@
 """The named baselines and their parameters."""
 
 import pytest
-
 from baselines.recipes import RECIPES
+
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.errors import ConfigError, UnknownNameError

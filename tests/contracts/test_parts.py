@@ -4,10 +4,12 @@ import inspect
 import re
 from dataclasses import fields, replace
 
+import baselines.recipes  # noqa: F401 enters the controllers
 import numpy as np
 import pytest
+from swarm_forage_env.scenario import Part, Scenario
+from swarm_forage_env.waypoints_scenario import WaypointsScenario
 
-import baselines.recipes  # noqa: F401 enters the controllers
 from baselines.controller import made_for
 from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
@@ -17,9 +19,7 @@ from swarm_forage_env.interface import Encounter, Feedback
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, SCENARIOS, Registry
-from swarm_forage_env.scenario import Part, Scenario
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.waypoints_scenario import WaypointsScenario
 
 LAYERS = {"weighting": WEIGHTING_RULES, "estimator": ESTIMATORS, "motion": MOTIONS}
 PARTS = [(layer, name) for layer, registry in LAYERS.items() for name in registry]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from swarm_forage_env import parallel_env
-from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.global_state import INFOS
 from swarm_forage_env.foraging.metrics import localisation_error
+from swarm_forage_env.foraging.policies import LEARNABLE
 
 
 @pytest.fixture(scope="module")

@@ -322,7 +322,10 @@ def test_an_unknown_name_is_answered_with_the_nearest(options, says):
         ({"duration": 0.1}, "must be at least one tick"),
         ({"decision_period": 201}, "must be at most the 200 ticks"),
         ({"controller": "boids-static:setting=best"}, "setting="),
-        ({"controller": "boids-static:estimator=social_odometry"}, "its estimator is not made for the task waypoints"),
+        (
+            {"controller": "boids-static:estimator=social_odometry"},
+            "its estimator is not made for the task waypoints",
+        ),
     ],
 )
 def test_a_value_that_cannot_be_used_is_refused(options, says):

@@ -1,7 +1,6 @@
 """What an episode is judged by, in cases worked by hand."""
 
 import numpy as np
-
 from swarm_forage_env.metrics import (
     believed_places,
     localisation_error,

@@ -2,18 +2,18 @@
 
 from dataclasses import fields
 
+import baselines.recipes  # noqa: F401 enters the controllers
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from swarm_forage_env.scenario import Scenario
 
-import baselines.recipes  # noqa: F401 enters the controllers
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.interface import WORDS, Command
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS
-from swarm_forage_env.scenario import Scenario
 
 TICKS = 1000
 OVERLAP = 1e-3

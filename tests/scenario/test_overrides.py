@@ -6,11 +6,11 @@ from bisect import bisect_left
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from swarm_forage_env.scenario import Part, Scenario, leaves, override, resolve
+from swarm_forage_env.world import World
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.scenario import Part, Scenario, leaves, override, resolve
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.world import World
 
 
 @pytest.mark.parametrize("name", ["radio.max_range", "max_range"])

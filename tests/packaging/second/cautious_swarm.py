@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import gymnasium
 from pydantic import Field
+from swarm_forage_env.scenario import Part, Share
 
 from baselines.controller import Recipe
 from baselines.estimators.social_odometry import SocialOdometryParameters
@@ -16,7 +17,6 @@ from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.interface import Encounter
 from swarm_forage_env.registry import CONTROLLERS
-from swarm_forage_env.scenario import Part, Share
 
 
 @WEIGHTING_RULES.register("cautious")
