@@ -2,10 +2,13 @@
 
 from baselines.controller import LayeredController
 from baselines.estimators.covariance import CovarianceParameters
+from baselines.estimators.decentralised_ekf import DecentralisedEKF
 from baselines.estimators.sikf import SIKFParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
+from baselines.motion.boids import BoidsParameters
 from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting.covariance import Covariance
+from baselines.weighting.filter import Filter
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
 from baselines.weighting.sikf import SIKF
@@ -18,6 +21,7 @@ PENALISED = SocialOdometryParameters(double=True, message_path=4.0, tells_within
 FREQUENT = PENALISED.model_copy(update={"pause": 4.0, "listens_above": 5.0})
 SINGLE_FIELDS = SINGLE.model_dump()
 SUBSUMPTION = SubsumptionParameters()
+EKF = DecentralisedEKF()
 
 NAMED = (
     LayeredController("nc", ALONE, SGIKF(), SUBSUMPTION),
@@ -31,10 +35,15 @@ NAMED = (
     LayeredController(
         "covariance", CovarianceParameters(**SINGLE_FIELDS), Covariance(), SUBSUMPTION
     ),
+    LayeredController("subsumption", EKF, Filter(), SUBSUMPTION),
+    LayeredController("boids-goal", EKF, Filter(), BoidsParameters(gains="goal")),
+    LayeredController("boids-static", EKF, Filter(), BoidsParameters(gains="static")),
+    LayeredController("boids-adaptive", EKF, Filter(), BoidsParameters(gains="adaptive")),
 )
 """The strategies of TR 6.1: no communication, and the single and double filters; the double one
 with a penalty on hearsay, and with more frequent exchanges of robots that are unsure; then the
-filters of covariances that they simplify (TR 4.2, ANTS 5)."""
+filters of covariances that they simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5, and
+subsumption over its filters, where robots forage."""
 
 for controller in NAMED:
     CONTROLLERS.register(controller.name)(controller)

@@ -35,8 +35,8 @@ class Field:
     scale: float
     """Typical size of the number in that unit."""
 
-    start: float
-    """Value before anything has happened."""
+    start: Any
+    """Value before anything has happened: a number, or an array of the field's shape."""
 
 
 def field(
@@ -44,7 +44,7 @@ def field(
     *shape: int | str,
     unit: str = "",
     scale: float = 1.0,
-    start: float = 0.0,
+    start: Any = 0.0,  # noqa: ANN401 a number or an array
 ) -> Any:  # noqa: ANN401 the annotation says what the attribute is
     """A field of a `Record`: its type, its shape, its unit, its typical size, its first value."""
     return Field(kind, shape, unit, scale, start)
@@ -104,6 +104,14 @@ def numbers_record(**numbers: Any) -> np.dtype[Any]:  # noqa: ANN401 floats or a
     """The dtype of a record of parameters: float64, each in the shape of its value."""
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
     return _packed(columns or [("none", np.float64, ())])
+
+
+def one_record(numbers: Mapping[str, Any]) -> Array:
+    """A structured array of one record of parameters."""
+    found = np.zeros(1, numbers_record(**numbers))
+    for name, value in numbers.items():
+        found[name] = value
+    return found
 
 
 def rows(records: Array) -> Any:  # noqa: ANN401 a recarray, whose attributes are columns

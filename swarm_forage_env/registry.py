@@ -25,9 +25,13 @@ class Registry(Generic[PartT]):
     packages list under the entry-point group `swarm_forage_env.controllers`.
     """
 
-    def __init__(self, kind: str) -> None:
-        """Start empty; `kind` is the word for a part in error messages."""
+    def __init__(self, kind: str, modules: Iterable[str] = ()) -> None:
+        """Start empty; `kind` is the word for a part in error messages.
+
+        The modules enter the built-in parts; they are imported when a part is first asked for.
+        """
         self.kind = kind
+        self._modules = tuple(modules)
         self._parts: dict[str, PartT] = {}
 
     def register(self, name: str) -> Callable[[PartT], PartT]:
@@ -46,6 +50,8 @@ class Registry(Generic[PartT]):
         if not isinstance(name, str):
             raise UnknownNameError(self.kind, repr(name), self)
         if name not in self._parts:
+            self._load_built_in()
+        if name not in self._parts:
             load_plugins()
         if name not in self._parts:
             raise UnknownNameError(self.kind, name, self._parts, left_out())
@@ -57,8 +63,13 @@ class Registry(Generic[PartT]):
 
     def __iter__(self) -> Iterator[str]:
         """All names, those of installed plug-ins included."""
+        self._load_built_in()
         load_plugins()
         return iter(sorted(self._parts))
+
+    def _load_built_in(self) -> None:
+        for module in self._modules:
+            importlib.import_module(module)
 
 
 CONTROLLERS: Registry[Any] = Registry("controller")
@@ -67,7 +78,9 @@ CONTROLLERS: Registry[Any] = Registry("controller")
 REFERENCES: Registry[Any] = Registry("reference")
 """Recipes that know the ground truth: for comparison only, never beside a learner."""
 
-SCENARIOS: Registry[Any] = Registry("scenario")
+SCENARIOS: Registry[Any] = Registry(
+    "scenario", ("swarm_forage_env.foraging.named", "swarm_forage_env.waypoints.named")
+)
 """Scenarios that a name stands for."""
 
 ORIGINS: dict[str, dict[str, str]] = {}

@@ -74,11 +74,20 @@ class Task:
     agent: str
     """What its robots are called: `epuck_0`, `epuck_1`, ..."""
 
+    commanded: str
+    """The field of a robot's command, and of its action, that the motion layer writes."""
+
     exchange: Callable[[Any, Array], Any]
     """What the weighting layer sees, from the world and the minds of its robots."""
 
     situation: Callable[[Any, Array], Any]
     """What the motion layer sees, from the world and the minds of its robots."""
+
+    array_weighting: Callable[..., Any]
+    """Makes a rule on arrays of a compiled `WeightingLayer`: hand-written, driven from outside."""
+
+    array_motion: Callable[..., Any]
+    """The same of a `MotionLayer`, a scenario and seeds."""
 
     policies: Mapping[str, PolicyInterface]
     """What a policy can take the place of, by the name that `learn` takes."""
@@ -109,8 +118,10 @@ class Task:
     """What is drawn of one world, from a block of them, the minds of its robots and which."""
 
 
-TASKS: Registry[Task] = Registry("task")
-"""Tasks by name."""
+TASKS: Registry[Task] = Registry(
+    "task", ("swarm_forage_env.foraging.task", "swarm_forage_env.waypoints.task")
+)
+"""Tasks by name; the two built-in ones are imported when any is asked for."""
 
 
 def task_of(scenario: Any) -> Task:  # noqa: ANN401 whatever was given

@@ -19,10 +19,9 @@ import numpy as np
 from baselines.estimators.area_memory import choose_goal, find_areas, notice_loss
 from baselines.estimators.belief import Belief, SocialMind
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
-from baselines.running import bound
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
-from swarm_forage_env.compiler import kernel
+from swarm_forage_env.compiler import bind, kernel
 from swarm_forage_env.equations.differential_drive import path_length
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.foraging.control import observe
@@ -96,17 +95,13 @@ def observe_truth(
     observe(robots, minds, shared, numbers, first, last)
 
 
-FIRST_HALF = ("is_listening", "compose", "take_in", "listen", "describe")
-"""The functions that the first half of a tick names."""
-
-
 class PerfectOdometry(SocialOdometryParameters):
     """What social odometry leaves open; the odometry is exact."""
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""
         kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in}
-        kernels["observe"] = bound(observe, *((name, kernels[name]) for name in FIRST_HALF))
+        kernels["observe"] = bind(observe, kernels)
         own = SGIKF().layer(scenario)
         return EstimatorLayer(
             ExactMind, self.numbers(scenario), kernels, observe_truth, own_weighting=own

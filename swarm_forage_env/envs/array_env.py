@@ -8,8 +8,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.envs.config import EnvConfig, n_steps
 from swarm_forage_env.envs.rewards import REWARDS, shaping
-from swarm_forage_env.foraging.records import CORRECT, REPLACE
-from swarm_forage_env.interface import Controller
+from swarm_forage_env.interface import CORRECT, REPLACE, Controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import task_of
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.foraging.records import CORRECT, KEEP, Action, Exchange
+from swarm_forage_env.foraging.records import Action, Exchange
+from swarm_forage_env.interface import CORRECT, KEEP
 
 REACH = 2.0
 """Wheels that a correction of 1 adds: full speed back becomes full speed ahead."""

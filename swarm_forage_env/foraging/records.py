@@ -13,10 +13,6 @@ from swarm_forage_env.record import Record, field
 ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO = range(6)
 """Columns of a robot's random streams."""
 
-KEEP, REPLACE, CORRECT, RULE = range(4)
-"""What an action does with a layer: nothing; a learner takes its place, or is added to it; or a
-rule written in NumPy takes its place."""
-
 
 class WorldState(Record):
     """One world: its clock, and the numbers of its scenario as kernels read them."""

@@ -1,5 +1,6 @@
 """The task of foraging, as the rest of the house knows it."""
 
+from swarm_forage_env.foraging.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.control import decide
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
@@ -20,8 +21,11 @@ FORAGING = Task(
     physics="rigid",
     controller="ssgikf",
     agent="epuck",
+    commanded="wheels",
     exchange=exchange_of,
     situation=situation_of,
+    array_weighting=ArrayWeighting,
+    array_motion=ArrayMotion,
     policies=LEARNABLE,
     residuals=("motion", "both"),
     no_layers=NoLayers(),

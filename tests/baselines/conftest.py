@@ -1,79 +1,104 @@
 """Fixtures of the controllers' tests: what robots sense and hear, written by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-import baselines.recipes  # noqa: F401 enters the controllers
+import baselines.controllers  # noqa: F401
+import swarm_forage_env.foraging.named
+import swarm_forage_env.foraging.task  # noqa: F401 all three enter their parts
+from baselines.estimators.belief import Message
+from baselines.estimators.message_exchange import compose, has_something_to_say, merge
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.interface import WORDS, Encounter, Heard, Readings, Situation
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.foraging.records import Exchange
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import numbers_record, rows
+from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 
-SLOTS = 2
 GROUND = {"floor": 1.0, "nest": 0.0, "prey": 0.5}
 
 
-@pytest.fixture
-def encounter():
-    """An encounter of one robot for each given own and heard p [m] of the nest."""
+@pytest.fixture(scope="session")
+def numbers_of():
+    """The parameters of a layer as a record."""
+
+    def make(numbers):
+        record = np.zeros(1, numbers_record(**numbers)).view(np.recarray)
+        for name, value in numbers.items():
+            record[name] = value
+        return record[0]
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def exchange():
+    """Finished exchanges about the nest, one for each given own and heard p [m]."""
 
     def make(own_p, heard_p):
         own_p, heard_p = np.broadcast_arrays(own_p, heard_p)
-        rows = own_p.size
-        p = np.zeros((2, rows, 2), np.float32)
-        p[0, :, NEST], p[1, :, NEST] = own_p.ravel(), heard_p.ravel()
-        both = np.tile([True, False], (rows, 1))
-        return Encounter(
-            valid=np.ones(rows, np.bool_),
-            own_p=p[0],
-            heard_p=p[1],
-            own_known=both,
-            heard_known=both,
-            disagreement=np.zeros((rows, 2), np.float32),
-            own_distance=np.zeros((rows, 2), np.float32),
-            heard_distance=np.zeros((rows, 2), np.float32),
-            range=np.full(rows, 0.1, np.float32),
-            frames=np.full(rows, 10.0, np.float32),
-            goal=np.zeros(rows, np.int8),
-        )
+        found = Exchange.array((own_p.size,)).view(np.recarray)
+        found.is_valid[:] = True
+        found.own_p[:, NEST], found.heard_p[:, NEST] = own_p.ravel(), heard_p.ravel()
+        found.own_known[:, NEST] = found.heard_known[:, NEST] = True
+        found.range[:], found.n_averaged[:], found.goal[:] = 0.1, 10.0, NEST
+        return found
 
     return make
+
+
+@entry_point
+def speak(minds, speaking, numbers):
+    """Compose the message of every robot, and note who has something to say."""
+    for i in range(minds.shape[0]):
+        speaking[i] = has_something_to_say(minds[i], numbers)
+        compose(minds[i], numbers)
+
+
+@entry_point
+def merge_exchanges(minds, shared, heard_p_share, numbers):
+    """Merge what every robot was told in an exchange that just ended."""
+    for i in range(minds.shape[0]):
+        if minds[i].exchange.is_valid:
+            merge(minds[i], shared, heard_p_share, numbers)
 
 
 class Believers:
     """Robots of one world, told tick by tick what they sense and hear."""
 
-    def __init__(self, n_robots, **parameters):
+    def __init__(self, numbers_of, n_robots, **parameters):
         n = {"n_robots": n_robots, "start_radius": 0.3}
         self.scenario = find_scenario("es1", n | {"exchange_time": 0.5})
-        self.n_robots = n_robots
-        self.estimator = SocialOdometryParameters(**parameters).start(self.scenario, 1)
-        self.beliefs = self.estimator.beliefs
+        estimator = SocialOdometryParameters(**parameters)
+        controller = replace(CONTROLLERS["ssgiff"], estimator=estimator)
+        self.loop = Loop(self.scenario, controller, [0], "kinematic")
+        self.minds = rows(self.loop.controller.minds["estimator"])
+        self.beliefs, self.exchange = self.minds.belief, self.minds.exchange
+        self._numbers = numbers_of(estimator.numbers(self.scenario))
 
     def sense(self, distance=0.0, turn=0.0, ground="floor", messages=()):
-        """One tick of the same readings for all; messages are (receiver, sender, words, beam)."""
-        n = self.n_robots
-        heard = Heard(
-            valid=np.zeros((n, SLOTS), np.bool_),
-            sender=np.zeros((n, SLOTS), np.int32),
-            words=np.zeros((n, SLOTS, WORDS), np.float32),
-            beam=np.zeros((n, SLOTS, 3), np.float32),
-            frames=np.zeros((n, SLOTS), np.int32),
-        )
-        for receiver, sender, words, beam in messages:
-            slot = int(heard.valid[receiver].sum())
-            heard.valid[receiver, slot] = True
-            heard.sender[receiver, slot] = sender
-            heard.words[receiver, slot] = words
-            heard.beam[receiver, slot] = beam
-            heard.frames[receiver, slot] = 10
-        readings = Readings(
-            proximity=np.zeros((n, 8), np.float32),
-            ground=np.full((n, 3), GROUND[ground], np.float32),
-            odometry=np.tile(np.array([distance, turn], np.float32), (n, 1)),
-        )
-        self.estimator.observe(readings, heard, np.zeros((n, 2), np.float32))
-        return self.estimator.encounter.valid.copy()
+        """One tick of the same readings for all; which robots ended an exchange in it.
+
+        Messages are (receiver, sender, message, range and bearings).
+        """
+        robots = self.loop.world.state
+        robots.readings.ground[:] = GROUND[ground]
+        robots.readings.odometry[:] = distance, turn
+        heard = robots.heard
+        heard.n[:] = 0
+        for receiver, sender, message, beam in messages:
+            slot = heard.n[receiver]
+            heard.n[receiver] += 1
+            heard.sender[receiver, slot], heard.n_averaged[receiver, slot] = sender, 10
+            heard.range_bearing[receiver, slot] = beam
+            self.minds.message[sender], self.minds.is_composed[sender] = message, True
+        self.loop.controller.observe(0, 1)
+        self.minds.is_composed[:] = False
+        return self.exchange.is_valid.copy()
 
     def know(self, robot, area, x, y, p, came_from=False):
         """Give a robot an estimate, in its own frame."""
@@ -83,46 +108,48 @@ class Believers:
         if came_from:
             self.beliefs.came_from[robot] = area
 
+    def say(self):
+        """The messages that the robots would send now, and which robots would send theirs."""
+        speaking = np.zeros(len(self.minds), np.bool_)
+        speak(self.minds, speaking, self._numbers)
+        return self.minds.message.copy(), speaking
+
+    def merge(self, g, heard_p_share):
+        """Merge the exchanges that just ended with this weight."""
+        self.exchange.weight[:] = g
+        merge_exchanges(self.minds, np.zeros((1, 0)), heard_p_share, self._numbers)
+
+    @property
+    def lost(self):
+        """Which robots just found themselves lost."""
+        return self.loop.world.state.report.is_lost.tolist()
+
+    @property
+    def talking(self):
+        """Which robots are in an exchange."""
+        return self.loop.situation.talking.tolist()
+
 
 @pytest.fixture
-def believers():
-    return Believers
+def believers(numbers_of):
+    """Robots of one world under an estimator with these parameters."""
+
+    def start(n_robots, **parameters):
+        return Believers(numbers_of, n_robots, **parameters)
+
+    return start
 
 
-@pytest.fixture
-def words():
+@pytest.fixture(scope="session")
+def message():
     """A message about one or both areas: (distance, direction, p) of each, None if unknown."""
 
     def say(nest=None, prey=None):
-        spoken = np.zeros(WORDS, np.float32)
+        spoken = Message.array((1,)).view(np.recarray)[0]
         for area, told in ((NEST, nest), (PREY, prey)):
             if told is not None:
-                spoken[4 * area : 4 * area + 4] = (1.0, *told)
+                spoken.told[area] = True
+                spoken.distance[area], spoken.direction[area], spoken.p[area] = told
         return spoken
 
     return say
-
-
-@pytest.fixture
-def situation():
-    """A situation of so many robots that see, know and hear nothing, with some of it changed."""
-
-    def make(rows=1, **changed):
-        arrays = {
-            "proximity": np.zeros((rows, 8), np.float32),
-            "ground": np.ones((rows, 3), np.float32),
-            "target": np.zeros((rows, 2), np.float32),
-            "areas": np.zeros((rows, 2, 2), np.float32),
-            "p": np.zeros((rows, 2), np.float32),
-            "known": np.zeros((rows, 2), np.bool_),
-            "goal": np.full(rows, -1, np.int8),
-            "talking": np.zeros(rows, np.bool_),
-            "heard": np.zeros((rows, SLOTS), np.bool_),
-            "beam": np.zeros((rows, SLOTS, 3), np.float32),
-            "wheels": np.zeros((rows, 2), np.float32),
-        }
-        for name, value in changed.items():
-            arrays[name][:] = value
-        return Situation(**arrays)
-
-    return make

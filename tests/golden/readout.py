@@ -13,9 +13,9 @@ import numpy as np
 import baselines.controllers
 import baselines.oracles.controllers  # noqa: F401
 import training.controllers  # noqa: F401 all three enter their controllers
-from baselines.running import bound
 from swarm_forage_env import parallel_env
 from swarm_forage_env.arrays import Array
+from swarm_forage_env.compiler import bind
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.gymnasium_env import LearnerEnv
 from swarm_forage_env.foraging.views import received
@@ -24,6 +24,7 @@ from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
+from swarm_forage_env.waypoints.views import estimated_pose_of
 
 Readout = dict[str, bytes]
 
@@ -75,7 +76,7 @@ class ForagingLoop(Loop):
         self.words = np.zeros(rows_of_words, np.float32)
         self.known = np.zeros((self.world.robots.size, 2), np.int8)
         compose = self.controller.estimator.kernels["compose"]
-        self._compose_all = bound(compose_all, ("compose", compose))
+        self._compose_all = bind(compose_all, {"compose": compose})
 
     def _step(self, first: int, last: int) -> None:
         """A tick; every message is composed in it, also one that nobody will hear."""
@@ -161,16 +162,17 @@ def waypoints_readout(loop: Loop) -> Readout:
     - rewards: goals rightly claimed in the tick f4 (rows)
     - scores: goals right, then wrong so far i4 (rows), the next goal f8 (rows, 2)
     """
-    state, feedback, estimator = loop.world.state, loop.world.feedback, loop.controller.estimator
-    heard, s = feedback.heard, estimator.situation
+    state, sights, s = loop.world.state, rows(loop.world.sightings), loop.situation
+    shape = (loop.world.rows, loop.world.n_robots)
     return {
         "pose": packed("f8", state.pose),
-        "beliefs": packed("f8", estimator.pose)
+        "beliefs": packed("f8", estimated_pose_of(loop.controller.minds))
         + packed("f4", s.goal, s.home, s.centre, s.crowd, s.flow, s.velocity)
         + packed("f4", s.density, s.doubt, s.drift)
         + packed("u1", s.arrived),
-        "messages": packed("u1", heard.seen) + packed("f4", heard.range, heard.bearing),
-        "rewards": packed("f4", feedback.reward),
+        "messages": packed("u1", sights.seen.reshape(shape))
+        + packed("f4", sights.range.reshape(shape), sights.bearing.reshape(shape)),
+        "rewards": packed("f4", state.reward),
         "scores": packed("i4", state.right, state.wrong) + packed("f8", state.goal),
     }
 
@@ -179,7 +181,7 @@ def results(loop: Loop) -> dict[str, list[int]]:
     """What the episode came to, a number for each world; the worlds cannot go on afterwards."""
     state, worlds = loop.world.state, loop.world.n_worlds
     if not isinstance(loop, ForagingLoop):
-        loop.world.judge(loop.controller.estimator.claim)  # the claims of the last tick
+        loop.world.judge(loop.situation.arrived)  # the claims of the last tick
         counts = {"right": state.right, "wrong": state.wrong}
     else:
         counts = {
