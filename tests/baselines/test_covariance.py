@@ -12,7 +12,7 @@ from baselines.estimators.covariance_exchange import blend, gain_matrix
 from baselines.estimators.error_ellipse import to_ellipse, to_matrix
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.equations.geometry import to_body
-from swarm_forage_env.foraging.records import REPLACE
+from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
