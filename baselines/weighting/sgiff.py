@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from pydantic import Field
 
 from baselines.weighting.base import WEIGHTING_RULES
@@ -22,7 +23,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
     Source: TR, Eq. 37.
     """
     steepness = 0.5 * numbers.beta * CENTIMETRES
-    ahead = float(exchange.own_p[area]) - float(exchange.heard_p[area])
+    ahead = np.float64(exchange.own_p[area]) - np.float64(exchange.heard_p[area])
     return 0.5 + 0.5 * math.tanh(steepness * ahead)
 
 

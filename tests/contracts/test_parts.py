@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 import baselines.recipes  # noqa: F401 enters the controllers
 import numpy as np
 import pytest
-from swarm_forage_env.scenario import Part, Scenario
+from swarm_forage_env.foraging.scenario import Part, Scenario
 from swarm_forage_env.waypoints_scenario import WaypointsScenario
 
 from baselines.controller import made_for

@@ -63,7 +63,7 @@ import numpy as np
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.interface import Encounter
-from swarm_forage_env.scenario import Part
+from swarm_forage_env.foraging.scenario import Part
 """
     scope = {"__name__": "average"}
     exec(imports + RULE, scope)

@@ -1,7 +1,7 @@
 """Scenarios of the user's own, from TOML files."""
 
 import pytest
-from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.foraging.scenario import Scenario
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenarios import find_scenario

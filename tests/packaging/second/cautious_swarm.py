@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import gymnasium
 from pydantic import Field
-from swarm_forage_env.scenario import Part, Share
+from swarm_forage_env.foraging.scenario import Part, Share
 
 from baselines.controller import Recipe
 from baselines.estimators.social_odometry import SocialOdometryParameters
