@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from baselines.estimators import foraging_variants
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.boids_inputs import describe
 from baselines.estimators.localisation import OWN_WEIGHTING, Localisation
@@ -227,6 +228,4 @@ class CovarianceIntersection(Localisation):
 
     def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task
         """Social odometry whose estimates are fused by covariance intersection."""
-        from baselines.estimators import foraging_variants
-
         return foraging_variants.covariance_intersection(scenario)

@@ -5,6 +5,7 @@ Smith et al. 2021 (BOIDS), Section 2.1.
 
 from typing import Any, ClassVar
 
+from baselines.estimators import foraging_variants
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.boids_inputs import describe
 from baselines.estimators.localisation import OWN_WEIGHTING, Localisation
@@ -43,6 +44,4 @@ class DeadReckoning(Localisation):
 
     def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task
         """Social odometry of robots that do not speak."""
-        from baselines.estimators import foraging_variants
-
         return foraging_variants.dead_reckoning(scenario)

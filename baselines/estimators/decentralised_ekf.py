@@ -9,6 +9,7 @@ P_ij = s_ij s_ji'. All factors start at zero.
 import math
 from typing import Any
 
+from baselines.estimators import foraging_variants
 from baselines.estimators.authors_ekf import AUTHORS_KERNELS, AuthorsMind
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.boids_inputs import describe
@@ -168,6 +169,4 @@ class DecentralisedEKF(Localisation):
 
     def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task
         """Social odometry whose estimates are corrected with what they share."""
-        from baselines.estimators import foraging_variants
-
         return foraging_variants.decentralised_ekf(scenario)
