@@ -2,13 +2,14 @@
 PYTHON  ?= python3
 WORKERS ?= 2
 EXTRAS  := evaluate,calibrate,render,train,dev
+SHORT   := not slow and not reproduces and not wheel
 BIN     := .venv/bin
 READY   := .venv/.ready
 TESTS   := pytest hypothesis beartype
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-browser test-rllib test-torchrl check lint golden coverage \
-	bench reproduce pictures score-plot docs-equations clean
+.PHONY: help install demo test test-wheel test-browser test-rllib test-torchrl check lint golden \
+	coverage bench reproduce pictures score-plot docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -41,8 +42,11 @@ score-plot: $(READY)  ## the boxplot of the README: docs/images/score.png
 		dsgiff-brisk:beta=0.003 learned-weighting learned-motion learned-both \
 		--workers $(WORKERS) --out runs/score-plot --plot docs/images/score.png
 
-test: $(READY)  ## the tests, without those marked slow or reproduces
-	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m 'not slow and not reproduces'
+test: $(READY)  ## the tests, without those marked slow, reproduces or wheel
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m '$(SHORT)'
+
+test-wheel: $(READY)  ## the wheel alone and with each extra alone, installed from the index
+	$(BIN)/pytest -m wheel tests/packaging
 
 test-browser: $(READY)  ## the replay in Chromium, which must be there (`make test`: if it is)
 	@for name in chromium chromium-browser google-chrome google-chrome-stable; do \
@@ -69,7 +73,7 @@ golden: $(READY)  ## write tests/golden/data anew: what the swarm does, bit for 
 	$(BIN)/python -m tests.golden.record
 
 coverage: $(READY)  ## line and branch coverage, kernels run as plain Python (slow)
-	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -m 'not slow and not reproduces'
+	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -m '$(SHORT)'
 	$(BIN)/coverage report
 
 bench: $(READY)  ## robot-steps per second against the budgets
@@ -94,5 +98,5 @@ docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings
 clean:  ## remove caches and build outputs; environments and runs/ stay
 	rm -rf build dist site *.egg-info .coverage .hypothesis .import_linter_cache .mypy_cache \
 		.pytest_cache .ruff_cache
-	find swarm_forage_env baselines training tests docs examples -name __pycache__ -prune \
+	find swarm_forage_env baselines training calibration tests docs examples -name __pycache__ -prune \
 		-exec rm -rf {} +

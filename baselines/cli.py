@@ -1,4 +1,4 @@
-"""The commands. Results go to stdout, all else to stderr."""
+"""The commands of `swarm-forage`. Results go to stdout, messages to stderr."""
 
 import json
 import logging
@@ -18,7 +18,7 @@ from rich.console import Console
 
 from baselines.evaluation.commands_plot import plot as plot_figure
 from baselines.evaluation.commands_watch import watch
-from baselines.papers.commands_calibrate import calibrate
+from baselines.evaluation.console import say
 from baselines.papers.commands_reproduce import reproduce
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 
@@ -37,7 +37,7 @@ app = typer.Typer(
 
 
 class Format(StrEnum):
-    """How a command writes its result."""
+    """Output formats of `evaluate`: table, JSON or CSV."""
 
     TABLE = "table"
     JSON = "json"
@@ -45,7 +45,7 @@ class Format(StrEnum):
 
 
 class ListFormat(StrEnum):
-    """How names and measures are written."""
+    """Output formats of `list` and `bench`: table or JSON."""
 
     TABLE = "table"
     JSON = "json"
@@ -59,13 +59,17 @@ class _ToStderr(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write one line."""
-        _say(record.getMessage())
+        say(record.getMessage())
 
 
-def run(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; the exit status. What goes wrong is one line on stderr."""
+def run(arguments: Sequence[str] | None = None, commands: typer.Typer = app) -> int:
+    """Run one command and return its exit status; an error becomes one line on stderr."""
+    logger = logging.getLogger("swarm-forage")
+    if not logger.handlers:
+        logger.addHandler(_ToStderr())
+    program = commands.info.name
     try:
-        status = app(arguments, standalone_mode=False)
+        status = commands(arguments, prog_name=program, standalone_mode=False)
         sys.stdout.flush()
     except (ConfigError, UnknownNameError) as error:
         return _refuse(str(error), 2)
@@ -81,8 +85,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
             raise
         complaint = error.format_message().replace("Value error, ", "")  # a word of pydantic's
         context = getattr(error, "ctx", None)
-        command = f" {context.info_name}" if context and context.parent else ""
-        return _refuse(f"{complaint.rstrip('.')}. See: swarm-forage{command} --help", 2)
+        command = context.command_path if context else program
+        return _refuse(f"{complaint.rstrip('.')}. See: {command} --help", 2)
     return status if isinstance(status, int) else 0
 
 
@@ -94,9 +98,6 @@ def root(
     ] = False,
 ) -> None:
     """Multi-robot foraging: hand-written controllers, evaluated and compared."""
-    logger = logging.getLogger("swarm-forage")
-    if not logger.handlers:
-        logger.addHandler(_ToStderr())
     if show_version:
         try:
             typer.echo(version("swarm-forage"))
@@ -115,13 +116,13 @@ def list_names(
     form: ListedFormat = ListFormat.TABLE,
 ) -> None:
     """Show the scenarios, controllers and engines there are, or every number of one of them."""
-    from baselines.evaluation import catalogue
+    from baselines.evaluation import listing
 
     if form is ListFormat.JSON:
-        found = catalogue.describe(name) if name else catalogue.overview()
+        found = listing.describe(name) if name else listing.overview()
         typer.echo(json.dumps(found, indent=1))
     else:
-        table = catalogue.detail_table(name) if name else catalogue.overview_tables()
+        table = listing.detail_table(name) if name else listing.overview_tables()
         Console().print(table)
 
 
@@ -168,15 +169,15 @@ def evaluate(  # noqa: PLR0913 the options of a command
     so that a run that was stopped goes on where it was.
     """
     with stoppable():
-        from baselines.evaluation.progress import carry_out
-        from baselines.evaluation.request import Request, check_count
+        from baselines.evaluation.evaluate_options import EvaluateOptions, check_count
+        from baselines.evaluation.progress import run_with_progress
 
-        request = Request(scenario, controllers, episodes, seed, settings or [], physics)
+        request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
         check_count("--workers", workers)
         if plot:
             _check_plot(plot, out)
         plan = request.plan(out)
-        carry_out(plan, workers, _say)
+        run_with_progress(plan, workers)
         results = plan.results()
         if plot:
             _draw(plan, plot, request.command)
@@ -204,24 +205,24 @@ def bench(
 
 
 def _check_plot(file: Path, out: Path | None) -> None:
-    from baselines.evaluation.plots import check_plot
+    from baselines.evaluation.plot_style import check_plot
 
     check_plot(file)
     if out and out.resolve() in file.resolve().parents:
-        _say(f"--plot lies inside --out: read the dataset as {out}/scenario=*/**/*.parquet")
+        say(f"--plot lies inside --out: read the dataset as {out}/scenario=*/**/*.parquet")
 
 
 def _draw(plan: "Plan", file: Path, command: str) -> None:
+    from baselines.evaluation.dataset_reader import EpisodeGroup
     from baselines.evaluation.figures.boxplot import boxplot
-    from baselines.evaluation.groups import Group
-    from baselines.evaluation.plots import save
+    from baselines.evaluation.plot_style import save_figure
 
     episodes, n_seeds = plan.results(), len(plan.seeds)
     groups = [
-        Group.of(configuration, episodes[number * n_seeds : (number + 1) * n_seeds])
+        EpisodeGroup.of(configuration, episodes[number * n_seeds : (number + 1) * n_seeds])
         for number, configuration in enumerate(plan.configurations)
     ]
-    save(boxplot(groups, groups[0].kind.score, command), file, command)
+    save_figure(boxplot(groups, groups[0].kind.score, command), file, command)
 
 
 def _write(results: "Sequence[Episode]", form: Format, series: bool) -> None:
@@ -237,7 +238,7 @@ def _write(results: "Sequence[Episode]", form: Format, series: bool) -> None:
 
 @contextmanager
 def stoppable(keeps: bool = True) -> Iterator[None]:
-    """Ctrl-C ends the command with status 130 and one line, and so does SIGTERM.
+    """End a command on Ctrl-C or SIGTERM with exit status 130 and one line on stderr.
 
     Either way its workers end with it; `keeps` is whether what it has done is kept.
     """
@@ -245,22 +246,17 @@ def stoppable(keeps: bool = True) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        _say("stopped; the same command goes on from here" if keeps else "stopped")
+        say("stopped; the same command goes on from here" if keeps else "stopped")
         raise typer.Exit(130) from None
     finally:
         signal.signal(signal.SIGTERM, before)
 
 
 def _refuse(complaint: str, status: int) -> int:
-    _say(" ".join(complaint.split()))
+    say(" ".join(complaint.split()))
     return status
 
 
-def _say(line: str) -> None:
-    sys.stderr.write(f"swarm-forage: {line}\n")
-
-
 app.command("plot")(stoppable(keeps=False)(plot_figure))
-app.command()(stoppable()(calibrate))
 app.command()(stoppable()(reproduce))
 app.command()(stoppable(keeps=False)(watch))

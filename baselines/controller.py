@@ -4,10 +4,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from baselines.estimators import ESTIMATORS
+from baselines.motion import MOTIONS
 from baselines.running import RunningLayers
+from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.parameters import Part, leaves, override, resolve
+from swarm_forage_env.parameters import Part, leaves, override, resolve, validated
 from swarm_forage_env.task import task_of
+
+REGISTRIES = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
+"""Where the parts of each layer are registered."""
 
 
 @dataclass(frozen=True)
@@ -48,15 +54,35 @@ class LayeredController:
         return bool(getattr(self.estimator, "speaks", True))
 
     def with_parameters(self, values: Mapping[str, Any]) -> "LayeredController":
-        """The same controller with some parameters changed, named as `beta` or `weighting.beta`."""
+        """The same controller with some parameters changed, named as `beta` or `weighting.beta`.
+
+        A layer's own name chooses another registered part: `estimator=dead_reckoning`. It keeps
+        the parameters that both parts have. UnknownNameError for a name that stands for nothing,
+        ConfigError for a value that does not fit; so too for a file that a changed layer needs.
+        """
+        chosen = {layer: name for layer, name in values.items() if layer in REGISTRIES}
+        changed = self._with_layers(chosen)
         changes: dict[str, dict[str, Any]] = {}
         for name, value in values.items():
-            path = resolve(name, self.parameters, f"parameter of {self.name}")
-            layer, _, field = path.partition(".")
-            changes.setdefault(layer, {})[field] = value
+            if name not in chosen:
+                path = resolve(name, changed.parameters, f"parameter of {self.name}")
+                layer, _, field = path.partition(".")
+                changes.setdefault(layer, {})[field] = value
         parts: dict[str, Any] = {
-            layer: override(self.layers[layer], to) for layer, to in changes.items()
+            layer: override(changed.layers[layer], to) for layer, to in changes.items()
         }
+        for part in parts.values():
+            if hasattr(part, "check_usable"):
+                part.check_usable()
+        return replace(changed, **parts)
+
+    def _with_layers(self, names: Mapping[str, str]) -> "LayeredController":
+        """The same controller with registered parts in the place of some layers."""
+        parts: dict[str, Any] = {}
+        for layer, name in names.items():
+            part, old = REGISTRIES[layer][name], self.layers[layer].model_dump()
+            kept = {field: value for field, value in old.items() if field in part.model_fields}
+            parts[layer] = validated(part, kept)
         return replace(self, **parts)
 
     def build(
@@ -71,6 +97,14 @@ class LayeredController:
         """
         self.check_supports(world.scenario)
         return RunningLayers(world, seeds, each)
+
+    def check_usable(self, scenario: Any) -> None:  # noqa: ANN401 of any task
+        """ConfigError or UnknownNameError if a layer is not made for such a world, or lacks what
+        it needs there: found out before anything is built."""
+        self.check_supports(scenario)
+        for part in self.layers.values():
+            if hasattr(part, "check_usable"):
+                part.check_usable(scenario)
 
     def supports(self, scenario: Any) -> bool:  # noqa: ANN401 of any task
         """Whether every layer is made for the world of this scenario."""

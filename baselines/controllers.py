@@ -1,10 +1,17 @@
 """The named baselines, one line each. A name takes parameters: `ssgiff:beta=0.01`."""
 
 from baselines.controller import LayeredController
+from baselines.estimators.covariance import CovarianceParameters
+from baselines.estimators.decentralised_ekf import DecentralisedEKF
+from baselines.estimators.sikf import SIKFParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
+from baselines.motion.boids import BoidsParameters
 from baselines.motion.subsumption import SubsumptionParameters
+from baselines.weighting.covariance import Covariance
+from baselines.weighting.filter import Filter
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
+from baselines.weighting.sikf import SIKF
 from swarm_forage_env.registry import CONTROLLERS
 
 ALONE = SocialOdometryParameters(speaks=False)
@@ -12,7 +19,9 @@ SINGLE = SocialOdometryParameters(double=False)
 DOUBLE = SocialOdometryParameters(double=True)
 PENALISED = SocialOdometryParameters(double=True, message_path=4.0, tells_within=20.0)
 FREQUENT = PENALISED.model_copy(update={"pause": 4.0, "listens_above": 5.0})
+SINGLE_FIELDS = SINGLE.model_dump()
 SUBSUMPTION = SubsumptionParameters()
+EKF = DecentralisedEKF()
 
 NAMED = (
     LayeredController("nc", ALONE, SGIKF(), SUBSUMPTION),
@@ -22,9 +31,19 @@ NAMED = (
     LayeredController("dsgiff", DOUBLE, SGIFF(), SUBSUMPTION),
     LayeredController("dsgiff-penalised", PENALISED, SGIFF(), SUBSUMPTION),
     LayeredController("dsgiff-frequent", FREQUENT, SGIFF(), SUBSUMPTION),
+    LayeredController("sikf", SIKFParameters(**SINGLE_FIELDS), SIKF(), SUBSUMPTION),
+    LayeredController(
+        "covariance", CovarianceParameters(**SINGLE_FIELDS), Covariance(), SUBSUMPTION
+    ),
+    LayeredController("subsumption", EKF, Filter(), SUBSUMPTION),
+    LayeredController("boids-goal", EKF, Filter(), BoidsParameters(gains="goal")),
+    LayeredController("boids-static", EKF, Filter(), BoidsParameters(gains="static")),
+    LayeredController("boids-adaptive", EKF, Filter(), BoidsParameters(gains="adaptive")),
 )
-"""The strategies of TR 6.1: no communication, and the single and double filters; then the double
-one with a penalty on hearsay, and with more frequent exchanges of robots that are unsure."""
+"""The strategies of TR 6.1: no communication, and the single and double filters; the double one
+with a penalty on hearsay, and with more frequent exchanges of robots that are unsure; then the
+filters of covariances that they simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5, and
+subsumption over its filters, where robots forage."""
 
 for controller in NAMED:
     CONTROLLERS.register(controller.name)(controller)

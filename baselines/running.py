@@ -1,8 +1,7 @@
 """The running controller: the layers of all robots of a block of worlds, compiled together."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -10,8 +9,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, kernel
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.records import KEEP, RULE
-from swarm_forage_env.interface import EstimatorLayer, MotionLayer, WeightingLayer
+from swarm_forage_env.interface import KEEP, RULE, EstimatorLayer, MotionLayer, WeightingLayer
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import numbers_record
 from swarm_forage_env.task import task_of
@@ -47,15 +45,17 @@ class RunningLayers:
         self._steer = _motion_rule(controllers[0].motion, world.scenario, seeds)
 
     def observe(self, first: int, last: int) -> None:
-        """Take in what the worlds first .. last - 1 gave back; the layers' inputs are ready then."""
-        self._observe(self._world.records, self._estimators, self.shared, self._numbers, first, last)
+        """Take in what the worlds first .. last - 1 gave back."""
+        self._observe(
+            self._world.records, self._estimators, self.shared, self._numbers, first, last
+        )
 
     def consult(self) -> None:
         """Ask the rules written in NumPy; where a learner acts already they are not heard."""
         action = self._world.robots["action"]
         if self._steer is not None:
             situation = self._task.situation(self._world, self.minds)
-            _act(action, "motion", "wheels", self._steer(situation))
+            _act(action, "motion", self._task.commanded, self._steer(situation))
         if self._weigh is not None:
             exchange = self._task.exchange(self._world, self.minds)
             if exchange.valid.any():
@@ -94,22 +94,8 @@ class RunningLayers:
         functions = {
             **self.estimator.kernels, "gain": self.weighting.gain, "steer": self.motion.steer,
         }  # fmt: skip
-        self._observe = bound(self.estimator.observe, *_used(self.estimator.observe, functions))
-        self._decide = bound(self._task.decide, *_used(self._task.decide, functions))
-
-
-@cache
-def bound(template: Callable[..., Any], *parts: tuple[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel
-    """The template with these functions, compiled once for all controllers that share them."""
-    return bind(template, **dict(parts))
-
-
-def _used(
-    template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]
-) -> list[tuple[str, Callable[..., Any]]]:
-    """Those of the functions that a template names."""
-    names = template.__code__.co_names
-    return [(name, function) for name, function in functions.items() if name in names]
+        self._observe = bind(self.estimator.observe, functions)
+        self._decide = bind(self._task.decide, functions)
 
 
 LAYERS = ("estimator", "weighting", "motion")
@@ -140,7 +126,7 @@ def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]])
     worlds = [
         {
             "estimator": estimator.numbers,
-            "weighting": {**weighting.numbers, "heard_p_share": weighting.heard_p_share},
+            "weighting": {"heard_p_share": weighting.heard_p_share, **weighting.numbers},
             "motion": motion.numbers,
         }
         for estimator, weighting, motion in each
@@ -155,16 +141,14 @@ def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]])
 
 
 @kernel
-def no_gain(exchange: Any, area: int, numbers: Any) -> float:  # noqa: ANN401 of any task
+def no_gain(*seen: Any) -> float:  # noqa: ANN401 of any task
     """Nothing is taken over: the weight of a rule written in NumPy comes as an action."""
     return 0.0
 
 
 @kernel
-def no_motion(
-    situation: Any, readings: Any, heard: Any, wheels: Any, memory: Any, numbers: Any  # noqa: ANN401
-) -> None:  # fmt: skip
-    """The wheels stay as they are: those of a rule written in NumPy come as an action."""
+def no_motion(*seen: Any) -> None:  # noqa: ANN401 of any task
+    """The command stays as it is: that of a rule written in NumPy comes as an action."""
 
 
 def _layers(

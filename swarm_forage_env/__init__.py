@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 from swarm_forage_env.envs.registration import register_with_gymnasium, register_with_pettingzoo
 
 if TYPE_CHECKING:
-    from swarm_forage_env.envs.parallel import env, parallel_env, raw_env
+    from swarm_forage_env.envs.pettingzoo_env import env, parallel_env, raw_env
     from swarm_forage_env.errors import ConfigError, UnknownNameError
+    from swarm_forage_env.foraging.world import ForagingWorld
     from swarm_forage_env.scenarios import find_scenario
-    from swarm_forage_env.world import World
 
 __all__ = [
     "ConfigError",
+    "ForagingWorld",
     "UnknownNameError",
-    "World",
     "env",
     "find_scenario",
     "parallel_env",
@@ -28,11 +28,11 @@ __all__ = [
 _WHERE = {
     "ConfigError": "swarm_forage_env.errors",
     "UnknownNameError": "swarm_forage_env.errors",
-    "World": "swarm_forage_env.world",
-    "env": "swarm_forage_env.envs.parallel",
+    "ForagingWorld": "swarm_forage_env.foraging.world",
+    "env": "swarm_forage_env.envs.pettingzoo_env",
     "find_scenario": "swarm_forage_env.scenarios",
-    "parallel_env": "swarm_forage_env.envs.parallel",
-    "raw_env": "swarm_forage_env.envs.parallel",
+    "parallel_env": "swarm_forage_env.envs.pettingzoo_env",
+    "raw_env": "swarm_forage_env.envs.pettingzoo_env",
 }
 
 

@@ -12,7 +12,7 @@ function and of all that it calls. An edit of a comment or a docstring changes n
 import hashlib
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -41,12 +41,23 @@ def entry_point(function: FunctionT) -> FunctionT:
     return cast(FunctionT, _compiled(getattr(function, "py_func", function)))
 
 
-def bind(template: Callable[..., Any], **parts: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a template with the functions of chosen parts in the place of its free names.
+def bind(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel
+    """Compile a template with functions of chosen parts in the place of its free names.
 
-    The same template and parts, in another process too, share their machine code on disk.
+    Functions that the template does not name are let be. The same template and functions, in
+    another process too, share their machine code on disk.
     """
-    names = {**template.__globals__, **parts}
+    names = template.__code__.co_names
+    used = sorted(
+        ((name, each) for name, each in functions.items() if name in names),
+        key=lambda part: part[0],
+    )
+    return _bound(template, tuple(used))
+
+
+@cache
+def _bound(template: Callable[..., Any], parts: tuple[tuple[str, Callable[..., Any]], ...]) -> Any:  # noqa: ANN401 a kernel
+    names = {**template.__globals__, **dict(parts)}
     bound = FunctionType(cast(Any, template).__code__, names, template.__name__)
     bound.__module__, bound.__qualname__ = template.__module__, template.__qualname__
     bound.__doc__ = template.__doc__

@@ -1,14 +1,11 @@
 """Controllers by name, with parameters: `ssgiff` or `ssgiff:beta=0.01,refractory=10`."""
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.ground_truth import is_reference
-from swarm_forage_env.interface import ControllerRecipe
-from swarm_forage_env.registry import CONTROLLERS, REFERENCES
+from swarm_forage_env.interface import Controller
+from swarm_forage_env.registry import CONTROLLERS, REFERENCES, left_out
 
 
-def find_controller(
-    controller: str | ControllerRecipe, references: bool = False
-) -> ControllerRecipe:
+def find_controller(controller: str | Controller, references: bool = False) -> Controller:
     """The recipe of a name, of a name with parameters (`ssgiff:beta=0.01`), or the given one.
 
     UnknownNameError for a name or a parameter that stands for nothing, ConfigError for a text
@@ -24,23 +21,28 @@ def find_controller(
     return recipe.with_parameters(parameters) if parameters else recipe
 
 
-def _named(name: str, references: bool) -> ControllerRecipe:
+def is_privileged(controller: Controller) -> bool:
+    """Whether the controller is an oracle, which knows the ground truth."""
+    return bool(getattr(controller, "is_privileged", False))
+
+
+def _named(name: str, references: bool) -> Controller:
     """The recipe of a name; one that stands for nothing is answered with the nearest allowed."""
     ordinary = set(CONTROLLERS)
     if name in ordinary:
-        recipe: ControllerRecipe = CONTROLLERS[name]
+        recipe: Controller = CONTROLLERS[name]
         return recipe
     privileged = set(REFERENCES)
     if name not in privileged:
         known = ordinary | privileged if references else ordinary
-        raise UnknownNameError("controller", name, known)
-    reference: ControllerRecipe = REFERENCES[name]
+        raise UnknownNameError("controller", name, known, left_out())
+    reference: Controller = REFERENCES[name]
     return reference
 
 
-def _admitted(recipe: ControllerRecipe, references: bool) -> ControllerRecipe:
+def _admitted(recipe: Controller, references: bool) -> Controller:
     """The recipe, or a ConfigError if it is a reference where none may be."""
-    if is_reference(recipe) and not references:
+    if is_privileged(recipe) and not references:
         name = getattr(recipe, "name", repr(recipe))
         raise ConfigError(
             f"controller '{name}' is a reference that knows the ground truth: it can be evaluated"

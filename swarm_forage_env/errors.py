@@ -11,14 +11,17 @@ class ConfigError(ValueError):
 class UnknownNameError(KeyError):
     """A name that stands for nothing: the message names the nearest one that does."""
 
-    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
-        """Say which kind of thing is unknown, under which name, and which names are known."""
+    def __init__(self, kind: str, name: str, known: Iterable[str], note: str = "") -> None:
+        """Say which kind of thing is unknown, under which name, and which names are known.
+
+        A note tells why others are not.
+        """
         names = sorted(known)
         near = get_close_matches(name, names, n=1, cutoff=0.5) or [
             path for path in names if get_close_matches(name, [path.rpartition(".")[2]])
         ]
         advice = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names) or 'none'}"
-        self.message = f"no {kind} named '{name}', {advice}"
+        self.message = f"no {kind} named '{name}', {advice}" + (f"; {note}" if note else "")
         super().__init__(self.message)
 
     def __str__(self) -> str:

@@ -13,16 +13,20 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.record import Record
-from swarm_forage_env.record import field as field_of
+from swarm_forage_env.record import field as record_field
+
+KEEP, REPLACE, CORRECT, RULE = range(4)
+"""What an action does with a layer: nothing; a learner takes its place, or is added to it; or a
+rule written in NumPy takes its place."""
 
 Kernel = Callable[..., Any]
 KernelNumbers = Mapping[str, Any]
 
 
 class NoMemory(Record):
-    """The memory of a layer that remembers nothing; a record has to have a field."""
+    """The memory of a layer that remembers nothing; numba knows no record without a field."""
 
-    nothing: int = field_of(np.int8)
+    nothing: int = record_field(np.int8)
 
 
 @dataclass(frozen=True)

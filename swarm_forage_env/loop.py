@@ -15,6 +15,7 @@ import numpy as np
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, RunningController
+from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import World, task_of
 
 
@@ -69,6 +70,12 @@ class Loop:
     def situation(self) -> Any:  # noqa: ANN401 of its task
         """What the motion layer of every robot sees, a row for each."""
         return self.task.situation(self.world, self.controller.minds)
+
+    def scene(self, which: int = 0) -> Scene:
+        """What is drawn of one world as it stands; ConfigError if its task has no drawing."""
+        if self.task.scene is None:
+            raise ConfigError(f"the task {self.task.name} has no drawing")
+        return self.task.scene(self.world, self.controller.minds, which)
 
     def _begin(self, seeds: Sequence[int]) -> None:
         for world, seed in enumerate(seeds):

@@ -16,7 +16,10 @@ from swarm_forage_env.errors import ConfigError
 
 
 class NoiseSource(IntEnum):
-    """The source of noise that a stream is drawn for. The number enters the stream's seed: never change one, only add."""
+    """The source of noise that a stream is for.
+
+    The number enters the stream's seed: never change one, only add.
+    """
 
     PLACE = 0
     ENCODER = 1

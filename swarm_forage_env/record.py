@@ -15,7 +15,6 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array
 
-
 Numbers = Any
 """A record of parameters, whose fields are those of the part that it belongs to."""
 
@@ -36,8 +35,8 @@ class Field:
     scale: float
     """Typical size of the number in that unit."""
 
-    start: float
-    """Value before anything has happened."""
+    start: Any
+    """Value before anything has happened: a number, or an array of the field's shape."""
 
 
 def field(
@@ -45,7 +44,7 @@ def field(
     *shape: int | str,
     unit: str = "",
     scale: float = 1.0,
-    start: float = 0.0,
+    start: Any = 0.0,  # noqa: ANN401 a number or an array
 ) -> Any:  # noqa: ANN401 the annotation says what the attribute is
     """A field of a `Record`: its type, its shape, its unit, its typical size, its first value."""
     return Field(kind, shape, unit, scale, start)
@@ -65,9 +64,8 @@ class Record:
     @classmethod
     def dtype(cls, **sizes: int) -> np.dtype[Any]:
         """The structured dtype; `sizes` are those of named axes, as slots=4."""
-        return np.dtype(
-            [(name, *_column(each, sizes)) for name, each in cls.fields.items()], align=True
-        )
+        columns = [(name, *_column(each, sizes)) for name, each in cls.fields.items()]
+        return _packed(columns)
 
     @classmethod
     def array(cls, shape: tuple[int, ...], **sizes: int) -> Array:
@@ -94,10 +92,26 @@ def _column(each: Field, sizes: Mapping[str, int]) -> tuple[Any, tuple[int, ...]
     return each.kind, shape
 
 
+def _packed(columns: list[Any]) -> np.dtype[Any]:
+    """The dtype of a record, with the columns added last, as by a subclass, in front.
+
+    Numba would take a record for a subtype of one that its columns begin with, and warn of it.
+    """
+    return np.dtype(columns[::-1], align=True)
+
+
 def numbers_record(**numbers: Any) -> np.dtype[Any]:  # noqa: ANN401 floats or arrays of them
     """The dtype of a record of parameters: float64, each in the shape of its value."""
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
-    return np.dtype(columns or [("none", np.float64)], align=True)
+    return _packed(columns or [("none", np.float64)])
+
+
+def one_record(numbers: Mapping[str, Any]) -> Array:
+    """A structured array of one record of parameters."""
+    found = np.zeros(1, numbers_record(**numbers))
+    for name, value in numbers.items():
+        found[name] = value
+    return found
 
 
 def rows(records: Array) -> Any:  # noqa: ANN401 a recarray, whose attributes are columns

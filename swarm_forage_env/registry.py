@@ -3,15 +3,19 @@
 import importlib
 import pkgutil
 from collections.abc import Callable, Iterable, Iterator
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
 
 from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.extras import remedy
 
 PartT = TypeVar("PartT")
 
 PLUGIN_GROUP = "swarm_forage_env.controllers"
 """Entry points of this group name modules; importing one registers the parts in it."""
+
+_left_out: dict[EntryPoint, str] = {}
+"""The plug-ins that could not be imported, each with the reason."""
 
 
 class Registry(Generic[PartT]):
@@ -21,9 +25,13 @@ class Registry(Generic[PartT]):
     packages list under the entry-point group `swarm_forage_env.controllers`.
     """
 
-    def __init__(self, kind: str) -> None:
-        """Start empty; `kind` is the word for a part in error messages."""
+    def __init__(self, kind: str, modules: Iterable[str] = ()) -> None:
+        """Start empty; `kind` is the word for a part in error messages.
+
+        The modules enter the built-in parts; they are imported when a part is first asked for.
+        """
         self.kind = kind
+        self._modules = tuple(modules)
         self._parts: dict[str, PartT] = {}
 
     def register(self, name: str) -> Callable[[PartT], PartT]:
@@ -42,15 +50,26 @@ class Registry(Generic[PartT]):
         if not isinstance(name, str):
             raise UnknownNameError(self.kind, repr(name), self)
         if name not in self._parts:
+            self._load_built_in()
+        if name not in self._parts:
             load_plugins()
         if name not in self._parts:
-            raise UnknownNameError(self.kind, name, self._parts)
+            raise UnknownNameError(self.kind, name, self._parts, left_out())
         return self._parts[name]
+
+    def loaded(self) -> list[PartT]:
+        """The parts entered so far, without looking for plug-ins."""
+        return list(self._parts.values())
 
     def __iter__(self) -> Iterator[str]:
         """All names, those of installed plug-ins included."""
+        self._load_built_in()
         load_plugins()
         return iter(sorted(self._parts))
+
+    def _load_built_in(self) -> None:
+        for module in self._modules:
+            importlib.import_module(module)
 
 
 CONTROLLERS: Registry[Any] = Registry("controller")
@@ -59,7 +78,9 @@ CONTROLLERS: Registry[Any] = Registry("controller")
 REFERENCES: Registry[Any] = Registry("reference")
 """Recipes that know the ground truth: for comparison only, never beside a learner."""
 
-SCENARIOS: Registry[Any] = Registry("scenario")
+SCENARIOS: Registry[Any] = Registry(
+    "scenario", ("swarm_forage_env.foraging.named", "swarm_forage_env.waypoints.named")
+)
 """Scenarios that a name stands for."""
 
 ORIGINS: dict[str, dict[str, str]] = {}
@@ -67,9 +88,31 @@ ORIGINS: dict[str, dict[str, str]] = {}
 
 
 def load_plugins() -> None:
-    """Import every module listed under the entry-point group; a second call does nothing new."""
+    """Import every module listed under the entry-point group; a second call does nothing new.
+
+    One that cannot be imported leaves the others as they are; `left_out` tells which, and why.
+    """
     for point in entry_points(group=PLUGIN_GROUP):
-        point.load()
+        if point in _left_out:
+            continue
+        try:
+            point.load()
+        except ImportError as error:
+            _left_out[point] = _reason(error)
+
+
+def left_out() -> str:
+    """Which plug-ins could not be imported, and why; empty if all could."""
+    told = (f"'{each.name}' ({each.value}): {why}" for each, why in _left_out.items())
+    return f"left out: plug-in {', '.join(told)}" if _left_out else ""
+
+
+def _reason(error: ImportError) -> str:
+    """Which package is missing and what would install it, or what else an import failed for."""
+    if not isinstance(error, ModuleNotFoundError) or error.name is None:
+        return str(error)
+    install = remedy(error.name)
+    return f"'{error.name}' is missing" + (f", {install}" if install else "")
 
 
 def load_folder(package: str, path: Iterable[str]) -> None:

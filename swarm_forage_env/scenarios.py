@@ -12,9 +12,7 @@ from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.task import task_of
 
 
-def find_scenario(
-    scenario: Any, overrides: Mapping[str, Any] | None = None
-) -> Any:  # noqa: ANN401 of any task
+def find_scenario(scenario: Any, overrides: Mapping[str, Any] | None = None) -> Any:  # noqa: ANN401 of any task
     """The scenario of a name (`es1`), a TOML file (`mine.toml`), or the given one, overridden.
 
     Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for a name that

@@ -8,11 +8,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64
+from swarm_forage_env.arrays import Array, Bool, Float64
+from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Kernel
+from swarm_forage_env.interface import Controller, Kernel
 from swarm_forage_env.parameters import Part
+from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.registry import Registry
+from swarm_forage_env.scene import Scene, Stage
 
 
 class World(Protocol):
@@ -71,20 +74,71 @@ class Task:
     agent: str
     """What its robots are called: `epuck_0`, `epuck_1`, ..."""
 
+    commanded: str
+    """The field of a robot's command, and of its action, that the motion layer writes."""
+
     exchange: Callable[[Any, Array], Any]
     """What the weighting layer sees, from the world and the minds of its robots."""
 
     situation: Callable[[Any, Array], Any]
     """What the motion layer sees, from the world and the minds of its robots."""
 
+    array_weighting: Callable[..., Any]
+    """Makes a rule on arrays of a compiled `WeightingLayer`: hand-written, driven from outside."""
 
-TASKS: Registry[Task] = Registry("task")
-"""Tasks by name."""
+    array_motion: Callable[..., Any]
+    """The same of a `MotionLayer`, a scenario and seeds."""
+
+    policies: Mapping[str, PolicyInterface]
+    """What a policy can take the place of, by the name that `learn` takes."""
+
+    residuals: tuple[str, ...]
+    """Those of them that can be learned as a correction of the hand-written motion."""
+
+    no_layers: Controller
+    """What runs where a policy is everything."""
+
+    bounds: Callable[[Any, int, float], Any]
+    """How large numbers get: from a scenario, so many ticks, and the path that a message costs."""
+
+    potential: Callable[[Any], Callable[[], Float64[Array, " rows"]]]
+    """Makes the potential of every robot of a block of worlds, for shaping."""
+
+    global_state: Callable[[Any, Any, list[str], Any], Any]
+    """Makes what centralised critics and logs are told, from world, controller, names, bounds."""
+
+    episode: EpisodeKind
+    """What an episode is judged by."""
+
+    stage: Callable[[Any, str], Stage] | None = None
+    """What stands still in a picture, from a scenario and what moves the robots; None: the task
+    has no drawing."""
+
+    scene: Callable[[Any, Array, int], Scene] | None = None
+    """What is drawn of one world, from a block of them, the minds of its robots and which."""
+
+
+TASKS: Registry[Task] = Registry(
+    "task", ("swarm_forage_env.foraging.task", "swarm_forage_env.waypoints.task")
+)
+"""Tasks by name; the two built-in ones are imported when any is asked for."""
 
 
 def task_of(scenario: Any) -> Task:  # noqa: ANN401 whatever was given
     """The task that a scenario belongs to; ConfigError if it is none."""
-    for name in TASKS:
-        if isinstance(scenario, TASKS[name].scenario):
-            return TASKS[name]
+    for find in (TASKS.loaded, lambda: [TASKS[name] for name in TASKS]):
+        for task in find():
+            if isinstance(scenario, task.scenario):
+                return task
     raise ConfigError(f"scenario={scenario!r}: must be a name, a TOML file or a Scenario")
+
+
+def stage_of(scenario: Any, moved_by: str) -> Stage:  # noqa: ANN401 of any task
+    """The stage of a scenario and of what moves its robots; ConfigError if it has no drawing."""
+    task = task_of(scenario)
+    if task.stage is None:
+        raise ConfigError(
+            f"scenario '{scenario.name}': the task {task.name} has no drawing; take one in which"
+            " robots forage, as es1"
+        )
+    return task.stage(scenario, moved_by)

@@ -1,1 +1,1 @@
-"""Learning: networks in the place of a layer; and the console script."""
+"""Training of learned layers (PPO, CMA-ES, DAgger), the bundled policies, the console script."""

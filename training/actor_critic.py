@@ -1,8 +1,8 @@
-"""The networks of the learned layers as stable-baselines3 trains them, one tower for each layer.
+"""Actor and critic networks of the learned layers in PyTorch, one actor for each layer.
 
-Where a layer's action has no effect (a weight without an exchange, the wheels of a robot that
-is talking), the policy does what the running layer does, almost without noise and whatever its
-parameters are: such steps teach the actor nothing, and disturb nothing.
+An action has no effect where no exchange ends (weighting) or where a robot is talking (motion).
+In such steps the action distribution does not depend on the parameters (mean zero, tiny standard
+deviation), so the policy gradient is zero there.
 """
 
 from collections.abc import Mapping
@@ -16,27 +16,35 @@ from torch import Tensor, nn
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.layout import ObservationLayout
-from training.motion import NETWORK, SIZES, columns_of, dense, motion_shapes, pooled, wheels_of
-from training.policy import LayerName, Shapes
-from training.weighting import FEATURES, HIDDEN, SCALES, shapes_of
-from training.weighting import NETWORK as LOG_ODDS
+from training.learned_motion import (
+    NETWORK,
+    SIZES,
+    dense_layer,
+    field_columns,
+    motion_network_shapes,
+    pooled_features,
+    wheel_speeds,
+)
+from training.learned_weighting import FEATURES, HIDDEN, SCALES, weighting_network_shapes
+from training.learned_weighting import NETWORK as WEIGHTING_NETWORK
+from training.policy_file import LayerName, Shapes, Weights
 
-STILL = -5.0
-"""Logarithm of the standard deviation of an action without effect."""
+LOG_STD_WITHOUT_EFFECT = -5.0
+"""Logarithm of the standard deviation of an action that has no effect."""
 
 GAIN = 0.01
-"""Of the first weights of an actor's last layer: it starts near zero."""
+"""Gain of the orthogonal initialisation of an actor's last layer: actions start near zero."""
 
 
-class Tower(nn.Module):
-    """Named dense layers; the names and shapes are those of a policy's file."""
+class NamedNetwork(nn.Module):
+    """A network of dense layers whose parameters have the names and shapes of a policy file."""
 
     network: ClassVar[str]
-    """What kind of network, and its sizes, as a card says."""
+    """Name of the architecture on a policy card."""
     sizes: Mapping[str, int]
 
     def __init__(self, shapes: Shapes, last: str, gain: float) -> None:
-        """Orthogonal matrices, that of the last layer with another gain; all else zero."""
+        """Initialise matrices orthogonally, the last layer's with its own gain; biases are zero."""
         super().__init__()
         for name, shape in shapes.items():
             layer, _, array = name.partition(".")
@@ -49,124 +57,135 @@ class Tower(nn.Module):
 
     @property
     def arrays(self) -> dict[str, Tensor]:
-        """The weights and biases by name."""
+        """All parameters by name."""
         return dict(self.named_parameters())
 
-    def as_in_file(self) -> dict[str, Float32[Array, "..."]]:
-        """The weights and biases as a policy's file has them."""
+    def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
+        """Copy all parameters to NumPy arrays, as a policy file holds them."""
         return {name: array.detach().numpy().copy() for name, array in self.arrays.items()}
 
+    def load_numpy(self, arrays: Weights) -> None:
+        """Set all parameters from NumPy arrays, by name."""
+        self.load_state_dict({name: torch.from_numpy(array) for name, array in arrays.items()})
 
-class MotionTower(Tower):
-    """The network of `training.motion`."""
+
+class MotionActor(NamedNetwork):
+    """The actor of a learned motion: the network of `training.learned_motion` in PyTorch."""
 
     network = NETWORK
     sizes = SIZES
 
     def __init__(self, layout: ObservationLayout) -> None:
-        """For observations of a layout."""
-        super().__init__(motion_shapes(SIZES), "wheels", GAIN)
-        self._columns = columns_of(layout, "situation")
+        """Make a network for observations of this layout."""
+        super().__init__(motion_network_shapes(SIZES), "wheels", GAIN)
+        self._columns = field_columns(layout, "situation")
 
     def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
-        """The wheels, and 1 where they have an effect."""
+        """Return the wheel speeds, and 1 where they have an effect, else 0."""
         moves = 1.0 - observed[:, self._columns["talking"]]
-        wheels = wheels_of(self.arrays, observed, self._columns, torch)
+        wheels = wheel_speeds(self.arrays, observed, self._columns, torch)
         return wheels * moves, moves.expand(-1, 2)
 
 
-class MotionValue(Tower):
-    """What a situation is worth, by a network of the same form."""
+class MotionCritic(NamedNetwork):
+    """The critic of a learned motion: the state value, by a network of the same form."""
 
     def __init__(self, layout: ObservationLayout) -> None:
-        """For observations of a layout."""
-        of_actor = motion_shapes(SIZES)
+        """Make a network for observations of this layout."""
+        of_actor = motion_network_shapes(SIZES)
         shapes = {name: of_actor[name] for name in of_actor if not name.startswith("wheels")}
         value = {"value.weight": (1, SIZES["hidden"]), "value.bias": (1,)}
         super().__init__({**shapes, **value}, "value", 1.0)
-        self._columns = columns_of(layout, "situation")
+        self._columns = field_columns(layout, "situation")
 
     def forward(self, observed: Tensor) -> Tensor:
-        """The value of each row."""
+        """Return the state value of each row."""
         arrays = self.arrays
-        hidden = torch.tanh(dense(arrays, "first", pooled(arrays, observed, self._columns, torch)))
-        return cast(Tensor, dense(arrays, "value", torch.tanh(dense(arrays, "second", hidden))))
+        hidden = torch.tanh(
+            dense_layer(arrays, "first", pooled_features(arrays, observed, self._columns, torch))
+        )
+        return cast(
+            Tensor, dense_layer(arrays, "value", torch.tanh(dense_layer(arrays, "second", hidden)))
+        )
 
 
-class WeightingTower(Tower):
-    """The network of `training.weighting`."""
+class WeightingActor(NamedNetwork):
+    """The actor of a learned weighting: the network of `training.learned_weighting` in PyTorch."""
 
-    network = LOG_ODDS
+    network = WEIGHTING_NETWORK
 
     def __init__(self, layout: ObservationLayout, hidden: int = HIDDEN) -> None:
-        """For observations of a layout, with so many hidden units."""
+        """Make a network for observations of this layout, with `hidden` hidden units."""
         self.sizes = {"hidden": hidden}
-        super().__init__(shapes_of(self.sizes), "output", GAIN)
-        self._columns = columns_of(layout, "encounter")
+        super().__init__(weighting_network_shapes(self.sizes), "output", GAIN)
+        self._columns = field_columns(layout, "encounter")
         scales = torch.tensor(SCALES)
         self._unit, self._centre, self._spread = scales[:, 0], scales[:, 1], scales[:, 2]
 
     def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
-        """g of both areas, and 1 where two estimates of the area have met; else both zero."""
+        """Return the weight g of each area, and 1 where g has an effect; else both are zero.
+
+        It has one if the robot and its partner both hold an estimate of the area.
+        """
         told = {name: observed[:, each] for name, each in self._columns.items()}
         both = {name: told[name].expand(-1, 2) for name in ("frames", "range")}
         elsewhere = {"own_p_elsewhere": told["own_p"].flip(1)}
         shown = torch.stack([{**told, **both, **elsewhere}[name] for name in FEATURES], 2)
         x = (torch.log1p(shown / self._unit) - self._centre) / self._spread
         w, direct = self.arrays, self.arrays["direct.weight"]
-        hidden = torch.tanh(dense(w, "hidden", x))
+        hidden = torch.tanh(dense_layer(w, "hidden", x))
         ahead = told["own_p"] - told["heard_p"]
         network = x @ direct[:-1] + hidden @ w["output.weight"] + w["output.bias"]
         met = told["own_known"] * told["heard_known"]
         return torch.sigmoid((1.0 + direct[-1]) * ahead + network) * met, met
 
 
-class WeightingValue(Tower):
-    """What an encounter is worth; without one, what a robot is worth on average."""
+class WeightingCritic(NamedNetwork):
+    """The critic of a learned weighting: the state value; a constant without an exchange."""
 
     def __init__(self, layout: ObservationLayout) -> None:
-        """For observations of a layout."""
-        self._columns = columns_of(layout, "encounter")
+        """Make a network for observations of this layout."""
+        self._columns = field_columns(layout, "encounter")
         n = max(each.stop for each in self._columns.values())
         shapes = {"first.weight": (32, n), "first.bias": (32,)}
         super().__init__({**shapes, "value.weight": (1, 32), "value.bias": (1,)}, "value", 1.0)
 
     def forward(self, observed: Tensor) -> Tensor:
-        """The value of each row."""
+        """Return the state value of each row."""
         arrays = self.arrays
-        hidden = torch.tanh(dense(arrays, "first", torch.log1p(observed)))
-        return cast(Tensor, dense(arrays, "value", hidden))
+        hidden = torch.tanh(dense_layer(arrays, "first", torch.log1p(observed)))
+        return cast(Tensor, dense_layer(arrays, "value", hidden))
 
 
-ACTORS: Mapping[LayerName, Any] = {"weighting": WeightingTower, "motion": MotionTower}
-CRITICS: Mapping[LayerName, Any] = {"weighting": WeightingValue, "motion": MotionValue}
+ACTORS: Mapping[LayerName, Any] = {"weighting": WeightingActor, "motion": MotionActor}
+CRITICS: Mapping[LayerName, Any] = {"weighting": WeightingCritic, "motion": MotionCritic}
 
 
-class Towers(nn.Module):
-    """The actors of all learned layers side by side, and one critic."""
+class LayerNetworks(nn.Module):
+    """The actors of all learned layers, and one critic for all of them."""
 
     def __init__(self, layout: ObservationLayout, layers: tuple[LayerName, ...]) -> None:
-        """Layers in the order of their actions; the last one's critic is that of all."""
+        """Make the networks of layers in the order of their actions, with the last one's critic."""
         super().__init__()
         self.actors = nn.ModuleDict({layer: ACTORS[layer](layout) for layer in layers})
         self.critic = CRITICS[layers[-1]](layout)
 
     def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
-        """What the actor and what the critic make of the observations."""
+        """Return the outputs of the actors and of the critic."""
         return self.forward_actor(observed), self.forward_critic(observed)
 
     def forward_actor(self, observed: Tensor) -> Tensor:
-        """All actions, then for each 1 where it has an effect."""
+        """Return all actions, followed by 1 for each action that has an effect, else 0."""
         means, effects = zip(*(actor(observed) for actor in self.actors.values()), strict=True)
         return torch.cat([*means, *effects], 1)
 
     def forward_critic(self, observed: Tensor) -> Tensor:
-        """The value of each row."""
+        """Return the state value of each row."""
         return cast(Tensor, self.critic(observed))
 
 
-class LayersPolicy(ActorCriticPolicy):
-    """The policy of SB3's PPO that acts in the place of one layer or of several."""
+class LayerActorCriticPolicy(ActorCriticPolicy):
+    """A stable-baselines3 policy that replaces one layer of the controller, or several."""
 
     def __init__(
         self,
@@ -175,13 +194,13 @@ class LayersPolicy(ActorCriticPolicy):
         layers: tuple[LayerName, ...],
         **options: Any,  # noqa: ANN401 those of SB3
     ) -> None:
-        """For observations of a layout."""
+        """Make a policy for observations of this layout."""
         self._layout = layout
         self._layers = layers
         super().__init__(*spaces, **options)
 
     def _build(self, lr_schedule: Schedule) -> None:
-        self.mlp_extractor = Towers(self._layout, self._layers)  # type: ignore[assignment]
+        self.mlp_extractor = LayerNetworks(self._layout, self._layers)  # type: ignore[assignment]
         self.action_net = nn.Identity()
         self.value_net = nn.Identity()  # type: ignore[assignment]
         size = self.action_space.shape or (0,)
@@ -190,6 +209,6 @@ class LayersPolicy(ActorCriticPolicy):
 
     def _get_action_dist_from_latent(self, latent_pi: Tensor) -> Distribution:
         means, effects = latent_pi.chunk(2, dim=1)
-        log_std = torch.where(effects > 0.0, self.log_std, STILL)
+        log_std = torch.where(effects > 0.0, self.log_std, LOG_STD_WITHOUT_EFFECT)
         gaussian = cast(DiagGaussianDistribution, self.action_dist)
         return gaussian.proba_distribution(means, log_std)

@@ -1,4 +1,4 @@
-"""The checkpoint of a search: everything it was told, in one file that appears whole."""
+"""Checkpoints of training runs: arrays and learning curve in one file, written atomically."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -6,40 +6,41 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
+from baselines.evaluation.output_files import write_atomically
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenario import Part
 from training.experiment import Experiment, versions
-from training.policy import Card, CurvePoint, Interval, LayerCard, LayerName, write_whole
+from training.policy_file import Card, CurvePoint, Interval, LayerCard, LayerName
 
-NAME = "checkpoint.safetensors"
+CHECKPOINT = "checkpoint.safetensors"
 
-BEST = "best.safetensors"
-"""The policy that the held-back worlds judge best so far."""
+BEST_POLICY = "best.safetensors"
+"""File of the policy with the best score on the held-back (validation) seeds so far."""
 
 RECORD = "record"
-"""The one entry of the file beside its arrays."""
+"""Key of the header in the metadata of the safetensors file."""
 
 Identity = dict[str, str]
 
 
-class Record(Part):
-    """What is kept in words."""
+class Header(Part):
+    """Header of a checkpoint: the experiment's identity and the learning curve so far."""
 
     experiment: Identity
     curve: tuple[CurvePoint, ...]
 
 
 class Checkpoint:
-    """All candidates so far with their losses, and the means that were judged.
+    """Checkpoint of a CMA-ES search: all candidates with their losses, and all evaluated means.
 
-    Telling a search the same again brings it to where it was, bit for bit; so nothing of its
-    inside has to be kept.
+    Telling a new search the same candidates and losses restores its state bit for bit, so the
+    internal state of the search is not stored.
     """
 
     def __init__(self, file: Path, identity: Identity, population: int, numbers: int) -> None:
-        """Nothing told yet."""
+        """Make a checkpoint without generations."""
         self._file = file
         self._identity = identity
         self._populations = np.zeros((0, population, numbers), np.float32)
@@ -49,48 +50,48 @@ class Checkpoint:
 
     @classmethod
     def open(cls, experiment: Experiment, population: int, numbers: int) -> "Checkpoint":
-        """That of an experiment's folder, or an empty one.
+        """Open the checkpoint in an experiment's folder, or write an empty one there.
 
         ConfigError if the folder cannot be written, holds the checkpoint of another
         experiment, or one that is damaged.
         """
-        file = experiment.out / NAME
+        file = experiment.out / CHECKPOINT
         checkpoint = cls(file, experiment.identity, population, numbers)
         if file.exists():
             checkpoint._read()
         else:
-            checkpoint.keep()
+            checkpoint.save()
         return checkpoint
 
     @property
-    def generation(self) -> int:
-        """Generations told."""
+    def n_generations(self) -> int:
+        """Number of generations so far."""
         return len(self._losses)
 
     @property
     def best(self) -> tuple[CurvePoint, Float32[Array, " numbers"]]:
-        """The point with the highest value, the first of them, and its numbers."""
+        """The first evaluation with the highest value, and the search mean that it evaluated."""
         k = int(np.argmax([point.value for point in self.curve]))
         return self.curve[k], self._means[k]
 
-    def told(
+    def generations(
         self,
     ) -> Iterator[tuple[Float32[Array, "n numbers"], Float64[Array, " n"]]]:
-        """Candidates and losses, generation by generation."""
+        """Iterate over (candidates, losses) of all generations, in order."""
         return zip(self._populations, self._losses, strict=True)
 
     def add(self, population: Float32[Array, "n numbers"], losses: Float64[Array, " n"]) -> None:
-        """Note a generation."""
+        """Append a generation: its candidates and their losses."""
         self._populations = np.concatenate([self._populations, population[None]])
         self._losses = np.concatenate([self._losses, losses[None]])
 
     def add_point(self, point: CurvePoint, mean: Float32[Array, " numbers"]) -> None:
-        """Note an evaluation."""
+        """Append an evaluation of the search mean."""
         self.curve.append(point)
         self._means = np.concatenate([self._means, mean[None]])
 
-    def keep(self) -> None:
-        """Write it, over the one before."""
+    def save(self) -> None:
+        """Write the checkpoint file, replacing the previous one."""
         arrays: dict[str, Array] = {
             "populations": self._populations,
             "losses": self._losses,
@@ -107,26 +108,26 @@ class Checkpoint:
 def write_checkpoint(
     file: Path, identity: Identity, curve: list[CurvePoint], arrays: dict[str, Array]
 ) -> None:
-    """Write the state of an experiment, over the one before."""
+    """Write the checkpoint of an experiment, replacing the previous one."""
     from safetensors.numpy import save
 
-    record = Record(experiment=identity, curve=tuple(curve)).model_dump_json()
+    record = Header(experiment=identity, curve=tuple(curve)).model_dump_json()
     content = save(arrays, {RECORD: record})
     try:
-        write_whole(file, content)
+        write_atomically(file, content)
     except OSError as error:
         raise not_writable(file.parent, error) from None
 
 
 def not_writable(folder: Path, error: OSError) -> ConfigError:
-    """What is to be said of a folder that takes no files."""
+    """The ConfigError for an output folder that cannot be written."""
     return ConfigError(f"--out {folder}: cannot be written ({error.strerror}); name another folder")
 
 
 def read_checkpoint(
     file: Path, identity: Identity, names: Iterable[str]
 ) -> tuple[list[CurvePoint], dict[str, Array]]:
-    """The curve and the arrays of an experiment's checkpoint.
+    """Read the learning curve and the arrays of an experiment's checkpoint.
 
     ConfigError if it is damaged, lacks an array of these names or is of another experiment.
     """
@@ -134,7 +135,7 @@ def read_checkpoint(
 
     try:
         with safe_open(file, "np") as kept:
-            record = Record.model_validate_json(kept.metadata()[RECORD])
+            record = Header.model_validate_json(kept.metadata()[RECORD])
             arrays = {name: kept.get_tensor(name) for name in names}
     except (OSError, SafetensorError, KeyError, TypeError, ValidationError) as error:
         raise ConfigError(
@@ -151,14 +152,14 @@ def read_checkpoint(
     return list(record.curve), arrays
 
 
-def card_of(
+def policy_card(
     experiment: Experiment,
     layers: Mapping[LayerName, LayerCard],
     packages: tuple[str, ...],
     curve: Sequence[CurvePoint],
     score: Mapping[str, Interval],
 ) -> Card:
-    """The card of a policy that an experiment trained with these packages."""
+    """Make the card of a policy that an experiment trained with these packages."""
     return Card(
         layers=dict(layers),
         scenarios=experiment.scenarios,
@@ -173,24 +174,24 @@ def card_of(
     )
 
 
-def judged(
+def evaluation_point(
     step: int, simulated_s: float, trips: Mapping[str, Int64[Array, " worlds"]]
 ) -> CurvePoint:
-    """A point of the curve: the round trips in the held-back worlds of each scenario.
+    """Make a point of the learning curve from the round trips in the held-back worlds.
 
-    Its value, by which the best is chosen, is ln(1 + mean round trips), averaged over the
+    Its value, by which the best policy is chosen, is ln(1 + mean round trips), averaged over the
     scenarios.
     """
     return CurvePoint(
         step=step,
         simulated_s=simulated_s,
         value=float(np.mean([np.log1p(each.mean()) for each in trips.values()])),
-        round_trips={name: interval(each) for name, each in trips.items()},
+        round_trips={name: mean_with_interval(each) for name, each in trips.items()},
     )
 
 
-def interval(trips: Int64[Array, " worlds"]) -> Interval:
-    """The mean over worlds and its 95 % interval; the mean itself where there is none."""
+def mean_with_interval(trips: Int64[Array, " worlds"]) -> Interval:
+    """Mean over worlds with its 95 % interval; of one world the interval is the mean itself."""
     found = mean_interval(trips.tolist())
     assert found is not None
     low, high = found.interval or (found.value, found.value)

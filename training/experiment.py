@@ -1,4 +1,4 @@
-"""An experiment: what is trained where, checked as a whole before anything runs."""
+"""Options of a training run, validated as a whole before anything runs."""
 
 import hashlib
 import shlex
@@ -8,8 +8,10 @@ from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
+
 from baselines.controller import Recipe
-from baselines.evaluation.request import check_count
+from baselines.evaluation.evaluate_options import check_count
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
@@ -17,41 +19,41 @@ from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.scenario import Scenario, leaves
 from swarm_forage_env.scenarios import find_foraging
 from swarm_forage_env.streams import checked_seed
-from training.motion import LearnedMotion
-from training.policy import LayerName, Policy, load_policy, observed
-from training.reflexes import reflexes_of
-from training.weighting import LearnedWeighting
+from training.learned_motion import LearnedMotion
+from training.learned_weighting import LearnedWeighting
+from training.linear_motion_policy import linear_policy_of
+from training.policy_file import LayerName, Policy, load_policy, observation_slots
 
 LAYERS: dict[str, tuple[LayerName, ...]] = {
     "weighting": ("weighting",),
     "motion": ("motion",),
     "both": ("weighting", "motion"),
 }
-"""What can be trained, and the layers that it takes the place of."""
+"""Choices of what is trained, with the layers of the controller that each replaces."""
 
 ALGORITHMS = ("cma", "imitation", "ppo")
 
 TEST_SEEDS = range(1_000, 1_030)
-"""For the final score of a policy: never used in training or selection."""
+"""Test seeds, for the final score of a policy: never used in training or selection."""
 
 HELD_BACK_SEEDS = range(2_000, 3_000)
-"""For the evaluation during training, by which the best policy is chosen."""
+"""Validation seeds, by which the best policy is chosen during training."""
 
 FIRST_TRAINING_SEED = 10_000
 WORLDS_PER_EXPERIMENT = 10**7
 LAST_SEED = 10**9
-"""Of an experiment; each trains on seeds of its own."""
+"""Largest seed of an experiment. Each experiment trains on its own range of world seeds."""
 
 PACKAGES = ("swarm-forage", "numpy", "numba", "pymunk", "safetensors")
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """One training run; everything that its result depends on."""
+    """One training run: everything that its result depends on."""
 
     layer: str
     scenarios: tuple[str, ...]
-    """Names or files, each with what differs there: `es1:radio.frames=50`."""
+    """Names or files of scenarios, each with its own changes: `es1:radio.frames=50`."""
     algorithm: str
     out: Path
     seed: int = 0
@@ -60,21 +62,21 @@ class Experiment:
     every: int = 5
     """Generations, rounds or robot steps between two evaluations."""
     worlds: int = 8
-    """Worlds side by side: for each candidate in each scenario (cma), or of the smallest swarm
-    (imitation and ppo), with fewer of the larger ones."""
+    """Parallel worlds: for each candidate in each scenario (cma), or of the scenario with the
+    fewest robots (imitation and ppo); scenarios with more robots get fewer worlds."""
     held_back: int = 10
-    """Held-back seeds of an evaluation, in each scenario."""
+    """Number of held-back seeds of an evaluation, in each scenario."""
     population: int | None = None
-    """Candidates of a generation (cma); None: as many as its method takes."""
+    """Candidates of a generation (cma); None: the default of CMA-ES."""
     settings: Mapping[str, str] = field(default_factory=dict)
-    """Numbers to change in every scenario."""
+    """Changes of every scenario, by dotted name."""
     controller: str = "ssgiff"
-    """The hand-written rest."""
+    """Controller whose other layers are used."""
     physics: str = "rigid"
     workers: int = 1
 
     def check(self) -> None:
-        """ConfigError or UnknownNameError for the first fault."""
+        """Raise ConfigError or UnknownNameError for the first invalid option."""
         _check_choice("layer", self.layer, LAYERS)
         _check_choice("--algorithm", self.algorithm, ALGORITHMS)
         if self.algorithm == "cma" and len(self.layers) > 1:
@@ -87,12 +89,12 @@ class Experiment:
         self._check_numbers()
         self._check_worlds()
         if self.algorithm == "cma" and self.layer == "motion":
-            self._check_reflexes()
+            self._check_linear_motion()
 
-    def _check_reflexes(self) -> None:
+    def _check_linear_motion(self) -> None:
         policy = self.policy_of("motion")
         if policy is not None:
-            reflexes_of(policy)
+            linear_policy_of(policy)
         elif self.recipe.motion != SubsumptionParameters():
             raise ConfigError(
                 f"--controller={self.controller}: a motion found by cma corrects subsumption as"
@@ -120,25 +122,25 @@ class Experiment:
         if repeated:
             raise ConfigError(f"scenario '{repeated[0]}' is named twice")
         _ = ENGINES[self.physics]
-        for scenario in self.worlds_by_name.values():
+        for scenario in self.scenarios_by_name.values():
             self.recipe.check_made_for(scenario)
-        self._check_shows_alike()
+        self._check_same_observations()
 
-    def _check_shows_alike(self) -> None:
-        """ConfigError for scenarios that show a layer other slots: no policy runs in both."""
-        first, *others = self.worlds_by_name
+    def _check_same_observations(self) -> None:
+        """Raise ConfigError if a layer's observation space differs between the scenarios."""
+        first, *others = self.scenarios_by_name
         for layer in self.layers:
-            shown = observed(layer, self.worlds_by_name[first])
+            shown = observation_slots(layer, self.scenarios_by_name[first])
             for name in others:
-                if observed(layer, self.worlds_by_name[name]) != shown:
+                if observation_slots(layer, self.scenarios_by_name[name]) != shown:
                     raise ConfigError(
                         f"scenarios '{first}' and '{name}': show other numbers to the {layer}, so"
                         " that no policy fits both; radio.slots and task.n_robots decide how many"
                     )
 
     @cached_property
-    def worlds_by_name(self) -> dict[str, Scenario]:
-        """The scenarios as they are run, by the names they were asked for."""
+    def scenarios_by_name(self) -> dict[str, Scenario]:
+        """Scenarios with all changes applied, by the names that they were asked for."""
         found = {}
         for text in self.scenarios:
             name, changes = parse_controller(text, "scenario", "es1:radio.frames=5")
@@ -147,14 +149,14 @@ class Experiment:
 
     @cached_property
     def recipe(self) -> Recipe:
-        """The hand-written controller of which layers are replaced."""
+        """The controller of which layers are replaced."""
         recipe = find_controller(self.controller)
         if not isinstance(recipe, Recipe):
             raise ConfigError(f"controller '{self.controller}': must be a Recipe of layers")
         return recipe
 
     def policy_of(self, layer: LayerName) -> Policy | None:
-        """What the controller has learned of a layer; None where that is hand-written."""
+        """The policy of the controller's own layer; None if that layer is hand-written."""
         part = self.recipe.layers[layer]
         if isinstance(part, LearnedWeighting | LearnedMotion):
             return load_policy(part.policy)
@@ -162,16 +164,16 @@ class Experiment:
 
     @property
     def layers(self) -> tuple[LayerName, ...]:
-        """The layers that are trained."""
+        """Layers that are trained."""
         return LAYERS[self.layer]
 
     @property
     def held_back_seeds(self) -> range:
-        """The seeds of the evaluations."""
+        """Held-back (validation) seeds of this experiment."""
         return HELD_BACK_SEEDS[: self.held_back]
 
     def training_seeds(self, first: int, count: int) -> range:
-        """The seeds of `count` training worlds, of which `first` came before."""
+        """Seeds of `count` training worlds, after the first `first` ones."""
         if first + count > WORLDS_PER_EXPERIMENT:
             raise ConfigError(f"more than {WORLDS_PER_EXPERIMENT} training worlds")
         start = FIRST_TRAINING_SEED + self.seed * WORLDS_PER_EXPERIMENT + first
@@ -179,7 +181,7 @@ class Experiment:
 
     @property
     def identity(self) -> dict[str, str]:
-        """All that the result depends on, but for how far it is run: what a checkpoint is of."""
+        """Everything that the result depends on, except how long it runs; stored in checkpoints."""
         found = {
             "layer": self.layer,
             "algorithm": self.algorithm,
@@ -192,7 +194,7 @@ class Experiment:
             found["budget"] = str(self.budget)
         if self.algorithm == "ppo":  # as many threads, whose sums differ in the last digits
             found["workers"] = str(self.workers)
-        for name, scenario in self.worlds_by_name.items():
+        for name, scenario in self.scenarios_by_name.items():
             found |= {f"{name} {k}": str(v) for k, v in leaves(scenario.model_dump()).items()}
         rest = self.recipe.parameters.items()
         found |= {f"{self.recipe.name} {k}": str(v) for k, v in rest}
@@ -204,7 +206,7 @@ class Experiment:
 
     @property
     def command(self) -> str:
-        """The command that runs the same experiment again."""
+        """The command line that runs the same experiment again."""
         options = {
             "--algorithm": self.algorithm,
             "--seed": self.seed,
@@ -225,15 +227,20 @@ class Experiment:
         return shlex.join(words)
 
 
-def worlds_of(experiment: Experiment) -> dict[str, int]:
-    """Worlds of each scenario, so that all have about as many robots as the smallest."""
-    robots = {name: each.task.n_robots for name, each in experiment.worlds_by_name.items()}
+def worlds_per_scenario(experiment: Experiment) -> dict[str, int]:
+    """Number of worlds of each scenario, so that all scenarios have about as many robots."""
+    robots = {name: each.task.n_robots for name, each in experiment.scenarios_by_name.items()}
     fewest = min(robots.values())
     return {name: max(1, experiment.worlds * fewest // n) for name, n in robots.items()}
 
 
+def step_seed(seed: int, step: int) -> int:
+    """The random seed of one training step (a generation or an interval) of an experiment."""
+    return int(np.random.SeedSequence([seed, step]).generate_state(1)[0])
+
+
 def versions(*more: str) -> dict[str, str]:
-    """The versions of the packages that a result depends on."""
+    """Versions of the packages that a result depends on."""
     return {package: version(package) for package in (*PACKAGES, *more)}
 
 

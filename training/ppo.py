@@ -1,9 +1,9 @@
-"""PPO on the learned layers: one policy for all robots, judged on held-back worlds.
+"""PPO on the learned layers, with parameter sharing: one policy for all robots.
 
-Training goes in intervals. Each starts new worlds from seeds of its own and ends with an
-evaluation and a checkpoint, so that a run that was stopped goes on from the last interval and
-ends where it would have ended. The first interval of a motion trains the critic alone: the
-motion starts as a copy of the controller's own, which an untrained critic would undo.
+Training runs in intervals. Each resets the worlds with seeds of its own and ends with an
+evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from the last
+interval and ends with the same result. The first interval of a motion trains the critic alone:
+the motion starts as a clone of the controller's own, which an untrained critic would undo.
 
 Source: Schulman2017, Proximal Policy Optimization Algorithms (stable-baselines3).
 """
@@ -20,21 +20,20 @@ from stable_baselines3.common.utils import FloatSchedule, set_random_seed
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import ControlLoop
-from training.actor_critic import MotionTower, Tower, Towers
+from training.actor_critic import LayerNetworks, MotionActor, NamedNetwork
+from training.behaviour_cloning import clone_behaviour, record_demonstrations
 from training.checkpoint import (
-    BEST,
-    NAME,
-    card_of,
-    judged,
+    BEST_POLICY,
+    CHECKPOINT,
+    evaluation_point,
     not_writable,
+    policy_card,
     read_checkpoint,
     write_checkpoint,
 )
-from training.cloning import clone, demonstrations
-from training.course import run
-from training.experiment import Experiment, worlds_of
-from training.learner import METHODS, environments, learner, restore, state_of
-from training.policy import (
+from training.controllers import with_learned_layers
+from training.experiment import Experiment, step_seed, worlds_per_scenario
+from training.policy_file import (
     Card,
     CurvePoint,
     Interval,
@@ -43,152 +42,148 @@ from training.policy import (
     layer_card,
     save_policy,
 )
-from training.recipes import learned
-from training.telling import Teller
+from training.progress import ProgressLogger
+from training.sb3_setup import HYPERPARAMETERS, make_ppo, make_vec_env, model_state, restore_model
+from training.training_loop import run
 
 LATEST = "latest.safetensors"
-"""The policy of the last interval."""
+"""File of the policy of the last interval."""
 
 DEMONSTRATORS = 80
-"""Robots of each scenario that are copied, about."""
+"""Number of robots of each scenario that behaviour cloning records, about."""
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
-    """Run an experiment, or what is left of it, telling how it gets on; the best policy."""
-    learning = Learning(experiment)
-    if not learning.curve:
-        say(learning.begin())
-    return run(learning, experiment, "robot step", say)
+    """Run or resume an experiment with PPO, and return the best policy."""
+    training = PPOTraining(experiment)
+    if not training.curve:
+        say(training.warm_start())
+    return run(training, experiment, "robot step", say)
 
 
-class Learning:
-    """A run under way; all that it depends on is in its checkpoint."""
+class PPOTraining:
+    """A resumable PPO training."""
 
     def __init__(self, experiment: Experiment) -> None:
-        """Start, or go on from the checkpoint in the experiment's folder."""
+        """Start a training, or resume it from the checkpoint in the experiment's folder."""
         self._experiment = experiment
         torch.set_num_threads(experiment.workers)
-        self._method = METHODS[experiment.layer]
-        self._env = environments(experiment, self._method)
+        self._hyperparameters = HYPERPARAMETERS[experiment.layer]
+        self._env = make_vec_env(experiment, self._hyperparameters)
         try:
-            self._model = learner(self._env, experiment, self._method)
+            self._model = make_ppo(self._env, experiment, self._hyperparameters)
         except OSError as error:  # of the logs, which come first
             raise not_writable(experiment.out, error) from None
-        self._file = experiment.out / NAME
+        self._file = experiment.out / CHECKPOINT
         self.curve: list[CurvePoint] = []
         self._best = self._weights
         if self._file.exists():
-            names = [*state_of(self._model), *(f"best.{name}" for name in self._best)]
+            names = [*model_state(self._model), *(f"best.{name}" for name in self._best)]
             self.curve, arrays = read_checkpoint(self._file, experiment.identity, names)
-            restore(self._model, arrays)
+            restore_model(self._model, arrays)
             self._best = {name: arrays[f"best.{name}"] for name in self._best}
 
     @property
     def done(self) -> int:
-        """Control ticks of single robots so far."""
-        return int(self._model.num_timesteps) * self._method.decision_period
+        """Robot steps (control ticks of single robots) completed so far."""
+        return int(self._model.num_timesteps) * self._hyperparameters.decision_period
 
-    def begin(self) -> str:
-        """Copy the controller's own motion, if motion is learned; what is to be said of it."""
-        tower, experiment = self._actors.get("motion"), self._experiment
-        if not isinstance(tower, MotionTower):
+    def warm_start(self) -> str:
+        """Clone the controller's own motion, if the motion is learned; return a line to print."""
+        actor, experiment = self._actors.get("motion"), self._experiment
+        if not isinstance(actor, MotionActor):
             return "starting from nothing"
         set_random_seed(experiment.seed)
         pairs = []
-        for scenario in experiment.worlds_by_name.values():
+        for scenario in experiment.scenarios_by_name.values():
             n_worlds = max(1, DEMONSTRATORS // scenario.task.n_robots)
             seeds = experiment.training_seeds(0, n_worlds)
             loop = ControlLoop(scenario, experiment.recipe, seeds, experiment.physics)
-            pairs.append(demonstrations(loop, self._env.observation_layout))
-        error = clone(tower, pairs)
+            pairs.append(record_demonstrations(loop, self._env.observation_layout))
+        error = clone_behaviour(actor, pairs)
         return f"the motion of {experiment.controller} is copied; mean squared error {error:.3f}"
 
-    def advance(self, teller: Teller) -> str:
-        """One interval of training, in new worlds; its speed, to be said."""
+    def advance(self, progress: ProgressLogger) -> str:
+        """Train for one interval in new worlds, and return a line on its speed."""
         experiment, model, before = self._experiment, self._model, self.done
         begin, stepping = time.perf_counter(), self._env.stepping_s
-        seed = _seed(experiment.seed, len(self.curve))
+        seed = step_seed(experiment.seed, len(self.curve))
         set_random_seed(seed)
         self._env.seed(seed)
         model._last_obs = None  # so that learning starts with a reset
         left = max(0.0, 1.0 - before / experiment.budget)
-        model.lr_schedule = FloatSchedule(self._method.rate * left)
-        self._let_act(learn=len(self.curve) > 1 or "motion" not in self._actors)
-        decisions = math.ceil(experiment.every / self._method.decision_period)
+        model.lr_schedule = FloatSchedule(self._hyperparameters.learning_rate * left)
+        self._set_trainable(learn=len(self.curve) > 1 or "motion" not in self._actors)
+        decisions = math.ceil(experiment.every / self._hyperparameters.decision_period)
         model.learn(decisions, reset_num_timesteps=False)
         wall = time.perf_counter() - begin
         speed = (self.done - before) / wall
         share = (self._env.stepping_s - stepping) / wall
         numbers = {"speed/robot_steps_per_s": speed, "speed/environment_share": share}
-        teller.scalars(self.done, numbers)
+        progress.log_scalars(self.done, numbers)
         return f"{speed:,.0f} robot steps/s, {share:.0%} of the time in the environment"
 
     def evaluate(self) -> CurvePoint:
-        """Judge the policy on the held-back worlds, and keep it, the best and the state."""
+        """Evaluate on the held-back seeds; save latest policy, best policy and checkpoint."""
         experiment, weights = self._experiment, self._weights
         save_policy(experiment.out / LATEST, weights, self._card({}))
-        trips = {name: self._round_trips(name) for name in experiment.worlds_by_name}
-        point = judged(self.done, self._simulated_s, trips)
+        trips = {name: self._round_trips(name) for name in experiment.scenarios_by_name}
+        point = evaluation_point(self.done, self._simulated_s, trips)
         if all(point.value > each.value for each in self.curve):
             self._best = weights
         self.curve.append(point)
         best = {f"best.{name}": array for name, array in self._best.items()}
-        arrays = {**state_of(self._model), **best}
+        arrays = {**model_state(self._model), **best}
         write_checkpoint(self._file, experiment.identity, self.curve, arrays)
-        self.keep_best()
+        self.save_best()
         return point
 
-    def keep_best(self) -> None:
-        """Write the best policy so far, with the curve so far."""
+    def save_best(self) -> None:
+        """Write the best policy so far, with the learning curve on its card."""
         best = max(self.curve, key=lambda point: point.value)
-        save_policy(self._experiment.out / BEST, self._best, self._card(best.round_trips))
+        save_policy(self._experiment.out / BEST_POLICY, self._best, self._card(best.round_trips))
 
     def _round_trips(self, name: str) -> Int64[Array, " worlds"]:
-        """Those of the latest policy in each held-back world of a scenario."""
+        """Round trips of the latest policy in each held-back world of a scenario."""
         experiment = self._experiment
-        scenario, seeds = experiment.worlds_by_name[name], experiment.held_back_seeds
-        recipe = learned(experiment.recipe, experiment.layers, experiment.out / LATEST)
+        scenario, seeds = experiment.scenarios_by_name[name], experiment.held_back_seeds
+        recipe = with_learned_layers(experiment.recipe, experiment.layers, experiment.out / LATEST)
         episodes = run_episodes(scenario, recipe, seeds, experiment.physics)
         return np.array([each.round_trips for each in episodes])
 
     @property
     def _simulated_s(self) -> float:
         """Simulated time so far, summed over worlds [s]."""
-        n_worlds = worlds_of(self._experiment)
+        n_worlds = worlds_per_scenario(self._experiment)
         ticks = self.done / self._env.num_envs
-        scenarios = self._experiment.worlds_by_name.items()
+        scenarios = self._experiment.scenarios_by_name.items()
         return ticks * sum(n_worlds[name] * each.tick for name, each in scenarios)
 
     @property
-    def _actors(self) -> dict[LayerName, Tower]:
-        actors = cast(Towers, self._model.policy.mlp_extractor).actors
-        return cast(dict[LayerName, Tower], dict(actors.items()))
+    def _actors(self) -> dict[LayerName, NamedNetwork]:
+        actors = cast(LayerNetworks, self._model.policy.mlp_extractor).actors
+        return cast(dict[LayerName, NamedNetwork], dict(actors.items()))
 
     @property
     def _weights(self) -> dict[str, Float32[Array, "..."]]:
-        """The arrays of the actors, as a policy's file names them."""
+        """Weights of all actors, named as in a policy file."""
         return {
             f"{layer}.{name}": array
             for layer, actor in self._actors.items()
-            for name, array in actor.as_in_file().items()
+            for name, array in actor.to_numpy().items()
         }
 
-    def _let_act(self, learn: bool) -> None:
-        """Let the actors learn, or the critic alone."""
+    def _set_trainable(self, learn: bool) -> None:
+        """Train the actors and the critic (`learn`), or the critic alone."""
         self._model.policy.log_std.requires_grad_(learn)
         for actor in self._actors.values():
             actor.requires_grad_(learn)
 
     def _card(self, score: dict[str, Interval]) -> Card:
         experiment = self._experiment
-        scenario = next(iter(experiment.worlds_by_name.values()))
+        scenario = next(iter(experiment.scenarios_by_name.values()))
         layers = {
             layer: layer_card(layer, scenario, actor.network, actor.sizes)
             for layer, actor in self._actors.items()
         }
-        return card_of(experiment, layers, ("stable-baselines3", "torch"), self.curve, score)
-
-
-def _seed(experiment: int, interval: int) -> int:
-    """The seed of an interval's draws and worlds."""
-    return int(np.random.SeedSequence([experiment, interval]).generate_state(1)[0])
+        return policy_card(experiment, layers, ("stable-baselines3", "torch"), self.curve, score)

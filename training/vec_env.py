@@ -1,4 +1,4 @@
-"""Stable-baselines3: the robots of W worlds as its environments, arrays in and arrays out."""
+"""A stable-baselines3 vector environment whose environments are the robots of W worlds."""
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -19,14 +19,14 @@ from swarm_forage_env.waypoints_scenario import AnyScenario
 Infos = list[dict[str, Any]]
 
 
-class OneForAll(VecEnv):
-    """Environments that share all attributes and methods: those of the whole."""
+class SharedAttributesVecEnv(VecEnv):
+    """A vector environment whose environments share all attributes and methods."""
 
     def close(self) -> None:
-        """Nothing is held open."""
+        """Close the environments; there is nothing to release."""
 
     def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
-        """An attribute, once for each environment asked for."""
+        """Return an attribute, once for each environment asked for."""
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(
@@ -35,7 +35,7 @@ class OneForAll(VecEnv):
         value: Any,  # noqa: ANN401 whatever the attribute holds
         indices: int | Iterable[int] | None = None,
     ) -> None:
-        """Set an attribute, of the whole."""
+        """Set an attribute of the vector environment."""
         setattr(self, attr_name, value)
 
     def env_method(
@@ -45,7 +45,7 @@ class OneForAll(VecEnv):
         indices: int | Iterable[int] | None = None,
         **method_kwargs: Any,  # noqa: ANN401 the method's
     ) -> list[Any]:
-        """Call a method once; its result, once for each environment asked for."""
+        """Call a method once, and return its result once for each environment asked for."""
         result = getattr(self, method_name)(*method_args, **method_kwargs)
         return [result for _ in self._get_indices(indices)]
 
@@ -54,12 +54,12 @@ class OneForAll(VecEnv):
         wrapper_class: Any,  # noqa: ANN401 a type
         indices: int | Iterable[int] | None = None,
     ) -> list[bool]:
-        """No environment is wrapped by itself."""
+        """Return False for each environment: none is wrapped individually."""
         return [False for _ in self._get_indices(indices)]
 
 
-class SwarmVecEnv(OneForAll):
-    """W worlds of N robots as W * N environments, so that one policy learns for all robots.
+class SwarmVecEnv(SharedAttributesVecEnv):
+    """W worlds of N robots as W * N environments: parameter sharing, one policy for all robots.
 
     Environment k is robot k % N of world k // N. Options are those of `parallel_env`: what is
     learned (`learn`, `residual`, `reward`, `shaping`, `discount`, `decision_period`, `physics`,
@@ -80,8 +80,8 @@ class SwarmVecEnv(OneForAll):
         seed: int = 0,
         **options: Any,  # noqa: ANN401 checked by Terms and by the scenario
     ) -> None:
-        """Make the worlds; `reset` starts them from the seeds that follow from `seed`."""
-        _ = validated(_Block, {"n_worlds": n_worlds})
+        """Make the worlds; `reset` draws their seeds from a generator seeded by `seed`."""
+        _ = validated(_WorldCount, {"n_worlds": n_worlds})
         self.batch = make_batch(range(n_worlds), options, scenario, controller)
         self.scenario = self.batch.world.scenario
         self.max_cycles = self.batch.n_cycles
@@ -98,20 +98,20 @@ class SwarmVecEnv(OneForAll):
         self.seed(seed)
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
-        """Begin the sequence of seeds that the next resets draw from."""
+        """Seed the generator from which resets draw the seeds of the worlds."""
         checked = None if seed is None else checked_seed(seed)
         self._rng = np.random.default_rng(checked)
         return [checked] * self.num_envs
 
     def reset(self) -> Float32[Array, "rows numbers"]:
-        """Start every world anew; what every robot observes."""
+        """Reset every world and return the observation of every robot."""
         self._cycles = 0
         self.reset_infos: Infos = [{} for _ in range(self.num_envs)]
         seeds = self._rng.integers(2**63, size=self._n_worlds)
         return np.asarray(self.batch.reset([int(seed) for seed in seeds]))
 
     def step_async(self, actions: Float32[Array, "rows numbers"]) -> None:
-        """Take the actions of all robots; ConfigError if one cannot be used."""
+        """Store the actions of all robots; ConfigError if they do not fit the action space."""
         given = np.asarray(actions)
         if given.shape != (self.num_envs, *self._space.shape):
             raise ConfigError(
@@ -126,7 +126,7 @@ class SwarmVecEnv(OneForAll):
     def step_wait(
         self,
     ) -> tuple[Float32[Array, "rows numbers"], Float32[Array, " rows"], Array, Infos]:
-        """One decision period of all robots."""
+        """Run one decision period and return observations, rewards, dones and infos."""
         if self._next is None:
             raise ConfigError("step_wait() without an action: call step_async(actions) first")
         observations, rewards = self.batch.step(self._next)
@@ -144,7 +144,7 @@ class SwarmVecEnv(OneForAll):
         return observations, rewards.astype(np.float32), done, infos
 
 
-class _Block(Part):
-    """How many worlds run side by side."""
+class _WorldCount(Part):
+    """Validation of the number of worlds of a vector environment."""
 
     n_worlds: Count

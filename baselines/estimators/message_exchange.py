@@ -85,9 +85,9 @@ def find_partner(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> int:
     belief = crowd[i].belief
     for slot in range(heard.n):
         sender = heard.sender[slot]
-        if not was_recently_met(belief, sender):
-            if is_useful(belief, crowd[sender].message, numbers):
-                return int(sender)
+        is_fresh = not was_recently_met(belief, sender)
+        if is_fresh and is_useful(belief, crowd[sender].message, numbers):
+            return int(sender)
     return NOBODY
 
 

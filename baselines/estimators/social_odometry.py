@@ -34,6 +34,7 @@ from baselines.estimators.message_exchange import (
     merge,
     update_exchange,
 )
+from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.control import observe
@@ -108,7 +109,10 @@ class SocialOdometryParameters(Part):
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""
-        return EstimatorLayer(SocialMind, self.numbers(scenario), KERNELS, observe)
+        own = SGIKF().layer(scenario)
+        return EstimatorLayer(
+            SocialMind, self.numbers(scenario), KERNELS, observe, own_weighting=own
+        )
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:
         """The parameters as kernels read them, times in ticks."""

@@ -1,1 +1,1 @@
-"""Evaluation: episodes, kept as a dataset, told as tables and plots with intervals."""
+"""Evaluation: run episodes, keep them as a Parquet dataset, and report them with intervals."""

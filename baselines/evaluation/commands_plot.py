@@ -1,4 +1,4 @@
-"""The command `plot`: a figure of datasets that are there."""
+"""The command `plot`: draw a figure of existing datasets."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -8,7 +8,7 @@ import typer
 
 
 class FigureName(StrEnum):
-    """The kinds of figures."""
+    """The kinds of figures that `plot` draws."""
 
     BOXPLOT = "boxplot"
     CURVE = "curve"
@@ -91,15 +91,15 @@ def plot(  # noqa: PLR0913 the options of a command
     swarm-forage plot boxplot runs/es1 --out trips.png --out trips.pdf
     """
     import baselines.evaluation.figures  # noqa: F401 enters the kinds
-    from baselines.evaluation.figures.base import FIGURES, Wish, check_options
-    from baselines.evaluation.plots import check_plot, save
+    from baselines.evaluation.figures.base import FIGURES, PlotOptions, check_options
+    from baselines.evaluation.plot_style import check_plot, save_figure
 
     for file in out:
         check_plot(file, "--out")
-    wish = Wish(
+    options = PlotOptions(
         kind.value, sources, tuple(scenarios or ()), tuple(controllers or ()), metric, x, seed
     )
-    check_options(wish)
-    figure = FIGURES[wish.kind].draw(wish)
+    check_options(options)
+    figure = FIGURES[options.kind].draw(options)
     for file in out:
-        save(figure, file, wish.command, f"swarm-forage plot {wish.kind}")
+        save_figure(figure, file, options.command, f"swarm-forage plot {options.kind}")

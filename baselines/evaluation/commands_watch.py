@@ -1,6 +1,5 @@
-"""The command `watch`: one episode in a window, or as a video, a replay or a still."""
+"""The command `watch`: show one episode in a window, or as a video, a replay or a still."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -47,12 +46,8 @@ def watch(  # noqa: PLR0913 the options of a command
     and messages, s saves a picture to the current folder, q quits.
     """
     from baselines.evaluation import watch as watching
-    from baselines.evaluation.request import Request
+    from baselines.evaluation.evaluate_options import EvaluateOptions
 
-    request = Request(scenario, [controller], 1, seed, settings or [], physics)
-    showing = watching.Showing(speed, size, select, start, seconds, video, html, frame)
-    watching.watch(request, showing, _say)
-
-
-def _say(line: str) -> None:
-    sys.stderr.write(f"swarm-forage: {line}\n")
+    chosen = EvaluateOptions(scenario, [controller], 1, seed, settings or [], physics)
+    options = watching.WatchOptions(speed, size, select, start, seconds, video, html, frame)
+    watching.watch(chosen, options)

@@ -1,4 +1,4 @@
-"""One episode: a swarm forages from reset to the end, and is judged."""
+"""One foraging episode: run a swarm from reset to the end, and measure it."""
 
 import math
 import time
@@ -32,7 +32,7 @@ SERIES = ("on_path_over_time", "recruited_at_s")
 
 @dataclass(frozen=True)
 class Episode:
-    """What is kept of an episode. `swarm_forage_env.metrics` defines each number."""
+    """The results of one foraging episode. `swarm_forage_env.metrics` defines each number."""
 
     scenario: str
     """Name of the scenario."""
@@ -80,31 +80,31 @@ class Episode:
     """When the robots had visited both areas, earliest first; the others are left out [s]."""
 
 
-class ErrorMeter:
-    """The localisation error of each world, summed over robots, known areas and samples."""
+class LocalisationErrorMeter:
+    """Localisation error of each world, summed over robots, known areas and samples."""
 
     def __init__(self, n_worlds: int) -> None:
-        """Nothing measured yet."""
+        """Start all sums at zero."""
         self._sum: Float64[Array, " worlds"] = np.zeros(n_worlds)
         self._count: Float64[Array, " worlds"] = np.zeros(n_worlds)
 
     def sample(self, loop: ControlLoop) -> None:
-        """Compare what is believed now with what is true."""
+        """Add the distances between estimated and true areas at this tick."""
         world, situation = loop.world, loop.controller.estimator.situation
         error = localisation_error(world.state.pose, situation.areas, situation.known, world.areas)
         self._sum += error.reshape(len(self._sum), -1).sum(axis=1)
         self._count += situation.known.reshape(len(self._sum), -1).sum(axis=1)
 
     def mean(self, world: int) -> float | None:
-        """Mean error of one world [m]; None if nothing was known at any sample."""
+        """Mean error of one world [m]; None if no robot knew an area at any sample."""
         return float(self._sum[world] / self._count[world]) if self._count[world] else None
 
 
-class PathMeter:
-    """The share of the robots on the path in each world, sampled evenly over the episode."""
+class OnPathMeter:
+    """Share of the robots on the path in each world, sampled evenly over the episode."""
 
     def __init__(self, n_ticks: int) -> None:
-        """Nothing sampled yet; an episode shorter than the series has a sample a tick."""
+        """Start without samples; an episode shorter than the series has one for each tick."""
         self._n_ticks = n_ticks
         self._samples: list[Float64[Array, " worlds"]] = []
 
@@ -115,17 +115,17 @@ class PathMeter:
             self._samples.append(on_path_now(world.state.known, world.n_worlds))
 
     def series(self, world: int) -> tuple[float, ...]:
-        """The samples of one world."""
+        """The samples of one world, in the order of time."""
         return tuple(float(sample[world]) for sample in self._samples)
 
 
 def run_episodes(
     scenario: Scenario, recipe: Recipe, seeds: Sequence[int], physics: str = "rigid"
 ) -> list[Episode]:
-    """One whole episode for each seed, run side by side; each is what it is when run alone."""
+    """Run one foraging episode for each seed, side by side; each is the same when run alone."""
     start = time.perf_counter()
     loop = ControlLoop(scenario, recipe, seeds, physics)
-    meter, path = ErrorMeter(len(seeds)), PathMeter(scenario.n_ticks)
+    meter, path = LocalisationErrorMeter(len(seeds)), OnPathMeter(scenario.n_ticks)
     period = max(1, round(SAMPLE_EVERY / scenario.tick))
     for tick in range(1, scenario.n_ticks + 1):
         loop.step()
@@ -152,7 +152,7 @@ def _judge(
     physics: str,
     wall: float,
 ) -> list[Episode]:
-    """The episodes of a finished block of worlds, as the final state tells them."""
+    """The episodes of a finished block of worlds, from its final state."""
     scenario, state, worlds = loop.world.scenario, loop.world.state, len(seeds)
     recruited = recruitment_time(state.first_visit, worlds, scenario.tick)
     on_path = on_path_share(state.path_ticks, worlds, scenario.n_ticks)

@@ -1,4 +1,4 @@
-"""The two kinds of task that are evaluated, foraging and waypoints, and what each is judged by."""
+"""The two kinds of task, foraging and waypoints, with their episodes and metrics."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ AnyEpisode = Episode | WaypointEpisode
 
 @dataclass(frozen=True)
 class Kind:
-    """What an episode of a task is, and what is compared."""
+    """A kind of task: its episode type, its runner, its score and its metrics."""
 
     episode: type[Any]
     run: Callable[..., Sequence[Any]]
@@ -29,7 +29,7 @@ class Kind:
     """Metrics in the order of the table, with their headings and the factor to their units."""
 
     def axis(self, metric: str) -> str:
-        """The heading of a metric in one line, for an axis."""
+        """The heading of a metric in one line, as an axis label."""
         return self.columns[metric][0].replace("-\n", "").replace("\n", " ")
 
 
@@ -64,5 +64,5 @@ WAYPOINTS = Kind(
 
 
 def kind_of(thing: AnyScenario | AnyEpisode) -> Kind:
-    """The kind of a scenario or an episode."""
+    """The kind of task of a scenario or an episode."""
     return WAYPOINTS if isinstance(thing, WaypointsScenario | WaypointEpisode) else FORAGING

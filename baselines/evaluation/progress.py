@@ -1,34 +1,21 @@
-"""How a long run gets on, told on stderr."""
+"""Progress of long runs, on stderr."""
 
 import time
-from collections.abc import Callable
 
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
-
+from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.runner import Plan
 
 
-def carry_out(plan: Plan, workers: int, say: Callable[[str], None]) -> None:
-    """Run what is missing: a line at the start and at the end, a bar if stderr is a terminal."""
-    console, begin = Console(stderr=True), time.monotonic()
+def run_with_progress(plan: Plan, workers: int) -> None:
+    """Run the missing episodes: a line before and after, a bar if stderr is a terminal."""
+    begin = time.monotonic()
     total = len(plan.configurations) * len(plan.seeds)
     scenarios = ", ".join(dict.fromkeys(each.scenario.name for each in plan.configurations))
     say(
         f"{scenarios}: {total - plan.n_todo} of {total} episodes"
         f" found in {plan.dataset.folder}, {plan.n_todo} to run"
     )
-    columns = (
-        "episodes", BarColumn(), MofNCompleteColumn(),
-        "elapsed", TimeElapsedColumn(), "left", TimeRemainingColumn(),
-    )  # fmt: skip
-    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+    with progress_bar("episodes") as progress:
         bar = progress.add_task("", total=plan.n_todo)
         for done in plan.run(workers):
             progress.advance(bar, done)

@@ -1,4 +1,4 @@
-"""From configurations and seeds to episodes: those kept are used, the others are run.
+"""Run the episodes that a dataset does not hold yet, in parallel.
 
 Episodes run in blocks of worlds, spread over worker processes; a worker writes the episodes of
 a block as soon as the block ends. How they are cut into blocks never changes a result.
@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 
-from baselines.evaluation.configuration import Configuration
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.episode import ErrorMeter
+from baselines.evaluation.episode import LocalisationErrorMeter
+from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.kinds import AnyEpisode, kind_of
-from baselines.evaluation.waypoint_episode import Meter
+from baselines.evaluation.waypoint_episode import WaypointErrorMeter
 from swarm_forage_env.loop import WaypointsLoop, start_loop
 
 MAX_ROWS = 300
@@ -30,17 +30,17 @@ ROUNDS = 2
 
 @dataclass(frozen=True)
 class Block:
-    """Episodes of one configuration that run side by side."""
+    """Episodes of one configuration that run side by side in one process."""
 
-    configuration: Configuration
+    configuration: ExperimentConfig
     seeds: tuple[int, ...]
 
 
 class Plan:
-    """The episodes that are wanted, those found in the dataset, and those still to run."""
+    """The episodes wanted: those found in the dataset, and those still to run."""
 
     def __init__(
-        self, configurations: Sequence[Configuration], seeds: Sequence[int], dataset: Dataset
+        self, configurations: Sequence[ExperimentConfig], seeds: Sequence[int], dataset: Dataset
     ) -> None:
         """Look for every episode in the dataset; nothing runs yet."""
         self.configurations = list(configurations)
@@ -59,11 +59,11 @@ class Plan:
 
     @property
     def n_todo(self) -> int:
-        """Episodes still to run."""
+        """Number of episodes still to run."""
         return sum(map(len, self.todo.values()))
 
     def blocks(self, workers: int) -> list[Block]:
-        """What is still to run, cut into blocks of nearly equal size."""
+        """The episodes still to run, cut into blocks of nearly equal size."""
         share = -(-self.n_todo // (ROUNDS * workers))
         return [
             Block(self._named[key], tuple(seeds.tolist()))
@@ -72,7 +72,7 @@ class Plan:
         ]
 
     def run(self, workers: int) -> Iterator[int]:
-        """Run what is still to run; after each block, how many episodes it held."""
+        """Run the missing episodes; yield after each block how many episodes it held."""
         blocks = self.blocks(workers)
         if not blocks:
             return
@@ -80,7 +80,7 @@ class Plan:
             warm_up(block.configuration)
         workers = min(workers, len(blocks))
         parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
-        with deaf_to_interrupts():
+        with ignore_sigint():
             finished = parallel(delayed(_run_block)(block, self.dataset) for block in blocks)
         with closing(finished):  # ends the workers, whatever happens
             for key, episodes in finished:
@@ -89,7 +89,7 @@ class Plan:
                 yield len(episodes)
 
     def results(self) -> list[Any]:
-        """All episodes, controller by controller and seed by seed, under the asked-for names."""
+        """All episodes, by controller, then seed, under the controllers' names as given."""
         return [
             replace(self.episodes[each.key, seed], controller=each.label)
             for each in self.configurations
@@ -97,46 +97,46 @@ class Plan:
         ]
 
     def _room(self, key: str) -> int:
-        """Worlds of this configuration that a block has room for."""
+        """Number of worlds of this configuration that fit in a block."""
         return max(1, MAX_ROWS // self._named[key].scenario.task.n_robots)
 
 
 def evaluate(
-    configurations: Sequence[Configuration],
+    configurations: Sequence[ExperimentConfig],
     seeds: Sequence[int],
     dataset: Dataset,
     workers: int = 1,
     progress: Callable[[int], None] = lambda _: None,
 ) -> list[Any]:
-    """The episodes of all configurations under all seeds, kept in the dataset."""
+    """Run or find the episodes of all configurations under all seeds, and keep them."""
     plan = Plan(configurations, seeds, dataset)
     for done in plan.run(workers):
         progress(done)
     return plan.results()
 
 
-def warm_up(configuration: Configuration) -> None:
-    """Go through every kernel once, so that workers find them compiled."""
+def warm_up(configuration: ExperimentConfig) -> None:
+    """Compile every kernel of a configuration, so that workers find them cached."""
     scenario = configuration.scenario
     loop = start_loop(scenario, configuration.recipe, (0,), configuration.physics)
     loop.step()
     rows = scenario.task.n_robots
     if isinstance(loop, WaypointsLoop):
         loop.controller.estimator.merge(np.zeros((rows, 1), np.float32), 0.0)
-        Meter(1).sample(loop)
+        WaypointErrorMeter(1).sample(loop)
     else:
         loop.controller.estimator.merge(np.zeros((rows, 2), np.float32), 0.0)
-        ErrorMeter(1).sample(loop)
+        LocalisationErrorMeter(1).sample(loop)
 
 
 def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
-    """The seeds in parts of nearly equal size, none larger than `size`."""
+    """Cut the seeds into parts of nearly equal size, none larger than `size`."""
     return np.array_split(np.asarray(seeds, dtype=np.uint64), -(-len(seeds) // size))
 
 
 @contextmanager
-def deaf_to_interrupts() -> Iterator[None]:
-    """Start processes that ignore Ctrl-C: it is for the one that ends them all."""
+def ignore_sigint() -> Iterator[None]:
+    """Start workers that ignore SIGINT; the parent process handles it and stops them."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""Means with bootstrap intervals, and comparisons of two controllers; pure functions.
+"""Statistics: means with bootstrap intervals, and comparisons of two controllers.
 
 None stands where the numbers say nothing: an interval of one value or of equal values, a
 ratio to zero.
@@ -25,7 +25,7 @@ BATCH = 1000
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with its interval."""
+    """A mean or ratio with its confidence interval."""
 
     value: float
     interval: tuple[float, float] | None
@@ -35,7 +35,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A controller against another one, on the same seeds."""
+    """The comparison of one controller with another one on the same seeds."""
 
     difference: Estimate
     """Mean of the differences, seed by seed."""
@@ -65,7 +65,7 @@ def mean_interval(values: Sequence[float], seed: int = 0) -> Estimate | None:
 
 
 def compare(values: Sequence[float], base: Sequence[float], seed: int = 0) -> Comparison:
-    """Compare with a base that met the same seeds in the same order.
+    """Compare a sample with a base sample of the same seeds in the same order.
 
     The difference is mean(x_k - b_k), the ratio mean(x) / mean(b).
     """
@@ -77,7 +77,7 @@ def compare(values: Sequence[float], base: Sequence[float], seed: int = 0) -> Co
 
 
 def mann_whitney_p(values: Sequence[float], base: Sequence[float]) -> float | None:
-    """Two-sided p of the Mann-Whitney U test; None if it can tell nothing.
+    """Two-sided p of the Mann-Whitney U test; None for samples too small or all equal.
 
     Source: MannWhitney1947.
 

@@ -1,4 +1,4 @@
-"""Episodes as a table with intervals, as JSON and as CSV."""
+"""Format evaluated episodes as a table with intervals, as JSON and as CSV."""
 
 import csv
 import io
@@ -18,12 +18,12 @@ from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_
 
 NOT_APPLICABLE = "n/a"
 
-Groups = Mapping[str, Sequence[AnyEpisode]]
+EpisodesByController = Mapping[str, Sequence[AnyEpisode]]
 """Episodes by controller, the seeds in the same order for each."""
 
 
 def by_controller(episodes: Sequence[AnyEpisode]) -> dict[str, list[AnyEpisode]]:
-    """The episodes of each controller, in the order of their first appearance."""
+    """Group episodes by controller, in the order of their first appearance."""
     groups: dict[str, list[AnyEpisode]] = {}
     for episode in episodes:
         groups.setdefault(episode.controller, []).append(episode)
@@ -31,14 +31,14 @@ def by_controller(episodes: Sequence[AnyEpisode]) -> dict[str, list[AnyEpisode]]
 
 
 def to_json(episodes: Sequence[AnyEpisode], series: bool = False) -> str:
-    """One JSON array, an episode to a line; the series over time only if asked for."""
+    """Episodes as one JSON array, one a line; the series over time only if asked for."""
     left_out = () if series else SERIES
     lines = (json.dumps(_without(left_out, episode), allow_nan=False) for episode in episodes)
     return "[\n" + ",\n".join(lines) + "\n]"
 
 
 def to_csv(episodes: Sequence[AnyEpisode]) -> str:
-    """A line of column names, and an episode to a line, without series; missing is empty."""
+    """Episodes as CSV with a header, without series; missing values are empty."""
     text = io.StringIO()
     names = [each.name for each in fields(episodes[0]) if each.name not in SERIES]
     writer = csv.DictWriter(text, names, lineterminator="\n")
@@ -52,7 +52,7 @@ def _without(left_out: Sequence[str], episode: AnyEpisode) -> dict[str, Any]:
 
 
 def report(episodes: Sequence[AnyEpisode]) -> Group:
-    """The table of means and, for several controllers, the table of comparisons."""
+    """The table of means and, for several controllers, of comparisons with the first."""
     groups = by_controller(episodes)
     first = next(iter(groups.values()))
     head = first[0]
@@ -77,8 +77,8 @@ def report(episodes: Sequence[AnyEpisode]) -> Group:
     return Group(*parts)
 
 
-def summary(groups: Groups) -> Table:
-    """Mean of every metric of every controller, over its 95 % bootstrap interval."""
+def summary(groups: EpisodesByController) -> Table:
+    """The table of mean metrics of every controller, over their 95 % bootstrap intervals."""
     table, columns = _table(), kind_of(next(iter(groups.values()))[0]).columns
     for heading, _ in columns.values():
         table.add_column(Text(heading), justify="right", no_wrap=True)
@@ -88,8 +88,8 @@ def summary(groups: Groups) -> Table:
     return table
 
 
-def comparison(groups: Groups) -> Table:
-    """Score of every controller against the first, seed by seed."""
+def comparison(groups: EpisodesByController) -> Table:
+    """The table of every controller's score against the first one's, seed by seed."""
     (_, base), *others = groups.items()
     table = _table()
     for heading in ("difference of means", "ratio of means", "p"):
@@ -101,12 +101,12 @@ def comparison(groups: Groups) -> Table:
 
 
 def _lines(name: str) -> Text:
-    """A controller's name, its parameters below it."""
+    """A controller's name, with its parameters on lines below."""
     return Text(name.replace(":", ":\n ").replace(",", ",\n "))
 
 
 def scores(episodes: Sequence[AnyEpisode]) -> list[float]:
-    """What controllers are compared by: round trips, or goals per robot."""
+    """The score of each episode: round trips, or goals per robot."""
     return [getattr(episode, kind_of(episode).score) for episode in episodes]
 
 
@@ -116,7 +116,7 @@ def _verdict(found: Comparison) -> tuple[str, str, str]:
 
 
 def _cell(episodes: Sequence[AnyEpisode], metric: str, factor: float) -> Text:
-    """Mean over interval; how many episodes it speaks for, if not for all."""
+    """A table cell: mean over interval, and the number of episodes if not all count."""
     values = [getattr(episode, metric) for episode in episodes]
     found = mean_interval([factor * value for value in values if value is not None])
     if found is None:
@@ -136,7 +136,7 @@ def _in_line(found: Estimate | None) -> str:
 
 
 def _formatter(value: float) -> Callable[[float], str]:
-    """Writes numbers with as many decimals as this one needs for three digits; 0.01 gets two."""
+    """A number format with the decimals that `value` needs for three digits; 0.01 gets two."""
     size = abs(value)
     whole = math.floor(math.log10(size)) + 1 if size else 3
     decimals = 2 if 0.01 <= size < 1.0 else max(0, 3 - whole)
@@ -144,7 +144,7 @@ def _formatter(value: float) -> Callable[[float], str]:
 
 
 def p_value(p: float) -> str:
-    """A p as a reader wants it."""
+    """Format a p value."""
     return "< 0.0001" if p < 1e-4 else f"{p:.2g}"
 
 

@@ -1,4 +1,4 @@
-"""One episode of waypoints: a swarm visits goals from reset to the end, and is judged."""
+"""One waypoint episode: run a swarm from reset to the end, and measure it."""
 
 import time
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from swarm_forage_env.waypoints_scenario import WaypointsScenario
 
 @dataclass(frozen=True)
 class WaypointEpisode:
-    """What is kept of an episode."""
+    """The results of one waypoint episode."""
 
     scenario: str
     """Name of the scenario."""
@@ -59,16 +59,16 @@ class WaypointEpisode:
     """Computing time: an equal share of that of the block the episode ran in [s]."""
 
 
-class Meter:
+class WaypointErrorMeter:
     """Covariance norm and position error of each world, summed over robots and time."""
 
     def __init__(self, n_worlds: int) -> None:
-        """Nothing measured yet."""
+        """Start all sums at zero."""
         self.sums: Float64[Array, "worlds 2"] = np.zeros((n_worlds, 2))
         self.largest: Float64[Array, " worlds"] = np.zeros(n_worlds)
 
     def sample(self, loop: WaypointsLoop) -> None:
-        """Compare what is believed now with what is true."""
+        """Add the covariance norms and the position errors of this tick."""
         estimator: Any = loop.controller.estimator
         accumulate(
             estimator.P, estimator.pose, loop.world.state.pose, loop.world.n_robots,
@@ -100,10 +100,10 @@ def accumulate(
 def run_waypoint_episodes(
     scenario: WaypointsScenario, recipe: Recipe, seeds: Sequence[int], physics: str
 ) -> list[WaypointEpisode]:
-    """One whole episode for each seed, run side by side; each is what it is when run alone."""
+    """Run one waypoint episode for each seed, side by side; each is the same when run alone."""
     start = time.perf_counter()
     loop = WaypointsLoop(scenario, recipe, seeds, physics)
-    meter = Meter(len(seeds))
+    meter = WaypointErrorMeter(len(seeds))
     for _ in range(scenario.n_ticks):
         loop.step()
         meter.sample(loop)

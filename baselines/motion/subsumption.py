@@ -142,7 +142,7 @@ def subsume(
 
 
 @kernel
-def steer(  # noqa: PLR0913 what every motion sees, then what it remembers
+def steer(
     situation: Situation,
     readings: Readings,
     heard: Heard,

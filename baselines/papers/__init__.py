@@ -1,1 +1,1 @@
-"""The papers: their numbers and figures, and what they leave open."""
+"""Reproduction of papers: their claims and figures, each from its own experiments."""

@@ -19,7 +19,7 @@ Not in the paper, and chosen here:
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -28,12 +28,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from baselines.evaluation.curves import Means, mean_panels
+from baselines.evaluation.line_plots import Means, mean_panels
 from baselines.evaluation.statistics import Estimate, mean_interval
-from baselines.papers.cells import Cell, Results, sample
-from baselines.papers.claims import Order
-from baselines.papers.figures import Picture
-from baselines.papers.findings import Claim, Finding, finding
+from baselines.papers.claim_result import Claim, ClaimResult, claim_result
+from baselines.papers.claim_types import Order
+from baselines.papers.experiments import Experiment, Results, sample
+from baselines.papers.figures import PaperFigure
 from baselines.papers.paper import PAPERS, Paper
 
 SIZES = (5, 10, 25, 50)
@@ -61,7 +61,7 @@ RMS = 1.3
 
 @dataclass(frozen=True)
 class Measure:
-    """A number of an episode, as figures and claims need it."""
+    """A metric of a waypoint episode, with its published column and its words."""
 
     field: str
     """Of the episode."""
@@ -74,7 +74,7 @@ class Measure:
     factor: float = 1.0
 
     def __call__(self, episode: Any) -> float:  # noqa: ANN401 a WaypointEpisode
-        """Its value; NaN where there is none."""
+        """The metric's value for an episode; NaN where there is none."""
         value = getattr(episode, self.field)
         return math.nan if value is None else self.factor * float(value)
 
@@ -88,10 +88,10 @@ MEASURES = (
 COVARIANCE, ERROR, GOALS, SUCCESS = MEASURES
 
 
-def experiment(setting: str, estimator: str, rule: str, size: int) -> Cell:
+def boids_experiment(setting: str, estimator: str, rule: str, size: int) -> Experiment:
     """One of the 36 experiments of a setting."""
     tolerance = setting == "corrected" or (rule == "adaptive" and size == SIZES[-1])
-    return Cell(
+    return Experiment(
         f"waypoints-{size:02d}-authors",
         f"boids-{rule}:estimator={estimator},setting={setting}",
         ("task.tolerance=0.2",) if tolerance else (),
@@ -100,7 +100,7 @@ def experiment(setting: str, estimator: str, rule: str, size: int) -> Cell:
 
 @cache
 def published() -> dict[tuple[str, str, int], dict[str, tuple[float, float]]]:
-    """Mean and standard deviation of each measure over all 100 trials, by experiment."""
+    """Published mean and standard deviation of each measure, by experiment."""
     text = (files("baselines.papers") / "published" / "smith2021.csv").read_text("utf-8")
     return {
         (row["estimator"], row["rule"], int(row["n_robots"])): {
@@ -111,14 +111,14 @@ def published() -> dict[tuple[str, str, int], dict[str, tuple[float, float]]]:
     }
 
 
-def values(results: Results, cell: Cell, measure: Measure) -> list[float]:
+def values(results: Results, experiment: Experiment, measure: Measure) -> list[float]:
     """The measure of every trial that has one."""
-    found = sample(results, cell, measure)
+    found = sample(results, experiment, measure)
     return [value for value in found if not math.isnan(value)]
 
 
 def deviation(ours: Sequence[float], mean: float, sd: float) -> float:
-    """How far our mean lies from a published one, in standard errors of the difference.
+    """Deviation of our mean from a published one, in standard errors of the difference.
 
     >>> round(deviation([1.0, 3.0], 0.0, 0.0), 6)
     2.828427
@@ -128,8 +128,8 @@ def deviation(ours: Sequence[float], mean: float, sd: float) -> float:
 
 
 @dataclass(frozen=True)
-class Met:
-    """A published mean lies within three standard errors of ours."""
+class MeanMatches:
+    """Claim: a published mean lies within three standard errors of ours."""
 
     estimator: str
     rule: str
@@ -138,68 +138,76 @@ class Met:
 
     @property
     def text(self) -> str:
-        """The claim."""
+        """The claim in words."""
         words = ESTIMATORS[self.estimator]
         return f"authors: {self.measure.words}, {words}, {self.rule}, {self.size} robots"
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cell it needs."""
-        return (experiment("authors", self.estimator, self.rule, self.size),)
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiment whose episodes are used."""
+        return (boids_experiment("authors", self.estimator, self.rule, self.size),)
 
     def deviation(self, results: Results) -> float:
-        """In standard errors."""
+        """The deviation from the published mean, in standard errors."""
         mean, sd = published()[self.estimator, self.rule, self.size][self.measure.column]
-        return deviation(values(results, self.cells[0], self.measure), mean, sd)
+        return deviation(values(results, self.experiments[0], self.measure), mean, sd)
 
-    def judge(self, results: Results) -> Finding:
-        """Measure it."""
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
         mean, _ = published()[self.estimator, self.rule, self.size][self.measure.column]
-        ours = _estimate(values(results, self.cells[0], self.measure))
-        return finding(self.text, mean, ours, abs(self.deviation(results)) <= ERRORS)
+        ours = _estimate(values(results, self.experiments[0], self.measure))
+        return claim_result(self.text, mean, ours, abs(self.deviation(results)) <= ERRORS)
 
 
 @dataclass(frozen=True)
-class AllMet:
-    """The deviations of all published means together are as small as chance makes them."""
+class AllMeansMatch:
+    """Claim: the root mean square of all deviations is as small as chance makes it."""
 
-    parts: tuple[Met, ...]
+    parts: tuple[MeanMatches, ...]
 
     text = "authors: root mean square of all deviations [standard errors]"
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
-        return tuple(cell for part in self.parts for cell in part.cells)
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return tuple(experiment for part in self.parts for experiment in part.experiments)
 
-    def judge(self, results: Results) -> Finding:
-        """Measure it."""
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
         all_ = np.array([part.deviation(results) for part in self.parts])
         rms = float(np.sqrt(np.mean(all_**2)))
-        return finding(self.text, f"<= {RMS:g}", Estimate(rms, None, len(all_)), rms <= RMS)
+        return claim_result(self.text, f"<= {RMS:g}", Estimate(rms, None, len(all_)), rms <= RMS)
 
 
 @dataclass(frozen=True)
 class NoDivergence:
-    """No robot of a corrected filter ever lost itself."""
+    """Claim: no robot with a corrected filter ever diverges."""
 
-    cells: tuple[Cell, ...]
+    experiments: tuple[Experiment, ...]
 
     text = "corrected: trials that diverge"
 
-    def judge(self, results: Results) -> Finding:
-        """Measure it."""
-        episodes: list[Any] = [each for cell in self.cells for each in results[cell]]
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        episodes: list[Any] = [
+            each for experiment in self.experiments for each in results[experiment]
+        ]
         lost = [
             not math.isfinite(each.covariance_norm) or not each.largest_error_m < SIDE
             for each in episodes
         ]
-        return finding(self.text, 0.0, Estimate(float(sum(lost)), None, len(lost)), not any(lost))
+        return claim_result(
+            self.text, 0.0, Estimate(float(sum(lost)), None, len(lost)), not any(lost)
+        )
 
 
 def orders(setting: str) -> list[Order]:
-    """The orders that the paper sees in its figures (BOIDS, Section 4)."""
-    found = []
+    """Claims: the orders that the paper sees in its figures (BOIDS, Section 4)."""
+    return [*_rule_orders(setting), *_estimator_orders(setting)]
+
+
+def _rule_orders(setting: str) -> Iterator[Order]:
+    """Claims: one set of rules above another, for an estimator over all group sizes."""
     for measure, higher, lower, estimators in (
         (COVARIANCE, "goal", "static", tuple(ESTIMATORS)),
         (COVARIANCE, "static", "adaptive", tuple(ESTIMATORS)),
@@ -213,13 +221,17 @@ def orders(setting: str) -> list[Order]:
         for estimator in estimators:
             pairs = tuple(
                 (
-                    experiment(setting, estimator, higher, size),
-                    experiment(setting, estimator, lower, size),
+                    boids_experiment(setting, estimator, higher, size),
+                    boids_experiment(setting, estimator, lower, size),
                 )
                 for size in SIZES
             )
             words = f"{measure.words}, {ESTIMATORS[estimator]}: {higher} above {lower}"
-            found.append(Order(f"{setting}: {words}", pairs, measure))
+            yield Order(f"{setting}: {words}", pairs, measure)
+
+
+def _estimator_orders(setting: str) -> Iterator[Order]:
+    """Claims: one estimator above another, over all rules and group sizes."""
     reckoning, intersection, filter_ = ESTIMATORS
     for measure, higher, lower in (
         (COVARIANCE, reckoning, intersection),
@@ -231,31 +243,33 @@ def orders(setting: str) -> list[Order]:
         (SUCCESS, intersection, filter_),
     ):
         pairs = tuple(
-            (experiment(setting, higher, rule, size), experiment(setting, lower, rule, size))
+            (
+                boids_experiment(setting, higher, rule, size),
+                boids_experiment(setting, lower, rule, size),
+            )
             for rule in RULES
             for size in SIZES
         )
         words = f"{measure.words}: {ESTIMATORS[higher]} above {ESTIMATORS[lower]}"
-        found.append(Order(f"{setting}: {words}", pairs, measure))
-    return found
+        yield Order(f"{setting}: {words}", pairs, measure)
 
 
 def claims() -> list[Claim]:
-    """The published means, their deviations together, the divergences, and the orders."""
+    """Every claim on BOIDS: published means, deviations, divergences, and orders."""
     met = tuple(
-        Met(estimator, rule, size, measure)
+        MeanMatches(estimator, rule, size, measure)
         for (estimator, rule, size) in published()
         for measure in MEASURES
     )
     corrected = tuple(
-        experiment("corrected", estimator, rule, size)
+        boids_experiment("corrected", estimator, rule, size)
         for estimator in ESTIMATORS
         for rule in RULES
         for size in SIZES
     )
     return [
         *met,
-        AllMet(met),
+        AllMeansMatch(met),
         NoDivergence(corrected),
         *orders("authors"),
         *orders("corrected"),
@@ -264,7 +278,7 @@ def claims() -> list[Claim]:
 
 @dataclass(frozen=True)
 class OverDensity:
-    """A measure over the density of robots, a panel for each estimator."""
+    """Figure of a measure over the density of robots, a panel for each estimator."""
 
     number: int
     """Of the figure in the paper."""
@@ -274,12 +288,12 @@ class OverDensity:
 
     @property
     def name(self) -> str:
-        """Of its file."""
+        """Name of the file, without ending."""
         return f"boids{self.number}_{self.setting}"
 
     @property
     def caption(self) -> str:
-        """What it shows."""
+        """The caption, without the command."""
         dots = " Crosses: the authors' values." if self.setting == "authors" else ""
         return (
             f"BOIDS Fig. {self.number}, setting {self.setting}. {self.measure.words.capitalize()}"
@@ -287,17 +301,17 @@ class OverDensity:
         )
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
         return tuple(
-            experiment(self.setting, estimator, rule, size)
+            boids_experiment(self.setting, estimator, rule, size)
             for estimator in ESTIMATORS
             for rule in RULES
             for size in SIZES
         )
 
     def draw(self, results: Results, command: str) -> Figure:
-        """Draw it; the command that made it stands below."""
+        """Draw the figure, with the command that made it in the caption."""
         panels = {
             words: {rule: self._bars(results, estimator, rule) for rule in RULES}
             for estimator, words in ESTIMATORS.items()
@@ -308,7 +322,7 @@ class OverDensity:
 
     def _bars(self, results: Results, estimator: str, rule: str) -> Means:
         ours = [
-            values(results, experiment(self.setting, estimator, rule, size), self.measure)
+            values(results, boids_experiment(self.setting, estimator, rule, size), self.measure)
             for size in SIZES
         ]
         density = np.array(SIZES) / SIDE**2
@@ -330,8 +344,8 @@ class OverDensity:
         )
 
 
-def pictures() -> list[Picture]:
-    """Figures 4 to 7, in both settings."""
+def figures() -> list[PaperFigure]:
+    """BOIDS Figures 4 to 7, in both settings."""
     return [
         OverDensity(number, setting, measure)
         for setting in SETTINGS
@@ -341,9 +355,9 @@ def pictures() -> list[Picture]:
 
 @PAPERS.register("adaptive-boids")
 def adaptive_boids() -> Paper:
-    """Every experiment, figure and order of BOIDS 4."""
+    """The paper BOIDS: every experiment, figure and order of Section 4."""
     return Paper(
-        "adaptive-boids", "adaptive_boids", tuple(claims()), tuple(pictures()), TRIALS, LEFT_OPEN
+        "adaptive-boids", "adaptive_boids", tuple(claims()), tuple(figures()), TRIALS, LEFT_OPEN
     )
 
 

@@ -15,12 +15,19 @@ from functools import partial
 
 import numpy as np
 
-from baselines.papers.cells import Cell, Results, Source, recruitment, round_trips, sample
-from baselines.papers.claims import Contrast, NoDifference, Order
-from baselines.papers.figures import Boxes, Curves, Picture, time_of_each_robot
-from baselines.papers.findings import Claim
+from baselines.papers.beta_sweep import BETAS, BestBeta, BetaSweep
+from baselines.papers.claim_result import Claim
+from baselines.papers.claim_types import Contrast, NoDifference, Order
+from baselines.papers.experiments import (
+    Experiment,
+    Results,
+    Source,
+    recruitment_time,
+    round_trips,
+    sample,
+)
+from baselines.papers.figures import Boxes, Curves, PaperFigure, time_of_each_robot
 from baselines.papers.paper import PAPERS, Paper
-from baselines.papers.sweep import BETAS, Optimum, Sweep
 
 SCENARIO = "ants2008"
 PUBLISHED_BETA = 1e-3
@@ -42,19 +49,19 @@ CONTROLLERS = {
 """By the names of ANTS 5."""
 
 
-def group(controller: str, size: int) -> Cell:
-    """A group of robots of some size."""
-    return Cell(SCENARIO, controller, (f"task.n_robots={size}",))
+def experiment_of_size(controller: str, size: int) -> Experiment:
+    """The experiment of a controller with a group of so many robots."""
+    return Experiment(SCENARIO, controller, (f"task.n_robots={size}",))
 
 
 def slope(results: Results, sizes: tuple[int, ...]) -> list[float]:
-    """Round trips gained by a robot more, for each seed: a straight line over these sizes."""
-    trips = [sample(results, group(LOCAL, size), round_trips) for size in sizes]
+    """Round trips gained per robot added, for each seed: a linear fit over these sizes."""
+    trips = [sample(results, experiment_of_size(LOCAL, size), round_trips) for size in sizes]
     return [float(each) for each in np.polyfit(sizes, np.array(trips), 1)[0]]
 
 
 def slopes(results: Results) -> tuple[list[float], list[float]]:
-    """Below the bend and above it."""
+    """Round trips gained per robot below the bend and above it, for each seed."""
     below = tuple(size for size in SIZES if size <= BEND)
     above = tuple(size for size in SIZES if size >= BEND)
     return slope(results, below), slope(results, above)
@@ -62,15 +69,17 @@ def slopes(results: Results) -> tuple[list[float], list[float]]:
 
 def claims() -> list[Claim]:
     """Every claim of ANTS 5."""
-    of = {name: Cell(SCENARIO, controller) for name, controller in CONTROLLERS.items()}
+    of = {name: Experiment(SCENARIO, controller) for name, controller in CONTROLLERS.items()}
     local = of["local communication"]
-    at_size = partial(group, LOCAL)
-    perfect = tuple((group("no-error", size), at_size(size)) for size in SIZES)
-    silent = tuple((at_size(size), group("nc", size)) for size in SIZES)
-    slower = tuple((group("nc", size), at_size(size)) for size in SIZES if size >= MANY)
-    growing = tuple(group(LOCAL, size) for size in SIZES)
+    at_size = partial(experiment_of_size, LOCAL)
+    perfect = tuple((experiment_of_size("no-error", size), at_size(size)) for size in SIZES)
+    silent = tuple((at_size(size), experiment_of_size("nc", size)) for size in SIZES)
+    slower = tuple(
+        (experiment_of_size("nc", size), at_size(size)) for size in SIZES if size >= MANY
+    )
+    growing = tuple(experiment_of_size(LOCAL, size) for size in SIZES)
     return [
-        Optimum("ants2008: best beta", Sweep(SCENARIO), PUBLISHED_BETA),
+        BestBeta("ants2008: best beta", BetaSweep(SCENARIO), PUBLISHED_BETA),
         Order("ants2008: no odometry error above local, at every group size", perfect),
         Order("ants2008: local above no communication, at every group size", silent),
         NoDifference(
@@ -84,37 +93,38 @@ def claims() -> list[Claim]:
         ),
         NoDifference(
             f"ants2008: recruitment of {FEW} robots does not differ with communication",
-            group("nc", FEW),
+            experiment_of_size("nc", FEW),
             at_size(FEW),
-            recruitment,
+            recruitment_time,
         ),
         Order(
             f"ants2008: recruitment of {MANY} and more robots faster with communication",
             slower,
-            recruitment,
+            recruitment_time,
         ),
     ]
 
 
-def pictures() -> list[Picture]:
-    """Figures 2a, 2b, 3a in both readings, and 3b."""
+def figures() -> list[PaperFigure]:
+    """ANTS Figures 2a, 2b, 3a in both readings, and 3b."""
     two = ("no communication", "local communication")
     three = ("no odometry error", "local communication", "no communication")
 
     def over_size(names: tuple[str, ...]) -> dict[str, dict[str, dict[str, Source]]]:
         ticks: dict[str, dict[str, Source]] = {
-            str(size): {name: group(CONTROLLERS[name], size) for name in names} for size in SIZES
+            str(size): {name: experiment_of_size(CONTROLLERS[name], size) for name in names}
+            for size in SIZES
         }
         return {SCENARIO: ticks}
 
     betas: dict[str, dict[str, Source]] = {
-        f"{beta:g}": {"": Sweep(SCENARIO).at(beta)} for beta in BETAS
+        f"{beta:g}": {"": BetaSweep(SCENARIO).at(beta)} for beta in BETAS
     }
     behaviours: dict[str, dict[str, Source]] = {
-        name.replace(" ", "\n", 1): {"": Cell(SCENARIO, controller)}
+        name.replace(" ", "\n", 1): {"": Experiment(SCENARIO, controller)}
         for name, controller in CONTROLLERS.items()
     }
-    each = {SCENARIO: {name: Cell(SCENARIO, CONTROLLERS[name]) for name in two}}
+    each = {SCENARIO: {name: Experiment(SCENARIO, CONTROLLERS[name]) for name in two}}
     late = "A run in which not all did counts with its whole duration."
     return [
         Boxes("ants2a", "ANTS Fig. 2a. Round trips of local communication over beta.",
@@ -122,7 +132,8 @@ def pictures() -> list[Picture]:
         Boxes("ants2b", "ANTS Fig. 2b. Round trips of 30 robots.", ("", "round trips"),
               {SCENARIO: behaviours}),
         Boxes("ants3a", "ANTS Fig. 3a, read over the group size. Time until all robots have"
-              f" visited both areas. {late}", ("robots", "time [s]"), over_size(two), recruitment),
+              f" visited both areas. {late}", ("robots", "time [s]"), over_size(two),
+              recruitment_time),
         Curves("ants3a_each", "ANTS Fig. 3a, read robot by robot. Time until k of 30 robots have"
                f" visited both areas. {late}", ("k", "time [s]"), each, time_of_each_robot),
         Boxes("ants3b", "ANTS Fig. 3b. Round trips over the group size.",
@@ -140,12 +151,10 @@ LEFT_OPEN = {
 """Whose docstring says what the paper leaves open, by heading."""
 
 REPLICATIONS = 30
-"""Of each cell, in the paper."""
+"""Of each experiment, in the paper."""
 
 
 @PAPERS.register("ants2008")
 def ants2008() -> Paper:
-    """Every claim and figure of ANTS 5."""
-    return Paper(
-        "ants2008", "ants2008", tuple(claims()), tuple(pictures()), REPLICATIONS, LEFT_OPEN
-    )
+    """The paper ANTS: every claim and figure of Section 5."""
+    return Paper("ants2008", "ants2008", tuple(claims()), tuple(figures()), REPLICATIONS, LEFT_OPEN)

@@ -1,4 +1,4 @@
-"""Boids where robots forage: which motion, over which localisation, brings in how much.
+"""Boids motion in foraging: round trips of each motion over each localisation.
 
 Not in the papers: the experiment itself. Motions of BOIDS 3 and the subsumption of TR 5.1, over
 the filters of BOIDS 2 and social odometry (TR 4), in the arenas of TR 6.1, with the parameters
@@ -8,10 +8,10 @@ that were calibrated for subsumption and social odometry.
 from itertools import product
 
 from baselines.evaluation.statistics import mean_interval
-from baselines.papers.cells import Cell, Results, Source, round_trips, sample
-from baselines.papers.claims import Order
-from baselines.papers.figures import Boxes, Picture
-from baselines.papers.findings import Claim
+from baselines.papers.claim_result import Claim
+from baselines.papers.claim_types import Order
+from baselines.papers.experiments import Experiment, Results, Source, round_trips, sample
+from baselines.papers.figures import Boxes, PaperFigure
 from baselines.papers.paper import PAPERS, Paper
 
 ARENAS = ("es1", "es2", "es3")
@@ -36,32 +36,43 @@ LEFT_OPEN = {
 """Whose docstring says what is chosen, by heading."""
 
 
-def cell(arena: str, motion: str, localisation: str) -> Cell:
-    """One combination."""
-    return Cell(arena, f"{motion}:estimator={localisation}")
+def combination(arena: str, motion: str, localisation: str) -> Experiment:
+    """The experiment of one motion over one localisation."""
+    return Experiment(arena, f"{motion}:estimator={localisation}")
 
 
 def claims() -> list[Claim]:
-    """What each layer is worth: questions, for no paper has an answer."""
+    """Claims on what each layer adds; they are questions, as no paper has an answer."""
     found: list[Claim] = []
     best_motion, best_filter = MOTIONS[0], next(iter(LOCALISATIONS))
     for arena in ARENAS:
         for motion in MOTIONS[1:]:
-            pair = cell(arena, best_motion, best_filter), cell(arena, motion, best_filter)
+            pair = (
+                combination(arena, best_motion, best_filter),
+                combination(arena, motion, best_filter),
+            )
             found.append(Order(f"{arena}: subsumption above {motion}, social odometry", (pair,)))
         for name, words in list(LOCALISATIONS.items())[1:]:
-            pair = cell(arena, best_motion, best_filter), cell(arena, best_motion, name)
+            pair = (
+                combination(arena, best_motion, best_filter),
+                combination(arena, best_motion, name),
+            )
             found.append(Order(f"{arena}: social odometry above {words}, subsumption", (pair,)))
-        pair = cell(arena, "boids-adaptive", best_filter), cell(arena, "boids-static", best_filter)
+        pair = (
+            combination(arena, "boids-adaptive", best_filter),
+            combination(arena, "boids-static", best_filter),
+        )
         found.append(Order(f"{arena}: adaptive above static boids, social odometry", (pair,)))
     return found
 
 
-def pictures() -> list[Picture]:
-    """Round trips of every combination."""
+def figures() -> list[PaperFigure]:
+    """The box plot of round trips of every combination."""
     panels: dict[str, dict[str, dict[str, Source]]] = {
         arena: {
-            words.replace(" ", "\n"): {motion: cell(arena, motion, name) for motion in MOTIONS}
+            words.replace(" ", "\n"): {
+                motion: combination(arena, motion, name) for motion in MOTIONS
+            }
             for name, words in LOCALISATIONS.items()
         }
         for arena in ARENAS
@@ -71,12 +82,14 @@ def pictures() -> list[Picture]:
 
 
 def table(results: Results) -> str:
-    """Mean round trips with 95 % intervals: a row for each motion, the best of an arena bold."""
+    """Markdown table of mean round trips with 95 % intervals, the best of an arena bold."""
     heading = ["arena", "motion", *LOCALISATIONS.values()]
     lines = [heading, ["---"] * len(heading)]
     for arena in ARENAS:
         means = {
-            (motion, name): mean_interval(sample(results, cell(arena, motion, name), round_trips))
+            (motion, name): mean_interval(
+                sample(results, combination(arena, motion, name), round_trips)
+            )
             for motion, name in product(MOTIONS, LOCALISATIONS)
         }
         best = max(means, key=lambda key: means[key].value if means[key] else 0.0)  # type: ignore[union-attr]
@@ -96,8 +109,8 @@ def table(results: Results) -> str:
 
 @PAPERS.register("boids-foraging")
 def boids_foraging() -> Paper:
-    """Motion by localisation, in every arena."""
+    """The experiment of motion by localisation in every arena, as a paper."""
     return Paper(
-        "boids-foraging", "boids_foraging", tuple(claims()), tuple(pictures()),
+        "boids-foraging", "boids_foraging", tuple(claims()), tuple(figures()),
         REPLICATIONS, LEFT_OPEN, table,
     )  # fmt: skip

@@ -1,6 +1,5 @@
 """The command `reproduce`: every claim and figure of a paper, from its own episodes."""
 
-import logging
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -8,14 +7,12 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-LOGGER = logging.getLogger("swarm-forage")
-
 QUICK_EPISODES = 6
-"""Replications of each cell: the fewest that can show an order."""
+"""Replications of each experiment: the fewest that can show an order."""
 
 
 class PaperName(StrEnum):
-    """The papers."""
+    """Names of the papers."""
 
     SOCIAL_ODOMETRY = "social-odometry"
     ANTS2008 = "ants2008"
@@ -24,7 +21,7 @@ class PaperName(StrEnum):
 
 
 class ClaimsFormat(StrEnum):
-    """How the claims table is written."""
+    """Output formats of the claims: table or JSON."""
 
     TABLE = "table"
     JSON = "json"
@@ -37,7 +34,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     ] = False,
     episodes: Annotated[
         int | None,
-        typer.Option(help="Replications of each cell.", show_default="as in the paper"),
+        typer.Option(help="Replications of each experiment.", show_default="as in the paper"),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the first; the others count up from it.")] = 0,
     workers: Annotated[int, typer.Option(help="Processes to run them in.")] = 2,
@@ -72,19 +69,20 @@ def reproduce(  # noqa: PLR0913 the options of a command
     has been run, so that a run that was stopped goes on where it was. The exit status is 0
     whether or not the claims hold.
     """
-    from baselines.evaluation.request import check_count
+    from baselines.evaluation.console import say
+    from baselines.evaluation.evaluate_options import check_count
     from baselines.papers import report
-    from baselines.papers.reproduction import Reproduction, Wish
+    from baselines.papers.reproduction import ReproduceOptions, Reproduction
 
     if episodes is None and quick:
         episodes = QUICK_EPISODES
     check_count("--workers", workers)
-    run = Reproduction(Wish(paper.value, episodes, seed, physics, settings or []), out)
-    run.carry_out(workers, LOGGER.warning)
-    findings = run.findings()
-    for file in run.write(findings, page):
-        LOGGER.warning("%s", file)
+    run = Reproduction(ReproduceOptions(paper.value, episodes, seed, physics, settings or []), out)
+    run.run_with_progress(workers)
+    claim_results = run.claim_results()
+    for file in run.write(claim_results, page):
+        say(str(file))
     if form is ClaimsFormat.JSON:
-        typer.echo(report.to_json(findings))
+        typer.echo(report.to_json(claim_results))
     else:
-        Console().print(report.claims_table(findings))
+        Console().print(report.claims_table(claim_results))

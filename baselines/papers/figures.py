@@ -1,4 +1,4 @@
-"""Figures as the papers have them: what is drawn from which cells, and how it is captioned."""
+"""Figures of the papers: box plots and curves, each from its experiments."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -9,42 +9,42 @@ from typing import Protocol
 import numpy as np
 from matplotlib.figure import Figure
 
-from baselines.evaluation.curves import BANDS, Curve, curve_panels
+from baselines.evaluation.box_plots import BOXES, box_panels
 from baselines.evaluation.episode import Episode
-from baselines.evaluation.panels import BOXES, box_panels
-from baselines.evaluation.plots import save
-from baselines.papers.cells import Cell, Metric, Results, Source, round_trips
+from baselines.evaluation.line_plots import BANDS, Curve, curve_panels
+from baselines.evaluation.plot_style import save_figure
+from baselines.papers.experiments import Experiment, Metric, Results, Source, round_trips
 
 ENDINGS = (".png", ".svg")
 """Files of each figure."""
 
 
-class Picture(Protocol):
-    """A figure of a paper."""
+class PaperFigure(Protocol):
+    """Protocol of a figure of a paper."""
 
     @property
     def name(self) -> str:
-        """Of its file: `tr14`."""
+        """Name of the file, without ending: `tr14`."""
         ...
 
     @property
     def caption(self) -> str:
-        """What it shows."""
+        """The caption, without the command."""
         ...
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
         ...
 
     def draw(self, results: Results, command: str) -> Figure:
-        """Draw it; the command that made it stands below."""
+        """Draw the figure, with the command that made it in the caption."""
         ...
 
 
 @dataclass(frozen=True)
 class Boxes:
-    """A boxplot of a number of each episode, a panel for each setup."""
+    """Box plots of a metric, a panel for each setup."""
 
     name: str
     caption: str
@@ -56,13 +56,18 @@ class Boxes:
     """NaN leaves an episode out."""
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
         ticks = [tick for panel in self.panels.values() for tick in panel.values()]
-        return tuple(cell for tick in ticks for source in tick.values() for cell in source.cells)
+        return tuple(
+            experiment
+            for tick in ticks
+            for source in tick.values()
+            for experiment in source.experiments
+        )
 
     def draw(self, results: Results, command: str) -> Figure:
-        """Draw it; the command that made it stands below."""
+        """Draw the figure, with the command that made it in the caption."""
 
         def values(source: Source) -> list[float]:
             found = [self.metric(episode) for episode in source.draw(results)]
@@ -91,13 +96,13 @@ class Curves:
     curve: Callable[[Sequence[Episode]], Curve]
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """The cells it needs."""
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
         sources = [source for panel in self.panels.values() for source in panel.values()]
-        return tuple(cell for source in sources for cell in source.cells)
+        return tuple(experiment for source in sources for experiment in source.experiments)
 
     def draw(self, results: Results, command: str) -> Figure:
-        """Draw it; the command that made it stands below."""
+        """Draw the figure, with the command that made it in the caption."""
         panels = {
             title: {name: self.curve(source.draw(results)) for name, source in panel.items()}
             for title, panel in self.panels.items()
@@ -109,7 +114,7 @@ class Curves:
 
 
 def time_of_each_robot(episodes: Sequence[Episode]) -> Curve:
-    """When k robots had visited both areas [s]; the whole episode where fewer ever had."""
+    """Time until k robots had visited both areas [s]; else the whole episode."""
     n_robots = episodes[0].n_robots
     times = np.array(
         [
@@ -121,18 +126,20 @@ def time_of_each_robot(episodes: Sequence[Episode]) -> Curve:
     return Curve(np.arange(1.0, n_robots + 1.0), times)
 
 
-def recruitment_if_finished(episode: Episode) -> float:
-    """Time until all robots had visited both areas [s]; NaN if not all did."""
+def recruitment_time_if_finished(episode: Episode) -> float:
+    """Metric: time until all robots had visited both areas [s]; else NaN."""
     time = episode.recruitment_time_s
     return math.nan if time is None else time
 
 
 def write_figures(
-    pictures: Sequence[Picture], results: Results, folder: Path, command: str
+    figures: Sequence[PaperFigure], results: Results, folder: Path, command: str
 ) -> None:
-    """Write every figure to the folder, in each format."""
+    """Write every figure to a folder, in each format."""
     folder.mkdir(parents=True, exist_ok=True)
-    for picture in pictures:
-        figure = picture.draw(results, command)
+    for paper_figure in figures:
+        figure = paper_figure.draw(results, command)
         for ending in ENDINGS:
-            save(figure, folder / f"{picture.name}{ending}", command, picture.caption)
+            save_figure(
+                figure, folder / f"{paper_figure.name}{ending}", command, paper_figure.caption
+            )

@@ -1,19 +1,19 @@
-"""A paper: its claims, its figures, and the cells they need."""
+"""A paper: its claims, its figures, and the experiments that they need."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from baselines.evaluation.configuration import Configuration
+from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.runner import Plan
-from baselines.papers.cells import Cell, Results
-from baselines.papers.figures import Picture
-from baselines.papers.findings import Claim, Finding
+from baselines.papers.claim_result import Claim, ClaimResult
+from baselines.papers.experiments import Experiment, Results
+from baselines.papers.figures import PaperFigure
 from swarm_forage_env.registry import Registry
 
 
 @dataclass(frozen=True)
 class Paper:
-    """What a paper says and shows."""
+    """A paper's claims, figures and experiments."""
 
     name: str
     """On the command line."""
@@ -22,10 +22,10 @@ class Paper:
     """Name of its page, without ending."""
 
     claims: tuple[Claim, ...]
-    pictures: tuple[Picture, ...]
+    figures: tuple[PaperFigure, ...]
 
     replications: int
-    """Of each cell, in the paper."""
+    """Of each experiment, in the paper."""
 
     left_open: Mapping[str, str]
     """Whose docstring says what the paper leaves open, by heading."""
@@ -34,28 +34,28 @@ class Paper:
     """A table of its page, in Markdown, for a page that has one."""
 
     @property
-    def cells(self) -> tuple[Cell, ...]:
-        """Every cell that a claim or a figure needs, once; those with the longest runs first."""
-        parts: tuple[Claim | Picture, ...] = (*self.claims, *self.pictures)
-        found = dict.fromkeys(cell for part in parts for cell in part.cells)
+    def experiments(self) -> tuple[Experiment, ...]:
+        """Every experiment that a claim or figure needs, once; the longest runs first."""
+        parts: tuple[Claim | PaperFigure, ...] = (*self.claims, *self.figures)
+        found = dict.fromkeys(experiment for part in parts for experiment in part.experiments)
         return tuple(sorted(found, key=_robot_steps, reverse=True))
 
     def configurations(
         self, physics: str | None, settings: Sequence[str] = ()
-    ) -> list[Configuration]:
-        """Of its cells, in their order; settings change numbers of every scenario."""
-        return [cell.configuration(physics, settings) for cell in self.cells]
+    ) -> list[ExperimentConfig]:
+        """The configurations of all experiments, in their order; settings change scenarios."""
+        return [experiment.configuration(physics, settings) for experiment in self.experiments]
 
     def results(self, plan: Plan) -> Results:
-        """The episodes of a plan that has been carried out, by cell."""
+        """The episodes of a finished plan, by experiment."""
         episodes, n_seeds = plan.results(), len(plan.seeds)
         return {
-            cell: episodes[index * n_seeds : (index + 1) * n_seeds]
-            for index, cell in enumerate(self.cells)
+            experiment: episodes[index * n_seeds : (index + 1) * n_seeds]
+            for index, experiment in enumerate(self.experiments)
         }
 
-    def judge(self, results: Results) -> list[Finding]:
-        """The claims table."""
+    def judge(self, results: Results) -> list[ClaimResult]:
+        """The result of every claim."""
         return [claim.judge(results) for claim in self.claims]
 
 
@@ -63,6 +63,6 @@ PAPERS: Registry[Callable[[], Paper]] = Registry("paper")
 """The papers by name."""
 
 
-def _robot_steps(cell: Cell) -> int:
-    scenario = cell.configuration(None).scenario
+def _robot_steps(experiment: Experiment) -> int:
+    scenario = experiment.configuration(None).scenario
     return scenario.n_ticks * scenario.task.n_robots

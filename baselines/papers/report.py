@@ -1,4 +1,4 @@
-"""The claims table: for a terminal, as JSON, and in Markdown; and the page of a paper."""
+"""The claims table for a terminal, as JSON and in Markdown; and the page of a paper."""
 
 import json
 import re
@@ -13,8 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from baselines.evaluation.tables import p_value
-from baselines.papers.cells import Results
-from baselines.papers.findings import Finding
+from baselines.papers.claim_result import ClaimResult
+from baselines.papers.experiments import Results
 from baselines.papers.paper import Paper
 
 HEADINGS = ("claim", "published", "ours", "95 % interval", "p", "reproduced")
@@ -22,46 +22,46 @@ HEADINGS = ("claim", "published", "ours", "95 % interval", "p", "reproduced")
 MISSING = "-"
 
 
-def to_json(findings: Sequence[Finding]) -> str:
-    """One JSON array, a claim to a line."""
-    lines = (json.dumps(each.as_row(), allow_nan=False) for each in findings)
+def to_json(claim_results: Sequence[ClaimResult]) -> str:
+    """Claim results as one JSON array, a claim to a line."""
+    lines = (json.dumps(each.as_row(), allow_nan=False) for each in claim_results)
     return "[\n" + ",\n".join(lines) + "\n]"
 
 
-def claims_table(findings: Sequence[Finding]) -> Group:
-    """For a terminal."""
+def claims_table(claim_results: Sequence[ClaimResult]) -> Group:
+    """The claims table for a terminal."""
     table = Table(box=None, padding=(0, 1, 0, 0))
     for heading in HEADINGS:
         table.add_column(Text(heading), overflow="fold")
-    for each in findings:
+    for each in claim_results:
         *cells, verdict = _cells(each)
         table.add_row(*map(Text, cells), Text(verdict, style="green" if each.reproduced else "red"))
-    return Group(table, Text(score(findings), style="bold"))
+    return Group(table, Text(score(claim_results), style="bold"))
 
 
-def claims_markdown(findings: Sequence[Finding]) -> str:
-    """For a page."""
-    rows = [HEADINGS, ("---",) * len(HEADINGS), *map(_cells, findings)]
+def claims_markdown(claim_results: Sequence[ClaimResult]) -> str:
+    """The claims table in Markdown."""
+    rows = [HEADINGS, ("---",) * len(HEADINGS), *map(_cells, claim_results)]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
-def score(findings: Sequence[Finding]) -> str:
-    """How many claims are reproduced."""
-    reproduced = sum(each.reproduced for each in findings)
-    return f"{reproduced} of {len(findings)} claims reproduced"
+def score(claim_results: Sequence[ClaimResult]) -> str:
+    """The sentence that says how many claims are reproduced."""
+    reproduced = sum(each.reproduced for each in claim_results)
+    return f"{reproduced} of {len(claim_results)} claims reproduced"
 
 
-def page(paper: Paper, findings: Sequence[Finding], results: Results, command: str) -> str:
-    """The page of a paper: its template, with the results of this run put in."""
+def page(paper: Paper, claim_results: Sequence[ClaimResult], results: Results, command: str) -> str:
+    """The Markdown page of a paper: its template with the results filled in."""
     figures = "\n\n".join(
-        f"![{each.caption}](figures/{each.name}.png)\n\n*{each.caption}*" for each in paper.pictures
+        f"![{each.caption}](figures/{each.name}.png)\n\n*{each.caption}*" for each in paper.figures
     )
-    missed = [f"- {each.claim}" for each in findings if not each.reproduced]
+    missed = [f"- {each.claim}" for each in claim_results if not each.reproduced]
     text = (files("baselines.papers") / "pages" / f"{paper.page}.md").read_text("utf-8")
     return Template(text).substitute(
         command=command,
-        score=score(findings),
-        claims=claims_markdown(findings),
+        score=score(claim_results),
+        claims=claims_markdown(claim_results),
         table=paper.table(results),
         missed="\n".join(missed) or "Nothing.",
         figures=figures,
@@ -72,7 +72,7 @@ def page(paper: Paper, findings: Sequence[Finding], results: Results, command: s
 
 
 def left_open(place: str) -> str:
-    """What a docstring lists after "Not in the paper"; the place is `module` or `module:name`."""
+    """The list after "Not in the paper" in a docstring; the place is `module` or `module:name`."""
     module, _, name = place.partition(":")
     found = import_module(module)
     text = getdoc(getattr(found, name) if name else found) or ""
@@ -82,7 +82,7 @@ def left_open(place: str) -> str:
     return re.sub(r":\n-", ":\n\n-", listed[0], count=1)
 
 
-def _cells(found: Finding) -> tuple[str, str, str, str, str, str]:
+def _cells(found: ClaimResult) -> tuple[str, str, str, str, str, str]:
     published = found.published
     low, high = found.low, found.high
     interval = MISSING if low is None or high is None else f"{_number(low)} to {_number(high)}"
@@ -97,5 +97,5 @@ def _cells(found: Finding) -> tuple[str, str, str, str, str, str]:
 
 
 def _number(value: float) -> str:
-    """Three digits; whole numbers whole."""
+    """Format a number with three digits; whole numbers whole."""
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"

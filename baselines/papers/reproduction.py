@@ -1,7 +1,7 @@
-"""A reproduction of a paper: run what is missing, judge the claims, write figures and page."""
+"""Reproduction of a paper: run missing episodes, judge the claims, write figures and page."""
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,20 +10,22 @@ import baselines.papers.adaptive_boids
 import baselines.papers.ants2008
 import baselines.papers.boids_foraging
 import baselines.papers.social_odometry
+from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.progress import carry_out
-from baselines.evaluation.request import check_count
+from baselines.evaluation.evaluate_options import check_count
+from baselines.evaluation.output_files import write_atomically
+from baselines.evaluation.progress import run_with_progress
 from baselines.evaluation.runner import Plan
 from baselines.papers import report
-from baselines.papers.cells import Results
-from baselines.papers.duration import expected_seconds, in_words
+from baselines.papers.claim_result import ClaimResult
+from baselines.papers.experiments import Results
 from baselines.papers.figures import write_figures
-from baselines.papers.findings import Finding
 from baselines.papers.paper import PAPERS
+from baselines.papers.time_estimate import expected_seconds, format_duration
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.streams import checked_seed
 
-ENTERED = (
+REGISTERED = (
     baselines.papers.social_odometry,
     baselines.papers.ants2008,
     baselines.papers.adaptive_boids,
@@ -33,8 +35,8 @@ ENTERED = (
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What a user asks `reproduce` for."""
+class ReproduceOptions:
+    """Options of the command `reproduce`."""
 
     paper: str
     episodes: int | None = None
@@ -47,7 +49,7 @@ class Wish:
 
     @property
     def command(self) -> str:
-        """The command that makes the same episodes again."""
+        """The command line that makes the same episodes again."""
         options = [f"--set={each}" for each in self.settings]
         options += [f"--episodes={self.replications}", f"--seed={self.seed}"]
         options += [f"--physics={self.physics}"] if self.physics else []
@@ -55,7 +57,7 @@ class Wish:
 
     @property
     def replications(self) -> int:
-        """Of each cell."""
+        """Number of replications of each experiment."""
         return PAPERS[self.paper]().replications if self.episodes is None else self.episodes
 
     @property
@@ -67,41 +69,41 @@ class Wish:
 
 
 class Reproduction:
-    """One paper, its replications, and the folder they are kept in."""
+    """A paper, the plan of its episodes, and the folder they are kept in."""
 
-    def __init__(self, wish: Wish, out: Path | None = None) -> None:
-        """Check what is asked for, and look for what there is; nothing runs yet."""
-        if wish.physics is not None:
-            _ = ENGINES[wish.physics]
-        self.paper = PAPERS[wish.paper]()
-        self.command = wish.command
-        self.folder = out or Path("runs") / f"reproduce-{wish.paper}"
-        configurations = self.paper.configurations(wish.physics, wish.settings)
+    def __init__(self, options: ReproduceOptions, out: Path | None = None) -> None:
+        """Check the options and look for kept episodes; nothing runs yet."""
+        if options.physics is not None:
+            _ = ENGINES[options.physics]
+        self.paper = PAPERS[options.paper]()
+        self.command = options.command
+        self.folder = out or Path("runs") / f"reproduce-{options.paper}"
+        configurations = self.paper.configurations(options.physics, options.settings)
         dataset = Dataset(self.folder / "episodes")
         dataset.open()
-        self.plan = Plan(configurations, wish.seeds, dataset)
+        self.plan = Plan(configurations, options.seeds, dataset)
 
-    def carry_out(self, workers: int, say: Callable[[str], None]) -> None:
-        """Say how long it will take, and run what is missing."""
+    def run_with_progress(self, workers: int) -> None:
+        """Say how long it will take, and run the missing episodes."""
         seconds = expected_seconds(self.plan, workers)
-        say(f"about {in_words(seconds)} to run, with {workers} at a time")
-        carry_out(self.plan, workers, say)
+        say(f"about {format_duration(seconds)} to run, with {workers} at a time")
+        run_with_progress(self.plan, workers)
 
     @cached_property
     def results(self) -> Results:
-        """The episodes of every cell; all must have been run."""
+        """The episodes of every experiment; all must have been run."""
         return self.paper.results(self.plan)
 
-    def findings(self) -> list[Finding]:
-        """The claims table."""
+    def claim_results(self) -> list[ClaimResult]:
+        """The result of every claim."""
         return self.paper.judge(self.results)
 
-    def write(self, findings: Sequence[Finding], page: Path | None = None) -> list[Path]:
-        """Write claims, figures and page; the files of claims and page."""
+    def write(self, claim_results: Sequence[ClaimResult], page: Path | None = None) -> list[Path]:
+        """Write claims, figures and page; return the files of claims and page."""
         page = page or self.folder / f"{self.paper.page}.md"
-        write_figures(self.paper.pictures, self.results, page.parent / "figures", self.command)
+        write_figures(self.paper.figures, self.results, page.parent / "figures", self.command)
         claims = self.folder / "claims.json"
-        claims.write_text(report.to_json(findings) + "\n", "utf-8")
-        text = report.page(self.paper, findings, self.results, self.command)
-        page.write_text(text, "utf-8")
+        write_atomically(claims, (report.to_json(claim_results) + "\n").encode())
+        text = report.page(self.paper, claim_results, self.results, self.command)
+        write_atomically(page, text.encode())
         return [claims, page]

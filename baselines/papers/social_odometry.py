@@ -3,7 +3,7 @@
 Not in the paper, and chosen here:
 - the eight values of beta "in [1e-5, 100]" are the decades;
 - "SGIKF" and "SGIFF" without "single" or "double" mean the single one, which is the better one;
-- the best beta is scored on other seeds than those it was chosen on (`Best`);
+- the best beta is scored on other seeds than those it was chosen on (`CrossValidatedBest`);
 - "four times faster" is the ratio of mean recruitment times, all four strategies taken
   together; a run in which not all robots were recruited counts with its whole duration, so
   that the ratio is then a lower bound;
@@ -11,13 +11,25 @@ Not in the paper, and chosen here:
 - the share on the path is the mean over the second half of a run ("at steady state").
 """
 
-from baselines.evaluation.curves import path_over_time
-from baselines.papers.cells import Cell, Pool, Source, recruitment, unfinished
-from baselines.papers.claims import Below, Number, Order, Ratio, Share
-from baselines.papers.figures import Boxes, Curves, Picture, recruitment_if_finished
-from baselines.papers.findings import Claim
+from baselines.evaluation.line_plots import path_over_time
+from baselines.papers.beta_sweep import (
+    BETAS,
+    BestBeta,
+    BetaSweep,
+    OptimumInsideRange,
+    OtherBetasBelow,
+)
+from baselines.papers.claim_result import Claim
+from baselines.papers.claim_types import Below, Number, Order, Ratio, Share
+from baselines.papers.experiments import (
+    Experiment,
+    Pool,
+    Source,
+    not_all_recruited,
+    recruitment_time,
+)
+from baselines.papers.figures import Boxes, Curves, PaperFigure, recruitment_time_if_finished
 from baselines.papers.paper import PAPERS, Paper
-from baselines.papers.sweep import BETAS, Inside, Optimum, OthersBelow, Sweep
 
 SETUPS = ("es1", "es2", "es3")
 TOLERANCE = {"es1": 0.15, "es2": 0.20, "es3": 0.20, "real": 0.20}
@@ -29,28 +41,28 @@ REAL_BETA = "beta=0.01"
 
 
 def strategies(setup: str) -> dict[str, Source]:
-    """The five strategies by the name they have in the figures; SGIFF with its best beta."""
+    """The five strategies of a setup by name; SGIFF with its best beta."""
     if setup == "real":
-        single: Source = Cell(setup, f"ssgiff:{REAL_BETA}")
-        double: Source = Cell(setup, f"dsgiff:{REAL_BETA}")
+        single: Source = Experiment(setup, f"ssgiff:{REAL_BETA}")
+        double: Source = Experiment(setup, f"dsgiff:{REAL_BETA}")
     else:
-        single, double = Sweep(setup, "ssgiff").best, Sweep(setup, "dsgiff").best
+        single, double = BetaSweep(setup, "ssgiff").best, BetaSweep(setup, "dsgiff").best
     return {
-        "NC": Cell(setup, "nc"),
-        "SSGIKF": Cell(setup, "ssgikf"),
-        "DSGIKF": Cell(setup, "dsgikf"),
+        "NC": Experiment(setup, "nc"),
+        "SSGIKF": Experiment(setup, "ssgikf"),
+        "DSGIKF": Experiment(setup, "dsgikf"),
         "SSGIFF": single,
         "DSGIFF": double,
     }
 
 
 def communicating(setup: str) -> tuple[Source, ...]:
-    """The four strategies with communication."""
+    """The four strategies with communication of a setup."""
     return tuple(source for name, source in strategies(setup).items() if name != "NC")
 
 
 def round_trip_claims(setup: str, published: dict[str, float]) -> list[Claim]:
-    """Numbers of round trips; NC has an exact one in es1 only."""
+    """Claims on the number of round trips; NC has an exact one in es1 only."""
     of, near = strategies(setup), TOLERANCE[setup]
     if setup == "es1":
         alone: Claim = Number("es1: round trips, NC", of["NC"], published["NC"], near)
@@ -64,21 +76,21 @@ def round_trip_claims(setup: str, published: dict[str, float]) -> list[Claim]:
 
 
 def filter_claims(setup: str, best_beta: float) -> list[Claim]:
-    """Which filter is better, and which beta."""
-    of, sweep = strategies(setup), Sweep(setup)
+    """Claims on which filter is better, and which beta."""
+    of, sweep = strategies(setup), BetaSweep(setup)
     gain = ((of["SSGIFF"], of["SSGIKF"]),)
     return [
         Order(f"{setup}: best SGIFF above SGIKF", gain),
-        Inside(f"{setup}: best beta inside the swept range", sweep),
-        Optimum(f"{setup}: best beta", sweep, best_beta),
-        OthersBelow(f"{setup}: every other beta below SGIKF", sweep, of["SSGIKF"]),
+        OptimumInsideRange(f"{setup}: best beta inside the swept range", sweep),
+        BestBeta(f"{setup}: best beta", sweep, best_beta),
+        OtherBetasBelow(f"{setup}: every other beta below SGIKF", sweep, of["SSGIKF"]),
         Order(f"{setup}: SSGIKF above DSGIKF", ((of["SSGIKF"], of["DSGIKF"]),)),
         Order(f"{setup}: SSGIFF above DSGIFF", ((of["SSGIFF"], of["DSGIFF"]),)),
     ]
 
 
 def path_claims(setup: str) -> list[Claim]:
-    """Shares of the robots on the path."""
+    """Claims on the share of the robots on the path."""
     text = f"{setup}: share on the path, with communication"
     alone = f"{setup}: share on the path, NC"
     return [
@@ -88,7 +100,7 @@ def path_claims(setup: str) -> list[Claim]:
 
 
 def recruitment_claims() -> list[Claim]:
-    """How much faster communication recruits; and that es3 is too large without it."""
+    """Claims on how much faster communication recruits, and on es3 without it."""
     claims: list[Claim] = [
         Ratio(
             f"{setup}: times faster recruitment with communication",
@@ -96,16 +108,16 @@ def recruitment_claims() -> list[Claim]:
             Pool(communicating(setup)),
             4.0,
             TOLERANCE[setup],
-            recruitment,
+            recruitment_time,
         )
         for setup in ("es1", "es2")
     ]
     late = "es3: share of NC runs in which not all robots find the path within 7200 s"
-    return [*claims, Share(late, (strategies("es3")["NC"],), (1.0, 1.0), unfinished)]
+    return [*claims, Share(late, (strategies("es3")["NC"],), (1.0, 1.0), not_all_recruited)]
 
 
 def real_claims() -> list[Claim]:
-    """The real robots."""
+    """Claims on the real robots."""
     of, talking = strategies("real"), Pool(communicating("real"))
     return [
         Number("real: round trips, SGIKF", of["SSGIKF"], 120.0, TOLERANCE["real"]),
@@ -116,23 +128,23 @@ def real_claims() -> list[Claim]:
 
 
 def box_panel(setup: str, names: tuple[str, ...]) -> dict[str, dict[str, Source]]:
-    """A box for each strategy."""
+    """One panel with a box for each strategy."""
     return {name: {"": strategies(setup)[name]} for name in names}
 
 
 def beta_panel(setup: str) -> dict[str, dict[str, Source]]:
-    """Both filters under each beta."""
+    """One panel with both filters under each beta."""
     return {
         f"{beta:g}": {
-            "SSGIFF": Sweep(setup, "ssgiff").at(beta),
-            "DSGIFF": Sweep(setup, "dsgiff").at(beta),
+            "SSGIFF": BetaSweep(setup, "ssgiff").at(beta),
+            "DSGIFF": BetaSweep(setup, "dsgiff").at(beta),
         }
         for beta in BETAS
     }
 
 
-def pictures() -> list[Picture]:
-    """Figures 13 to 19."""
+def figures() -> list[PaperFigure]:
+    """TR Figures 13 to 19."""
     titles = {setup: f"({letter}) {setup}" for letter, setup in zip("abc", SETUPS, strict=True)}
     five = ("NC", "SSGIKF", "DSGIKF", "SSGIFF", "DSGIFF")
     recruited = "Time until all robots have visited both areas; n: runs in which all did."
@@ -145,7 +157,7 @@ def pictures() -> list[Picture]:
     over_time = {titles[setup]: strategies(setup) for setup in SETUPS}
     real = {"real": box_panel("real", five)}
     real_over_time = {"real": strategies("real")}
-    finished = recruitment_if_finished
+    finished = recruitment_time_if_finished
     return [
         Boxes("tr13", f"TR Fig. 13. {recruited}", time, simulated, finished),
         Boxes("tr14", "TR Fig. 14. Round trips of NC and SGIKF.", trips, without_fermi),
@@ -167,12 +179,12 @@ LEFT_OPEN = {
 """Whose docstring says what the paper leaves open, by heading."""
 
 REPLICATIONS = 30
-"""Of each cell, in the paper."""
+"""Of each experiment, in the paper."""
 
 
 @PAPERS.register("social-odometry")
 def social_odometry() -> Paper:
-    """Every claim and figure of TR 6."""
+    """The paper TR: every claim and figure of Section 6."""
     published = {
         "es1": {"NC": 60.0, "SGIKF": 150.0, "SGIFF": 170.0},
         "es2": {"NC": 50.0, "SGIKF": 1400.0},
@@ -190,7 +202,7 @@ def social_odometry() -> Paper:
         "social-odometry",
         "social_odometry",
         tuple(claims),
-        tuple(pictures()),
+        tuple(figures()),
         REPLICATIONS,
         LEFT_OPEN,
     )

@@ -1,5 +1,7 @@
 """The Social Induced Kalman Filter's gain."""
 
+import numpy as np
+
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.records import Exchange
@@ -12,8 +14,8 @@ from swarm_forage_env.record import Numbers
 @kernel
 def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
     """The gain g = |P_i| / (|P_i| + |P_j|) of an area; 1/2 where both are 0. Source: TR, Eq. 33."""
-    own = float(exchange.own_p[area]) ** 2
-    total = own + float(exchange.heard_p[area]) ** 2
+    own = np.float64(exchange.own_p[area]) ** 2
+    total = own + np.float64(exchange.heard_p[area]) ** 2
     return own / total if total > 0.0 else 0.5
 
 

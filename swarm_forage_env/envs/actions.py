@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.envs.layout import Layout
+from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.compiler import kernel
+from swarm_forage_env.spaces import Layout
 
 
 class Actions:
@@ -77,16 +77,16 @@ class Actions:
                 f"shape {given.shape}: must be {self._shape[1:]},"
                 f" for {', '.join(self._layout.names)}"
             )
-        for slot, value in zip(self._layout, given, strict=True):
-            if not slot.low <= value <= slot.high:
+        for feature, value in zip(self._layout, given, strict=True):
+            if not feature.low <= value <= feature.high:
                 return (
-                    f"{slot.name}={value:g}: must be from {slot.low:g} to {slot.high:g}"
-                    f" [{slot.unit}]; clip it first, as numpy.clip does"
+                    f"{feature.name}={value:g}: must be from {feature.low:g} to {feature.high:g}"
+                    f" [{feature.unit}]; clip it first, as numpy.clip does"
                 )
         return ""
 
 
-@kernel
+@entry_point
 def is_within(
     given: Array, low: Float32[Array, " numbers"], high: Float32[Array, " numbers"]
 ) -> bool:

@@ -28,19 +28,19 @@ def register_with_gymnasium() -> None:
         kwargs = {"scenario": scenario}
         gymnasium.register(
             f"SwarmForage/{name}-v0",
-            f"{ENVS}.single:LearnerEnv",
-            vector_entry_point=f"{ENVS}.vector:LearnerVectorEnv",
+            f"{ENVS}.gymnasium_env:LearnerEnv",
+            vector_entry_point=f"{ENVS}.gymnasium_vector:LearnerVectorEnv",
             kwargs=kwargs,
         )
         gymnasium.register(
             f"SwarmForage/{name}-Joint-v0",
-            f"{ENVS}.single:JointEnv",
-            vector_entry_point=f"{ENVS}.vector:JointVectorEnv",
+            f"{ENVS}.gymnasium_env:JointEnv",
+            vector_entry_point=f"{ENVS}.gymnasium_vector:JointVectorEnv",
             kwargs=kwargs,
         )
         gymnasium.register(
             f"SwarmForage/{name}-Tuple-v0",
-            f"{ENVS}.single:TupleEnv",
+            f"{ENVS}.gymnasium_env:TupleEnv",
             disable_env_checker=True,  # it warns of rewards that are a list
             kwargs=kwargs,
         )
@@ -58,4 +58,6 @@ def register_with_pettingzoo() -> None:
     for scenario in NAMES:
         kwargs = {"scenario": scenario}
         for kind, entry in (("aec", "env"), ("parallel", "parallel_env")):
-            register(kind, f"swarm_forage/{scenario}-v0", f"{ENVS}.parallel:{entry}", kwargs=kwargs)
+            register(
+                kind, f"swarm_forage/{scenario}-v0", f"{ENVS}.pettingzoo_env:{entry}", kwargs=kwargs
+            )

@@ -16,7 +16,7 @@ Source: ARGoS3-epuck, ci_epuck_proximity_sensor.cpp.
 SENSING_RANGE = 0.05
 """Beyond this distance from the rim a sensor reads 0 [m]."""
 
-_COS, _SIN = np.cos(PROXIMITY_ANGLES), np.sin(PROXIMITY_ANGLES)
+RAY_COS, RAY_SIN = np.cos(PROXIMITY_ANGLES), np.sin(PROXIMITY_ANGLES)
 
 
 @kernel
@@ -38,7 +38,7 @@ def ray_to_disc(ahead: float, left: float, ray: int, radius: float) -> float:
 
     Both bodies have this radius [m]; infinite if the ray misses.
     """
-    c, s = float(_COS[ray]), float(_SIN[ray])
+    c, s = float(RAY_COS[ray]), float(RAY_SIN[ray])
     along, across = ahead * c + left * s, left * c - ahead * s
     if along <= 0.0 or abs(across) >= radius:
         return math.inf
@@ -47,13 +47,18 @@ def ray_to_disc(ahead: float, left: float, ray: int, radius: float) -> float:
 
 @kernel
 def ray_to_walls(
-    x: float, y: float, direction: float, arena: Float64[Array, "2"], radius: float
+    x: float, y: float, c: float, s: float, arena: Float64[Array, "2"], radius: float
 ) -> float:
-    """Distance [m] from the rim to the walls, along a direction of the world frame [rad].
+    """Distance [m] from the rim to the walls, along a direction of cosine c and sine s.
 
-    (x, y) is the centre of the body [m], inside the arena [m].
+    (x, y) is the centre of the body [m], inside the arena [m], and the direction one of the world
+    frame. Infinite beyond the reach of a sensor.
     """
-    c, s = math.cos(direction), math.sin(direction)
-    to_x = (0.5 * arena[0] - math.copysign(x, x * c)) / abs(c) if c != 0.0 else math.inf
-    to_y = (0.5 * arena[1] - math.copysign(y, y * s)) / abs(s) if s != 0.0 else math.inf
-    return max(min(to_x, to_y) - radius, 0.0)
+    far = radius + SENSING_RANGE
+    to_x = 0.5 * arena[0] - math.copysign(x, x * c)
+    to_y = 0.5 * arena[1] - math.copysign(y, y * s)
+    if to_x > abs(c) * far and to_y > abs(s) * far:
+        return math.inf
+    along_x = to_x / abs(c) if c != 0.0 else math.inf
+    along_y = to_y / abs(s) if s != 0.0 else math.inf
+    return max(min(along_x, along_y) - radius, 0.0)

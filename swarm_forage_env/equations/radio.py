@@ -28,7 +28,9 @@ def loss(d: float, near: float, far: float, loss_near: float, loss_far: float) -
 
 
 @kernel
-def mean_error(streams: UInt64[Array, " columns"], column: int, frames: int, amplitude: float) -> float:
+def mean_error(
+    streams: UInt64[Array, " columns"], column: int, frames: int, amplitude: float
+) -> float:
     """Mean of the errors of some frames, each uniform in +- amplitude."""
     total = 0.0
     for _ in range(frames):
@@ -37,9 +39,7 @@ def mean_error(streams: UInt64[Array, " columns"], column: int, frames: int, amp
 
 
 @kernel
-def interpolate(
-    x: float, xs: Float64[Array, " points"], ys: Float64[Array, " points"]
-) -> float:
+def interpolate(x: float, xs: Float64[Array, " points"], ys: Float64[Array, " points"]) -> float:
     """The value at x >= xs[0] of the straight lines between points; the last one's beyond it."""
     last = xs.shape[0] - 1
     if x >= xs[last]:
@@ -68,7 +68,9 @@ def board_range(gap: float, streams: UInt64[Array, " columns"], column: int) -> 
 
 
 @kernel
-def mean_board_range(gap: float, streams: UInt64[Array, " columns"], column: int, frames: int) -> float:
+def mean_board_range(
+    gap: float, streams: UInt64[Array, " columns"], column: int, frames: int
+) -> float:
     """Mean of the gaps [m] that some frames of the real board measure."""
     total = 0.0
     for _ in range(frames):

@@ -8,9 +8,10 @@ A layer's functions receive records of the robot's interface only: never its pos
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array
+from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.foraging.records import CORRECT, KEEP, Action, Command
+from swarm_forage_env.foraging.records import Action, Exchange
+from swarm_forage_env.interface import CORRECT, KEEP
 
 REACH = 2.0
 """Wheels that a correction of 1 adds: full speed back becomes full speed ahead."""
@@ -52,26 +53,35 @@ def decide(
         for i in range(robots.shape[1]):
             robot, mind, memory = robots[w, i], minds[w, i].estimator, minds[w, i].motion
             situation, exchange, action = mind.situation, mind.exchange, robot.action
+            wheels = robot.command.wheels
             if action.motion == KEEP or action.motion == CORRECT:
-                last_wheels = robot.command.wheels
-                steer(
-                    situation, robot.readings, robot.heard, last_wheels, memory, settings.motion
-                )
-            if action.motion != KEEP:
-                take_wheels(action, situation.is_talking, robot.command)
+                steer(situation, robot.readings, robot.heard, wheels, memory, settings.motion)
+            take_wheels(action, situation.is_talking, wheels)
             if exchange.is_valid:
                 for area in range(2):
-                    if action.weighting != KEEP:
-                        exchange.weight[area] = action.weight[area]
-                    elif exchange.own_known[area] and exchange.heard_known[area]:
+                    if is_weighed(exchange, area):
                         exchange.weight[area] = gain(exchange, area, settings.weighting)
+                take_weights(action, exchange)
                 merge(mind, shared[w, i], settings.weighting.heard_p_share, settings.estimator)
             robot.command.is_speaking = has_something_to_say(mind, settings.estimator)
             mind.is_composed = False
 
 
 @kernel
-def take_wheels(action: Action, is_talking: bool, command: Command) -> None:
+def is_weighed(exchange: Exchange, area: int) -> bool:
+    """Both robots of the exchange know where the area is, so that there is something to weigh."""
+    return exchange.own_known[area] != 0 and exchange.heard_known[area] != 0
+
+
+@kernel
+def take_weights(action: Action, exchange: Exchange) -> None:
+    """Put an action in the place of the weights."""
+    if action.weighting != KEEP:
+        exchange.weight[0], exchange.weight[1] = action.weight[0], action.weight[1]
+
+
+@kernel
+def take_wheels(action: Action, is_talking: bool, wheels: Float32[Array, "2"]) -> None:
     """Put an action in the place of the wheels, or add it to those of the motion.
 
         wheels = clip(own + REACH residual, -1, 1)
@@ -81,10 +91,11 @@ def take_wheels(action: Action, is_talking: bool, command: Command) -> None:
 
     Source: Silver2018, Residual Policy Learning (arXiv:1812.06298), for the sum.
     """
+    if action.motion == KEEP or (action.motion == CORRECT and is_talking):
+        return
     for side in range(2):
         if action.motion == CORRECT:
-            if not is_talking:
-                sum_ = command.wheels[side] + np.float32(REACH) * action.wheels[side]
-                command.wheels[side] = min(max(sum_, -1.0), 1.0)
+            corrected = wheels[side] + np.float32(REACH) * action.wheels[side]
+            wheels[side] = min(max(corrected, -1.0), 1.0)
         else:
-            command.wheels[side] = action.wheels[side]
+            wheels[side] = action.wheels[side]

@@ -13,10 +13,6 @@ from swarm_forage_env.record import Record, field
 ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO = range(6)
 """Columns of a robot's random streams."""
 
-KEEP, REPLACE, CORRECT, RULE = range(4)
-"""What an action does with a layer: nothing; a learner takes its place, or is added to it; or a
-rule written in NumPy takes its place."""
-
 
 class WorldState(Record):
     """One world: its clock, and the numbers of its scenario as kernels read them."""
@@ -139,6 +135,9 @@ class RobotState(Record):
     streams: UInt64[Array, "6"] = field(np.uint64, 6)
     """Random streams: ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO. Writer: tick."""
 
+    rays: Float64[Array, "8"] = field(np.float64, 8, unit="m", start=np.inf)
+    """Length of each infrared ray from the rim; infinite beyond its reach. Writer: tick."""
+
     leg: int = field(np.int8)
     """0: nest not yet visited; 1: on the way to the prey; 2: on the way back. Writer: tick."""
 
@@ -150,6 +149,9 @@ class RobotState(Record):
 
     first_visit: Int64[Array, " areas"] = field(np.int64, 2, unit="ticks", start=-1)
     """Tick of the first visit to each area, -1 before it. Writer: tick."""
+
+    known: Int8[Array, " areas"] = field(np.int8, 2)
+    """The robot reported before the last tick that it knows where the area is. Writer: tick."""
 
     path_ticks: int = field(np.int64, unit="ticks")
     """Ticks in the second half of the episode in which both areas were known. Writer: tick."""

@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.parameters import Count, NotNegative, Part, Positive, Share
 
+
 class Arena(Part):
     """The walled floor, its centre at the origin, x along the long side."""
 

@@ -102,5 +102,6 @@ def count_reports(robot: RobotState, world: WorldState) -> None:
     The latter in the second half of the episode; such a robot is on the path.
     """
     robot.lost_events += robot.report.is_lost
-    if world.ticks > world.half_time and robot.report.known[NEST] and robot.report.known[PREY]:
+    robot.known[NEST], robot.known[PREY] = robot.report.known[NEST], robot.report.known[PREY]
+    if world.ticks > world.half_time and robot.known[NEST] and robot.known[PREY]:
         robot.path_ticks += 1

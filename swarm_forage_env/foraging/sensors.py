@@ -2,16 +2,15 @@
 
 import math
 
-import numpy as np
-
-from swarm_forage_env.arrays import Array, Float64, Int32
+from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.geometry import range_and_bearing, to_body, to_outer, wrap
 from swarm_forage_env.equations.ground import area_at, brightness
 from swarm_forage_env.equations.odometry import encoder
 from swarm_forage_env.equations.proximity import (
-    PROXIMITY_ANGLES,
+    RAY_COS,
+    RAY_SIN,
     SENSING_RANGE,
     ray_to_disc,
     ray_to_walls,
@@ -32,9 +31,6 @@ from swarm_forage_env.foraging.records import (
 from swarm_forage_env.foraging.surroundings import COUNT, FIRST
 
 _ROUNDING = 1.0 + 1e-12
-_COS, _SIN = np.cos(PROXIMITY_ANGLES), np.sin(PROXIMITY_ANGLES)
-_NEARLY = SENSING_RANGE + 1e-6
-"""Rays longer than this [m] read 0, whatever the last digits of their length are."""
 
 
 @kernel
@@ -63,32 +59,13 @@ def read_ground(robot: RobotState, world: WorldState) -> None:
 
 
 @kernel
-def ray_to_near_walls(robot: RobotState, ray: int, world: WorldState) -> float:
-    """Distance [m] from the rim to the walls along a ray; infinite where the sensor reads 0."""
-    x, y, radius = robot.pose[0], robot.pose[1], world.radius
-    c = robot.heading[0] * _COS[ray] - robot.heading[1] * _SIN[ray]
-    s = robot.heading[1] * _COS[ray] + robot.heading[0] * _SIN[ray]
-    to_x = 0.5 * world.arena[0] - math.copysign(x, x * c)
-    to_y = 0.5 * world.arena[1] - math.copysign(y, y * s)
-    if to_x > abs(c) * (radius + _NEARLY) and to_y > abs(s) * (radius + _NEARLY):
-        return math.inf
-    return ray_to_walls(x, y, robot.pose[2] + PROXIMITY_ANGLES[ray], world.arena, radius)
-
-
-@kernel
-def ray_to_robots(
-    swarm: Array, i: int, ray: int, near: Int32[Array, "robots columns"], world: WorldState
-) -> float:
-    """Distance [m] from the rim of robot i to the nearest robot along a ray."""
-    robot, nearest = swarm[i], math.inf
-    reach = 2.0 * world.radius + SENSING_RANGE
-    for k in range(FIRST, FIRST + near[i, COUNT]):
-        other = swarm[near[i, k]]
-        dx, dy = other.pose[0] - robot.pose[0], other.pose[1] - robot.pose[1]
-        if dx * dx + dy * dy < reach * reach:
-            ahead, left = to_body(dx, dy, robot.heading[0], robot.heading[1])
-            nearest = min(nearest, ray_to_disc(ahead, left, ray, world.radius))
-    return nearest
+def cast_rays_at_walls(robot: RobotState, world: WorldState) -> None:
+    """Set the length of every infrared ray to the walls; infinite where they are out of reach."""
+    x, y, c, s = robot.pose[0], robot.pose[1], robot.heading[0], robot.heading[1]
+    for ray in range(8):
+        u = c * RAY_COS[ray] - s * RAY_SIN[ray]
+        v = s * RAY_COS[ray] + c * RAY_SIN[ray]
+        robot.rays[ray] = ray_to_walls(x, y, u, v, world.arena, world.radius)
 
 
 @kernel
@@ -100,17 +77,31 @@ def is_near_walls(robot: RobotState, world: WorldState) -> bool:
 
 
 @kernel
-def is_near_robots(
+def shorten_rays(robot: RobotState, dx: float, dy: float, radius: float) -> None:
+    """Shorten the rays of a robot that another body, (dx, dy) from it [m], stands in the way of."""
+    ahead, left = to_body(dx, dy, robot.heading[0], robot.heading[1])
+    for ray in range(8):
+        robot.rays[ray] = min(robot.rays[ray], ray_to_disc(ahead, left, ray, radius))
+
+
+@kernel
+def cast_rays(
     swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
 ) -> bool:
-    """Another robot may be within the range of a proximity sensor of robot i."""
+    """Find the length of each infrared ray of robot i; false if nothing is in reach at all."""
     robot, reach = swarm[i], 2.0 * world.radius + SENSING_RANGE
+    is_any_near = is_near_walls(robot, world)
+    if is_any_near:
+        cast_rays_at_walls(robot, world)
     for k in range(FIRST, FIRST + near[i, COUNT]):
         other = swarm[near[i, k]]
         dx, dy = other.pose[0] - robot.pose[0], other.pose[1] - robot.pose[1]
         if dx * dx + dy * dy < reach * reach:
-            return True
-    return False
+            if not is_any_near:
+                robot.rays[:] = math.inf
+                is_any_near = True
+            shorten_rays(robot, dx, dy, world.radius)
+    return is_any_near
 
 
 @kernel
@@ -119,14 +110,11 @@ def read_proximity(
 ) -> None:
     """Response of eight infrared sensors times 1 +- noise; one in contact saturates at 1."""
     robot = swarm[i]
-    walls, robots = is_near_walls(robot, world), is_near_robots(swarm, i, near, world)
+    if not cast_rays(swarm, i, near, world):
+        robot.readings.proximity[:] = 0.0
+        return
     for ray in range(8):
-        distance = math.inf
-        if walls:
-            distance = ray_to_near_walls(robot, ray, world)
-        if robots:
-            distance = min(distance, ray_to_robots(swarm, i, ray, near, world))
-        reading = response(distance)
+        reading = response(robot.rays[ray])
         if reading > 0.0:
             noise = world.proximity_noise * symmetric(robot.streams, PROXIMITY)
             reading = min(reading * (1.0 + noise), 1.0)
@@ -167,7 +155,9 @@ def receive_messages(
 
 
 @kernel
-def measure_range_bearing(robot: RobotState, sender: RobotState, slot: int, world: WorldState) -> None:
+def measure_range_bearing(
+    robot: RobotState, sender: RobotState, slot: int, world: WorldState
+) -> None:
     """Range [m], bearing and bearing back [rad] of the sender in a slot, with noise.
 
     A receiver at rest averages several frames, a moving one has a single frame.

@@ -30,7 +30,10 @@ def note_neighbour(near: Int32[Array, "robots columns"], i: int, j: int) -> None
 
 @kernel
 def find_neighbours(
-    swarm: Array, near: Int32[Array, "robots columns"], cells: Int32[Array, " cells"], world: WorldState
+    swarm: Array,
+    near: Int32[Array, "robots columns"],
+    cells: Int32[Array, " cells"],
+    world: WorldState,
 ) -> int:
     """List for each robot those within `reach`; the largest number of them that any robot has.
 
@@ -67,7 +70,32 @@ def find_neighbours(
 
 
 @kernel
-def resolve_contacts(swarm: Array, near: Int32[Array, "robots columns"], world: WorldState) -> bool:
+def keep_all_inside(swarm: Array, world: WorldState) -> None:
+    """Put every robot back inside the walls, in place."""
+    for i in range(swarm.shape[0]):
+        keep_inside(swarm[i].pose, world.arena, world.radius)
+
+
+@kernel
+def separate_all(
+    swarm: Array, near: Int32[Array, "robots columns"], world: WorldState, share: float
+) -> float:
+    """Move the robots of every overlapping pair apart, each by a share; the largest overlap [m]."""
+    worst = 0.0
+    for i in range(swarm.shape[0]):
+        for k in range(FIRST, FIRST + near[i, COUNT]):
+            j = near[i, k]
+            if j > i:
+                break
+            short = separate_pair(swarm[i].pose, swarm[j].pose, 2.0 * world.radius, share)
+            worst = max(worst, short)
+    return worst
+
+
+@kernel
+def resolve_contacts(
+    swarm: Array, near: Int32[Array, "robots columns"], world: WorldState
+) -> bool:
     """Move overlapping robots apart and back inside the walls, in place.
 
     Each pass moves both robots of an overlapping pair by half the overlap, in a clump by more,
@@ -75,21 +103,12 @@ def resolve_contacts(swarm: Array, near: Int32[Array, "robots columns"], world: 
     were not enough.
     """
     for n_passes in range(MOST_PASSES):
-        for i in range(swarm.shape[0]):
-            keep_inside(swarm[i].pose, world.arena, world.radius)
+        keep_all_inside(swarm, world)
         share = HALF if n_passes < GENTLE_PASSES else OVER_RELAXED
-        worst = 0.0
-        for i in range(swarm.shape[0]):
-            for k in range(FIRST, FIRST + near[i, COUNT]):
-                j = near[i, k]
-                if j > i:
-                    break
-                short = separate_pair(swarm[i].pose, swarm[j].pose, 2.0 * world.radius, share)
-                worst = max(worst, short)
-        if worst == 0.0:
-            return True
+        worst = separate_all(swarm, near, world, share)
         if worst <= OVERLAP:
-            break
-    for i in range(swarm.shape[0]):
-        keep_inside(swarm[i].pose, world.arena, world.radius)
-    return worst <= OVERLAP
+            if worst > 0.0:
+                keep_all_inside(swarm, world)
+            return True
+    keep_all_inside(swarm, world)
+    return False

@@ -1,6 +1,13 @@
 """The task of foraging, as the rest of the house knows it."""
 
+from swarm_forage_env.foraging.array_rules import ArrayMotion, ArrayWeighting
+from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.control import decide
+from swarm_forage_env.foraging.drawing import scene_of, stage_of
+from swarm_forage_env.foraging.episode import FORAGING_EPISODE
+from swarm_forage_env.foraging.global_state import ForagingState
+from swarm_forage_env.foraging.policies import LEARNABLE, NoLayers
+from swarm_forage_env.foraging.potential import ForagingPotential
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.views import exchange_of, situation_of
 from swarm_forage_env.foraging.world import ForagingWorld
@@ -14,8 +21,20 @@ FORAGING = Task(
     physics="rigid",
     controller="ssgikf",
     agent="epuck",
+    commanded="wheels",
     exchange=exchange_of,
     situation=situation_of,
+    array_weighting=ArrayWeighting,
+    array_motion=ArrayMotion,
+    policies=LEARNABLE,
+    residuals=("motion", "both"),
+    no_layers=NoLayers(),
+    bounds=Bounds,
+    potential=ForagingPotential,
+    global_state=ForagingState,
+    episode=FORAGING_EPISODE,
+    stage=stage_of,
+    scene=scene_of,
 )
 
 TASKS.register(FORAGING.name)(FORAGING)

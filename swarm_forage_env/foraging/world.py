@@ -64,7 +64,9 @@ class ForagingWorld:
         n_columns = FIRST + max(map(most_neighbours, scenarios))
         self.near: Int32[Array, "worlds robots columns"] = np.zeros((*shape, n_columns), np.int32)
         n_cells = max(map(number_of_cells, scenarios))
-        self._cells: Int32[Array, "worlds cells"] = np.full((self.n_worlds, n_cells), EMPTY, np.int32)
+        self._cells: Int32[Array, "worlds cells"] = np.full(
+            (self.n_worlds, n_cells), EMPTY, np.int32
+        )
         self._physics = ENGINES[physics](scenarios)
         self.reset(seeds)
 

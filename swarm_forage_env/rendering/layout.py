@@ -6,7 +6,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.scene import Stage
+from swarm_forage_env.scene import Stage
 
 SMALLEST, LARGEST = 400, 3840
 """Width of a picture [px]: below, the words do not fit."""

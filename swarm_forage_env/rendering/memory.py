@@ -5,7 +5,7 @@ from collections import deque
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64, Int8, Int32
-from swarm_forage_env.rendering.scene import Scene
+from swarm_forage_env.scene import Scene
 
 TRAIL = 20.0
 """Trails go back this far [s]."""

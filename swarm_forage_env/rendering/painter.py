@@ -11,8 +11,8 @@ from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.memory import Memory
 from swarm_forage_env.rendering.palette import mixed, trail_colour
 from swarm_forage_env.rendering.panel import Panel
-from swarm_forage_env.rendering.scene import Scene, Stage
 from swarm_forage_env.rendering.strokes import dashed_circle, draw_arc, draw_belief, draw_robot
+from swarm_forage_env.scene import Scene, Stage
 
 FINENESS = 3
 """The arena is drawn this many times larger, then made smaller: that smooths every edge."""

@@ -3,7 +3,7 @@
 Source: Okabe and Ito, Color Universal Design (2008); white and black are from there, too.
 """
 
-from swarm_forage_env.rendering.scene import (
+from swarm_forage_env.scene import (
     EXPLORING,
     LOST,
     TALKING,

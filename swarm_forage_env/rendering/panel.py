@@ -7,8 +7,8 @@ from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.lettering import Lettering
 from swarm_forage_env.rendering.palette import Colour
-from swarm_forage_env.rendering.scene import STATES, Scene, Stage
 from swarm_forage_env.rendering.strokes import draw_arc, draw_belief, draw_robot
+from swarm_forage_env.scene import STATES, Scene, Stage
 
 FINENESS = 4
 """The legend's shapes are drawn this many times larger."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Int32, Int64
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.scene import Scene
+from swarm_forage_env.scene import Scene
 
 CODES = 2**16
 

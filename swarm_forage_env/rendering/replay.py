@@ -17,7 +17,7 @@ from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import P_RING
 from swarm_forage_env.rendering.memory import JUST_NOW, TRAIL
 from swarm_forage_env.rendering.recording import Recording
-from swarm_forage_env.rendering.scene import EXPLORING, STATES, Scene, Stage
+from swarm_forage_env.scene import EXPLORING, STATES, Scene, Stage
 
 BUDGET = 6_000_000
 """Size that a file should not exceed [byte]; the time between frames follows."""

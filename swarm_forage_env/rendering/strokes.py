@@ -8,7 +8,7 @@ import pygame
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.palette import Colour
-from swarm_forage_env.rendering.scene import EXPLORING
+from swarm_forage_env.scene import EXPLORING
 
 
 def draw_robot(

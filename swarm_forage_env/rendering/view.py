@@ -8,7 +8,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.scene import Scene, Stage
+from swarm_forage_env.scene import Scene, Stage
 
 if TYPE_CHECKING:
     import pygame

@@ -7,12 +7,12 @@ with: another gyro, another bearing noise, another tolerance.
 import math
 
 from swarm_forage_env.registry import ORIGINS, SCENARIOS
-from swarm_forage_env.waypoints_scenario import Errands, Measurements, WaypointsScenario
+from swarm_forage_env.waypoints.scenario import WaypointSensors, WaypointsScenario, WaypointTask
 
 N_ROBOTS = (5, 10, 25, 50)
 """Group sizes: 0.05, 0.1, 0.25 and 0.5 robots in a square metre (published)."""
 
-AUTHORS_SENSORS = Measurements(turn_noise=0.01, turn_bias=0.001, bearing_noise=math.radians(1.0))
+AUTHORS_SENSORS = WaypointSensors(turn_noise=0.01, turn_bias=0.001, bearing_noise=math.radians(1.0))
 """A better gyro than Table 2 says, and a bearing noise of one degree (code)."""
 
 AUTHORS_TOLERANCE = 0.15
@@ -22,11 +22,13 @@ AUTHORS_EXTRA_TICKS = 2
 """Averages over time are sums over 200 ticks, divided by 202 (code)."""
 
 for size in N_ROBOTS:
-    stated = WaypointsScenario(name=f"waypoints-{size:02d}", task=Errands(n_robots=size))
+    stated = WaypointsScenario(name=f"waypoints-{size:02d}", task=WaypointTask(n_robots=size))
     ran = WaypointsScenario(
         name=f"waypoints-{size:02d}-authors",
         sensors=AUTHORS_SENSORS,
-        task=Errands(n_robots=size, tolerance=AUTHORS_TOLERANCE, extra_ticks=AUTHORS_EXTRA_TICKS),
+        task=WaypointTask(
+            n_robots=size, tolerance=AUTHORS_TOLERANCE, extra_ticks=AUTHORS_EXTRA_TICKS
+        ),
     )
     ORIGINS[ran.name] = dict.fromkeys(
         (

@@ -17,7 +17,7 @@ from pydantic import Field, model_validator
 from swarm_forage_env.parameters import Count, NotNegative, Part, Positive, Share
 
 
-class Create(Part):
+class CreateRobot(Part):
     """The robot: an iRobot Create, which turns, speeds up and slows down within limits."""
 
     max_speed: Positive = Field(0.5, description="Highest speed [m/s] (code)")
@@ -36,7 +36,7 @@ class Create(Part):
         return self
 
 
-class Measurements(Part):
+class WaypointSensors(Part):
     """What the robot measures and how badly; every error is normally distributed.
 
     Smaller errors than the bounds allow leave covariances that 64 bits cannot tell from singular.
@@ -80,7 +80,7 @@ class Measurements(Part):
     )
 
 
-class Errands(Part):
+class WaypointTask(Part):
     """The task: visit random goals one after the other, and say when you are there."""
 
     n_robots: Count = Field(25, description="Robots. Section 3 (published)")
@@ -117,9 +117,9 @@ class WaypointsScenario(Part):
     """Everything that fixes a world of waypoints but its seed."""
 
     name: str = Field("custom", min_length=1, description="Name in tables and data")
-    robot: Create = Create()
-    sensors: Measurements = Measurements()
-    task: Errands = Errands()
+    robot: CreateRobot = CreateRobot()
+    sensors: WaypointSensors = WaypointSensors()
+    task: WaypointTask = WaypointTask()
     tick: Positive = Field(0.5, description="Control period [s] (code)")
 
     @model_validator(mode="after")

@@ -8,9 +8,9 @@ import pytest
 from baselines.estimators.area_memory import area_under
 from baselines.estimators.belief import NOWHERE
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.foraging.records import REPLACE
+from swarm_forage_env.foraging.metrics import localisation_error
+from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.metrics import localisation_error
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario

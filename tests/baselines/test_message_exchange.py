@@ -11,7 +11,7 @@ from baselines.estimators.belief import NOBODY
 from baselines.estimators.message_exchange import heard_location
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.equations.geometry import range_and_bearing, to_body, to_outer
-from swarm_forage_env.foraging.records import REPLACE
+from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS

@@ -11,7 +11,7 @@ import pytest
 from baselines.controller import LayeredController
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.motion.subsumption import SubsumptionParameters
-from swarm_forage_env.foraging.records import CORRECT, KEEP, REPLACE, RULE
+from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from baselines.evaluation.configuration import Configuration, find_recipe
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
 from baselines.references.oracle import moved
 from baselines.references.recipes import RECIPES
 from baselines.references.reference import Reference
@@ -97,9 +97,9 @@ def test_a_reference_takes_parameters_and_stays_a_reference(name):
     recipe = find_recipe(f"{name}:deaf_when_lost=7")
     assert isinstance(recipe, Reference)
     assert recipe.parameters["estimator.deaf_when_lost"] == 7.0
-    configuration = Configuration(name, find_scenario("es1"), recipe)
+    configuration = ExperimentConfig(name, find_scenario("es1"), recipe)
     assert configuration.parameters == '{"estimator.deaf_when_lost": 7.0}'
-    assert configuration.key != Configuration(name, find_scenario("es1"), find_recipe(name)).key
+    assert configuration.key != ExperimentConfig(name, find_scenario("es1"), find_recipe(name)).key
 
 
 @pytest.mark.parametrize("name", NAMES)

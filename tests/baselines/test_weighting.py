@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from baselines.running import bound
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.compiler import bind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import override
 from swarm_forage_env.scenarios import find_scenario
@@ -32,7 +32,7 @@ def weights(numbers_of):
 
     def give(rule, exchanges):
         layer = rule.layer(find_scenario("es1"))
-        bound(weigh, ("gain", layer.gain))(exchanges, numbers_of(layer.numbers))
+        bind(weigh, {"gain": layer.gain})(exchanges, numbers_of(layer.numbers))
         return exchanges.weight.copy()
 
     return give

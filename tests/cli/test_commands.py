@@ -8,7 +8,7 @@ import signal
 import sys
 import time
 
-import pandas as pd
+import pyarrow.parquet as pq
 import pytest
 
 SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
@@ -65,7 +65,7 @@ def test_csv_holds_the_same_episodes_and_they_are_not_run_again(command):
 
 def test_the_data_go_to_a_folder_named_after_the_scenario(command, tmp_path):
     command("evaluate", "es1", "nc", "--episodes=2", *SHORT)
-    assert len(pd.read_parquet(tmp_path / "runs" / "es1")) == 2
+    assert len(pq.read_table(tmp_path / "runs" / "es1")) == 2
 
 
 def test_the_table_compares_with_the_first_controller_and_the_plot_is_drawn(command, tmp_path):

@@ -30,7 +30,6 @@ REFUSED = [
     (("evaluate", "es1", "nc", "nc"), "controller 'nc' is named twice"),
     (("evaluate", "es1", "nc", "--format=xml"), "'--format': 'xml' is not one of 'table'"),
     (("evaluate", "es1", "nc", "--seed=x"), "an integer. See: swarm-forage evaluate --help"),
-    (("calibrate", "boids", "--set=a=1", "--sensitivity"), "--set, --sensitivity: for social-od"),
     (("evaluate", "es1"), "Missing argument 'controllers"),
     ((*EVALUATE, "--set", "radio.max_rnge=0.2"), "did you mean 'radio.max_range'?"),
     ((*EVALUATE, "--set", "radio.max_range"), "must be name=value, as in radio.max_range=0.2"),

@@ -3,7 +3,7 @@
 import pytest
 
 from swarm_forage_env.controllers import find_controller
-from training.commands import add_commands
+from training.train_command import add_commands
 
 TINY = (
     "--budget=1", "--worlds=1", "--held-back=2", "--population=4", "--workers=1",
@@ -86,7 +86,9 @@ def test_what_tests_a_policy_runs_it_among_the_layers_it_was_trained_with(
 def test_what_no_named_controller_can_test_is_said(command):
     options = "--controller=ssgikf", "--out=x", "--algorithm=cma", *TINY
     _, stdout, _ = command("train", "motion", "es1", *options)
-    assert stdout.splitlines()[-1].startswith("test it in Python: training.recipes.learned")
+    assert stdout.splitlines()[-1].startswith(
+        "test it in Python: training.controllers.with_learned_layers"
+    )
 
 
 REFUSED = [
@@ -104,6 +106,7 @@ REFUSED = [
     (("train", "weighting", "es1", "--out=file/x"), "--out file/x: cannot be written"),
     (("evaluate", "es1", "learned-weighting:policy=gone.safetensors"), "cannot be read"),
     (("evaluate", "es1", "learned-weighting:policy=file"), "no policy named 'file'"),
+    (("evaluate", "es1", "nc", "learned-both", "--set=radio.slots=2"), "does not fit 'es1': obs"),
 ]
 
 
@@ -112,7 +115,7 @@ def test_bad_input_is_one_line_on_stderr(command, tmp_path, monkeypatch, argumen
     def run(*_):
         raise AssertionError("a world was run")
 
-    monkeypatch.setattr("training.trials.run_block", run)
+    monkeypatch.setattr("training.candidate_rollouts.run_job", run)
     monkeypatch.setattr("baselines.evaluation.runner._run_block", run)
     (tmp_path / "file").write_text("")
     status, stdout, stderr = command(*arguments)

@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env import parallel_env
-from swarm_forage_env.envs.cuts import CUTS
+from swarm_forage_env.foraging.policies import LEARNABLE
 
 STEPS = 500
 
@@ -38,7 +38,7 @@ def digest_elsewhere(learn, hash_seed):
     """The same in another process, whose sets and dictionaries are in another order."""
     code = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
-        "import baselines.recipes\n"
+        "import baselines.controllers\n"
         "from swarm_forage_env import parallel_env\n"
         "from test_determinism import digest\n"
         "print(digest(parallel_env(learn=sys.argv[2]), 11))"
@@ -53,7 +53,7 @@ def digest_elsewhere(learn, hash_seed):
     return run.stdout.strip()
 
 
-@pytest.mark.parametrize("learn", list(CUTS))
+@pytest.mark.parametrize("learn", list(LEARNABLE))
 def test_one_seed_one_episode(learn):
     env = parallel_env(learn=learn)
     first = digest(env, 11)

@@ -13,13 +13,13 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import TimeLimit
 from numpy.testing import assert_array_equal
 
-from baselines.controller import Recipe
+from baselines.controller import LayeredController
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env import ConfigError, UnknownNameError, parallel_env
 from swarm_forage_env.envs.registration import NAMES
-from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import SCENARIOS
 
 SINGLE, JOINT, TUPLE = (f"SwarmForage/ES1{kind}-v0" for kind in ("", "-Joint", "-Tuple"))
@@ -71,7 +71,7 @@ def test_an_id_brings_its_module_and_the_import_brings_nothing_heavy():
     code = (
         "import sys, swarm_forage_env\n"
         "heavy = {'numba', 'pydantic', 'pymunk', 'baselines'} & set(sys.modules)\n"
-        "import gymnasium, baselines.recipes\n"
+        "import gymnasium, baselines.controllers\n"
         f"env = gymnasium.make('swarm_forage_env:{SINGLE}', learn='weighting')\n"
         "print(sorted(heavy), env.unwrapped.action_layout.names)"
     )
@@ -123,7 +123,7 @@ def test_the_joint_env_is_the_parallel_env_in_one_box(reward, busy):
 
 
 RULE, MOTION = SGIFF(), SubsumptionParameters()
-RECIPE = Recipe("inside", SocialOdometryParameters(double=True), RULE, MOTION)
+RECIPE = LayeredController("inside", SocialOdometryParameters(double=True), RULE, MOTION)
 
 
 def weigh(layout, row):
@@ -138,7 +138,7 @@ def steer(motion, layout, row):
 @pytest.mark.parametrize("learn", ["weighting", "motion", "both"])
 def test_a_hand_written_layer_from_outside_leaves_the_swarm_as_it_is(learn, busy):
     """The proof that the learner gets its own layer, and its team-mates keep theirs."""
-    loop, motion = ControlLoop(busy, RECIPE, [7]), MOTION.start(busy, [7])
+    loop, motion = Loop(busy, RECIPE, [7]), MOTION.start(busy, [7])
     env = gym.make(SINGLE, scenario=busy, learn=learn, controller=RECIPE).unwrapped
     layout, exchanges = env.observation_layout, 0
     row, _ = env.reset(seed=7)
@@ -158,7 +158,7 @@ def test_a_hand_written_layer_from_outside_leaves_the_swarm_as_it_is(learn, busy
 
 
 def test_only_the_learner_does_what_the_policy_says(busy):
-    env, loop = gym.make(SINGLE, scenario=busy, controller=RECIPE), ControlLoop(busy, RECIPE, [7])
+    env, loop = gym.make(SINGLE, scenario=busy, controller=RECIPE), Loop(busy, RECIPE, [7])
     env.reset(seed=7)
     env.step(np.array([-0.5, 0.25], np.float32))
     loop.step()

@@ -4,7 +4,6 @@ The proof: the baseline's own rule, driven from outside through `env.step` from 
 alone, reproduces the built-in run bit for bit.
 """
 
-from dataclasses import fields, replace
 from itertools import product
 from typing import Literal, get_args, get_origin
 
@@ -12,19 +11,20 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from baselines.controller import Recipe, made_for
+from baselines.controller import LayeredController
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.motion import MOTIONS
 from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env import parallel_env
-from swarm_forage_env.envs.bounds import Bounds
-from swarm_forage_env.envs.cuts import CUTS, RESIDUAL_CUTS, corrected
-from swarm_forage_env.envs.layout import ObservationLayout, Sheet
-from swarm_forage_env.interface import WORDS
-from swarm_forage_env.loop import ControlLoop
-from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.foraging.control import take_wheels
+from swarm_forage_env.foraging.observations import WORDS
+from swarm_forage_env.foraging.policies import LEARNABLE
+from swarm_forage_env.foraging.records import Action
+from swarm_forage_env.foraging.task import FORAGING
+from swarm_forage_env.interface import CORRECT
+from swarm_forage_env.loop import Loop
 
 TICKS = 3000
 SEED = 7
@@ -40,18 +40,30 @@ def choices(part):
 
 
 def cases(registry):
-    """Every part of a registry that is made for foraging."""
+    """Every part of a registry that is made for foraging and is not the estimator's own."""
     return [
         pytest.param(part, id=f"{name}-{k}")
         for name in registry
-        if Scenario in made_for(registry[name])
+        if "foraging" in getattr(registry[name], "tasks", ("foraging",)) and name != "filter"
         for k, part in enumerate(choices(registry[name]))
     ]
 
 
+def weighting_of(part, scenario):
+    """A rule as a function of what the weighting layer sees, compiled or not."""
+    return FORAGING.array_weighting(part.layer(scenario)) if hasattr(part, "layer") else part
+
+
+def motion_of(part, scenario):
+    """A motion as a function of what the motion layer sees, compiled or not."""
+    if hasattr(part, "layer"):
+        return FORAGING.array_motion(part.layer(scenario), scenario, [SEED])
+    return part.start(scenario, [SEED])
+
+
 def assert_same_run(learn, scenario, recipe, decide, residual=False):
     """Drive one layer from outside by `decide(layout, observations)`; compare with the loop."""
-    loop = ControlLoop(scenario, recipe, [SEED])
+    loop = Loop(scenario, recipe, [SEED])
     env = parallel_env(scenario, learn=learn, controller=recipe, residual=residual)
     observations, _ = env.reset(seed=SEED)
     exchanges = 0
@@ -60,24 +72,22 @@ def assert_same_run(learn, scenario, recipe, decide, residual=False):
         actions = decide(env.observation_layout, matrix)
         observations, *_ = env.step(dict(zip(env.agents, actions, strict=True)))
         loop.step()
-        exchanges += np.count_nonzero(loop.controller.estimator.encounter.valid)
+        exchanges += np.count_nonzero(loop.exchange.valid)
         assert (env.world.state.pose == loop.world.state.pose).all(), f"they part at tick {tick}"
-    ours = env._batch.cut._loop.controller.estimator.beliefs
-    for field in fields(ours):
-        theirs = getattr(loop.controller.estimator.beliefs, field.name)
-        assert_array_equal(getattr(ours, field.name), theirs, field.name)
-    for field in fields(env.world.state):
-        theirs = getattr(loop.world.state, field.name)
-        assert_array_equal(getattr(env.world.state, field.name), theirs, field.name)
+    assert_array_equal(env._env.loop.controller.minds["estimator"]["belief"],
+                       loop.controller.minds["estimator"]["belief"])  # fmt: skip
+    for name in set(loop.world.robots.dtype.names) - {"action"}:
+        assert_array_equal(env.world.robots[name], loop.world.robots[name], name)
     return exchanges, int(loop.world.state.round_trips.sum())
 
 
 @pytest.mark.parametrize("rule", cases(WEIGHTING_RULES))
 def test_a_weighting_rule_from_outside_is_the_rule_inside(rule, busy):
     estimator = SocialOdometryParameters(double=True)
-    recipe = Recipe("inside", estimator, rule, SubsumptionParameters())
+    recipe = LayeredController("inside", estimator, rule, SubsumptionParameters())
+    weigh = weighting_of(rule, busy)
     exchanges, trips = assert_same_run(
-        "weighting", busy, recipe, lambda layout, matrix: rule(layout.encounter(matrix))
+        "weighting", busy, recipe, lambda layout, matrix: weigh(layout.encounter(matrix))
     )
     assert exchanges > 100
     assert trips > 0
@@ -85,8 +95,8 @@ def test_a_weighting_rule_from_outside_is_the_rule_inside(rule, busy):
 
 @pytest.mark.parametrize("parameters", cases(MOTIONS))
 def test_a_motion_from_outside_is_the_motion_inside(parameters, busy):
-    recipe = Recipe("inside", SocialOdometryParameters(), SGIKF(), parameters)
-    motion = parameters.start(busy, [SEED])
+    recipe = LayeredController("inside", SocialOdometryParameters(), SGIKF(), parameters)
+    motion = motion_of(parameters, busy)
     exchanges, _ = assert_same_run(
         "motion", busy, recipe, lambda layout, matrix: motion(layout.situation(matrix))
     )
@@ -95,11 +105,13 @@ def test_a_motion_from_outside_is_the_motion_inside(parameters, busy):
 
 def test_both_layers_from_outside_are_both_inside(busy):
     rule, parameters = SGIKF(), SubsumptionParameters()
-    recipe = Recipe("inside", SocialOdometryParameters(double=False), rule, parameters)
-    motion = parameters.start(busy, [SEED])
+    recipe = LayeredController("inside", SocialOdometryParameters(double=False), rule, parameters)
+    motion = motion_of(parameters, busy)
+
+    weigh = weighting_of(rule, busy)
 
     def decide(layout, matrix):
-        g = rule(layout.encounter(matrix))
+        g = weigh(layout.encounter(matrix))
         return np.concatenate([g, motion(layout.situation(matrix))], axis=1)
 
     exchanges, trips = assert_same_run("both", busy, recipe, decide)
@@ -107,16 +119,17 @@ def test_both_layers_from_outside_are_both_inside(busy):
     assert trips > 0
 
 
-@pytest.mark.parametrize("learn", list(RESIDUAL_CUTS))
+@pytest.mark.parametrize("learn", FORAGING.residuals)
 def test_residuals_of_zero_are_the_hand_written_motion(learn, busy):
     rule = SGIKF()
-    recipe = Recipe("inside", SocialOdometryParameters(), rule, SubsumptionParameters())
+    recipe = LayeredController("inside", SocialOdometryParameters(), rule, SubsumptionParameters())
+    weigh = weighting_of(rule, busy)
 
     def decide(layout, matrix):
         zeros = np.zeros((len(matrix), 2), np.float32)
         if learn == "motion":
             return zeros
-        return np.concatenate([rule(layout.encounter(matrix)), zeros], axis=1)
+        return np.concatenate([weigh(layout.encounter(matrix)), zeros], axis=1)
 
     exchanges, _ = assert_same_run(learn, busy, recipe, decide, residual=True)
     assert exchanges > 50
@@ -125,12 +138,15 @@ def test_residuals_of_zero_are_the_hand_written_motion(learn, busy):
 def test_a_residual_is_added_twice_and_robots_that_talk_are_let_be():
     own = np.array([[0.5, -0.5], [0.5, -0.5], [1.0, 1.0], [0.0, 0.0]], np.float32)
     residual = np.array([[0.125, 0.125], [0.5, -0.5], [-1.0, -0.5], [1.0, -1.0]], np.float32)
-    talking = np.array([False, False, False, True])
-    expected = [[0.75, -0.25], [1.0, -1.0], [-1.0, 0.0], [0.0, 0.0]]
-    assert_array_equal(corrected(own, residual, talking), expected)
+    talking = [False, False, False, True]
+    actions = Action.array((4,))
+    actions["motion"], actions["wheels"] = CORRECT, residual
+    for action, is_talking, wheels in zip(actions, talking, own, strict=True):
+        take_wheels(action, is_talking, wheels)
+    assert_array_equal(own, [[0.75, -0.25], [1.0, -1.0], [-1.0, 0.0], [0.0, 0.0]])
 
 
-@pytest.mark.parametrize("learn", list(RESIDUAL_CUTS))
+@pytest.mark.parametrize("learn", FORAGING.residuals)
 def test_a_residual_moves_the_robots(learn):
     envs = [parallel_env(learn=learn, residual=residual) for residual in (False, True)]
     for env in envs:
@@ -142,64 +158,54 @@ def test_a_residual_moves_the_robots(learn):
     assert (given != added).any(axis=1).all()
 
 
-def scrambled(feedback, keep, rng):
-    """The same feedback for one robot, and nonsense for all others."""
-    others = np.arange(len(feedback.reward)) != keep
-
-    def mix(array, values):
-        mixed = array.copy()
-        mixed[others] = values.astype(array.dtype)[others]
-        return mixed
-
-    readings, heard = feedback.readings, feedback.heard
-    readings = type(readings)(
-        proximity=mix(readings.proximity, rng.uniform(0, 1, readings.proximity.shape)),
-        ground=mix(readings.ground, rng.uniform(0, 1.3, readings.ground.shape)),
-        odometry=mix(readings.odometry, rng.uniform(-0.01, 0.01, readings.odometry.shape)),
-    )
-    heard = type(heard)(
-        valid=mix(heard.valid, rng.random(heard.valid.shape) < 0.5),
-        sender=mix(heard.sender, rng.integers(0, len(others), heard.sender.shape)),
-        words=mix(heard.words, rng.uniform(0, 1, heard.words.shape)),
-        beam=mix(heard.beam, rng.uniform(-0.1, 0.1, heard.beam.shape)),
-        frames=mix(heard.frames, rng.integers(1, 10, heard.frames.shape)),
-    )
-    return replace(feedback, readings=readings, heard=heard)
+def scramble(robots, keep, rng):
+    """Put nonsense in the place of what all robots but one sense and hear."""
+    others = np.arange(robots.shape[1]) != keep
+    for records, field, values in (
+        ("readings", "proximity", lambda shape: rng.uniform(0, 1, shape)),
+        ("readings", "ground", lambda shape: rng.uniform(0, 1.3, shape)),
+        ("readings", "odometry", lambda shape: rng.uniform(-0.01, 0.01, shape)),
+        ("heard", "n", lambda shape: rng.integers(0, 5, shape)),
+        ("heard", "sender", lambda shape: rng.integers(0, len(others), shape)),
+        ("heard", "range_bearing", lambda shape: rng.uniform(-0.1, 0.1, shape)),
+        ("heard", "n_averaged", lambda shape: rng.integers(1, 10, shape)),
+    ):
+        column = robots[records][field]
+        column[:, others] = values(column.shape).astype(column.dtype)[:, others]
 
 
 @pytest.mark.parametrize("keep", [0, 4])
 def test_a_robot_is_shown_and_does_only_what_follows_from_its_own_readings_and_messages(keep, busy):
-    scenario, rng = busy, np.random.default_rng(0)
-    recipe = Recipe("r", SocialOdometryParameters(double=True), SGIKF(), SubsumptionParameters())
-    loop = ControlLoop(scenario, recipe, [SEED])
-    other = recipe.build(scenario, [SEED])
-    other.observe(scrambled(loop.world.feedback, keep, rng))
-    cut = CUTS["both"](scenario, recipe, [SEED], "rigid")
-    layout = ObservationLayout(cut.fields(Bounds(scenario, scenario.n_ticks)))
-    sheet = Sheet(layout, loop.world.rows)
-
-    def shown(controller):
-        estimator = controller.estimator
-        parts = {"encounter": estimator.encounter, "situation": estimator.situation}
-        return sheet.write(parts)[keep]
-
+    """Messages are what others say: those that the robot hears are put right."""
+    rng = np.random.default_rng(0)
+    estimator = SocialOdometryParameters(double=True)
+    recipe = LayeredController("r", estimator, SGIKF(), SubsumptionParameters())
+    true, other = Loop(busy, recipe, [SEED]), Loop(busy, recipe, [SEED])
     exchanges = 0
     for _ in range(1500):
-        assert_array_equal(shown(other), shown(loop.controller))
-        exchanges += loop.controller.estimator.encounter.valid[keep]
-        mine, theirs = loop.controller.command(), other.command()
-        for field in fields(mine):
-            ours, his = getattr(mine, field.name)[keep], getattr(theirs, field.name)[keep]
-            assert_array_equal(ours, his, field.name)
-        feedback = loop.world.tick(mine)
-        loop.controller.observe(feedback)
-        other.observe(scrambled(feedback, keep, rng))
+        mine, his = true.controller.minds, other.controller.minds
+        for name in ("belief", "exchange", "situation"):
+            if name == "exchange" and not mine["estimator"][name]["is_valid"][0, keep]:
+                continue
+            ours, theirs = mine["estimator"][name][0, keep], his["estimator"][name][0, keep]
+            assert ours == theirs, name
+        exchanges += true.exchange.valid[keep]
+        for loop in (true, other):
+            loop.controller.decide(0, 1)
+        assert true.world.robots["command"][0, keep] == other.world.robots["command"][0, keep]
+        true.world.tick(0, 1)
+        true.controller.observe(0, 1)
+        other.world.robots[:] = true.world.robots
+        scramble(other.world.robots, keep, rng)
+        his["estimator"]["message"] = mine["estimator"]["message"]
+        his["estimator"]["is_composed"] = True
+        other.controller.observe(0, 1)
     assert exchanges > 5
 
 
 @pytest.mark.parametrize(
     ("learn", "residual", "period"),
-    [*product(CUTS, [False], [2, 5]), *product(RESIDUAL_CUTS, [True], [2, 5])],
+    [*product(LEARNABLE, [False], [2, 5]), *product(FORAGING.residuals, [True], [2, 5])],
 )
 def test_a_held_action_is_the_same_action_given_at_every_tick(learn, residual, period, sampler):
     held = parallel_env(learn=learn, residual=residual, decision_period=period)

@@ -8,9 +8,9 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env import ConfigError, parallel_env
-from swarm_forage_env.envs.cuts import CUTS
+from swarm_forage_env.foraging.policies import LEARNABLE
 
-every_layer = pytest.mark.parametrize("learn", list(CUTS))
+every_layer = pytest.mark.parametrize("learn", list(LEARNABLE))
 
 
 @every_layer
@@ -31,7 +31,7 @@ def test_every_number_has_a_name_of_its_own_and_finite_bounds(learn):
 
 
 def test_a_number_has_the_same_name_whichever_layer_is_learned():
-    slots = {learn: set(parallel_env(learn=learn).observation_layout) for learn in CUTS}
+    slots = {learn: set(parallel_env(learn=learn).observation_layout) for learn in LEARNABLE}
     assert slots["both"] == slots["weighting"] | slots["motion"]
 
 
@@ -56,12 +56,13 @@ def test_an_observation_turns_back_into_what_the_layer_sees(learn, stacked, cons
     for _ in range(60):
         observations, *_ = env.step(still)
         matrix = stacked(observations)
+        sees = {"encounter": env._env.loop.exchange, "situation": env._env.loop.situation}
         for part in env.observation_layout.parts:
             back = getattr(env.observation_layout, part)(matrix)
             for field in fields(back):
                 value = getattr(back, field.name)
                 assert value.flags.c_contiguous
-                assert_array_equal(value, getattr(env._batch.cut.parts[part], field.name))
+                assert_array_equal(value, getattr(sees[part], field.name))
 
 
 @pytest.mark.parametrize("goal", [-1, 0, 1])

@@ -12,9 +12,9 @@ from pettingzoo.test import (
 
 import swarm_forage_env
 from swarm_forage_env import env, parallel_env, raw_env
-from swarm_forage_env.envs.cuts import CUTS
+from swarm_forage_env.foraging.policies import LEARNABLE
 
-every_layer = pytest.mark.parametrize("learn", list(CUTS))
+every_layer = pytest.mark.parametrize("learn", list(LEARNABLE))
 few = {"task.n_robots": 4}
 
 

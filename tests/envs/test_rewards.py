@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from swarm_forage_env import parallel_env
-from swarm_forage_env.envs.rewards import Potential
-from swarm_forage_env.scenario import Arena, Scenario, Task
-from swarm_forage_env.state import empty_state
+from swarm_forage_env.foraging.potential import ForagingPotential
+from swarm_forage_env.foraging.scenario import Arena, Scenario, Task
+from swarm_forage_env.foraging.world import ForagingWorld
 
 STEPS = 1500
 
-SCENARIO = Scenario(arena=Arena(length=1.7, width=1.2), task=Task(area_distance=0.8))
+SCENARIO = Scenario(arena=Arena(length=1.7, width=1.2), task=Task(area_distance=0.8, n_robots=1))
 """Nest at (-0.4, 0), prey at (0.4, 0)."""
 
 
@@ -54,10 +54,10 @@ def test_the_discounted_shaping_of_an_episode_depends_on_its_ends_only(
     shaped, again = rewards_of(busy, constant, shaping=weight, discount=discount, **options)
     powers = discount ** np.arange(len(plain))
     added = ((shaped - plain) * powers[:, None]).sum(axis=0)
-    potential = Potential(env.scenario, discount, weight)
-    last = potential(again.world.state)
+    potential = ForagingPotential(again.world)
+    last = potential()
     again.reset(seed=1)
-    first = potential(again.world.state)
+    first = potential()
     expected = weight * (discount ** len(plain) * last - first)
     expected = np.full(10, expected.mean()) if reward == "team" else expected
     np.testing.assert_allclose(added, expected, atol=1e-9)
@@ -65,10 +65,9 @@ def test_the_discounted_shaping_of_an_episode_depends_on_its_ends_only(
 
 
 def standing(leg, x, y):
-    state = empty_state(1, 1)
-    state.leg[:] = leg
-    state.pose[0] = x, y, 0.0
-    return Potential(SCENARIO, 0.99, 1.0)(state)[0]
+    world = ForagingWorld([SCENARIO], [0], "kinematic")
+    world.robots["leg"], world.robots["pose"] = leg, (x, y, 0.0)
+    return ForagingPotential(world)()[0]
 
 
 def test_the_potential_rises_along_the_trip():

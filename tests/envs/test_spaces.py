@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_forage_env import parallel_env
-from swarm_forage_env.envs.bounds import BOARD_RANGE, Bounds
-from swarm_forage_env.envs.cuts import CUTS
-from swarm_forage_env.kernels.radio import board_range
-from swarm_forage_env.scenario import Radio, Robot, Scenario, Sensors
+from swarm_forage_env.foraging.bounds import BOARD_RANGE, Bounds
+from swarm_forage_env.foraging.policies import LEARNABLE
+from swarm_forage_env.equations.radio import board_range
+from swarm_forage_env.foraging.scenario import Radio, Robot, Scenario, Sensors
 
-every_layer = pytest.mark.parametrize("learn", list(CUTS))
+every_layer = pytest.mark.parametrize("learn", list(LEARNABLE))
 
 
 def assert_within(space, value):
@@ -52,7 +52,7 @@ def test_a_single_learner_stays_within_its_space_too():
 
 
 @given(
-    learn=st.sampled_from(list(CUTS)),
+    learn=st.sampled_from(list(LEARNABLE)),
     controller=st.sampled_from(["dsgikf", "dsgiff:message_path=9"]),
     seed=st.integers(0, 2**64 - 1),
     decision_period=st.integers(1, 4),

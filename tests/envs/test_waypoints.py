@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_array_equal
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
-from baselines.controller import Recipe
+from baselines.controller import LayeredController
 from baselines.estimators.localisation import LocalisationParameters
 from baselines.motion.boids import BoidsParameters
 from baselines.weighting.full import Full
@@ -90,7 +90,7 @@ def assert_same_run(learn, recipe, decide):
 
 def inside(gains, estimator, setting):
     localisation = LocalisationParameters(estimator=estimator, setting=setting)
-    return Recipe("inside", localisation, Full(), BoidsParameters(gains=gains))
+    return LayeredController("inside", localisation, Full(), BoidsParameters(gains=gains))
 
 
 every_recipe = pytest.mark.parametrize(

@@ -3,9 +3,9 @@
 import pytest
 from matplotlib.text import Text
 
-from baselines.evaluation.configuration import Configuration, find_recipe
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import Episode
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -26,7 +26,7 @@ def configure(controller="ssgikf", physics="kinematic", **settings):
     values = {"task.duration": 20.0}
     values |= {name.replace("_", ".", 1): value for name, value in settings.items()}
     scenario = find_scenario("es1", values)
-    return Configuration(controller, scenario, find_recipe(controller), physics)
+    return ExperimentConfig(controller, scenario, find_recipe(controller), physics)
 
 
 @pytest.fixture(name="configure")

@@ -6,14 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import duckdb
-import pandas as pd
 import polars
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from baselines.evaluation.configuration import Configuration, find_recipe
 from baselines.evaluation.dataset import Dataset, schema
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
 from baselines.evaluation.kinds import FORAGING
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenario import Scenario
@@ -45,23 +44,23 @@ def test_the_largest_seed_is_kept(dataset, configuration, episode):
 
 def test_a_name_cannot_lead_out_of_the_folder(dataset, episode):
     recipe = find_recipe("nc")
-    configuration = Configuration("nc", Scenario(name="../../a=b/ä"), recipe)
+    configuration = ExperimentConfig("nc", Scenario(name="../../a=b/ä"), recipe)
     dataset.keep(configuration, [episode])
     assert dataset.find(configuration, 3)
-    table = pd.read_parquet(dataset.folder)
-    assert table["scenario"].tolist() == ["../../a=b/ä"]
+    assert pq.read_table(dataset.folder)["scenario"].to_pylist() == ["../../a=b/ä"]
     assert dataset.place(configuration, 3).resolve().is_relative_to(dataset.folder.resolve())
 
 
-def test_pandas_reads_the_folder_as_one_table(dataset, configure, file, episode):
+def test_pyarrow_reads_the_folder_as_one_table(dataset, configure, file, episode):
     dataset.keep(configure("ssgiff:beta=0.02"), [replace(episode, seed=9)])
-    table = pd.read_parquet(dataset.folder).sort_values("seed")
-    assert set(table.columns) == {*schema(FORAGING).names, "scenario", "controller"}
-    assert table["controller"].tolist() == ["ssgikf", "ssgiff"]
-    assert table["seed"].tolist() == [3, 9]
-    assert table["recruitment_time_s"].isna().all()
-    assert table["parameters"].tolist() == ["{}", '{"weighting.beta": 0.02}']
-    assert table["overrides"].unique().tolist() == ['{"task.duration": 20.0}']
+    table = pq.read_table(dataset.folder).sort_by("seed")
+    assert set(table.column_names) == {*schema(FORAGING).names, "scenario", "controller"}
+    columns = table.to_pydict()
+    assert columns["controller"] == ["ssgikf", "ssgiff"]
+    assert columns["seed"] == [3, 9]
+    assert columns["recruitment_time_s"] == [None, None]
+    assert columns["parameters"] == ["{}", '{"weighting.beta": 0.02}']
+    assert set(columns["overrides"]) == {'{"task.duration": 20.0}'}
 
 
 def test_polars_and_duckdb_read_the_folder_as_one_table(dataset, configure, file, episode):
@@ -144,13 +143,13 @@ def test_a_damaged_file_is_set_aside_with_one_line(
     assert "\n" not in line
     dataset.keep(configuration, [episode])
     assert dataset.find(configuration, 3) == episode
-    assert len(pd.read_parquet(dataset.folder)) == 1, "readers pass over what was set aside"
+    assert len(pq.read_table(dataset.folder)) == 1, "readers pass over what was set aside"
 
 
 def test_what_a_killed_run_left_is_ignored_and_swept(dataset, configuration, file):
     leftover = file.with_name(f"_{file.name}.elsewhere-1.tmp")
     leftover.write_bytes(b"PAR1 half of")
-    assert len(pd.read_parquet(dataset.folder)) == 1
+    assert len(pq.read_table(dataset.folder)) == 1
     dataset.open()
     assert not leftover.exists()
     assert file.exists()

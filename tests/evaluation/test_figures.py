@@ -8,9 +8,9 @@ import pytest
 
 import baselines.evaluation.figures  # noqa: F401 enters the kinds
 from baselines.evaluation.commands_plot import FigureName
-from baselines.evaluation.curves import path_over_time, recruited_over_time, spans_decades
 from baselines.evaluation.episode import run_episodes
-from baselines.evaluation.figures.base import FIGURES, Wish, check_options
+from baselines.evaluation.figures.base import FIGURES, PlotOptions, check_options
+from baselines.evaluation.line_plots import path_over_time, recruited_over_time, spans_decades
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 TRIPS = {"nc": 3, "ssgikf": 30, "ssgiff:beta=0.001": 40, "ssgiff": 50, "ssgiff:beta=1": 20}
@@ -31,9 +31,9 @@ def keep(dataset, configure, episode):
 
 
 def draw(kind, *sources, **options):
-    wish = Wish(kind, sources, **options)
-    check_options(wish)
-    return FIGURES[kind].draw(wish)
+    options = PlotOptions(kind, sources, **options)
+    check_options(options)
+    return FIGURES[kind].draw(options)
 
 
 def legend(figure):

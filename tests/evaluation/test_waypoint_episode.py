@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from baselines.evaluation.configuration import Configuration, find_recipe
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
 from baselines.evaluation.kinds import FORAGING, WAYPOINTS, kind_of
 from baselines.evaluation.tables import report, to_csv, to_json
-from baselines.evaluation.waypoint_episode import Meter, WaypointEpisode, run_waypoint_episodes
+from baselines.evaluation.waypoint_episode import (
+    WaypointEpisode,
+    WaypointErrorMeter,
+    run_waypoint_episodes,
+)
 from swarm_forage_env.loop import WaypointsLoop
 from swarm_forage_env.scenarios import find_scenario
 
@@ -28,7 +32,7 @@ METRICS = {
 def configuration_of(controller="boids-adaptive", scenario="waypoints-10", **task):
     numbers = {f"task.{name}": value for name, value in task.items()}
     chosen = find_scenario(scenario, numbers)
-    return Configuration(controller, chosen, find_recipe(controller), "kinematic")
+    return ExperimentConfig(controller, chosen, find_recipe(controller), "kinematic")
 
 
 def run(configuration, seeds):
@@ -134,7 +138,7 @@ def test_a_meter_adds_up_each_world_for_itself():
     estimator.pose[5:7, 0] += [0.3, -0.6]
     estimator.P[:5] = np.diag([1.0, 3.0, 2.0])
     estimator.P[5:] = np.diag([0.5, 0.2, 0.1])
-    meter = Meter(2)
+    meter = WaypointErrorMeter(2)
     meter.sample(loop)
     meter.sample(loop)
     np.testing.assert_allclose(meter.sums, [[30.0, 0.0], [5.0, 1.8]], atol=1e-9)

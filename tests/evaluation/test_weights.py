@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from baselines.evaluation.figures.base import FIGURES, Wish
+from baselines.evaluation.figures.base import FIGURES, PlotOptions
 from baselines.evaluation.figures.weights import DISAGREEMENTS, LONGEST, STEPS
 
 
 def drawn(*controllers):
-    return FIGURES["weights"].draw(Wish("weights", controllers))
+    return FIGURES["weights"].draw(PlotOptions("weights", controllers))
 
 
 def shown(figure):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.records import KEEP, REPLACE
+from swarm_forage_env.interface import KEEP, REPLACE
 
 ENGINES = ("rigid", "kinematic")
 

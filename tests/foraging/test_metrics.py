@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from swarm_forage_env.metrics import (
+from swarm_forage_env.foraging.metrics import (
     believed_places,
     localisation_error,
     on_path_now,

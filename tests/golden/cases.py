@@ -117,7 +117,7 @@ def _alone() -> Iterator[dict[str, Any]]:
 
 def _beside() -> Iterator[dict[str, Any]]:
     """Controllers other than the usual one beside the layer to learn."""
-    for controller in ("dsgiff-brisk", "sikf", "covariance", "boids-adaptive"):
+    for controller in ("dsgiff-frequent", "sikf", "covariance", "boids-adaptive"):
         for learn in ("weighting", "motion", "both"):
             yield {"learn": learn, "controller": controller}
 

@@ -10,19 +10,27 @@ from typing import Any
 
 import numpy as np
 
-import baselines.recipes
-import baselines.references.recipes  # noqa: F401
-import training.recipes  # noqa: F401 all three enter their controllers
+import baselines.controllers
+import baselines.oracles.controllers  # noqa: F401
+import training.controllers  # noqa: F401 all three enter their controllers
 from swarm_forage_env import parallel_env
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.compiler import bind
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.envs.single import LearnerEnv
-from swarm_forage_env.loop import Loop, default_physics, start_loop
-from swarm_forage_env.metrics import total
+from swarm_forage_env.envs.gymnasium_env import LearnerEnv
+from swarm_forage_env.foraging.metrics import total
+from swarm_forage_env.foraging.views import received
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.waypoints_scenario import WaypointsScenario
+from swarm_forage_env.task import task_of
+from swarm_forage_env.waypoints.views import estimated_pose_of
 
 Readout = dict[str, bytes]
+
+WORDS = 12
+"""Numbers in a message, as `words_of` writes them."""
 
 ENVIRONMENTS = {"parallel": parallel_env, "learner": LearnerEnv}
 
@@ -31,7 +39,7 @@ def controllers_of(scenario: str) -> list[str]:
     """The names of all controllers and references that run on a scenario."""
     world = find_scenario(scenario)
     names = [*CONTROLLERS, *REFERENCES]
-    return [name for name in names if find_controller(name, references=True).runs_on(world)]
+    return [name for name in names if find_controller(name, references=True).supports(world)]
 
 
 def start(
@@ -40,25 +48,72 @@ def start(
     seeds: Sequence[int],
     physics: str | None = None,
     overrides: Mapping[str, Any] | None = None,
-) -> Loop[Any]:
+) -> Loop:
     """A block of worlds under a controller, sensed and about to move."""
-    world, recipe = find_scenario(scenario, overrides), find_controller(controller, references=True)
-    return start_loop(world, recipe, seeds, physics or default_physics(world))
+    world, found = find_scenario(scenario, overrides), find_controller(controller, references=True)
+    loop = ForagingLoop if task_of(world).name == "foraging" else Loop
+    return loop(world, found, seeds, physics)
 
 
-def advance(loop: Loop[Any]) -> None:
+def advance(loop: Loop) -> None:
     """One tick."""
     loop.step()
 
 
-def readout(loop: Loop[Any]) -> Readout:
+def readout(loop: Loop) -> Readout:
     """The readout of either world, after a tick or the reset."""
-    if isinstance(loop.world.scenario, WaypointsScenario):
-        return waypoints_readout(loop)
-    return foraging_readout(loop)
+    if isinstance(loop, ForagingLoop):
+        return foraging_readout(loop)
+    return waypoints_readout(loop)
 
 
-def foraging_readout(loop: Loop[Any]) -> Readout:
+class ForagingLoop(Loop):
+    """Robots that forage, with what each of them would say and reported before the last tick."""
+
+    def __init__(self, *given: Any) -> None:
+        """Nobody has said anything."""
+        super().__init__(*given)
+        rows_of_words = (self.world.robots.size, WORDS)
+        self.words = np.zeros(rows_of_words, np.float32)
+        self.known = np.zeros((self.world.robots.size, 2), np.int8)
+        compose = self.controller.estimator.kernels["compose"]
+        self._compose_all = bind(compose_all, {"compose": compose})
+
+    def _step(self, first: int, last: int) -> None:
+        """A tick; every message is composed in it, also one that nobody will hear."""
+        running = self.controller
+        running.decide(first, last)
+        self._compose_all(running.minds["estimator"], running._numbers)
+        self.words = words_of(rows(running.minds["estimator"]["message"]))
+        self.known = rows(self.world.robots).report.known.copy()
+        self.world.tick(first, last)
+        running.observe(first, last)
+
+
+def compose_all(minds: Array, numbers: Array) -> None:
+    """Write the messages of all robots. Free name: compose."""
+    for w in range(minds.shape[0]):
+        for i in range(minds.shape[1]):
+            compose(minds[w, i], numbers[w])
+
+
+def words_of(messages: Any) -> Any:
+    """Messages as words f4 (rows, 12), zeros where nothing is told.
+
+    Of each area: told, distance, direction, p; then of each: short axis, direction of the long.
+    """
+    words = np.zeros((len(messages), WORDS), np.float32)
+    told = messages.told != 0
+    plain = (told, messages.distance, messages.direction, messages.p)
+    words[:, :8] = np.stack([np.where(told, each, 0.0) for each in plain], axis=2).reshape(-1, 8)
+    if "short" in messages.dtype.names:
+        ellipse = (messages.short, messages.long_direction)
+        more = np.stack([np.where(told, each, 0.0) for each in ellipse], axis=2)
+        words[:, 8:] = more.reshape(-1, 4)
+    return words
+
+
+def foraging_readout(loop: ForagingLoop) -> Readout:
     """Truth, beliefs, messages, rewards and scores of robots that forage.
 
     - pose: x, y, heading f8 (rows, 3)
@@ -72,9 +127,11 @@ def foraging_readout(loop: Loop[Any]) -> Readout:
     - scores so far: round trips i4 (rows), messages i4 (rows), tick of the first visit, -1
       before it, i8 (rows, 2), ticks on the path i8 (rows)
     """
-    state, feedback = loop.world.state, loop.world.feedback
-    heard, s = feedback.heard, loop.controller.estimator.situation
-    full = heard.valid
+    world, state, s = loop.world, loop.world.state, loop.situation
+    heard, (full, beam) = state.heard, received(world)
+    sender, frames = heard.sender[:, : full.shape[1]], heard.n_averaged[:, : full.shape[1]]
+    first = np.arange(world.rows)[:, None] // world.n_robots * world.n_robots
+    words = loop.words[first + sender * full]
     return {
         "pose": packed("f8", state.pose),
         "beliefs": packed("f4", s.areas, s.p)
@@ -83,19 +140,19 @@ def foraging_readout(loop: Loop[Any]) -> Readout:
         + packed("u1", s.talking)
         + packed("f4", s.target),
         "messages": packed("u1", full)
-        + packed("i4", heard.sender * full)
-        + packed("f4", heard.beam * full[:, :, None])
-        + packed("i4", heard.frames * full)
-        + packed("f4", heard.words * full[:, :, None]),
-        "rewards": packed("f4", feedback.reward)
+        + packed("i4", sender * full)
+        + packed("f4", beam)
+        + packed("i4", frames * full)
+        + packed("f4", words * full[:, :, None]),
+        "rewards": packed("f4", state.reward)
         + packed("i4", state.lost_events)
-        + packed("u1", state.known),
+        + packed("u1", loop.known.astype(np.bool_)),
         "scores": packed("i4", state.round_trips, state.messages)
         + packed("i8", state.first_visit, state.path_ticks),
     }
 
 
-def waypoints_readout(loop: Loop[Any]) -> Readout:
+def waypoints_readout(loop: Loop) -> Readout:
     """Truth, beliefs, sightings, rewards and scores of robots that visit waypoints.
 
     - pose: x, y, heading f8 (rows, 3)
@@ -106,25 +163,26 @@ def waypoints_readout(loop: Loop[Any]) -> Readout:
     - rewards: goals rightly claimed in the tick f4 (rows)
     - scores: goals right, then wrong so far i4 (rows), the next goal f8 (rows, 2)
     """
-    state, feedback, estimator = loop.world.state, loop.world.feedback, loop.controller.estimator
-    heard, s = feedback.heard, estimator.situation
+    state, sights, s = loop.world.state, rows(loop.world.sightings), loop.situation
+    shape = (loop.world.rows, loop.world.n_robots)
     return {
         "pose": packed("f8", state.pose),
-        "beliefs": packed("f8", estimator.pose)
+        "beliefs": packed("f8", estimated_pose_of(loop.controller.minds))
         + packed("f4", s.goal, s.home, s.centre, s.crowd, s.flow, s.velocity)
         + packed("f4", s.density, s.doubt, s.drift)
         + packed("u1", s.arrived),
-        "messages": packed("u1", heard.seen) + packed("f4", heard.range, heard.bearing),
-        "rewards": packed("f4", feedback.reward),
+        "messages": packed("u1", sights.seen.reshape(shape))
+        + packed("f4", sights.range.reshape(shape), sights.bearing.reshape(shape)),
+        "rewards": packed("f4", state.reward),
         "scores": packed("i4", state.right, state.wrong) + packed("f8", state.goal),
     }
 
 
-def results(loop: Loop[Any]) -> dict[str, list[int]]:
+def results(loop: Loop) -> dict[str, list[int]]:
     """What the episode came to, a number for each world; the worlds cannot go on afterwards."""
     state, worlds = loop.world.state, loop.world.n_worlds
-    if isinstance(loop.world.scenario, WaypointsScenario):
-        loop.world.judge(loop.controller.estimator.claim)  # the claims of the last tick
+    if not isinstance(loop, ForagingLoop):
+        loop.world.judge(loop.situation.arrived)  # the claims of the last tick
         counts = {"right": state.right, "wrong": state.wrong}
     else:
         counts = {
@@ -134,7 +192,7 @@ def results(loop: Loop[Any]) -> dict[str, list[int]]:
             "first_visit": state.first_visit.sum(axis=1),
             "path_ticks": state.path_ticks,
         }
-    return {name: total(count, worlds).tolist() for name, count in counts.items()}
+    return {name: count.reshape(worlds, -1).sum(axis=1).tolist() for name, count in counts.items()}
 
 
 class Environment:

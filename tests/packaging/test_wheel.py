@@ -1,45 +1,110 @@
-"""What a user installs: the wheel, alone in an environment, outside the checkout."""
+"""What a user installs: the wheel, alone in an environment, outside the checkout.
 
+Without the network the dependencies are those of the running environment, and extras are hidden.
+The tests marked `wheel` have pip find and install them from the package index.
+"""
+
+import os
 import subprocess
 import sys
 import sysconfig
+import tempfile
 import zipfile
 from pathlib import Path
 
 import pytest
 
+from swarm_forage_env.extras import EXTRAS
+
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = {"swarm_forage_env", "baselines", "training"}
-EXTRAS = (
-    "imageio_ffmpeg",
-    "joblib",
-    "matplotlib",
-    "optuna",
-    "pandas",
-    "pyarrow",
-    "pygame",
-    "rich",
-    "scipy",
-    "seaborn",
-    "stable_baselines3",
-    "torch",
-    "typer",
-)
+PIP = sys.executable, "-m", "pip"
 
-CORE_ONLY = f"""
+HIDING = """
 import sys
 
 class Missing:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {EXTRAS}:
+        if name.partition(".")[0] in {hidden}:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 
 sys.meta_path.insert(0, Missing())
+sys.argv = ["swarm-forage", *{arguments}]
 """
 
+COMMAND = "from training.cli import main\nmain()"
 
-def run(*command, cwd):
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+STEPS = """
+from swarm_forage_env import parallel_env
+
+for scenario, *learn in {made}:
+    env = parallel_env(scenario, **dict(zip(["learn"], learn)))
+    env.reset(seed=0)
+    env.step({{agent: env.action_space(agent).sample() for agent in env.agents}})
+    print(scenario, *learn, len(env.agents))
+"""
+
+MADE = [
+    *(("es1", learn) for learn in ("weighting", "motion", "both", "everything")),
+    ("waypoints-05",),
+]
+STEPPED = "es1 weighting 10\nes1 motion 10\nes1 both 10\nes1 everything 10\nwaypoints-05 5\n"
+
+LEARNED = "from swarm_forage_env import parallel_env\nparallel_env(controller='learned-weighting')"
+REMEDY = "needs 'safetensors': pip install 'swarm-forage[train]'"
+
+SHORT = "--set=duration=12", "--workers=1"
+TINY = "--budget=1", "--every=1", "--worlds=1", "--held-back=1", *SHORT
+
+COMMANDS = {
+    "evaluate": [
+        ("list", "es1"),
+        ("list", "learned-both"),
+        ("evaluate", "es1", "nc", "--episodes=1", "--plot=a.png", *SHORT),
+        ("plot", "boxplot", "runs/es1", "--out=b.pdf"),
+        ("reproduce", "ants2008", "--help"),
+    ],
+    "render": [("watch", "es1", "nc", "--video=a.mp4", "--frame=a.png", "--html=a.html", SHORT[0])],
+    "train": [
+        ("train", "weighting", "es1", "--population=4", *TINY),
+        ("train", "motion", "es1", *TINY),
+        ("evaluate", "es1", "learned-both", "--episodes=1", *SHORT),
+    ],
+}
+"""What each extra is for, on episodes of seconds."""
+
+
+def run(*command, cwd, **variables):
+    """Run a command that imports what is installed, and nothing else."""
+    ours = "PYTHONPATH", "SWARM_CHECK_SHAPES"
+    kept = {name: value for name, value in os.environ.items() if name not in ours}
+    return subprocess.run(
+        command, cwd=cwd, env=kept | variables, capture_output=True, text=True, check=False
+    )
+
+
+def run_plain(*command, cwd):
+    """Run a command with its kernels as plain Python: every new environment compiles anew."""
+    return run(*command, cwd=cwd, NUMBA_DISABLE_JIT="1")
+
+
+def run_compiled(*command, cwd):
+    """Run a command with its machine code in a cache that goes with the environment."""
+    return run(*command, cwd=cwd, XDG_CACHE_HOME=str(cwd / "cache"))
+
+
+def without(extras, code, *arguments):
+    """Lines of Python that run where extras are missing, under a command's arguments."""
+    hidden = sorted(set().union(*(EXTRAS[extra] for extra in extras)))
+    return HIDING.format(hidden=hidden, arguments=arguments) + code
+
+
+def new_environment(home, *options):
+    """The Python of a new environment."""
+    made = run(sys.executable, "-m", "venv", "--without-pip", *options, home, cwd=home)
+    assert made.returncode == 0, made.stderr
+    paths = {"base": str(home), "platbase": str(home)}
+    return Path(sysconfig.get_path("scripts", "venv", paths)) / "python"
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +112,7 @@ def wheel(tmp_path_factory):
     """The wheel of this tree; no network: the build backend comes with the extra `dev`."""
     out = tmp_path_factory.mktemp("wheel")
     flags = "--no-deps", "--no-build-isolation", "--no-index", "--wheel-dir"
-    built = run(sys.executable, "-m", "pip", "wheel", *flags, out, ROOT, cwd=out)
+    built = run(*PIP, "wheel", *flags, out, ROOT, cwd=out)
     assert built.returncode == 0, built.stdout + built.stderr
     (path,) = out.glob("*.whl")
     return path
@@ -57,17 +122,33 @@ def wheel(tmp_path_factory):
 def environment(wheel, tmp_path_factory):
     """A new environment with the wheel; the dependencies are those of the running one."""
     home = tmp_path_factory.mktemp("environment")
-    made = run(sys.executable, "-m", "venv", "--without-pip", home, cwd=home)
-    assert made.returncode == 0, made.stderr
+    python = new_environment(home)
     paths = {"base": str(home), "platbase": str(home)}
     packages = Path(sysconfig.get_path("purelib", "venv", paths))
     (packages / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
-    python = Path(sysconfig.get_path("scripts", "venv", paths)) / "python"
     flags = "--no-deps", "--no-index", "--quiet"
-    pip = sys.executable, "-m", "pip", "--python", python, "install", *flags, wheel
-    installed = run(*pip, cwd=home)
+    installed = run(*PIP, "--python", python, "install", *flags, wheel, cwd=home)
     assert installed.returncode == 0, installed.stdout + installed.stderr
     return python
+
+
+@pytest.fixture
+def installed(wheel):
+    """Install the wheel from the index into a new environment: its Python."""
+    with tempfile.TemporaryDirectory() as home:
+
+        def install(extra=""):
+            python = new_environment(home)
+            what = f"{wheel}[{extra}]" if extra else wheel
+            pip = *PIP, "--python", python
+            terms = "--quiet", "--constraint", ROOT / "constraints.txt"
+            found = run(*pip, "install", *terms, what, cwd=home)
+            assert found.returncode == 0, found.stdout + found.stderr
+            checked = run(*pip, "check", cwd=home)
+            assert checked.returncode == 0, checked.stdout
+            return python
+
+        yield install
 
 
 def test_the_wheel_holds_the_three_packages_and_nothing_else(wheel):
@@ -102,15 +183,49 @@ def test_the_installed_command_lists_scenarios_and_controllers(environment, tmp_
 
 
 def test_world_and_controllers_need_no_extra(environment, tmp_path):
-    code = CORE_ONLY + "import swarm_forage_env, baselines.recipes"
-    imported = run(environment, "-c", code, cwd=tmp_path)
-    assert imported.returncode == 0, imported.stderr
+    code = without(EXTRAS, "import baselines.recipes" + STEPS.format(made=MADE))
+    stepped = run_plain(environment, "-c", code, cwd=tmp_path)
+    assert stepped.stdout == STEPPED, stepped.stderr
+
+
+def test_the_commands_need_the_extra_evaluate_only(environment, tmp_path):
+    for arguments in COMMANDS["evaluate"]:
+        code = without(EXTRAS.keys() - {"evaluate"}, COMMAND, *arguments)
+        ended = run_plain(environment, "-c", code, cwd=tmp_path)
+        assert ended.returncode == 0, ended.stderr
+
+
+def test_a_learned_controller_without_its_extra_says_in_one_line_which(environment, tmp_path):
+    refused = run(environment, "-c", without(["train"], LEARNED), cwd=tmp_path)
+    assert refused.stderr.splitlines()[-1].startswith("ModuleNotFoundError: policy ")
+    assert refused.stderr.endswith(f"{REMEDY}\n")
+    arguments = "evaluate", "es1", "nc", "learned-weighting", *SHORT
+    refused = run(environment, "-c", without(["train"], COMMAND, *arguments), cwd=tmp_path)
+    assert (refused.returncode, refused.stdout) == (1, "")
+    assert refused.stderr == f"swarm-forage: this command {REMEDY}\n", "before anything ran"
 
 
 def test_a_command_without_its_extra_says_in_one_line_which(environment, tmp_path):
-    code = CORE_ONLY + "sys.argv = ['swarm-forage', 'list']\nimport training.cli as c\nc.main()"
-    refused = run(environment, "-c", code, cwd=tmp_path)
+    refused = run(environment, "-c", without(EXTRAS, COMMAND, "list"), cwd=tmp_path)
     assert refused.returncode != 0
     assert refused.stdout == ""
     assert len(refused.stderr.splitlines()) == 1
     assert "swarm-forage[evaluate]" in refused.stderr
+
+
+@pytest.mark.wheel
+def test_the_wheel_alone_brings_every_environment(installed, tmp_path):
+    python = installed()
+    stepped = run_compiled(python, "-c", STEPS.format(made=MADE), cwd=tmp_path)
+    assert stepped.stdout == STEPPED, stepped.stderr
+    refused = run(python, "-c", LEARNED, cwd=tmp_path)
+    assert refused.stderr.endswith(f"{REMEDY}\n")
+
+
+@pytest.mark.wheel
+@pytest.mark.parametrize("extra", COMMANDS)
+def test_an_extra_alone_brings_what_its_commands_need(installed, tmp_path, extra):
+    command = installed(extra).with_name("swarm-forage")
+    for arguments in COMMANDS[extra]:
+        ended = run_compiled(command, *arguments, cwd=tmp_path)
+        assert ended.returncode == 0, f"{arguments}\n{ended.stderr}"

@@ -1,4 +1,4 @@
-"""Made-up episodes for every cell of a paper."""
+"""Made-up episodes for every experiment of a paper."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,8 @@ import pytest
 from baselines.evaluation.episode import Episode
 
 
-def make(cell, seed, trips=100, **numbers):
-    """One episode of a cell."""
+def make(experiment, seed, trips=100, **numbers):
+    """One episode of an experiment."""
     values = {
         "physics": "kinematic",
         "n_robots": 4,
@@ -22,16 +22,16 @@ def make(cell, seed, trips=100, **numbers):
         "on_path_over_time": (0.0, 0.25, 0.5, 0.75),
         "recruited_at_s": (100.0, 200.0, 300.0, 400.0),
     }
-    return Episode(cell.scenario, cell.controller, seed, **values | numbers)
+    return Episode(experiment.scenario, experiment.controller, seed, **values | numbers)
 
 
-def episodes(cell, trips, **numbers):
+def episodes(experiment, trips, **numbers):
     """Episodes with these round trips; a list of another number gives each its own."""
     each = [
         {name: value[seed] if isinstance(value, list) else value for name, value in numbers.items()}
         for seed in range(len(trips))
     ]
-    return [make(cell, seed, count, **each[seed]) for seed, count in enumerate(trips)]
+    return [make(experiment, seed, count, **each[seed]) for seed, count in enumerate(trips)]
 
 
 @pytest.fixture(name="episodes")
@@ -41,12 +41,13 @@ def _episodes():
 
 @pytest.fixture
 def made_up():
-    """Results for all cells of a paper, of many seeds, at random."""
+    """Results for all experiments of a paper, of many seeds, at random."""
 
     def make_up(paper, n_seeds=8):
         rng = np.random.default_rng(0)
         return {
-            cell: episodes(cell, rng.integers(50, 200, n_seeds).tolist()) for cell in paper.cells
+            experiment: episodes(experiment, rng.integers(50, 200, n_seeds).tolist())
+            for experiment in paper.experiments
         }
 
     return make_up

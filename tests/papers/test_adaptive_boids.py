@@ -1,6 +1,5 @@
-"""The claims on adaptive boids, the search for their gains, and boids where robots forage."""
+"""The claims on adaptive boids, and boids where robots forage."""
 
-import json
 import math
 from dataclasses import replace
 
@@ -8,18 +7,18 @@ import numpy as np
 import pytest
 
 from baselines.evaluation.waypoint_episode import WaypointEpisode
-from baselines.papers import adaptive_boids, boids_foraging, calibration_boids
+from baselines.papers import adaptive_boids, boids_foraging
 from baselines.papers.adaptive_boids import (
     ESTIMATORS,
     MEASURES,
     RULES,
     SIZES,
-    AllMet,
-    Met,
+    AllMeansMatch,
+    MeanMatches,
     NoDivergence,
+    boids_experiment,
     claims,
     deviation,
-    experiment,
     published,
 )
 from baselines.papers.paper import PAPERS
@@ -48,7 +47,7 @@ def as_published(shift=0.0):
                             for each in MEASURES
                         }  # fmt: skip
                         trials.append(replace(EPISODE, **numbers))
-                    results[experiment(setting, estimator, rule, size)] = trials * 50
+                    results[boids_experiment(setting, estimator, rule, size)] = trials * 50
     return results
 
 
@@ -60,11 +59,11 @@ def test_all_published_means_are_known_and_nothing_else():
 
 def test_the_published_means_are_met_by_themselves_and_by_nothing_far_from_them():
     near, far = as_published(), as_published(shift=0.5)
-    met = [claim for claim in claims() if isinstance(claim, Met)]
+    met = [claim for claim in claims() if isinstance(claim, MeanMatches)]
     assert len(met) == 108
     assert all(claim.judge(near).reproduced for claim in met)
     assert not any(claim.judge(far).reproduced for claim in met)
-    together = next(claim for claim in claims() if isinstance(claim, AllMet))
+    together = next(claim for claim in claims() if isinstance(claim, AllMeansMatch))
     assert together.judge(near).reproduced
     assert not together.judge(far).reproduced
 
@@ -79,9 +78,9 @@ def test_one_lost_robot_is_a_divergence():
     claim = next(each for each in claims() if isinstance(each, NoDivergence))
     results = as_published()
     assert claim.judge(results).reproduced
-    cell = claim.cells[0]
+    experiment = claim.experiments[0]
     for lost in ({"largest_error_m": 11.0}, {"largest_error_m": math.nan}):
-        spoilt = results | {cell: [replace(EPISODE, **lost), *results[cell][1:]]}
+        spoilt = results | {experiment: [replace(EPISODE, **lost), *results[experiment][1:]]}
         found = claim.judge(spoilt)
         assert not found.reproduced
         assert found.ours == 1.0
@@ -89,51 +88,18 @@ def test_one_lost_robot_is_a_divergence():
 
 def test_the_runs_behind_the_figures_had_another_tolerance_in_three_cells():
     wide = [
-        cell for cell in PAPERS["adaptive-boids"]().cells
-        if "authors" in cell.controller and cell.settings
+        experiment for experiment in PAPERS["adaptive-boids"]().experiments
+        if "authors" in experiment.controller and experiment.settings
     ]  # fmt: skip
-    assert {cell.scenario for cell in wide} == {"waypoints-50-authors"}
-    assert all(cell.controller.startswith("boids-adaptive") for cell in wide)
+    assert {experiment.scenario for experiment in wide} == {"waypoints-50-authors"}
+    assert all(experiment.controller.startswith("boids-adaptive") for experiment in wide)
     assert len(wide) == 3
 
 
 @pytest.mark.parametrize("paper", [adaptive_boids, boids_foraging])
-def test_every_cell_of_a_paper_can_be_set_up(paper):
+def test_every_experiment_of_a_paper_can_be_set_up(paper):
     name = "adaptive-boids" if paper is adaptive_boids else "boids-foraging"
     made = PAPERS[name]()
-    for cell in made.cells:
-        configuration = cell.configuration(None)
+    for experiment in made.experiments:
+        configuration = experiment.configuration(None)
         assert configuration.recipe.runs_on(configuration.scenario)
-
-
-def test_a_swarm_that_does_better_costs_less():
-    better = replace(EPISODE, covariance_norm=0.04)
-    assert calibration_boids.cost(better) < calibration_boids.cost(EPISODE)
-    better = replace(EPISODE, goals_per_robot=3.0)
-    assert calibration_boids.cost(better) < calibration_boids.cost(EPISODE)
-    better = replace(EPISODE, success_rate=1.0)
-    assert calibration_boids.cost(better) < calibration_boids.cost(EPISODE)
-    none = replace(EPISODE, success_rate=None)
-    assert calibration_boids.cost(none) > calibration_boids.cost(EPISODE)
-
-
-def test_a_search_for_gains_is_kept_and_goes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr(calibration_boids, "ESTIMATORS", {"dead_reckoning": ""})
-    monkeypatch.setattr(calibration_boids, "SIZES", (5,))
-    monkeypatch.setattr(calibration_boids, "FIT_TRIALS", 2)
-    asked = []
-
-    def price(dataset, workers, each, seeds):
-        asked.append(each.recipe.motion)
-        return [each.recipe.motion.homing for _ in seeds]
-
-    monkeypatch.setattr(calibration_boids, "costs", price)
-    (first,) = calibration_boids.search(tmp_path, 3, 0, 1, lambda _: None)
-    assert len(asked) == 3
-    assert asked[0].homing == 1.0, "gains of one are tried first"
-    assert first.cost == min(motion.homing for motion in asked)
-    (second,) = calibration_boids.search(tmp_path, 5, 0, 1, lambda _: None)
-    assert len(asked) == 5
-    assert second.cost <= first.cost
-    file = calibration_boids.keep(tmp_path, [second])
-    assert json.loads(file.read_text())[0]["gains"] == pytest.approx(second.gains)

@@ -6,9 +6,9 @@ import json
 import pytest
 from rich.console import Console
 
-from baselines.evaluation.curves import path_over_time
+from baselines.evaluation.line_plots import path_over_time
 from baselines.papers import report
-from baselines.papers.ants2008 import LOCAL, SIZES, ants2008, group, slopes
+from baselines.papers.ants2008 import LOCAL, SIZES, ants2008, experiment_of_size, slopes
 from baselines.papers.figures import time_of_each_robot, write_figures
 from baselines.papers.social_odometry import social_odometry
 
@@ -25,10 +25,10 @@ def paper(request):
 
 
 def test_every_claim_is_judged_and_named_once(paper, made_up):
-    findings = paper.judge(made_up(paper))
-    names = [each.claim for each in findings]
+    claim_results = paper.judge(made_up(paper))
+    names = [each.claim for each in claim_results]
     assert len(set(names)) == len(names) == len(paper.claims)
-    for each in json.loads(report.to_json(findings)):
+    for each in json.loads(report.to_json(claim_results)):
         assert set(each) == {"claim", "published", "ours", "low", "high", "reproduced"}
 
 
@@ -56,20 +56,25 @@ def test_the_report_claims_what_it_publishes():
 
 
 def test_the_report_needs_five_strategies_and_eight_betas_in_three_arenas():
-    cells = social_odometry().cells
-    assert len(cells) == 3 * (3 + 2 * 8) + 5
-    assert [cell.scenario for cell in cells][:19] == ["es3"] * 19, "the longest runs first"
+    experiments = social_odometry().experiments
+    assert len(experiments) == 3 * (3 + 2 * 8) + 5
+    assert [experiment.scenario for experiment in experiments][:19] == ["es3"] * 19, (
+        "the longest runs first"
+    )
 
 
-def test_every_cell_can_be_configured(paper):
+def test_every_experiment_can_be_configured(paper):
     configurations = paper.configurations("kinematic", ["task.duration=10"])
-    names = {(each.key, cell) for each, cell in zip(configurations, paper.cells, strict=True)}
-    assert len(names) == len(paper.cells)
+    names = {
+        (each.key, experiment)
+        for each, experiment in zip(configurations, paper.experiments, strict=True)
+    }
+    assert len(names) == len(paper.experiments)
     assert {each.scenario.task.duration for each in configurations} == {10.0}
 
 
 def test_every_figure_is_drawn(paper, made_up, tmp_path):
-    write_figures(paper.pictures, made_up(paper), tmp_path, "swarm-forage reproduce x")
+    write_figures(paper.figures, made_up(paper), tmp_path, "swarm-forage reproduce x")
     names = FIGURES[paper.name]
     assert sorted(file.name for file in tmp_path.iterdir()) == sorted(
         f"{name}{ending}" for name in names for ending in (".png", ".svg")
@@ -80,11 +85,13 @@ def test_every_figure_is_drawn(paper, made_up, tmp_path):
 
 def test_the_page_holds_table_figures_command_and_what_is_left_open(paper, made_up):
     results = made_up(paper)
-    findings = paper.judge(results)
-    text = report.page(paper, findings, results, "swarm-forage reproduce x --seed=0")
+    claim_results = paper.judge(results)
+    text = report.page(paper, claim_results, results, "swarm-forage reproduce x --seed=0")
     assert "swarm-forage reproduce x --seed=0" in text
-    assert f"{sum(each.reproduced for each in findings)} of {len(findings)} claims" in text
-    for each in findings:
+    assert (
+        f"{sum(each.reproduced for each in claim_results)} of {len(claim_results)} claims" in text
+    )
+    for each in claim_results:
         assert f"| {each.claim} |" in text
     for name in FIGURES[paper.name]:
         assert f"(figures/{name}.png)" in text
@@ -93,25 +100,25 @@ def test_the_page_holds_table_figures_command_and_what_is_left_open(paper, made_
 
 
 def test_the_terminal_shows_the_verdicts(paper, made_up):
-    findings = paper.judge(made_up(paper))
+    claim_results = paper.judge(made_up(paper))
     console = Console(file=io.StringIO(), width=80)
-    console.print(report.claims_table(findings))
+    console.print(report.claims_table(claim_results))
     shown = console.file.getvalue()
-    assert f"of {len(findings)} claims reproduced" in shown
+    assert f"of {len(claim_results)} claims reproduced" in shown
     assert "…" not in shown
 
 
 def test_robots_never_recruited_count_with_the_whole_run(episodes):
-    cell = ants2008().cells[0]
-    late = episodes(cell, [1], recruited_at_s=(100.0, 200.0))
+    experiment = ants2008().experiments[0]
+    late = episodes(experiment, [1], recruited_at_s=(100.0, 200.0))
     curve = time_of_each_robot(late)
     assert curve.x.tolist() == [1, 2, 3, 4]
     assert curve.y.tolist() == [[100.0, 200.0, 1000.0, 1000.0]]
 
 
 def test_the_path_over_time_is_in_per_cent_and_seconds(episodes):
-    cell = ants2008().cells[0]
-    curve = path_over_time(episodes(cell, [1, 1]))
+    experiment = ants2008().experiments[0]
+    curve = path_over_time(episodes(experiment, [1, 1]))
     assert curve.x.tolist() == [250.0, 500.0, 750.0, 1000.0]
     assert curve.y.tolist() == [[0.0, 25.0, 50.0, 75.0]] * 2
 
@@ -119,8 +126,8 @@ def test_the_path_over_time_is_in_per_cent_and_seconds(episodes):
 def test_slopes_are_round_trips_for_a_robot_more(episodes):
     """Ten a robot up to ten robots, then two."""
     results = {
-        group(LOCAL, size): episodes(
-            group(LOCAL, size), [10 * min(size, 10) + 2 * max(0, size - 10)] * 3
+        experiment_of_size(LOCAL, size): episodes(
+            experiment_of_size(LOCAL, size), [10 * min(size, 10) + 2 * max(0, size - 10)] * 3
         )
         for size in SIZES
     }

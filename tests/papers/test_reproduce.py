@@ -4,16 +4,16 @@ import json
 
 import pytest
 
-from baselines.papers.cells import Cell
-from baselines.papers.claims import Number, Order
-from baselines.papers.duration import expected_seconds, in_words
+from baselines.papers.claim_types import Number, Order
+from baselines.papers.experiments import Experiment
 from baselines.papers.figures import Boxes
 from baselines.papers.paper import PAPERS, Paper
-from baselines.papers.reproduction import Reproduction, Wish
+from baselines.papers.reproduction import ReproduceOptions, Reproduction
 from baselines.papers.social_odometry import LEFT_OPEN
+from baselines.papers.time_estimate import expected_seconds, format_duration
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 
-NC, SSGIKF = Cell("es1", "nc"), Cell("es1", "ssgikf")
+NC, SSGIKF = Experiment("es1", "nc"), Experiment("es1", "ssgikf")
 SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 
 
@@ -21,10 +21,10 @@ SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 def small(monkeypatch, tmp_path):
     """In the place of the technical report, and in an empty folder."""
     claims = (Number("es1: round trips, NC", NC, 60.0), Order("order", ((SSGIKF, NC),)))
-    picture = Boxes("tr14", "Round trips.", ("", "trips"), {"es1": {"NC": {"": NC}}})
+    paper_figure = Boxes("tr14", "Round trips.", ("", "trips"), {"es1": {"NC": {"": NC}}})
 
     def paper():
-        return Paper("social-odometry", "social_odometry", claims, (picture,), 30, LEFT_OPEN)
+        return Paper("social-odometry", "social_odometry", claims, (paper_figure,), 30, LEFT_OPEN)
 
     monkeypatch.setitem(PAPERS._parts, "social-odometry", paper)
     monkeypatch.chdir(tmp_path)
@@ -51,8 +51,7 @@ def test_json_is_the_claims_and_the_status_is_zero_though_they_fail(command, tmp
         {"claim", "published", "ours", "low", "high", "reproduced"}
     ] * 2
     assert not any(row["reproduced"] for row in rows)
-    first, *_ = stderr.splitlines()
-    assert first.startswith("swarm-forage: about ")
+    assert "swarm-forage: about " in stderr
     folder = tmp_path / "runs" / "reproduce-social-odometry"
     assert json.loads((folder / "claims.json").read_text("utf-8")) == rows
     assert (folder / "social_odometry.md").exists()
@@ -90,17 +89,19 @@ def test_nonsense_is_refused_in_one_line(command, wrong):
 
 def test_an_unknown_paper_is_refused():
     with pytest.raises(UnknownNameError, match="no paper named 'ants2009'"):
-        Reproduction(Wish("ants2009"))
+        Reproduction(ReproduceOptions("ants2009"))
 
 
 def test_an_unknown_setting_is_refused():
     with pytest.raises(ConfigError):
-        Reproduction(Wish("social-odometry", settings=["task.length"]))
+        Reproduction(ReproduceOptions("social-odometry", settings=["task.length"]))
 
 
 def test_the_expected_time_grows_with_the_episodes_and_falls_with_the_workers(tmp_path):
     few, many = (
-        Reproduction(Wish("social-odometry", n, physics="kinematic"), tmp_path / "x").plan
+        Reproduction(
+            ReproduceOptions("social-odometry", n, physics="kinematic"), tmp_path / "x"
+        ).plan
         for n in (1, 100)
     )
     assert expected_seconds(many, 1) > 10.0 * expected_seconds(few, 1)
@@ -109,4 +110,4 @@ def test_the_expected_time_grows_with_the_episodes_and_falls_with_the_workers(tm
 
 @pytest.mark.parametrize(("seconds", "words"), [(0.2, "0 s"), (59.0, "59 s"), (7000.0, "1.9 h")])
 def test_durations_are_told_as_readers_say_them(seconds, words):
-    assert in_words(seconds) == words
+    assert format_duration(seconds) == words

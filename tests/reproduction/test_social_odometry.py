@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from baselines.evaluation.configuration import find_recipe
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import run_episodes
+from baselines.evaluation.experiment_config import find_recipe
 from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import compare, mean_interval
-from baselines.papers.cells import Cell, on_path, recruitment, round_trips
-from baselines.papers.findings import above
+from baselines.papers.claim_result import above
+from baselines.papers.experiments import Experiment, on_path, recruitment_time, round_trips
 from swarm_forage_env.scenarios import find_scenario
 
 pytestmark = pytest.mark.reproduces
@@ -32,13 +32,15 @@ def results(request, tmp_path_factory):
     setup = request.param
     dataset = Dataset(tmp_path_factory.mktemp("episodes"))
     dataset.open()
-    cells = [Cell(setup, controller, SETTINGS[setup]) for controller in (NC, SSGIKF, SSGIFF)]
-    configurations = [cell.configuration("kinematic") for cell in cells]
+    experiments = [
+        Experiment(setup, controller, SETTINGS[setup]) for controller in (NC, SSGIKF, SSGIFF)
+    ]
+    configurations = [experiment.configuration("kinematic") for experiment in experiments]
     seeds = SEEDS[setup]
     episodes = evaluate(configurations, seeds, dataset, workers=2)
     return {
-        cell.controller: episodes[index * len(seeds) : (index + 1) * len(seeds)]
-        for index, cell in enumerate(cells)
+        experiment.controller: episodes[index * len(seeds) : (index + 1) * len(seeds)]
+        for index, experiment in enumerate(experiments)
     }
 
 
@@ -72,7 +74,9 @@ def test_communication_brings_far_more_round_trips(results, controller):
 
 @pytest.mark.parametrize("controller", [SSGIKF, SSGIFF])
 def test_communication_recruits_faster(results, controller):
-    found = compare(values(results, NC, recruitment), values(results, controller, recruitment))
+    found = compare(
+        values(results, NC, recruitment_time), values(results, controller, recruitment_time)
+    )
     assert above(found)
 
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from swarm_forage_env.scenario import Scenario
-from training.checkpoint import BEST, NAME
+from training.checkpoint import BEST_POLICY, CHECKPOINT
 from training.experiment import Experiment
-from training.policy import Card, layer_card, save_policy
-from training.weighting import NETWORK, shapes_of, unstrung
+from training.learned_weighting import NETWORK, unflatten, weighting_network_shapes
+from training.policy_file import Card, layer_card, save_policy
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62", "task.duration": "60"}
 """Numbers of es1 under which robots soon find areas and meet."""
 
 SIZES = {"hidden": 2}
 
-FILES = BEST, "best.json", NAME
+FILES = BEST_POLICY, "best.json", CHECKPOINT
 """Of an experiment's folder, when it has ended."""
 
 
@@ -37,10 +37,10 @@ def make_card(**changes):
 
 
 def make_weights(seed=0):
-    shapes = shapes_of(SIZES)
+    shapes = weighting_network_shapes(SIZES)
     count = sum(int(np.prod(shape)) for shape in shapes.values())
     numbers = np.random.default_rng(seed).normal(0.0, 1.0, count)
-    return {f"weighting.{name}": array for name, array in unstrung(numbers, shapes).items()}
+    return {f"weighting.{name}": array for name, array in unflatten(numbers, shapes).items()}
 
 
 @pytest.fixture(name="make_card")

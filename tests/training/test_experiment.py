@@ -31,7 +31,7 @@ def test_training_worlds_are_new_in_each_generation(experiment):
 
 def test_a_scenario_takes_numbers_of_its_own(experiment):
     mine = experiment(scenarios=("es1", "es1:radio.frames=50"), settings={"tick": "0.2"})
-    first, second = mine.worlds_by_name.values()
+    first, second = mine.scenarios_by_name.values()
     assert (first.radio.frames, second.radio.frames) == (2, 50)
     assert first.tick == second.tick == 0.2
 
@@ -91,14 +91,14 @@ def test_all_that_a_result_depends_on_is_told_apart(experiment):
 
 
 def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch):
-    from training import commands
+    from training import train_command
 
     mine = experiment(scenarios=("es1", "real:radio.frames=5"), seed=7, **IMITATION)
     met = []
-    monkeypatch.setattr(commands, "_run", met.append)
-    monkeypatch.setattr(commands, "_report", lambda *_: None)
-    commands.add_commands()
+    monkeypatch.setattr(train_command, "_run", met.append)
+    monkeypatch.setattr(train_command, "_report", lambda *_: None)
+    train_command.add_commands()
     program, *arguments = shlex.split(mine.command)
     assert program == "swarm-forage"
-    assert commands.app(arguments, standalone_mode=False) in (None, 0)
+    assert train_command.app(arguments, standalone_mode=False) in (None, 0)
     assert met == [mine]

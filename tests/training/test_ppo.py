@@ -10,17 +10,17 @@ from numpy.testing import assert_array_equal
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import ControlLoop
-from training import learner, ppo
-from training.actor_critic import MotionTower
-from training.checkpoint import BEST, NAME
-from training.cloning import clone, demonstrations
-from training.motion import situation_layout
-from training.policy import load_policy
-from training.telling import Teller
+from training import ppo, sb3_setup
+from training.actor_critic import MotionActor
+from training.behaviour_cloning import clone_behaviour, record_demonstrations
+from training.checkpoint import BEST_POLICY, CHECKPOINT
+from training.learned_motion import situation_layout
+from training.policy_file import load_policy
+from training.progress import ProgressLogger
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62"}
 
-QUICK = learner.Method(decision_period=4, steps=8, epochs=1, batches=2)
+QUICK = sb3_setup.PPOHyperparameters(decision_period=4, n_steps=8, n_epochs=1, n_minibatches=2)
 
 
 @pytest.fixture(autouse=True)
@@ -28,9 +28,9 @@ def quick(monkeypatch, tmp_path):
     """Rollouts of a moment, and one epoch of cloning."""
     monkeypatch.chdir(tmp_path)
     every_tick = replace(QUICK, decision_period=1)
-    methods = {"weighting": every_tick, "motion": QUICK, "both": every_tick}
-    monkeypatch.setattr(ppo, "METHODS", methods)
-    monkeypatch.setattr("training.cloning.EPOCHS", 1)
+    hyperparameters = {"weighting": every_tick, "motion": QUICK, "both": every_tick}
+    monkeypatch.setattr(ppo, "HYPERPARAMETERS", hyperparameters)
+    monkeypatch.setattr("training.behaviour_cloning.EPOCHS", 1)
 
 
 @pytest.fixture
@@ -72,7 +72,7 @@ def test_a_run_keeps_its_best_with_a_card_that_tells_its_curve(motion):
     assert any("copied" in line for line in said)
     assert any("robot steps/s" in line for line in said)
     assert list((experiment.out / "tensorboard").iterdir())
-    last = ppo.Learning(experiment).curve
+    last = ppo.PPOTraining(experiment).curve
     assert [point.step for point in last] == [0, 704, 1408]  # 22 robots, 8 decisions of 4 ticks
     assert [point.value for point in card.curve] == [point.value for point in last]
     best = max(last, key=lambda point: point.value)
@@ -93,13 +93,13 @@ def test_a_stopped_run_ends_where_it_would_have_ended(motion, tmp_path):
     whole = motion(out=tmp_path / "whole")
     ppo.train(whole, silent)
     stopped = motion(out=tmp_path / "stopped")
-    with Teller(stopped.out, "robot step", silent) as teller:
-        learning = ppo.Learning(stopped)
-        learning.begin()
-        learning.evaluate()
-        learning.advance(teller)
-        learning.evaluate()
-        learning.advance(teller)  # lost, as nothing was kept after it
+    with ProgressLogger(stopped.out, "robot step", silent) as progress:
+        training = ppo.PPOTraining(stopped)
+        training.warm_start()
+        training.evaluate()
+        training.advance(progress)
+        training.evaluate()
+        training.advance(progress)  # lost, as nothing was kept after it
     ppo.train(stopped, silent)
     expected, found = parameters(whole.out), parameters(stopped.out)
     assert expected.keys() == found.keys()
@@ -109,16 +109,16 @@ def test_a_stopped_run_ends_where_it_would_have_ended(motion, tmp_path):
 
 def test_the_first_interval_of_a_motion_trains_the_critic_alone(motion, tmp_path):
     experiment = motion(out=tmp_path / "run")
-    with Teller(experiment.out, "robot step", silent) as teller:
-        learning = ppo.Learning(experiment)
-        learning.begin()
+    with ProgressLogger(experiment.out, "robot step", silent) as progress:
+        training = ppo.PPOTraining(experiment)
+        training.warm_start()
         steps = []
         for _ in range(3):
-            learning.evaluate()
+            training.evaluate()
             steps.append(parameters(experiment.out))
-            critic = learning._model.policy.mlp_extractor.critic.state_dict()
+            critic = training._model.policy.mlp_extractor.critic.state_dict()
             steps[-1]["critic"] = critic["value.weight"].numpy().copy()
-            learning.advance(teller)
+            training.advance(progress)
     changed = [{name for name in a if (a[name] != b[name]).any()} for a, b in pairwise(steps)]
     assert changed[0] == {"critic"}
     assert {"critic", "motion.wheels.weight", "motion.first.weight"} <= changed[1]
@@ -134,10 +134,10 @@ def test_the_other_layers_train_too(motion, layer, tmp_path):
 def test_a_damaged_checkpoint_is_refused(motion, tmp_path):
     experiment = motion(out=tmp_path / "run")
     experiment.out.mkdir()
-    (experiment.out / NAME).write_bytes(b"nothing of use")
+    (experiment.out / CHECKPOINT).write_bytes(b"nothing of use")
     with pytest.raises(ConfigError, match="remove it to start anew"):
         ppo.train(experiment, silent)
-    assert not (experiment.out / BEST).exists()
+    assert not (experiment.out / BEST_POLICY).exists()
 
 
 def test_a_folder_that_cannot_be_written_is_refused(motion, tmp_path):
@@ -147,18 +147,18 @@ def test_a_folder_that_cannot_be_written_is_refused(motion, tmp_path):
 
 
 def test_a_copy_does_what_it_was_shown(motion, monkeypatch):
-    monkeypatch.setattr("training.cloning.EPOCHS", 10)
+    monkeypatch.setattr("training.behaviour_cloning.EPOCHS", 10)
     experiment = motion()
-    scenario = experiment.worlds_by_name["es1"]
+    scenario = experiment.scenarios_by_name["es1"]
     layout = situation_layout(scenario)
     loop = ControlLoop(scenario, experiment.recipe, range(20), "kinematic")
-    pairs = demonstrations(loop, layout)
+    pairs = record_demonstrations(loop, layout)
     observed, wheels = pairs
     assert not wheels[layout.situation(observed).talking].any()
     torch.manual_seed(0)
-    tower = MotionTower(layout)
-    before = clone(tower, [pairs])
-    assert clone(tower, [pairs]) < min(before, 0.5 * np.mean(wheels**2))
+    actor = MotionActor(layout)
+    before = clone_behaviour(actor, [pairs])
+    assert clone_behaviour(actor, [pairs]) < min(before, 0.5 * np.mean(wheels**2))
 
 
 def test_scenarios_with_other_slots_are_refused_together(motion):

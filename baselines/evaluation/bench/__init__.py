@@ -1,1 +1,1 @@
-"""Speed and memory, measured against the budgets."""
+"""Benchmark of speed and memory against fixed budgets."""

@@ -1,4 +1,4 @@
-"""The yardstick: pymunk alone, with the same bodies and walls and nothing around it."""
+"""Speed of pymunk alone, with the same bodies and walls and nothing around it."""
 
 import numpy as np
 import pymunk
@@ -14,7 +14,7 @@ POSE_AND_VELOCITY = POSE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 
 
 def bare_pymunk(case: Case) -> Tick:
-    """One tick of pymunk for a block: write poses and velocities, step, read poses.
+    """Make a function that runs one tick of pymunk alone for a block of worlds.
 
     The robots are all over the arena and drive at random; every tick starts at the same
     places, every world is stepped, and overlaps stay as pymunk leaves them.

@@ -1,4 +1,4 @@
-"""What is promised of speed and memory, and whether it is kept."""
+"""Budgets of the benchmark: the least speed and the most memory that are accepted."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -9,7 +9,7 @@ MILLION = 1e6
 
 @dataclass(frozen=True)
 class Verdict:
-    """A measure beside its budget."""
+    """One benchmark result beside its budget."""
 
     what: str
     measured: float
@@ -47,12 +47,12 @@ GROWTH = 1.0
 
 
 def check(found: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Every budget with its measure."""
+    """Every budget with its result, as dictionaries."""
     return [asdict(verdict) for verdict in verdicts(found)]
 
 
 def verdicts(found: Mapping[str, Any]) -> list[Verdict]:
-    """Every budget with its measure."""
+    """Every budget with its result."""
     speeds = {row["case"]: row for row in found["speeds"]}
     unit = "M/s"
     listed = [

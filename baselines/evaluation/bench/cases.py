@@ -1,4 +1,4 @@
-"""The worlds that are timed, and how they are brought to a usual state first."""
+"""Benchmark cases: the worlds that are timed, and their warm-up."""
 
 import math
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from baselines.evaluation.configuration import find_recipe
+from baselines.evaluation.experiment_config import find_recipe
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenario import Scenario
@@ -17,7 +17,7 @@ CONTROLLER = "ssgikf"
 
 @dataclass(frozen=True)
 class Case:
-    """A block of worlds whose ticks are timed."""
+    """A benchmark case: a block of worlds whose ticks are timed."""
 
     name: str
     scenario: Scenario
@@ -29,11 +29,11 @@ class Case:
 
     @property
     def rows(self) -> int:
-        """Robots in the block."""
+        """Number of robots in the block."""
         return self.n_worlds * self.scenario.task.n_robots
 
     def start(self, physics: str, quick: bool) -> ControlLoop:
-        """The block in the state in which it is timed."""
+        """Run the warm-up and return the loop whose ticks are timed."""
         loop = ControlLoop(self.scenario, find_recipe(CONTROLLER), range(self.n_worlds), physics)
         if self.is_spread:
             loop.world.state.pose[:] = uniform_poses(self.scenario, self.n_worlds)
@@ -43,7 +43,7 @@ class Case:
 
 
 def all_cases() -> list[Case]:
-    """The scenarios of the budgets, and es3 at 1, 10 and 100 times its size.
+    """All benchmark cases: the scenarios of the budgets, and es3 at 1, 10 and 100 times its size.
 
     A large swarm would take hours to leave its start circle: the last three start all over
     the arena, and warm up for 300 ticks.
@@ -63,7 +63,7 @@ def all_cases() -> list[Case]:
 
 
 def enlarged(scenario: Scenario, factor: int) -> Scenario:
-    """The scenario with `factor` times the robots at the same density: every length grows."""
+    """A scenario with `factor` times the robots at the same density: every length grows."""
     side = math.sqrt(factor)
     task, arena, radius = scenario.task, scenario.arena, scenario.robot.radius
     lengths = {
@@ -79,7 +79,7 @@ def enlarged(scenario: Scenario, factor: int) -> Scenario:
 
 
 def uniform_poses(scenario: Scenario, n_worlds: int) -> Float64[Array, "rows 3"]:
-    """Robots all over the arena, one in each field of a grid, none touching another."""
+    """Random poses of robots all over the arena, none touching another."""
     rng = np.random.default_rng(0)
     arena, n_robots = scenario.arena, scenario.task.n_robots
     columns = math.ceil(math.sqrt(n_robots * arena.length / arena.width))

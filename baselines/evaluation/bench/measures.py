@@ -1,4 +1,4 @@
-"""All measures in their order, as one dictionary that JSON can hold."""
+"""All benchmark measurements, as one dictionary that JSON can hold."""
 
 import os
 import platform
@@ -22,7 +22,7 @@ Tell = Callable[[str], None]
 
 
 def measure(quick: bool, tell: Tell) -> dict[str, Any]:
-    """Measure everything; `tell` hears what is measured next."""
+    """Run every benchmark; `tell` receives the name of each before it starts."""
     found: dict[str, Any] = {"quick": quick, "machine": _machine()}
     found |= _processes(quick, tell)
     found["speeds"], found["stages"] = [], []

@@ -1,4 +1,4 @@
-"""What is measured in processes of their own: start-up, compilation, memory."""
+"""Benchmarks that need a process of their own: start-up, compilation, memory."""
 
 import json
 import os
@@ -15,11 +15,11 @@ COMMAND = "from training.cli import main; main()"
 
 FIRST_RUN = """
 from baselines.evaluation.bench.cases import all_cases
-from baselines.evaluation.configuration import Configuration, find_recipe
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
 from baselines.evaluation.runner import warm_up
 es1 = all_cases()[0].scenario
 for physics in ("rigid", "kinematic"):
-    warm_up(Configuration("ssgikf", es1, find_recipe("ssgikf"), physics))
+    warm_up(ExperimentConfig("ssgikf", es1, find_recipe("ssgikf"), physics))
 """
 """Compiles every kernel of an evaluation."""
 
@@ -39,7 +39,7 @@ print(json.dumps([before, peak_memory()]))
 
 
 def seconds(code: str, *arguments: str, repeats: int = REPEATS, cache: str | None = None) -> float:
-    """Median time [s] in which a new Python process runs this code, its start included."""
+    """Median time [s] of a new Python process that runs this code, its start included."""
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
@@ -49,7 +49,7 @@ def seconds(code: str, *arguments: str, repeats: int = REPEATS, cache: str | Non
 
 
 def start_up(quick: bool) -> dict[str, float]:
-    """Start-up times [s], without that of Python itself for the import."""
+    """Start-up times [s] of import and commands; for the import, without Python's own."""
     repeats = 3 if quick else REPEATS
     empty = seconds("pass", repeats=repeats)
     return {

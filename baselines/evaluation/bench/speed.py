@@ -1,4 +1,4 @@
-"""Robot-steps per second: of whole ticks, of bare pymunk, and of the PettingZoo interface."""
+"""Speed in robot-steps per second: of whole ticks, of bare pymunk, and of the PettingZoo API."""
 
 import statistics
 import time
@@ -14,7 +14,7 @@ QUICK_REPEATS, QUICK_LENGTH = 3, 0.15
 
 
 def seconds_per_tick(tick: Tick, quick: bool) -> float:
-    """Median time of one tick [s]; the first ones, not timed, say how many make a measure."""
+    """Median time of one tick [s], over repeats of as many ticks as fill a fixed time."""
     repeats, length = (QUICK_REPEATS, QUICK_LENGTH) if quick else (REPEATS, LENGTH)
     tick()
     count = max(3, round(length / max(_timed(tick, 3), 1e-7)))
@@ -37,7 +37,7 @@ def case_speeds(case: Case, quick: bool) -> dict[str, Any]:
 
 
 def dictionary_speed(physics: str, quick: bool) -> float:
-    """Robot-steps per second of es1 through PettingZoo's dictionaries, wheels from outside."""
+    """Robot-steps per second of es1 through PettingZoo's dictionaries, actions from outside."""
     from swarm_forage_env import parallel_env
 
     env: Any = parallel_env("es1", learn="motion", controller=CONTROLLER, physics=physics)

@@ -1,4 +1,4 @@
-"""Where a tick's time goes: clocks around its stages, in a pass of their own."""
+"""Profile of a tick: the share of the time that each of its stages takes."""
 
 import time
 from collections import defaultdict
@@ -25,7 +25,7 @@ takes in and says; weigh: the rule and the merge; rest: scoring and Python betwe
 
 
 def stage_shares(case: Case, physics: str, quick: bool) -> dict[str, float]:
-    """Share of a tick's time that each stage takes; the clocks' own cost falls to the rest."""
+    """Share of a tick's time that each stage takes; the timers' own cost counts as rest."""
     loop = case.start(physics, quick)
     spent: defaultdict[str, float] = defaultdict(float)
     _put_clocks(loop, spent)
@@ -41,7 +41,7 @@ def stage_shares(case: Case, physics: str, quick: bool) -> dict[str, float]:
 
 
 def _put_clocks(loop: ControlLoop, spent: defaultdict[str, float]) -> None:
-    """Replace each stage of this loop by one that books its time."""
+    """Replace each stage of this loop by one that measures its time."""
     world, controller = loop.world, loop.controller
     for owner, name, stage in (
         (world._physics, "move", "physics"),
@@ -58,21 +58,21 @@ def _put_clocks(loop: ControlLoop, spent: defaultdict[str, float]) -> None:
 
 
 class Clocked:
-    """A callable that books the time of every call under a stage."""
+    """A callable that adds up the time of every call of a stage."""
 
     def __init__(
         self, inner: Callable[..., Any], stage: str, spent: defaultdict[str, float]
     ) -> None:
-        """Stand in for `inner`."""
+        """Wrap the callable `inner`."""
         self._inner, self._stage, self._spent = inner, stage, spent
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: ANN401 whatever the stage takes
-        """Call, and book the time."""
+        """Call the stage and add the time it took."""
         start = time.perf_counter()
         result = self._inner(*arguments)
         self._spent[self._stage] += time.perf_counter() - start
         return result
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401 whatever the stage has
-        """Everything else is the stage's own."""
+        """Pass every other attribute on to the wrapped stage."""
         return getattr(self._inner, name)

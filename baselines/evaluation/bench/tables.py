@@ -1,4 +1,4 @@
-"""The measures for a reader."""
+"""Tables of the benchmark results for a terminal."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,7 +12,7 @@ from baselines.evaluation.bench.stages import STAGES
 
 
 def report(found: Mapping[str, Any]) -> Group:
-    """Speeds, stages and budgets, one below the other."""
+    """Tables of speeds, stages and budgets, one below the other."""
     machine = ", ".join(f"{name} {value}" for name, value in found["machine"].items())
     hurried = " (quick: less exact)" if found["quick"] else ""
     return Group(

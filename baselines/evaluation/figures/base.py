@@ -1,4 +1,4 @@
-"""What a kind of figure is asked for, and the registry of the kinds."""
+"""Options of the command `plot`, and the registry of the kinds of figures."""
 
 import shlex
 from collections.abc import Sequence
@@ -8,15 +8,15 @@ from typing import Protocol
 
 from matplotlib.figure import Figure
 
-from baselines.evaluation.groups import Group, read_groups
+from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
 from baselines.evaluation.kinds import FORAGING
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.registry import Registry
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What a user asks `plot` for."""
+class PlotOptions:
+    """Options of the command `plot`."""
 
     kind: str
     sources: Sequence[str]
@@ -32,29 +32,29 @@ class Wish:
     """None: the first."""
 
     @property
-    def options(self) -> dict[str, object]:
-        """The options that are given, by name."""
-        given = {
+    def given(self) -> dict[str, object]:
+        """The options that the user has given, by name."""
+        values = {
             "scenario": self.scenarios,
             "controller": self.controllers,
             "metric": self.metric,
             "x": self.x,
             "seed": self.seed,
         }
-        return {name: value for name, value in given.items() if value not in ((), None)}
+        return {name: value for name, value in values.items() if value not in ((), None)}
 
     @property
     def command(self) -> str:
-        """The command that draws the same figure again."""
+        """The command line that draws the same figure again."""
         words = ["swarm-forage", "plot", self.kind, *map(str, self.sources)]
-        for name, value in self.options.items():
+        for name, value in self.given.items():
             values = value if isinstance(value, tuple) else (value,)
             words += [word for each in values for word in (f"--{name}", str(each))]
         return shlex.join(words)
 
     @cached_property
-    def groups(self) -> list[Group]:
-        """The groups in the datasets, all of one kind of task.
+    def groups(self) -> list[EpisodeGroup]:
+        """The episode groups in the datasets, all of one kind of task.
 
         ConfigError for sources that are no such datasets.
         """
@@ -67,8 +67,8 @@ class Wish:
         return found
 
     @property
-    def foraging(self) -> list[Group]:
-        """The same for what only foraging has; ConfigError if they are of waypoints."""
+    def foraging_groups(self) -> list[EpisodeGroup]:
+        """The episode groups, for figures of foraging; ConfigError for waypoints."""
         found = self.groups
         if found[0].kind is not FORAGING:
             raise ConfigError(
@@ -78,8 +78,8 @@ class Wish:
         return found
 
     @property
-    def shown(self) -> str:
-        """The metric that is shown; UnknownNameError if these episodes have none of that name."""
+    def shown_metric(self) -> str:
+        """The metric to show; UnknownNameError if these episodes do not have it."""
         kind = self.groups[0].kind
         metric = self.metric or kind.score
         if metric not in kind.columns:
@@ -87,18 +87,18 @@ class Wish:
         return metric
 
     def caption(self, text: str) -> str:
-        """What the figure shows, then the command that makes it."""
+        """The caption: a text, then the command that makes the figure."""
         return f"{text} {self.command}"
 
 
 class FigureKind(Protocol):
-    """A kind of figure."""
+    """Protocol of a kind of figure."""
 
     options: frozenset[str]
     """Options that it has."""
 
-    def draw(self, wish: Wish) -> Figure:
-        """Draw it; ConfigError if the sources lack what it needs."""
+    def draw(self, options: PlotOptions) -> Figure:
+        """Draw the figure; ConfigError if the sources lack what it needs."""
         ...
 
 
@@ -109,33 +109,33 @@ SELECTION = frozenset({"scenario", "controller"})
 """Options of every kind that reads a dataset."""
 
 
-def check_options(wish: Wish) -> None:
-    """ConfigError for an option that the kind does not have."""
-    for name in wish.options:
-        if name not in FIGURES[wish.kind].options:
+def check_options(options: PlotOptions) -> None:
+    """Raise ConfigError for an option that the kind of figure does not have."""
+    for name in options.given:
+        if name not in FIGURES[options.kind].options:
             having = sorted(kind for kind in FIGURES if name in FIGURES[kind].options)
             raise ConfigError(
-                f"--{name}: '{wish.kind}' has no such option; it is of {', '.join(having)}"
+                f"--{name}: '{options.kind}' has no such option; it is of {', '.join(having)}"
             )
 
 
-def sample(group: Group, metric: str) -> list[float]:
-    """The metric of each episode in the units of its axis; those without one are left out."""
+def sample(group: EpisodeGroup, metric: str) -> list[float]:
+    """The metric of each episode, in the units of its axis, without missing values."""
     factor = group.kind.columns[metric][1]
     values = [getattr(episode, metric) for episode in group.episodes]
     return [factor * value for value in values if value is not None]
 
 
-def by_setup(groups: Sequence[Group]) -> dict[str, list[Group]]:
-    """The groups of each setup, in their order."""
-    setups: dict[str, list[Group]] = {}
+def by_setup(groups: Sequence[EpisodeGroup]) -> dict[str, list[EpisodeGroup]]:
+    """Group the episode groups by setup, in their order."""
+    setups: dict[str, list[EpisodeGroup]] = {}
     for group in groups:
         setups.setdefault(group.setup(), []).append(group)
     return setups
 
 
-def size_of(groups: Sequence[Group]) -> str:
-    """Robots and length of the episodes, where all have the same."""
+def size_of(groups: Sequence[EpisodeGroup]) -> str:
+    """Caption text: robots and length of the episodes, where all have the same."""
     robots = {group.episodes[0].n_robots for group in groups}
     lengths = {group.episodes[0].duration_s for group in groups}
     parts = [f"{min(robots)} robots"] if len(robots) == 1 else []
@@ -143,8 +143,8 @@ def size_of(groups: Sequence[Group]) -> str:
     return f"{', '.join(parts)}. " if parts else ""
 
 
-def counted(groups: Sequence[Group]) -> str:
-    """How many episodes stand behind each group, and the code that ran them."""
+def counted(groups: Sequence[EpisodeGroup]) -> str:
+    """Caption text: how many episodes stand behind each group, and the code that ran them."""
     sizes = {len(group.episodes) for group in groups}
     n = f"{min(sizes)}" if len(sizes) == 1 else f"{min(sizes)} to {max(sizes)}"
     codes = ", ".join(sorted({group.code for group in groups}))

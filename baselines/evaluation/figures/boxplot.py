@@ -1,37 +1,37 @@
-"""The boxplot of a number of each episode: a box for each controller, a panel for each setup."""
+"""Box plot of a metric: a box for each controller, a panel for each setup."""
 
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
+from baselines.evaluation.box_plots import BOXES, box_panels
+from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.figures.base import (
     FIGURES,
     SELECTION,
-    Wish,
+    PlotOptions,
     by_setup,
     counted,
     sample,
     size_of,
 )
-from baselines.evaluation.groups import Group
-from baselines.evaluation.panels import BOXES, box_panels
 
 
 class Boxplot:
-    """Scores, or another metric, of controllers."""
+    """The figure `boxplot`: the score, or another metric, of controllers."""
 
     options = SELECTION | {"metric"}
 
-    def draw(self, wish: Wish) -> Figure:
-        """A box for each controller, a panel for each setup."""
-        return boxplot(wish.groups, wish.shown, wish.command)
+    def draw(self, options: PlotOptions) -> Figure:
+        """Draw a box for each controller, a panel for each setup."""
+        return boxplot(options.groups, options.shown_metric, options.command)
 
 
 FIGURES.register("boxplot")(Boxplot())
 
 
-def boxplot(groups: Sequence[Group], metric: str, command: str) -> Figure:
-    """A box for each group, a panel for each setup; the command stands below."""
+def boxplot(groups: Sequence[EpisodeGroup], metric: str, command: str) -> Figure:
+    """Draw a box for each group, a panel for each setup; the command goes into the caption."""
     panels = {
         setup: {_lines(each.label()): {"": sample(each, metric)} for each in listed}
         for setup, listed in by_setup(groups).items()
@@ -42,5 +42,5 @@ def boxplot(groups: Sequence[Group], metric: str, command: str) -> Figure:
 
 
 def _lines(label: str) -> str:
-    """A controller's name and parameters in lines."""
+    """A controller's name and parameters, broken into lines."""
     return label.replace(":", ":\n").replace(",", ",\n")

@@ -1,4 +1,4 @@
-"""A metric over one number of the scenario or of the controller: beta, the size of the group."""
+"""Line plot of a metric over one setting: beta, the number of robots."""
 
 import json
 import logging
@@ -8,47 +8,49 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from baselines.evaluation.catalogue import units
-from baselines.evaluation.curves import Means, mean_panels
-from baselines.evaluation.figures.base import FIGURES, SELECTION, Wish, counted, sample
-from baselines.evaluation.groups import Group
+from baselines.evaluation.dataset_reader import EpisodeGroup
+from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions, counted, sample
+from baselines.evaluation.line_plots import Means, mean_panels
+from baselines.evaluation.listing import units
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenario import resolve
 
 LOGGER = logging.getLogger("swarm-forage")
 
-Series = dict[tuple[str, str], list[Group]]
+Series = dict[tuple[str, str], list[EpisodeGroup]]
 """Groups that differ in x alone, by setup and controller without x."""
 
 
-class OverNumber:
-    """Means with intervals over x; a controller that does not have x is a level line."""
+class MetricOverParameter:
+    """The figure `curve`: means with intervals over a setting x."""
 
     options = SELECTION | {"metric", "x"}
 
-    def draw(self, wish: Wish) -> Figure:
-        """A curve for each controller, a panel for each setup."""
-        x = _named(wish.x, wish.groups) if wish.x else _found(wish.groups)
-        having = [group for group in wish.groups if x in group.numbers]
-        panels = _panels(wish, having, x)
+    def draw(self, options: PlotOptions) -> Figure:
+        """Draw a curve for each controller, a level line for one that does not have x."""
+        x = _named(options.x, options.groups) if options.x else _found(options.groups)
+        having = [group for group in options.groups if x in group.numbers]
+        panels = _panels(options, having, x)
         ends = [float(group.numbers[x]) for group in having]
-        for group in wish.groups:
+        for group in options.groups:
             if group not in having and group.setup() in panels:
-                level = _level(wish, group, (min(ends), max(ends)))
+                level = _level(options, group, (min(ends), max(ends)))
                 panels[group.setup()][group.label()] = level
         head = having[0]
-        axes = _axis(x, head), head.kind.axis(wish.shown)
-        text = f"Means with 95 % bootstrap intervals (BCa). {counted(wish.groups)}"
-        return mean_panels(panels, axes, wish.caption(text))
+        axes = _axis(x, head), head.kind.axis(options.shown_metric)
+        text = f"Means with 95 % bootstrap intervals (BCa). {counted(options.groups)}"
+        return mean_panels(panels, axes, options.caption(text))
 
 
-FIGURES.register("curve")(OverNumber())
+FIGURES.register("curve")(MetricOverParameter())
 
 
-def _panels(wish: Wish, groups: Sequence[Group], x: str) -> dict[str, dict[str, Means]]:
+def _panels(
+    options: PlotOptions, groups: Sequence[EpisodeGroup], x: str
+) -> dict[str, dict[str, Means]]:
     """The curves of each setup; ConfigError if x varies in none, a line on stderr if in some."""
-    setups: dict[str, dict[str, list[Group]]] = {}
+    setups: dict[str, dict[str, list[EpisodeGroup]]] = {}
     for (setup, label), listed in _series(groups, x).items():
         setups.setdefault(setup, {})[label] = listed
     short = [setup for setup, each in setups.items() if max(map(len, each.values())) < 2]
@@ -57,22 +59,22 @@ def _panels(wish: Wish, groups: Sequence[Group], x: str) -> dict[str, dict[str, 
     for setup in short:
         LOGGER.warning("left out, as %s does not vary there: %s", x, setup)
     return {
-        setup: {label: _means(wish, listed, x) for label, listed in each.items()}
+        setup: {label: _means(options, listed, x) for label, listed in each.items()}
         for setup, each in setups.items()
         if setup not in short
     }
 
 
-def _named(name: str, groups: Sequence[Group]) -> str:
-    """The number that is meant by `beta` or `weighting.beta`."""
+def _named(name: str, groups: Sequence[EpisodeGroup]) -> str:
+    """The full name of a setting, given as `beta` or `weighting.beta`."""
     known: dict[str, Any] = {}
     for group in groups:
         known |= _numeric(group)
     return resolve(name, known, "number behind these episodes")
 
 
-def _found(groups: Sequence[Group]) -> str:
-    """The one number that varies while all else is the same; ConfigError if it is not one."""
+def _found(groups: Sequence[EpisodeGroup]) -> str:
+    """The one setting that varies while all else is the same; ConfigError if it is not one."""
     candidates = {name for group in groups for name in _numeric(group)}
     vary = {name for name in candidates if len({group.numbers.get(name) for group in groups}) > 1}
     found = []
@@ -87,7 +89,7 @@ def _found(groups: Sequence[Group]) -> str:
     raise ConfigError(_too_few("number", groups))
 
 
-def _too_few(x: str, groups: Sequence[Group]) -> str:
+def _too_few(x: str, groups: Sequence[EpisodeGroup]) -> str:
     held = ", ".join(dict.fromkeys(f"{each.scenario} {each.label()}" for each in groups))
     return (
         f"no {x} takes two values while all else is the same ({held}); evaluate some, as in"
@@ -96,7 +98,7 @@ def _too_few(x: str, groups: Sequence[Group]) -> str:
     )
 
 
-def _numeric(group: Group) -> dict[str, Any]:
+def _numeric(group: EpisodeGroup) -> dict[str, Any]:
     return {
         name: value
         for name, value in group.numbers.items()
@@ -104,9 +106,9 @@ def _numeric(group: Group) -> dict[str, Any]:
     }
 
 
-def _series(groups: Sequence[Group], x: str) -> Series:
-    """The groups by what they share, ordered by x; the scenario's name may differ with x."""
-    shared: dict[str, list[Group]] = {}
+def _series(groups: Sequence[EpisodeGroup], x: str) -> Series:
+    """Groups that differ in x alone, ordered by x; the scenario's name may differ with x."""
+    shared: dict[str, list[EpisodeGroup]] = {}
     for group in groups:
         rest = {name: value for name, value in group.numbers.items() if name not in (x, "name")}
         key = json.dumps([group.controller, group.physics, rest], sort_keys=True)
@@ -120,28 +122,28 @@ def _series(groups: Sequence[Group], x: str) -> Series:
     return series
 
 
-def _means(wish: Wish, groups: Sequence[Group], x: str) -> Means:
-    rows = [(float(group.numbers[x]), *_mean(wish, group)) for group in groups]
+def _means(options: PlotOptions, groups: Sequence[EpisodeGroup], x: str) -> Means:
+    rows = [(float(group.numbers[x]), *_mean(options, group)) for group in groups]
     at, mean, low, high = np.array(rows).T
     return Means(at, mean, low, high)
 
 
-def _level(wish: Wish, group: Group, ends: tuple[float, float]) -> Means:
-    mean, low, high = (np.full(2, value) for value in _mean(wish, group))
+def _level(options: PlotOptions, group: EpisodeGroup, ends: tuple[float, float]) -> Means:
+    mean, low, high = (np.full(2, value) for value in _mean(options, group))
     return Means(np.array(ends), mean, low, high, is_level=True)
 
 
-def _mean(wish: Wish, group: Group) -> tuple[float, float, float]:
+def _mean(options: PlotOptions, group: EpisodeGroup) -> tuple[float, float, float]:
     """Mean and interval, which is the mean itself where nothing varies; NaN for no value."""
-    found = mean_interval(sample(group, wish.shown))
+    found = mean_interval(sample(group, options.shown_metric))
     if found is None:
         return np.nan, np.nan, np.nan
     low, high = found.interval or (found.value, found.value)
     return found.value, low, high
 
 
-def _axis(x: str, group: Group) -> str:
-    """The number with its unit, if there is still such a controller to tell it."""
+def _axis(x: str, group: EpisodeGroup) -> str:
+    """Axis label of a setting, with its unit if the controller still exists."""
     try:
         configuration = group.configuration()
         unit = (units(configuration.scenario) | units(configuration.recipe)).get(x, "")

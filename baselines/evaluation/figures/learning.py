@@ -1,4 +1,4 @@
-"""Learning curves: round trips over simulated time, from the cards beside trained policies."""
+"""Learning curves: round trips over simulated time, from the cards of trained policies."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from baselines.evaluation.curves import Means, draw_band, line_styles
-from baselines.evaluation.figures.base import FIGURES, Wish
-from baselines.evaluation.plots import caption, finish, frame, legend
+from baselines.evaluation.figures.base import FIGURES, PlotOptions
+from baselines.evaluation.line_plots import Means, draw_band, line_styles
+from baselines.evaluation.plot_style import draw_caption, draw_legend, finish_panel, panel_grid
 from swarm_forage_env.errors import ConfigError
 
 HOUR = 3600.0
@@ -18,13 +18,13 @@ HOUR = 3600.0
 
 
 class _Entry(BaseModel):
-    """A part of a card of which only some fields are read; never NaN."""
+    """Base of the parts of a policy card that are read; other fields are ignored."""
 
     model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
 
 
 class Span(_Entry):
-    """A mean between the ends of its 95 % interval."""
+    """A mean and the ends of its 95 % interval."""
 
     low: float
     mean: float
@@ -32,7 +32,7 @@ class Span(_Entry):
 
 
 class Point(_Entry):
-    """How good a policy was at one moment of its training."""
+    """One evaluation of a policy during its training."""
 
     simulated_s: float = Field(ge=0.0)
     """Simulated time so far, summed over worlds [s]."""
@@ -41,7 +41,7 @@ class Point(_Entry):
 
 
 class TrainingCard(_Entry):
-    """What a card says of the training."""
+    """The training history in a policy card."""
 
     format: Literal[1]
     algorithm: str
@@ -49,35 +49,35 @@ class TrainingCard(_Entry):
     curve: tuple[Point, ...] = Field(min_length=1)
 
 
-class Learning:
-    """A curve for each card, a panel for each scenario."""
+class LearningCurves:
+    """The figure `learning`: a curve for each policy card, a panel for each scenario."""
 
     options = frozenset({"scenario"})
 
-    def draw(self, wish: Wish) -> Figure:
-        """Round trips on the held-back seeds over simulated time."""
-        files = [Path(source) for source in wish.sources]
+    def draw(self, options: PlotOptions) -> Figure:
+        """Draw round trips on the held-back seeds over simulated time."""
+        files = [Path(source) for source in options.sources]
         cards = dict(zip(_names(files), map(read_card, files), strict=True))
         panels: dict[str, dict[str, Means]] = {}
         for name, card in cards.items():
             for scenario in card.curve[0].round_trips:
-                if not wish.scenarios or scenario in wish.scenarios:
+                if not options.scenarios or scenario in options.scenarios:
                     panels.setdefault(scenario, {})[name] = _curve(card, scenario)
         if not panels:
             known = sorted({each for card in cards.values() for each in card.curve[0].round_trips})
             raise ConfigError(
-                f"--scenario {', '.join(wish.scenarios)}: the cards have {', '.join(known)}"
+                f"--scenario {', '.join(options.scenarios)}: the cards have {', '.join(known)}"
             )
         made = " ".join(f"{name}: {card.command}." for name, card in cards.items())
-        text = f"Means over the held-back seeds with 95 % intervals. {made} {wish.command}"
+        text = f"Means over the held-back seeds with 95 % intervals. {made} {options.command}"
         return _draw(panels, text)
 
 
-FIGURES.register("learning")(Learning())
+FIGURES.register("learning")(LearningCurves())
 
 
 def read_card(file: Path) -> TrainingCard:
-    """The card of a policy, named by itself or by the policy; ConfigError if it is none."""
+    """Read a policy card, named by its own path or the policy's; ConfigError if it is none."""
     file = file.with_suffix(".json") if file.suffix == ".safetensors" else file
     try:
         return TrainingCard.model_validate_json(file.read_bytes())
@@ -96,7 +96,7 @@ def read_card(file: Path) -> TrainingCard:
 
 
 def _names(files: Sequence[Path]) -> list[str]:
-    """The shortest ends of the files' names that tell them apart."""
+    """The shortest path endings that tell the files apart."""
     if len(set(files)) < len(files):
         raise ConfigError("a policy card is named twice")
     parts = [file.with_suffix("").parts for file in files]
@@ -116,12 +116,12 @@ def _curve(card: TrainingCard, scenario: str) -> Means:
 
 def _draw(panels: dict[str, dict[str, Means]], text: str) -> Figure:
     styles = line_styles(panels)
-    figure, all_axes = frame(len(panels), 4.2)
+    figure, all_axes = panel_grid(len(panels), 4.2)
     for axes, (title, series) in zip(all_axes, panels.items(), strict=True):
         for name, means in series.items():
             draw_band(axes, name, means, styles[name])
         axes.set_xlim(left=0.0)
-        finish(axes, title, ("simulated time of training [h]", "round trips"))
-    legend(figure, all_axes, styles)
-    caption(figure, text)
+        finish_panel(axes, title, ("simulated time of training [h]", "round trips"))
+    draw_legend(figure, all_axes, styles)
+    draw_caption(figure, text)
     return figure

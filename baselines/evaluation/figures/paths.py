@@ -1,4 +1,4 @@
-"""Where the robots were: one episode of each controller, run anew.
+"""Heat maps of the robots' positions in one episode of each controller, which is run again.
 
 A dataset keeps no positions. The same configuration and seed give the same episode to the last
 bit, so it is run again; its round trips must be those that the dataset holds.
@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from baselines.evaluation.configuration import Configuration
-from baselines.evaluation.figures.base import FIGURES, SELECTION, Wish
-from baselines.evaluation.groups import Group
-from baselines.evaluation.maps import Density, density_panels
-from baselines.evaluation.request import Request
+from baselines.evaluation.dataset_reader import EpisodeGroup
+from baselines.evaluation.evaluate_options import EvaluateOptions
+from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions
+from baselines.evaluation.heat_maps import Density, density_panels
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.scenario import Scenario
@@ -28,15 +28,15 @@ MOST = 6
 """Panels, at most."""
 
 
-class Paths:
-    """A map of each controller's robots over one episode."""
+class PathMaps:
+    """The figure `paths`: a heat map of each controller's robots over one episode."""
 
     options = SELECTION | {"seed"}
 
-    def draw(self, wish: Wish) -> Figure:
-        """From a dataset, or from SCENARIO CONTROLLER..., a panel for each configuration."""
-        is_dataset = Path(wish.sources[0]).is_dir()
-        jobs = _kept(wish) if is_dataset else _asked(wish)
+    def draw(self, options: PlotOptions) -> Figure:
+        """Draw the maps, from a dataset or from SCENARIO CONTROLLER..., a panel for each."""
+        is_dataset = Path(options.sources[0]).is_dir()
+        jobs = _kept(options) if is_dataset else _asked(options)
         if len(jobs) > MOST:
             raise ConfigError(
                 f"{len(jobs)} configurations: at most {MOST} in a figure; choose with --controller"
@@ -55,21 +55,21 @@ class Paths:
             f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; run for this"
             f" figure (seed {next(iter(jobs.values()))[1]})."
         )
-        return density_panels(densities, wish.caption(text))
+        return density_panels(densities, options.caption(text))
 
 
-FIGURES.register("paths")(Paths())
+FIGURES.register("paths")(PathMaps())
 
-Jobs = dict[str, tuple[Configuration, int, int | None]]
+Jobs = dict[str, tuple[ExperimentConfig, int, int | None]]
 """By title: what to run, its seed, and the round trips it must have."""
 
 
-def _kept(wish: Wish) -> Jobs:
-    """The first episode, or that of the seed, of every group."""
+def _kept(options: PlotOptions) -> Jobs:
+    """The first episode of every group, or the one with the seed."""
     jobs: Jobs = {}
-    for group in wish.foraging:
+    for group in options.foraging_groups:
         seeds = [episode.seed for episode in group.episodes]
-        seed = seeds[0] if wish.seed is None else wish.seed
+        seed = seeds[0] if options.seed is None else options.seed
         if seed not in seeds:
             raise ConfigError(
                 f"--seed {seed}: {group.label()} has the seeds {seeds[0]} to {seeds[-1]} here"
@@ -80,22 +80,22 @@ def _kept(wish: Wish) -> Jobs:
     return jobs
 
 
-def _asked(wish: Wish) -> Jobs:
-    """What SCENARIO CONTROLLER... stand for."""
-    scenario, *controllers = wish.sources
-    if not controllers or {"scenario", "controller"} & wish.options.keys():
+def _asked(options: PlotOptions) -> Jobs:
+    """The episodes that SCENARIO CONTROLLER... name."""
+    scenario, *controllers = options.sources
+    if not controllers or {"scenario", "controller"} & options.given.keys():
         raise ConfigError(
-            f"{' '.join(wish.sources)}: must be the folder of a dataset, or a scenario and"
+            f"{' '.join(options.sources)}: must be the folder of a dataset, or a scenario and"
             " controllers without further choice, as in swarm-forage plot paths es1 nc ssgikf"
         )
-    request = Request(scenario, controllers, episodes=1, seed=wish.seed or 0)
+    request = EvaluateOptions(scenario, controllers, episodes=1, seed=options.seed or 0)
     return {
         f"{each.scenario.name}, {each.physics}\n{each.label}": (each, request.seeds()[0], None)
         for each in request.configurations()
     }
 
 
-def _check_same_code(group: Group) -> None:
+def _check_same_code(group: EpisodeGroup) -> None:
     now = group.configuration().code
     if now != group.code:
         raise ConfigError(
@@ -106,8 +106,10 @@ def _check_same_code(group: Group) -> None:
         )
 
 
-def _run(configuration: Configuration, scenario: Scenario, seed: int, trips: int | None) -> Density:
-    """Run the episode and count in which cells the robots are, at every tick."""
+def _run(
+    configuration: ExperimentConfig, scenario: Scenario, seed: int, trips: int | None
+) -> Density:
+    """Run the episode and count the robots in each cell over all ticks."""
     loop = ControlLoop(scenario, configuration.recipe, [seed], configuration.physics)
     size = scenario.arena.length, scenario.arena.width
     n_cells = [max(1, round(side / CELL)) for side in size]

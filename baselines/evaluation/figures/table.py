@@ -1,20 +1,20 @@
-"""Motion by localisation: a shaded table of means, a panel for each setup."""
+"""Heat map of mean scores by motion and localisation, a panel for each setup."""
 
 import logging
 
 from matplotlib.figure import Figure
 
+from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.figures.base import (
     FIGURES,
     SELECTION,
-    Wish,
+    PlotOptions,
     by_setup,
     counted,
     sample,
     size_of,
 )
-from baselines.evaluation.groups import Group
-from baselines.evaluation.maps import table_panels
+from baselines.evaluation.heat_maps import table_panels
 from baselines.evaluation.statistics import Estimate, mean_interval
 from swarm_forage_env.errors import ConfigError
 
@@ -25,38 +25,42 @@ LOCALISATION = "estimator.estimator"
 
 
 class MotionByLocalisation:
-    """Which motion, over which localisation, scores how much."""
+    """The figure `table`: the mean metric of each motion over each localisation."""
 
     options = SELECTION | {"metric"}
 
-    def draw(self, wish: Wish) -> Figure:
-        """A row for each motion, a column for each localisation."""
-        combined = [group for group in wish.groups if LOCALISATION in group.numbers]
+    def draw(self, options: PlotOptions) -> Figure:
+        """Draw a row for each motion, a column for each localisation."""
+        combined = [group for group in options.groups if LOCALISATION in group.numbers]
         if not combined:
             raise ConfigError(
                 "no controller here names its localisation; evaluate some that do, as in"
                 " swarm-forage evaluate es1 subsumption:estimator=dead_reckoning"
                 " boids-goal:estimator=social_odometry"
             )
-        if len(combined) < len(wish.groups):
-            left = {group.label() for group in wish.groups if group not in combined}
+        if len(combined) < len(options.groups):
+            left = {group.label() for group in options.groups if group not in combined}
             LOGGER.warning("left out, as they name no localisation: %s", ", ".join(sorted(left)))
-        tables = {setup: _table(wish, each) for setup, each in by_setup(combined).items()}
-        axis = combined[0].kind.axis(wish.shown)
+        tables = {setup: _table(options, each) for setup, each in by_setup(combined).items()}
+        axis = combined[0].kind.axis(options.shown_metric)
         text = (
             f"{axis.capitalize()}: mean over its 95 % bootstrap interval (BCa), darker is more."
             f" {size_of(combined)}{counted(combined)}"
         )
-        return table_panels(tables, ("localisation", "motion"), wish.caption(text))
+        return table_panels(tables, ("localisation", "motion"), options.caption(text))
 
 
 FIGURES.register("table")(MotionByLocalisation())
 
 
-def _table(wish: Wish, groups: list[Group]) -> dict[str, dict[str, Estimate | None]]:
+def _table(
+    options: PlotOptions, groups: list[EpisodeGroup]
+) -> dict[str, dict[str, Estimate | None]]:
     table: dict[str, dict[str, Estimate | None]] = {}
     for group in groups:
         motion = group.label(LOCALISATION)
         localisation = str(group.numbers[LOCALISATION]).replace("_", " ")
-        table.setdefault(motion, {})[localisation] = mean_interval(sample(group, wish.shown))
+        table.setdefault(motion, {})[localisation] = mean_interval(
+            sample(group, options.shown_metric)
+        )
     return table

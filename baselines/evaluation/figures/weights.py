@@ -1,4 +1,4 @@
-"""What a confidence weighting does: g over the own and the heard path, a map for each rule."""
+"""Heat maps of a confidence weighting: g over the own and the heard path since an area."""
 
 from collections.abc import Mapping
 
@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from baselines.estimators.social_odometry import SocialOdometryParameters
-from baselines.evaluation.configuration import find_recipe
-from baselines.evaluation.figures.base import FIGURES, Wish
-from baselines.evaluation.maps import weight_panels
-from baselines.evaluation.plots import TITLE_LETTERS
+from baselines.evaluation.experiment_config import find_recipe
+from baselines.evaluation.figures.base import FIGURES, PlotOptions
+from baselines.evaluation.heat_maps import weight_panels
+from baselines.evaluation.plot_style import TITLE_LETTERS
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Encounter
@@ -27,13 +27,13 @@ PREY = 1
 """The area that the exchange is about."""
 
 
-class Weights:
-    """Maps of g, a column for each controller."""
+class WeightMaps:
+    """The figure `weights`: heat maps of g, a column for each controller."""
 
     options: frozenset[str] = frozenset()
 
-    def draw(self, wish: Wish) -> Figure:
-        """The sources are controllers, as `evaluate` takes them.
+    def draw(self, options: PlotOptions) -> Figure:
+        """Draw the maps; the sources are controllers, as `evaluate` takes them.
 
         ConfigError for one that carries covariances in the place of paths.
         """
@@ -42,21 +42,21 @@ class Weights:
                 name, disagreement
             )
             for disagreement in DISAGREEMENTS
-            for name in wish.sources
+            for name in options.sources
         }
         text = (
             f"g: share of the heard estimate, for an exchange of {MESSAGES:g} messages over"
             f" {100 * RANGE:g} cm about the area that the robot heads for, {AWAY:g} m ahead;"
             " it left the other area a quarter of its path ago."
         )
-        return weight_panels(maps, LONGEST, len(wish.sources), wish.caption(text))
+        return weight_panels(maps, LONGEST, len(options.sources), options.caption(text))
 
 
-FIGURES.register("weights")(Weights())
+FIGURES.register("weights")(WeightMaps())
 
 
 def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
-    """g over the partner's path (rows) and the own path (columns)."""
+    """The weight g over the partner's path (rows) and the own path (columns)."""
     recipe = find_recipe(name)
     if type(recipe.estimator) is not SocialOdometryParameters:
         raise ConfigError(
@@ -72,7 +72,7 @@ def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
 def _encounters(
     own: Float64[Array, " rows"], heard: Float64[Array, " rows"], disagreement: float
 ) -> Encounter:
-    """An exchange about the prey for each pair of paths [m]."""
+    """Synthetic exchanges about the prey, one for each pair of paths [m]."""
     rows = len(own)
     numbers: Mapping[str, Array] = {
         "own_p": np.stack([own / 4, own], axis=1),

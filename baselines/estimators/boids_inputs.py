@@ -1,0 +1,156 @@
+"""Layer inputs of localisation: what the weighting and the motion are shown of the beliefs.
+
+Smith et al. 2021 (BOIDS), Sections 3 and 4.
+"""
+
+import math
+
+from baselines.estimators.pose_belief import PoseMind
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.geometry import to_body
+from swarm_forage_env.equations.steering import seek
+from swarm_forage_env.record import Numbers
+from swarm_forage_env.waypoints.records import Exchange, Readings
+
+
+@kernel
+def describe_correction(crowd: Array, i: int, sightings: Array, exchange: Exchange) -> None:
+    """The correction that a robot which sees another, or is seen, is about to make.
+
+    Where the robot is, by its neighbours, is known from those who see it.
+    """
+    n_robots, n, n_back, heard, x, y = crowd.shape[0], 0, 0, 0.0, 0.0, 0.0
+    for j in range(n_robots):
+        back = sightings[j, i]
+        if sightings[i, j].seen or back.seen:
+            n += 1
+            heard += crowd[j].covariance_norm
+        if back.seen:
+            n_back += 1
+            pose = crowd[j].belief.pose
+            direction = float(back.bearing) + pose[2]
+            x += pose[0] + float(back.range) * math.cos(direction)
+            y += pose[1] + float(back.range) * math.sin(direction)
+    exchange.is_valid = n > 0
+    exchange.neighbours = n / n_robots
+    exchange.own_covariance_norm = crowd[i].covariance_norm
+    exchange.heard_covariance_norm = heard / n if n > 0 else 0.0
+    exchange.disagreement = 0.0
+    if n_back > 0:
+        own = crowd[i].belief.pose
+        exchange.disagreement = math.hypot(x / n_back - own[0], y / n_back - own[1])
+
+
+@kernel
+def away_from_one_by_one(
+    crowd: Array, i: int, sightings: Array, numbers: Numbers
+) -> tuple[float, float]:
+    """Separation as the authors' code sums it: steered anew after each neighbour.
+
+    After every neighbour the sum is divided by their number so far and replaced by the force
+    that seeks its direction, five times a unit vector, so that the last ones weigh most.
+
+    Source: BOIDS, authors' code.
+    """
+    own, x, y, dx, dy, n = crowd[i].belief, 0.0, 0.0, 0.0, 0.0, 0
+    for j in range(crowd.shape[0]):
+        if not sightings[i, j].seen:
+            continue
+        pose = crowd[j].belief.pose
+        ax, ay = own.pose[0] - pose[0], own.pose[1] - pose[1]
+        d = math.hypot(ax, ay)
+        if 0.0 < d < numbers.reach:
+            n += 1
+            x += ax / (d * d)
+            y += ay / (d * d)
+        if n > 0:
+            dx, dy = x / n, y / n
+            sx, sy = seek(dx, dy, own.velocity[0], own.velocity[1], numbers.max_speed)
+            x, y = 5.0 * sx, 5.0 * sy
+    return dx, dy
+
+
+@kernel
+def sum_neighbours(crowd: Array, i: int, sightings: Array, reach: float) -> tuple[int, int]:
+    """Mean position, mean velocity and sum of the ways from those seen and believed in reach.
+
+    How many are seen, and how many of them are believed in reach; zeros without any.
+
+    Source: BOIDS, Eq. 21 to 23.
+    """
+    own, means, n_seen, n = crowd[i].belief.pose, crowd[i].neighbours, 0, 0
+    for k in range(2):
+        means.position[k] = means.velocity[k] = means.away[k] = 0.0
+    for j in range(crowd.shape[0]):
+        if not sightings[i, j].seen:
+            continue
+        n_seen += 1
+        other = crowd[j].belief
+        if 0.0 < math.hypot(own[0] - other.pose[0], own[1] - other.pose[1]) < reach:
+            n += 1
+            for k in range(2):
+                means.position[k] += other.pose[k]
+                means.velocity[k] += other.velocity[k]
+                means.away[k] += own[k] - other.pose[k]
+    if n > 0:
+        for k in range(2):
+            means.position[k] /= n
+            means.velocity[k] /= n
+    return n_seen, n
+
+
+@kernel
+def turn_to_body(x: float, y: float, compass: float, out: Float32[Array, "2"]) -> None:
+    """Write a vector of the world frame as the body sees it."""
+    out[0], out[1] = to_body(x, y, math.cos(compass), math.sin(compass))
+
+
+@kernel
+def describe_flock(crowd: Array, i: int, sightings: Array, numbers: Numbers) -> None:
+    """Vectors to the flock (centre, separation, alignment) and the density, rho.
+
+    The alignment is the neighbours' mean velocity or, as the authors' code has it, their mean
+    position; the separation is the sum of the ways from them, or `away_from_one_by_one`.
+    """
+    mind, situation = crowd[i], crowd[i].situation
+    n_seen, n = sum_neighbours(crowd, i, sightings, numbers.reach)
+    means, pose, compass = mind.neighbours, mind.belief.pose, mind.compass
+    x, y = means.away[0], means.away[1]
+    towards = means.velocity
+    if numbers.authors > 0.0:
+        x, y = away_from_one_by_one(crowd, i, sightings, numbers)
+        towards = means.position
+    turn_to_body(x, y, compass, situation.separation)
+    turn_to_body(towards[0], towards[1], compass, situation.alignment)
+    x = y = 0.0
+    if n > 0:
+        x, y = means.position[0] - pose[0], means.position[1] - pose[1]
+    turn_to_body(x, y, compass, situation.centre)
+    situation.density = n_seen / crowd.shape[0]
+
+
+@kernel
+def describe_self(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
+    """Vectors to goal and home, the velocity, the stimuli s and e, and whether the goal is here.
+
+    Source: BOIDS, Section 4, for the stimuli.
+    """
+    situation, pose, goal = mind.situation, mind.belief.pose, readings.goal
+    dx, dy, velocity = goal[0] - pose[0], goal[1] - pose[1], mind.belief.velocity
+    turn_to_body(dx, dy, mind.compass, situation.goal)
+    turn_to_body(-pose[0], -pose[1], mind.compass, situation.home)
+    turn_to_body(velocity[0], velocity[1], mind.compass, situation.velocity)
+    reckoned = mind.reckoned.pose
+    offset = math.hypot(pose[0] - reckoned[0], pose[1] - reckoned[1])
+    situation.covariance_norm = mind.covariance_norm / numbers.covariance_norm_max
+    situation.dead_reckoning_offset = offset / numbers.offset_max
+    situation.has_arrived = math.hypot(dx, dy) < numbers.tolerance
+
+
+@kernel
+def describe(crowd: Array, i: int, sightings: Array, readings: Readings, numbers: Numbers) -> None:
+    """Fill the inputs of both layers of one robot, by what all now believe."""
+    describe_correction(crowd, i, sightings, crowd[i].exchange)
+    describe_flock(crowd, i, sightings, numbers)
+    describe_self(crowd[i], readings, numbers)

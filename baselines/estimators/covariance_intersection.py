@@ -1,0 +1,232 @@
+"""Fast covariance intersection of what a robot and its neighbours believe of its pose.
+
+Smith et al. 2021 (BOIDS), Section 2.2; Fraenken and Huepper 2005.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from baselines.estimators.base import ESTIMATORS
+from baselines.estimators.boids_inputs import describe
+from baselines.estimators.localisation import OWN_WEIGHTING, Localisation
+from baselines.estimators.pose_belief import PoseBelief, PoseMind
+from baselines.estimators.pose_prediction import propagate, step_slopes, take_in_alone
+from baselines.estimators.small_matrices import Matrix3, determinant3, inverse3
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.record import Numbers, Record, field
+from swarm_forage_env.waypoints.control import observe
+from swarm_forage_env.waypoints.scenario import WaypointsScenario
+
+
+class Told(Record):
+    """One of the estimates of a pose that are fused: the robot's own, or what another tells."""
+
+    pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
+    P: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    """Its covariance."""
+
+    inverse: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    """The inverse of its covariance."""
+
+    weight: float = field(np.float64)
+    """Its share of the fusion."""
+
+
+class IntersectionMind(PoseMind):
+    """All that covariance intersection keeps of a robot."""
+
+    said: PoseBelief = field(PoseBelief)
+    """The estimate as it was told to the neighbours, before anybody's was fused."""
+
+    told: Told = field(Told)
+    """A place in the list of estimates that are fused for one robot of the world after another;
+    the list is as long as the swarm."""
+
+    total: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    """Working space: a sum over that list."""
+
+    rest: Float64[Array, "3 3"] = field(np.float64, 3, 3)
+    """Working space: that sum without one of its terms."""
+
+
+@kernel
+def weigh_told(crowd: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
+    """The weights of covariance intersection, in closed form; they sum to one.
+
+        I_q = (P^q)^-1,   S = sum_q I_q
+        w_j = (det S - det(S - I_j) + det I_j)
+              / (L det S + sum_q [det I_q - det(S - I_q)])
+
+    Of the first n estimates of the list. The paper prints P for its inverse.
+
+    Source: BOIDS, Eq. 4; Fraenken2005, Eq. 16.
+    """
+    S[:, :] = 0.0
+    for q in range(n):
+        for a in range(3):
+            for b in range(3):
+                S[a, b] += crowd[q].told.inverse[a, b]
+    det_S, total = determinant3(S), 0.0
+    for j in range(n):
+        inverse = crowd[j].told.inverse
+        for a in range(3):
+            for b in range(3):
+                rest[a, b] = S[a, b] - inverse[a, b]
+        crowd[j].told.weight = det_S - determinant3(rest) + determinant3(inverse)
+        total += crowd[j].told.weight
+    for j in range(n):
+        crowd[j].told.weight /= total
+
+
+@kernel
+def place_of_neighbour(x: float, y: float, far: float, direction: float) -> tuple[float, float]:
+    """Where a robot at (x, y) sees another, `far` [m] away in a global direction [rad].
+
+    Source: BOIDS, Eq. 3.
+    """
+    return x + far * math.cos(direction), y + far * math.sin(direction)
+
+
+@kernel
+def add_sight_noise(
+    far: float, direction: float, var_range: float, var_bearing: float, P: Matrix3
+) -> None:
+    """The covariance of what robot j believes of the pose of a robot it sees, in place.
+
+        P = T P T' + W diag(s_r^2, s_b^2, s_b^2) W'
+        T = [1 0 -r sin(d); 0 1 r cos(d); 0 0 1]
+        W = [cos(d) -r sin(d) 0; sin(d) r cos(d) 0; 0 1 -1]
+
+    r is the range and d the global direction; the heading is handed on by the bearings at which
+    the two see each other. Before, P is that of robot j.
+
+    Source: none; it is the propagation of errors through BOIDS, Eq. 3.
+    """
+    u, v = step_slopes(far, direction)
+    propagate(P, u, v)
+    c, s = math.cos(direction), math.sin(direction)
+    across = far * far * var_bearing
+    P[0, 0] += var_range * c * c + across * s * s
+    P[1, 1] += var_range * s * s + across * c * c
+    P[0, 1] += (var_range - across) * c * s
+    P[0, 2] -= var_bearing * far * s
+    P[1, 2] += var_bearing * far * c
+    P[2, 2] += 2.0 * var_bearing
+    P[1, 0], P[2, 0], P[2, 1] = P[0, 1], P[0, 2], P[1, 2]
+
+
+@kernel
+def hear_pose(crowd: Array, i: int, j: int, sightings: Array, numbers: Numbers, told: Told) -> None:
+    """What robot j believes of the pose of robot i, which it sees, and how badly.
+
+    Heading: theta_i = theta_j + b_ji + pi - b_ij, by the bearings at which they see each other.
+    In the authors' code a sign slips, so that its global directions are off by the error of the
+    heading in the wrong sense; its noise is a diagonal of deviations.
+    """
+    far, back = float(sightings[j, i].range), float(sightings[j, i].bearing)
+    bearing = float(sightings[i, j].bearing)
+    own, other, P = crowd[i].said.pose, crowd[j].said.pose, told.P
+    P[:, :] = crowd[j].said.P
+    if numbers.authors > 0.0:
+        direction = back + 2.0 * crowd[j].compass - other[2]
+        ahead = bearing + 2.0 * crowd[i].compass - own[2]
+        told.pose[2] = own[2] - wrap(direction + math.pi - ahead)
+        P[0, 0] += numbers.range_noise
+        P[1, 1] += numbers.range_noise
+        P[2, 2] += numbers.bearing_noise
+    else:
+        direction = back + other[2]
+        heading = other[2] + back + math.pi - bearing
+        told.pose[2] = own[2] + wrap(heading - own[2])
+        add_sight_noise(far, direction, numbers.range_noise**2, numbers.bearing_noise**2, P)
+    told.pose[0], told.pose[1] = place_of_neighbour(other[0], other[1], far, direction)
+
+
+@kernel
+def fuse(crowd: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
+    """The weighted intersection of the first n estimates of the list.
+
+        P = (sum_j w_j I_j)^-1
+        x = P sum_j w_j I_j x^j
+
+    Source: BOIDS, Eq. 5.
+    """
+    information[:, :] = 0.0
+    vx, vy, vt = 0.0, 0.0, 0.0
+    for q in range(n):
+        w, info, x = crowd[q].told.weight, crowd[q].told.inverse, crowd[q].told.pose
+        for a in range(3):
+            for b in range(3):
+                information[a, b] += w * info[a, b]
+        vx += w * (info[0, 0] * x[0] + info[0, 1] * x[1] + info[0, 2] * x[2])
+        vy += w * (info[1, 0] * x[0] + info[1, 1] * x[1] + info[1, 2] * x[2])
+        vt += w * (info[2, 0] * x[0] + info[2, 1] * x[1] + info[2, 2] * x[2])
+    inverse3(information, out.P)
+    for a in range(3):
+        out.pose[a] = out.P[a, 0] * vx + out.P[a, 1] * vy + out.P[a, 2] * vt
+
+
+@kernel
+def gather_told(crowd: Array, i: int, sightings: Array, numbers: Numbers) -> int:
+    """List the own estimate of robot i, and those of whom it sees and who see it; how many."""
+    told, said, n = crowd[0].told, crowd[i].said, 1
+    told.pose[:] = said.pose
+    inverse3(said.P, told.inverse)
+    for j in range(crowd.shape[0]):
+        if sightings[i, j].seen and sightings[j, i].seen:
+            told = crowd[n].told
+            hear_pose(crowd, i, j, sightings, numbers, told)
+            inverse3(told.P, told.inverse)
+            n += 1
+    return n
+
+
+@kernel
+def intersect(crowd: Array, shared: Array, sightings: Array, numbers: Numbers) -> None:
+    """Fuse every robot's estimate with what its neighbours believe of it.
+
+    A correction is carried out to the share g in [0, 1]: the neighbours keep g of their weights
+    and the own estimate takes the rest, which is a covariance intersection too. In the authors'
+    code a robot with a single neighbour fuses nothing.
+
+    Source: BOIDS, Eq. 3 to 5.
+    """
+    least = 2 if numbers.authors > 0.0 else 1
+    for i in range(crowd.shape[0]):
+        crowd[i].said.pose[:] = crowd[i].belief.pose
+        crowd[i].said.P[:, :] = crowd[i].belief.P
+    for i in range(crowd.shape[0]):
+        n = gather_told(crowd, i, sightings, numbers)
+        if n <= least:
+            continue
+        weigh_told(crowd, n, crowd[i].total, crowd[i].rest)
+        share = float(crowd[i].exchange.weight[0])
+        for q in range(n):
+            crowd[q].told.weight *= share
+        crowd[0].told.weight += 1.0 - share
+        fuse(crowd, n, crowd[i].total, crowd[i].belief)
+
+
+KERNELS = {"take_in": take_in_alone, "describe": describe, "merge": intersect}
+
+
+@ESTIMATORS.register("covariance_intersection")
+class CovarianceIntersection(Localisation):
+    """Covariance intersection: consistent fusion of estimates whose correlation is unknown."""
+
+    def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
+        """Poses that are fused with what the neighbours believe of them."""
+        return EstimatorLayer(
+            IntersectionMind, self.numbers(scenario), KERNELS, observe, own_weighting=OWN_WEIGHTING
+        )
+
+    def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task
+        """Social odometry whose estimates are fused by covariance intersection."""
+        from baselines.estimators import foraging_variants
+
+        return foraging_variants.covariance_intersection(scenario)

@@ -1,0 +1,212 @@
+"""Cross-covariances of the decentralised EKF among e-pucks: errors that robots share.
+
+A robot keeps, for every other robot and area, the cross-covariance of its own estimate and that
+robot's since their last exchange, in its own frame: `shared[robot, area]`, 2 x 2 [m^2].
+"""
+
+import math
+
+import numpy as np
+
+from baselines.estimators.area_memory import choose_goal, dead_reckon, find_areas, notice_loss
+from baselines.estimators.covariance_exchange import (
+    EllipseBelief,
+    EllipseMind,
+    Gain,
+    Matrix,
+    copy_ellipse,
+    heard_covariance,
+    move_location,
+)
+from baselines.estimators.message_exchange import is_merged
+from baselines.estimators.path_covariance import (
+    XT,
+    XX,
+    XY,
+    YT,
+    YY,
+    grow_covariances,
+    spectral_norm,
+    worst_deviation,
+)
+from swarm_forage_env.arrays import Array, Float64, Int8
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.foraging.records import Readings
+from swarm_forage_env.record import Numbers, field
+
+COHERENCE = 0.999
+"""Most that two robots' errors may be believed to go together, of what is possible (chosen)."""
+
+Shared = Float64[Array, "robots areas 2 2"]
+
+
+class CrossBelief(EllipseBelief):
+    """What a robot believes, and of which areas it shares its error with others."""
+
+    is_shared: Int8[Array, " areas"] = field(np.int8, 2)
+    """A cross-covariance of the area may be other than zero."""
+
+
+class CrossMind(EllipseMind):
+    """All that the decentralised EKF keeps of a robot."""
+
+    belief: CrossBelief = field(CrossBelief)
+
+
+@kernel
+def forget_area(shared: Shared, area: int) -> None:
+    """Forget what is shared of an area with anybody."""
+    for other in range(shared.shape[0]):
+        for a in range(2):
+            for b in range(2):
+                shared[other, area, a, b] = 0.0
+
+
+@kernel
+def forget_cross_covariances(belief: CrossBelief, shared: Shared) -> None:
+    """Forget what is shared of an area that is under the robot, or not known any more."""
+    for area in range(2):
+        if belief.is_shared[area] and (belief.on_area == area or not belief.known[area]):
+            forget_area(shared, area)
+            belief.is_shared[area] = False
+
+
+@kernel
+def take_in(mind: CrossMind, shared: Shared, readings: Readings, numbers: Numbers) -> None:
+    """Covariance knowledge's tick; an area found anew shares its error with nobody."""
+    dead_reckon(mind.belief, readings.odometry, numbers.axle)
+    find_areas(mind.belief, readings.ground, numbers.to_centre)
+    grow_covariances(mind.belief, readings.odometry, numbers)
+    forget_cross_covariances(mind.belief, shared)
+    notice_loss(mind.belief, readings.odometry, numbers)
+    choose_goal(mind.belief)
+
+
+@kernel
+def bounded(P: Float64[Array, "6"], R: Matrix, C: Float64[Array, "2 2"]) -> float:
+    """The factor that shrinks a cross-covariance C to what the covariances P and R allow.
+
+    |C|^2 <= COHERENCE^2 (least eigenvalue of P) (least eigenvalue of R) keeps [P C; C' R] a
+    covariance, whatever their directions.
+
+    Source: HornJohnson2012, Theorem 7.7.7, with norms for matrices.
+    """
+    least_p = max(P[XX] + P[YY] - spectral_norm(P[XX], P[XY], P[YY]), 0.0)
+    least_r = max(R[0] + R[2] - spectral_norm(R[0], R[1], R[2]), 0.0)
+    square = 0.0
+    for a in range(2):
+        for b in range(2):
+            square += C[a, b] ** 2
+    most = COHERENCE**2 * least_p * least_r
+    return math.sqrt(most / square) if square > most else 1.0
+
+
+@kernel
+def quadratic(u0: float, u1: float, v0: float, v1: float, S: Matrix) -> float:
+    """The form u S v' of two rows u, v and a symmetric matrix S."""
+    return u0 * (S[0] * v0 + S[1] * v1) + u1 * (S[1] * v0 + S[2] * v1)
+
+
+@kernel
+def correct_moments(P: Float64[Array, "6"], K: Gain, A: Gain, S: Matrix) -> None:
+    """The moments P after a correction, in place.
+
+        P = P - K A' - A K' + K S K'
+
+    A = P - C and S = P + R - C - C' as before it; the variance of the heading stays.
+
+    Source: BOIDS, Eq. 17.
+    """
+    k00, k01, k10, k11 = K
+    a00, a01, a10, a11 = A
+    P[XX] += -2.0 * (k00 * a00 + k01 * a01) + quadratic(k00, k01, k00, k01, S)
+    P[YY] += -2.0 * (k10 * a10 + k11 * a11) + quadratic(k10, k11, k10, k11, S)
+    P[XY] -= k00 * a10 + k01 * a11 + k10 * a00 + k11 * a01
+    P[XY] += quadratic(k00, k01, k10, k11, S)
+    xt, yt = P[XT], P[YT]
+    P[XT] = (1.0 - k00) * xt - k01 * yt
+    P[YT] = -k10 * xt + (1.0 - k11) * yt
+
+
+@kernel
+def correct_cross_covariances(shared: Shared, partner: int, area: int, K: Gain, R: Matrix) -> None:
+    """The cross-covariances of an area after a correction by a partner's estimate, in place.
+
+        C = C + K (R - C) of the partner,  C_h = (I - K) C_h of every other robot h
+
+    Source: BOIDS, Eq. 18 to 20, of which a robot keeps its own half.
+    """
+    k00, k01, k10, k11 = K
+    C = shared[partner, area]
+    c00, c01, c10, c11 = C[0, 0], C[0, 1], C[1, 0], C[1, 1]
+    b00, b01, b10, b11 = R[0] - c00, R[1] - c01, R[1] - c10, R[2] - c11
+    for h in range(shared.shape[0]):
+        for k in range(2):
+            u, v = shared[h, area, 0, k], shared[h, area, 1, k]
+            shared[h, area, 0, k] = (1.0 - k00) * u - k01 * v
+            shared[h, area, 1, k] = -k10 * u + (1.0 - k11) * v
+    C[0, 0], C[0, 1] = c00 + k00 * b00 + k01 * b10, c01 + k00 * b01 + k01 * b11
+    C[1, 0], C[1, 1] = c10 + k10 * b00 + k11 * b10, c11 + k10 * b01 + k11 * b11
+
+
+@kernel
+def correct_shared(belief: CrossBelief, area: int, R: Matrix, share: float, shared: Shared) -> None:
+    """Correct the estimate of an area by the partner's, with which it shares errors, in place.
+
+        K = (P - C) (P + R - C - C')^-1
+
+    `share` scales the gain; where the two errors are the same there is nothing to gain.
+
+    Source: BOIDS, Eq. 16.
+    """
+    P, C = belief.moments[area], shared[belief.last_partner, area]
+    factor = bounded(P, R, C)
+    for a in range(2):
+        for b in range(2):
+            C[a, b] *= factor
+    a00, a01 = P[XX] - C[0, 0], P[XY] - C[0, 1]
+    a10, a11 = P[XY] - C[1, 0], P[YY] - C[1, 1]
+    s00 = P[XX] + R[0] - 2.0 * C[0, 0]
+    s01 = P[XY] + R[1] - C[0, 1] - C[1, 0]
+    s11 = P[YY] + R[2] - 2.0 * C[1, 1]
+    det = s00 * s11 - s01 * s01
+    if det > 1e-12 * (s00 + s11) ** 2:
+        K = (
+            share * (a00 * s11 - a01 * s01) / det, share * (a01 * s00 - a00 * s01) / det,
+            share * (a10 * s11 - a11 * s01) / det, share * (a11 * s00 - a10 * s01) / det,
+        )  # fmt: skip
+        move_location(belief, area, K)
+        correct_moments(P, K, (a00, a01, a10, a11), (s00, s01, s11))
+        correct_cross_covariances(shared, belief.last_partner, area, K, R)
+        belief.is_shared[area] = True
+
+
+@kernel
+def copy_shared(belief: CrossBelief, area: int, R: Matrix, shared: Shared) -> None:
+    """Copy what was told of an unknown area: its whole error is shared with the partner."""
+    copy_ellipse(belief, area, R)
+    forget_area(shared, area)
+    C = shared[belief.last_partner, area]
+    C[0, 0], C[0, 1], C[1, 0], C[1, 1] = R[0], R[1], R[1], R[2]
+    belief.is_shared[area] = True
+
+
+@kernel
+def merge(mind: CrossMind, shared: Shared, heard_p_share: float, numbers: Numbers) -> None:
+    """Copy what was told of unknown areas; correct what both know.
+
+    The weight g = 1/2 stands for the whole gain, as in `covariance`; smaller and larger ones
+    scale it by 2 g, up to one.
+
+    Source: TR, Eq. 14; BOIDS, Eq. 13 to 20.
+    """
+    belief = mind.belief
+    for area in range(2):
+        if is_merged(belief, area, numbers):
+            R = heard_covariance(belief, area)
+            if belief.known[area]:
+                share = min(2.0 * float(mind.exchange.weight[area]), 1.0)
+                correct_shared(belief, area, R, share, shared)
+            else:
+                copy_shared(belief, area, R, shared)
+            belief.p[area] = worst_deviation(belief.moments[area])

@@ -1,0 +1,174 @@
+"""The decentralised extended Kalman filter: relative updates with stored cross-correlations.
+
+Smith et al. 2021 (BOIDS), Section 2.3; Luft et al. 2016 and 2018.
+
+Robot i keeps its pose x_i, its covariance P_i, and a factor s_ij for every other robot j, so that
+P_ij = s_ij s_ji'. All factors start at zero.
+"""
+
+import math
+from typing import Any
+
+from baselines.estimators.authors_ekf import AUTHORS_KERNELS, AuthorsMind
+from baselines.estimators.base import ESTIMATORS
+from baselines.estimators.boids_inputs import describe
+from baselines.estimators.joint_update import (
+    FilterMind,
+    bound_correlation,
+    correct_joint,
+    join,
+    joint_gain,
+    multiply_factors,
+    sight_jacobian,
+    update_factors,
+)
+from baselines.estimators.localisation import OWN_WEIGHTING, Localisation
+from baselines.estimators.pose_belief import PoseBelief
+from baselines.estimators.pose_prediction import predict, reckon, step_slopes, visit_home
+from baselines.estimators.small_matrices import identity3, product3_transposed, spectral_norm3
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.record import Numbers
+from swarm_forage_env.waypoints.control import observe
+from swarm_forage_env.waypoints.records import SPEED, Readings, Sighting
+from swarm_forage_env.waypoints.scenario import WaypointsScenario
+
+NEAREST = 1e-3
+"""Robots believed nearer than this cannot be told apart by a bearing [m] (chosen)."""
+
+
+@kernel
+def propagate_factors(
+    belief: PoseBelief,
+    motion: Float32[Array, "2"],
+    dt: float,
+    factors: Float64[Array, "robots 3 3"],
+) -> None:
+    """The factors of a robot's cross-covariances after a step that led to its pose, in place.
+
+        s_ij = F s_ij
+
+    Source: BOIDS, Eq. 7.
+    """
+    u, v = step_slopes(float(motion[SPEED]) * dt, belief.pose[2])
+    for j in range(factors.shape[0]):
+        for k in range(3):
+            factors[j, 0, k] += u * factors[j, 2, k]
+            factors[j, 1, k] += v * factors[j, 2, k]
+
+
+@kernel
+def take_in(
+    mind: FilterMind,
+    factors: Float64[Array, "robots 3 3"],
+    readings: Readings,
+    numbers: Numbers,
+) -> None:
+    """Go on by the robot's own readings, and carry along what it shares with others.
+
+    A fix at home multiplies the factors: s_ij = (I - K) s_ij.
+
+    Source: BOIDS, Eq. 6 to 12, whose last left side must be s_ij.
+    """
+    reckon(mind, readings, numbers)
+    predict(mind.belief, readings.motion, numbers)
+    propagate_factors(mind.belief, readings.motion, numbers.dt, factors)
+    visit_home(mind.belief, readings, mind.home, numbers)
+    if readings.at_home:
+        multiply_factors(mind.home.rest, factors)
+    mind.covariance_norm = spectral_norm3(mind.belief.P)
+
+
+@kernel
+def move_pair(one: FilterMind, other: FilterMind, far: float, bearing: float) -> None:
+    """Correct two poses and covariances by range [m] and bearing [rad], gain and joint covariance.
+
+        x = x + g K (z - h(x))
+
+    Source: BOIDS, Eq. 18.
+    """
+    update, pose_i, pose_j = one.update, one.belief.pose, other.belief.pose
+    K, after = update.K, update.after
+    dx, dy = pose_j[0] - pose_i[0], pose_j[1] - pose_i[1]
+    along = far - math.hypot(dx, dy)
+    across = wrap(bearing - (math.atan2(dy, dx) - pose_i[2]))
+    for a in range(3):
+        pose_i[a] += K[a, 0] * along + K[a, 1] * across
+        pose_j[a] += K[a + 3, 0] * along + K[a + 3, 1] * across
+        for b in range(3):
+            one.belief.P[a, b], other.belief.P[a, b] = after[a, b], after[a + 3, b + 3]
+    pose_i[2], pose_j[2] = wrap(pose_i[2]), wrap(pose_j[2])
+
+
+@kernel
+def correct_both(
+    crowd: Array, factors: Array, i: int, j: int, sighting: Sighting, numbers: Numbers
+) -> None:
+    """Correct robots i and j, and their factors, by how i sees j, to the share g.
+
+        x = x + g K (z - h(x))
+        s_ij = P_ij,  s_ji = I
+
+    Source: BOIDS, Eq. 13 to 20; Luft2018, Section 3.4.
+    """
+    one, other, update = crowd[i].belief, crowd[j].belief, crowd[i].update
+    dx, dy = other.pose[0] - one.pose[0], other.pose[1] - one.pose[1]
+    if math.hypot(dx, dy) < NEAREST:
+        return
+    product3_transposed(factors[i, j], factors[j, i], update.cross)
+    bound_correlation(one.P, other.P, update)
+    join(one.P, other.P, update)
+    sight_jacobian(dx, dy, -1.0, update.G)
+    var_range, var_bearing = numbers.range_noise**2, numbers.bearing_noise**2
+    joint_gain(update, var_range, var_bearing)
+    update.K[:, :] *= float(crowd[i].exchange.weight[0])
+    correct_joint(update, var_range, var_bearing)
+    move_pair(crowd[i], crowd[j], float(sighting.range), float(sighting.bearing))
+    update_factors(update.before[0], one.P, update, factors[i])
+    update_factors(update.before[1], other.P, update, factors[j])
+    for a in range(3):
+        for b in range(3):
+            factors[i, j, a, b] = update.after[a, b + 3]
+    identity3(1.0, factors[j, i])
+
+
+@kernel
+def correct_by_sight(
+    crowd: Array,
+    factors: Float64[Array, "robots robots 3 3"],
+    sightings: Array,
+    numbers: Numbers,
+) -> None:
+    """Every sight corrects both robots, one after the other in the order of their numbers."""
+    for i in range(crowd.shape[0]):
+        for j in range(crowd.shape[0]):
+            if sightings[i, j].seen:
+                correct_both(crowd, factors, i, j, sightings[i, j], numbers)
+
+
+KERNELS = {"take_in": take_in, "describe": describe, "merge": correct_by_sight}
+
+
+@ESTIMATORS.register("decentralised_ekf")
+class DecentralisedEKF(Localisation):
+    """The decentralised Kalman filter: who sees whom corrects both, and both know it."""
+
+    def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
+        """Poses that are corrected by range and bearing of those seen."""
+        is_authors = self.setting == "authors"
+        return EstimatorLayer(
+            AuthorsMind if is_authors else FilterMind,
+            self.numbers(scenario),
+            AUTHORS_KERNELS if is_authors else KERNELS,
+            observe,
+            shared=(2, 3, 3) if is_authors else (3, 3),
+            own_weighting=OWN_WEIGHTING,
+        )
+
+    def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task
+        """Social odometry whose estimates are corrected with what they share."""
+        from baselines.estimators import foraging_variants
+
+        return foraging_variants.decentralised_ekf(scenario)

@@ -1,0 +1,99 @@
+"""Localisation: what the parameters of all estimators of a pose have in common.
+
+Smith et al. 2021 (BOIDS), Section 2. `setting` chooses between two readings of the paper:
+
+- `authors`: what produced its figures. Process noise and measurement noise are diagonals of
+  standard deviations; home resets the estimate; the filter corrects one robot of two, behind
+  gates; flocks align on positions.
+- `corrected`: textbook noise, propagated by the Jacobians; home is a private measurement update;
+  both robots are corrected; flocks align on velocities; the covariance stimulus has a scale that
+  fits such covariances.
+
+Not in the paper, and chosen here: the corrected filters hold a device's constant error for a part
+of its noise (the variances add up), for nothing tells them of it.
+"""
+
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field
+
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import EstimatorLayer, WeightingLayer
+from swarm_forage_env.parameters import Part
+from swarm_forage_env.record import Numbers
+from swarm_forage_env.task import task_of
+from swarm_forage_env.waypoints.records import Exchange
+from swarm_forage_env.waypoints.scenario import WaypointsScenario
+
+COVARIANCE_NORM_MAX = {"authors": 5.0, "corrected": 0.05}
+"""Highest covariance norm allowed: 5 (published), or a hundredth for textbook noise (chosen)."""
+
+OFFSET_MAX = 1.0
+"""Highest distance allowed between the estimate and dead reckoning [m] (published)."""
+
+
+@kernel
+def whole_correction(exchange: Exchange, which: int, numbers: Numbers) -> float:
+    """The gain g = 1: every correction is carried out as the filter computes it.
+
+    Source: BOIDS, Section 2.
+    """
+    return 1.0
+
+
+OWN_WEIGHTING = WeightingLayer(whole_correction)
+"""The weighting that the filters of a pose have themselves."""
+
+
+class Localisation(Part):
+    """Parameters of an estimator of a pose; a subclass is an estimator."""
+
+    tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")
+
+    setting: Literal["authors", "corrected"] = Field(
+        "corrected",
+        description="What made the paper's figures (waypoints only), or textbook filters (chosen)",
+    )
+
+    def layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of any task
+        """The records and functions of the estimator, with its numbers in a scenario.
+
+        ConfigError for the authors' setting where robots forage.
+        """
+        if task_of(scenario).name == "waypoints":
+            return self.waypoints_layer(scenario)
+        if self.setting != "corrected":
+            raise ConfigError(
+                f"setting='{self.setting}': is of robots that visit waypoints, not of"
+                f" {scenario.name}; leave it out"
+            )
+        return self.foraging_layer(scenario)
+
+    def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
+        """The layer of robots that visit waypoints."""
+        raise NotImplementedError
+
+    def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task
+        """The layer of robots that forage."""
+        raise NotImplementedError
+
+    def numbers(self, scenario: WaypointsScenario) -> dict[str, float]:
+        """The scenario's noise and limits as kernels read them."""
+        sensors = scenario.sensors
+        return {
+            "authors": self.setting == "authors",
+            "dt": scenario.tick,
+            "speed_noise": sensors.speed_noise,
+            "turn_noise": sensors.turn_noise,
+            "var_speed": sensors.speed_noise**2 + sensors.speed_bias**2,
+            "var_turn": sensors.turn_noise**2 + sensors.turn_bias**2,
+            "range_noise": sensors.range_noise,
+            "bearing_noise": sensors.bearing_noise,
+            "home_variance": sensors.home_noise**2,
+            "reach": sensors.reach,
+            "max_speed": scenario.robot.max_speed,
+            "tolerance": scenario.task.tolerance,
+            "covariance_norm_max": COVARIANCE_NORM_MAX[self.setting],
+            "offset_max": OFFSET_MAX,
+        }

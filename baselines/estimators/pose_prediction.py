@@ -1,0 +1,183 @@
+"""Prediction and home: what every estimator of a pose does with the robot's own readings.
+
+Smith et al. 2021 (BOIDS), Section 2.1.
+"""
+
+import math
+
+from baselines.estimators.pose_belief import START_VARIANCE, HomeUpdate, PoseBelief, PoseMind
+from baselines.estimators.small_matrices import (
+    Matrix3,
+    inverse3,
+    product3,
+    product3_transposed,
+    spectral_norm3,
+    symmetrise3,
+)
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.record import Numbers
+from swarm_forage_env.waypoints.records import SPEED, TURN, Readings
+
+
+@kernel
+def step_slopes(along: float, theta: float) -> tuple[float, float]:
+    """Derivatives u, v of a robot's place x, y by its heading, of a step or a sight.
+
+        F = [1 0 u; 0 1 v; 0 0 1],  u = -V dt sin(theta),  v = V dt cos(theta)
+
+    `along` = V dt [m]; theta is the heading after the turn [rad]. F is the derivative of the pose
+    after the step by the pose before it.
+
+    Source: BOIDS, Eq. 2, whose robots turn before they go.
+    """
+    return -along * math.sin(theta), along * math.cos(theta)
+
+
+@kernel
+def propagate(P: Matrix3, u: float, v: float) -> None:
+    """P = F P F' with F = [1 0 u; 0 1 v; 0 0 1], in place.
+
+    Source: BOIDS, Eq. 6.
+    """
+    for k in range(3):
+        P[0, k] += u * P[2, k]
+        P[1, k] += v * P[2, k]
+    for k in range(3):
+        P[k, 0] += u * P[k, 2]
+        P[k, 1] += v * P[k, 2]
+
+
+@kernel
+def add_step_noise(
+    along: float, theta: float, dt: float, var_speed: float, var_turn: float, P: Matrix3
+) -> None:
+    """Add what errors of the measured speed and turn rate bring, in place.
+
+        P = P + W diag(s_V^2, s_w^2) W'
+        W = [ dt cos(theta)   -V dt^2 sin(theta)
+              dt sin(theta)    V dt^2 cos(theta)
+              0                dt ]
+
+    Source: BOIDS, Eq. 2, differentiated by its inputs; the paper has no such matrix.
+    """
+    c, s = math.cos(theta), math.sin(theta)
+    for k in range(2):
+        variance = var_speed if k == 0 else var_turn
+        x = dt * c if k == 0 else -along * dt * s
+        y = dt * s if k == 0 else along * dt * c
+        t = 0.0 if k == 0 else dt
+        P[0, 0] += variance * x * x
+        P[1, 1] += variance * y * y
+        P[2, 2] += variance * t * t
+        P[0, 1] += variance * x * y
+        P[0, 2] += variance * x * t
+        P[1, 2] += variance * y * t
+    P[1, 0], P[2, 0], P[2, 1] = P[0, 1], P[0, 2], P[1, 2]
+
+
+@kernel
+def predict(belief: PoseBelief, motion: Float32[Array, "2"], numbers: Numbers) -> None:
+    """Move an estimate by what was measured, and let its covariance grow.
+
+        x = f(x, u)
+        P = F P F' + Q
+
+    Q is `add_step_noise`, or, as the authors' code has it, diag(s_V, s_V, s_w): deviations in
+    the place of variances, and no time step.
+
+    Source: BOIDS, Eq. 2 and 6.
+    """
+    dt, pose, velocity, P = numbers.dt, belief.pose, belief.velocity, belief.P
+    speed, turn = float(motion[SPEED]), float(motion[TURN])
+    theta = wrap(pose[2] + turn * dt)
+    velocity[0], velocity[1] = speed * math.cos(theta), speed * math.sin(theta)
+    pose[0] += velocity[0] * dt
+    pose[1] += velocity[1] * dt
+    pose[2] = theta
+    u, v = step_slopes(speed * dt, theta)
+    propagate(P, u, v)
+    if numbers.authors > 0.0:
+        P[0, 0] += numbers.speed_noise
+        P[1, 1] += numbers.speed_noise
+        P[2, 2] += numbers.turn_noise
+    else:
+        add_step_noise(speed * dt, theta, dt, numbers.var_speed, numbers.var_turn, P)
+    symmetrise3(P)
+
+
+@kernel
+def start_again(belief: PoseBelief, home_fix: Float32[Array, "3"], variance: float) -> None:
+    """Take the fix at home for the estimate, and start from P = variance I again.
+
+    Source: BOIDS, authors' code (0.1); cross-covariances are left as they are.
+    """
+    for a in range(3):
+        belief.pose[a] = home_fix[a]
+        for b in range(3):
+            belief.P[a, b] = variance if a == b else 0.0
+
+
+@kernel
+def correct_privately(
+    belief: PoseBelief, home_fix: Float32[Array, "3"], variance: float, work: HomeUpdate
+) -> None:
+    """Correct an estimate by the fix at home, an unbiased reading of the whole pose.
+
+        K = P (P + R)^-1,  R = variance I
+        x = x + K (z - x)
+        P = (I - K) P (I - K)' + K R K'
+
+    `work.rest` is I - K afterwards.
+
+    Source: BOIDS, Eq. 8 to 11.
+    """
+    pose, P = belief.pose, belief.P
+    K, half, rest = work.gain, work.half, work.rest
+    for a in range(3):
+        for b in range(3):
+            work.innovation[a, b] = P[a, b]
+        work.innovation[a, a] += variance
+    inverse3(work.innovation, half)
+    product3(P, half, K)
+    residual = home_fix[0] - pose[0], home_fix[1] - pose[1], wrap(home_fix[2] - pose[2])
+    for a in range(3):
+        for k in range(3):
+            pose[a] += K[a, k] * residual[k]
+            rest[a, k] = (1.0 if a == k else 0.0) - K[a, k]
+    pose[2] = wrap(pose[2])
+    product3(rest, P, half)
+    product3_transposed(half, rest, P)
+    product3_transposed(K, K, half)
+    for a in range(3):
+        for b in range(3):
+            P[a, b] += variance * half[a, b]
+    symmetrise3(P)
+
+
+@kernel
+def visit_home(belief: PoseBelief, readings: Readings, work: HomeUpdate, numbers: Numbers) -> None:
+    """Use the fix of a robot at home: the authors start again, a filter corrects itself."""
+    if readings.at_home:
+        if numbers.authors > 0.0:
+            start_again(belief, readings.home_fix, START_VARIANCE)
+        else:
+            correct_privately(belief, readings.home_fix, numbers.home_variance, work)
+
+
+@kernel
+def reckon(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
+    """Go on with dead reckoning, which knows home and no neighbour; read the compass."""
+    predict(mind.reckoned, readings.motion, numbers)
+    visit_home(mind.reckoned, readings, mind.home, numbers)
+    mind.compass = readings.compass
+
+
+@kernel
+def take_in_alone(mind: PoseMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
+    """Go on by the robot's own readings, of an estimate that keeps nothing of other robots."""
+    reckon(mind, readings, numbers)
+    predict(mind.belief, readings.motion, numbers)
+    visit_home(mind.belief, readings, mind.home, numbers)
+    mind.covariance_norm = spectral_norm3(mind.belief.P)

@@ -1,0 +1,210 @@
+"""Read datasets: the episodes of each configuration, with every setting they were run with."""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from baselines.evaluation.dataset import IN_FOLDERS, episode_of, schema
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
+from baselines.evaluation.kinds import FORAGING, WAYPOINTS, AnyEpisode, Kind, kind_of
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.scenario import Scenario, leaves
+from swarm_forage_env.waypoints_scenario import WaypointsScenario
+
+
+@dataclass(frozen=True)
+class EpisodeGroup:
+    """The episodes of one configuration as read from a dataset, ordered by seed."""
+
+    scenario: str
+    controller: str
+    """Name of the recipe, without its parameters."""
+    physics: str
+    code: str
+    settings: str
+    overrides: str
+    parameters: str
+    episodes: tuple[Any, ...]
+    """Each an Episode, or each a WaypointEpisode."""
+
+    @property
+    def kind(self) -> Kind:
+        """The kind of task: foraging or waypoints."""
+        return kind_of(self.episodes[0])
+
+    @cached_property
+    def numbers(self) -> dict[str, Any]:
+        """Every setting of scenario and controller by dotted name, such as `task.n_robots`."""
+        tree: dict[str, dict[str, Any]] = json.loads(self.settings)
+        return leaves(tree["scenario"]) | tree["controller"]
+
+    def label(self, without: str | None = None) -> str:
+        """The controller's name with its changed parameters, but for one left out."""
+        changed = ",".join(_changed_settings(self.parameters, without, short=True))
+        return f"{self.controller}:{changed}" if changed else self.controller
+
+    def setup(self, without: str | None = None) -> str:
+        """The scenario with its changed settings, but for one left out, and the engine."""
+        return ", ".join((self.scenario, *_changed_settings(self.overrides, without), self.physics))
+
+    @classmethod
+    def of(cls, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> "EpisodeGroup":
+        """The group of episodes that have just been evaluated."""
+        texts = {name: getattr(configuration, name) for name in ("physics", "code", *TEXTS)}
+        names = configuration.scenario.name, configuration.recipe.name
+        return cls(*names, **texts, episodes=tuple(episodes))
+
+    def configuration(self) -> ExperimentConfig:
+        """The same configuration on the present code.
+
+        UnknownNameError or ConfigError if this code has no such controller or scenario.
+        """
+        base = WaypointsScenario if self.kind is WAYPOINTS else Scenario
+        scenario = base.model_validate(json.loads(self.settings)["scenario"])
+        recipe = find_recipe(self.controller).with_parameters(json.loads(self.parameters))
+        return ExperimentConfig(self.label(), scenario, recipe, self.physics)
+
+
+def read_groups(
+    sources: Sequence[str], scenarios: Sequence[str] = (), controllers: Sequence[str] = ()
+) -> list[EpisodeGroup]:
+    """Read the episode groups in dataset folders, sorted, and filtered by name if asked.
+
+    A controller is named as `ssgiff`, whatever its parameters, or as `ssgiff:beta=0.01`.
+    ConfigError for what is no dataset, one of another version, or one that holds a
+    configuration from several versions of the code.
+    """
+    found: dict[str, dict[int, AnyEpisode]] = {}
+    texts: dict[str, dict[str, str]] = {}
+    names = {each.partition(":")[0] for each in controllers}
+    for source in sources:
+        for file in _files(Path(source)):
+            scenario, controller = (_in_folder(file, field) for field in IN_FOLDERS)
+            if (scenarios and scenario not in scenarios) or (names and controller not in names):
+                continue
+            row, kind = _read(file)
+            key = row["configuration"]
+            texts[key] = {name: row[name] for name in ("physics", "code", *TEXTS)}
+            texts[key] |= {"scenario": scenario, "controller": controller}
+            episode = episode_of(row, kind, scenario, controller)
+            found.setdefault(key, {})[episode.seed] = episode
+    groups = [
+        EpisodeGroup(**texts[key], episodes=tuple(by_seed[seed] for seed in sorted(by_seed)))
+        for key, by_seed in found.items()
+    ]
+    wanted = [each for each in groups if _is_wanted(each, controllers)]
+    if not wanted:
+        raise ConfigError(_nothing(sources, scenarios, controllers))
+    _check_code(wanted)
+    return sorted(wanted, key=_order)
+
+
+TEXTS = ("settings", "overrides", "parameters")
+"""What tells configurations apart, as JSON text, in the order of a group."""
+
+
+def _files(folder: Path) -> list[Path]:
+    """The files of episodes, those set aside left out; ConfigError if there are none."""
+    way_out = f"make one with swarm-forage evaluate es1 nc ssgikf --out {folder}"
+    if not folder.is_dir():
+        raise ConfigError(f"dataset {folder}: no such folder; {way_out}")
+    files = sorted(file for file in folder.rglob("*.parquet") if not file.name.startswith("_"))
+    if not files:
+        raise ConfigError(f"dataset {folder}: holds no episodes; {way_out}")
+    return files
+
+
+def _in_folder(file: Path, field: str) -> str:
+    """The value of a field in the names of a file's folders (`scenario=es1`)."""
+    for part in file.parts:
+        if part.startswith(f"{field}="):
+            return unquote(part.partition("=")[2])
+    raise ConfigError(
+        f"dataset file {file}: not in a folder {field}=...; name a folder that swarm-forage"
+        " evaluate or reproduce has written"
+    )
+
+
+def _read(file: Path) -> tuple[dict[str, Any], Kind]:
+    """The row of an episode, and its kind; ConfigError if the file is something else."""
+    try:
+        table = pq.ParquetFile(file).read()
+    except (pa.ArrowException, OSError, ValueError):
+        raise ConfigError(
+            f"dataset file {file}: not a readable Parquet file; remove it and run the command"
+            " that made the dataset again"
+        ) from None
+    for kind in (FORAGING, WAYPOINTS):
+        if table.schema.equals(schema(kind)) and table.num_rows == 1:
+            row: dict[str, Any] = table.to_pylist()[0]
+            return row, kind
+    raise ConfigError(
+        f"dataset file {file}: written by another version of swarm-forage ({_differs(table)});"
+        " evaluate again into another folder, or plot it with the version that wrote it"
+    )
+
+
+def _differs(table: pa.Table) -> str:
+    """Describe how the columns of a file differ from a dataset's."""
+    has = set(table.schema.names)
+    wanted = min((set(schema(kind).names) for kind in (FORAGING, WAYPOINTS)), key=has.__xor__)
+    lacks, extra = sorted(wanted - has), sorted(has - wanted)
+    parts = [f"lacks {', '.join(lacks)}"] if lacks else []
+    parts += [f"has {', '.join(extra)}"] if extra else []
+    return "; ".join(parts) or "columns of other types, or several rows"
+
+
+def _is_wanted(group: EpisodeGroup, controllers: Sequence[str]) -> bool:
+    return not controllers or group.controller in controllers or group.label() in controllers
+
+
+def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequence[str]) -> str:
+    """The error message for names that match no episodes: it lists the names there are."""
+    files = [file for source in sources for file in _files(Path(source))]
+    there = {field: {_in_folder(file, field) for file in files} for field in IN_FOLDERS}
+    asked = [f"--scenario {each}" for each in scenarios]
+    asked += [f"--controller {each}" for each in controllers]
+    held = "; ".join(f"{field}s {', '.join(sorted(there[field]))}" for field in IN_FOLDERS)
+    return f"{' '.join(asked)}: no such episodes in {', '.join(sources)}, which holds {held}"
+
+
+def _check_code(groups: Iterable[EpisodeGroup]) -> None:
+    """ConfigError if a configuration was run by several versions of the code."""
+    by_configuration: dict[tuple[str, ...], set[str]] = {}
+    for group in groups:
+        key = group.scenario, group.controller, group.physics, group.overrides, group.parameters
+        codes = by_configuration.setdefault(key, set())
+        codes.add(group.code)
+        if len(codes) > 1:
+            raise ConfigError(
+                f"{group.scenario}, {group.label()}: the episodes are of several versions of"
+                f" swarm-forage (code {', '.join(sorted(codes))}); evaluate into another folder"
+            )
+
+
+def _order(group: EpisodeGroup) -> tuple[Any, ...]:
+    """Sort key: scenario, then no communication first as in the papers, then name and numbers."""
+    parameters: Mapping[str, Any] = json.loads(group.settings)["controller"]
+    numbers = [float(each) for each in parameters.values() if isinstance(each, int | float)]
+    return group.setup(), group.controller != "nc", group.controller, numbers, group.label()
+
+
+def _changed_settings(text: str, without: str | None, short: bool = False) -> list[str]:
+    """Changed numbers as a user writes them: `beta=0.01`."""
+    changed = json.loads(text).items()
+    return [
+        f"{name.rpartition('.')[2] if short else name}={_number(value)}"
+        for name, value in changed
+        if name != without
+    ]
+
+
+def _number(value: Any) -> str:  # noqa: ANN401 a value of JSON
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,78 @@
+"""Options of the command `evaluate`, checked as a whole before anything runs."""
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import quote
+
+from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe, parse_settings
+from baselines.evaluation.runner import Plan
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import default_physics
+from swarm_forage_env.physics import ENGINES
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.streams import checked_seed
+
+
+@dataclass(frozen=True)
+class EvaluateOptions:
+    """Options of `evaluate`: controllers on a scenario, all under the same seeds."""
+
+    scenario: str
+    controllers: Sequence[str]
+    episodes: int = 30
+    seed: int = 0
+    settings: Sequence[str] = ()
+    """Numbers of the scenario to change: `radio.max_range=0.2`."""
+    physics: str | None = None
+    """None: the one that its scenario goes with."""
+
+    def plan(self, out: Path | None) -> Plan:
+        """Plan the episodes: those found in the dataset, and those to run.
+
+        UnknownNameError for a name that stands for nothing, ConfigError for anything else.
+        """
+        configurations = self.configurations()
+        seeds = self.seeds()
+        folder = out or Path("runs") / quote(configurations[0].scenario.name, safe="")
+        dataset = Dataset(folder)
+        dataset.open()
+        return Plan(configurations, seeds, dataset)
+
+    def configurations(self) -> list[ExperimentConfig]:
+        """The configuration of each controller."""
+        repeated = [each for each in self.controllers if self.controllers.count(each) > 1]
+        if repeated:
+            raise ConfigError(f"controller '{repeated[0]}' is named twice")
+        scenario = find_scenario(self.scenario, parse_settings(self.settings))
+        physics = self.physics or default_physics(scenario)
+        _ = ENGINES[physics]
+        found = [
+            ExperimentConfig(each, scenario, find_recipe(each), physics)
+            for each in self.controllers
+        ]
+        for each in found:
+            each.recipe.check_usable(scenario)
+        return found
+
+    def seeds(self) -> range:
+        """The seeds of the episodes."""
+        check_count("--episodes", self.episodes)
+        first = checked_seed(self.seed)
+        return range(first, checked_seed(first + self.episodes - 1) + 1)
+
+    @property
+    def command(self) -> str:
+        """The command line that makes the same episodes again."""
+        options = [f"--set={each}" for each in self.settings]
+        options += [f"--episodes={self.episodes}", f"--seed={self.seed}"]
+        options += [f"--physics={self.physics}"] if self.physics else []
+        return shlex.join(["swarm-forage", "evaluate", self.scenario, *self.controllers, *options])
+
+
+def check_count(option: str, value: int) -> None:
+    """Raise ConfigError unless the value of an option is at least 1."""
+    if value < 1:
+        raise ConfigError(f"{option}={value}: must be at least 1")

@@ -1,0 +1,176 @@
+"""Line plots in panels: means with bands over time, and means with intervals over a setting."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from baselines.evaluation.episode import Episode
+from baselines.evaluation.plot_style import (
+    INK,
+    LINES,
+    LineStyle,
+    draw_caption,
+    draw_legend,
+    finish_panel,
+    panel_grid,
+)
+from baselines.evaluation.statistics import CONFIDENCE
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.errors import ConfigError
+
+RESAMPLES = 1000
+"""Drawn for a band."""
+
+BANDS = "Means with 95 % bootstrap bands."
+"""What a caption says of them."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One value over x for each episode."""
+
+    x: Float64[Array, " points"]
+    y: Float64[Array, "episodes points"]
+
+
+@dataclass(frozen=True)
+class Means:
+    """Means over x with the ends of their intervals; NaN where there is none."""
+
+    x: Float64[Array, " points"]
+    mean: Float64[Array, " points"]
+    low: Float64[Array, " points"]
+    high: Float64[Array, " points"]
+    published: Float64[Array, " points"] | None = None
+    """Means of a paper, drawn as crosses; NaN where there is none."""
+    is_level: bool = False
+    """The same at every x: drawn as a line in its band."""
+
+
+def curve_panels(
+    panels: Mapping[str, Mapping[str, Curve]], axes_names: tuple[str, str], text: str
+) -> Figure:
+    """A figure of mean curves with 95 % bootstrap bands, a panel for each setup."""
+    styles = line_styles(panels)
+    figure, all_axes = panel_grid(len(panels), 4.2)
+    for axes, (title, curves) in zip(all_axes, panels.items(), strict=True):
+        for name, curve in curves.items():
+            draw_band(axes, name, _mean_of(curve), styles[name])
+        axes.set_xlim(left=0.0)
+        finish_panel(axes, title, axes_names)
+    draw_legend(figure, all_axes, styles)
+    draw_caption(figure, text)
+    return figure
+
+
+def mean_panels(
+    panels: Mapping[str, Mapping[str, Means]],
+    axes_names: tuple[str, str],
+    text: str,
+    one_y: bool = False,
+) -> Figure:
+    """A figure of means with error bars, a panel for each setup; the y axis may be shared."""
+    styles = line_styles(panels)
+    figure, all_axes = panel_grid(len(panels), 4.2)
+    every = [means for panel in panels.values() for means in panel.values()]
+    highest = max(float(np.nanmax(np.fmax(means.high, means.mean))) for means in every)
+    every_x = np.concatenate([means.x for means in every])
+    is_log, are_whole = spans_decades(every_x), not np.any(every_x % 1.0)
+    for axes, (title, series) in zip(all_axes, panels.items(), strict=True):
+        axes.set_xscale("log" if is_log else "linear")
+        for name, means in zip(series, _side_by_side(list(series.values()), is_log), strict=True):
+            _draw_means(axes, name, means, styles[name])
+        if not is_log:
+            axes.set_xlim(left=0.0)
+            axes.xaxis.set_major_locator(MaxNLocator(nbins=8, integer=are_whole))
+        finish_panel(axes, title, axes_names)
+        if one_y:
+            axes.set_ylim(0.0, 1.05 * highest)
+    draw_legend(figure, all_axes, styles)
+    draw_caption(figure, text)
+    return figure
+
+
+def spans_decades(x: Float64[Array, " points"]) -> bool:
+    """Whether values spread so far that a logarithmic axis shows them better."""
+    return bool(x.min() > 0.0 and x.max() / x.min() >= 50.0)
+
+
+def _side_by_side(series: Sequence[Means], is_log: bool) -> list[Means]:
+    """Shift the x of each series a little, so that no error bar hides another one."""
+    places = [np.log10(means.x) if is_log else means.x for means in series]
+    span = max(float(np.ptp(place)) for place in places)
+    n_curves = sum(not means.is_level for means in series)
+    shifts = iter(0.012 * span * (np.arange(n_curves) - (n_curves - 1) / 2.0))
+    moved = []
+    for means, place in zip(series, places, strict=True):
+        at = place if means.is_level else place + next(shifts)
+        moved.append(replace(means, x=10.0**at if is_log else at))
+    return moved
+
+
+def line_styles(panels: Mapping[str, Mapping[str, object]]) -> dict[str, LineStyle]:
+    """A line style for each series, the same in all panels; ConfigError if there are too many."""
+    names = list(dict.fromkeys(name for panel in panels.values() for name in panel))
+    if len(names) > len(LINES):
+        raise ConfigError(
+            f"{len(names)} curves: at most {len(LINES)} can be told apart; choose some with"
+            " --controller or --scenario"
+        )
+    return dict(zip(names, LINES, strict=False))
+
+
+def draw_band(axes: Axes, name: str, means: Means, style: LineStyle) -> None:
+    """Draw a line of means in its band."""
+    axes.fill_between(means.x, means.low, means.high, color=style.colour, alpha=0.2, linewidth=0.0)
+    step = max(1, len(means.x) // 8)
+    marked = LINES.index(style) % step, step
+    axes.plot(
+        means.x, means.mean, color=style.colour, linestyle=style.dashes, linewidth=1.8,
+        marker=style.marker, markersize=4.5, markevery=marked, label=name,
+    )  # fmt: skip
+
+
+def band(values: Float64[Array, "episodes points"]) -> Float64[Array, "2 points"]:
+    """The 95 % percentile bootstrap interval of the mean at each point."""
+    n_episodes = len(values)
+    draws = np.random.default_rng(0).integers(n_episodes, size=(RESAMPLES, n_episodes))
+    weights = np.stack([np.bincount(draw, minlength=n_episodes) for draw in draws]) / n_episodes
+    tail = 50.0 * (1.0 - CONFIDENCE)
+    return np.asarray(np.percentile(weights @ values, [tail, 100.0 - tail], axis=0))
+
+
+def path_over_time(episodes: Sequence[Episode]) -> Curve:
+    """Share of the robots on the path [%] over time [s]."""
+    shares = 100.0 * np.array([episode.on_path_over_time for episode in episodes])
+    n_samples = shares.shape[1]
+    return Curve(np.arange(1, n_samples + 1) / n_samples * episodes[0].duration_s, shares)
+
+
+def recruited_over_time(episodes: Sequence[Episode], points: int = 101) -> Curve:
+    """Share of the robots that had visited both areas [%] over time [s]."""
+    times = np.linspace(0.0, episodes[0].duration_s, points)
+    counts = [np.searchsorted(each.recruited_at_s, times, side="right") for each in episodes]
+    return Curve(times, 100.0 * np.array(counts) / episodes[0].n_robots)
+
+
+def _mean_of(curve: Curve) -> Means:
+    low, high = band(curve.y)
+    return Means(curve.x, curve.y.mean(axis=0), low, high)
+
+
+def _draw_means(axes: Axes, name: str, means: Means, style: LineStyle) -> None:
+    if means.is_level:
+        draw_band(axes, name, means, style)
+        return
+    reach = np.nan_to_num(np.stack([means.mean - means.low, means.high - means.mean]))
+    axes.errorbar(
+        means.x, means.mean, reach, color=style.colour, label=name, linestyle=style.dashes,
+        marker=style.marker, markersize=5.0, linewidth=1.6, capsize=3.0,
+    )  # fmt: skip
+    if means.published is not None:
+        axes.plot(means.x, means.published, "x", color=INK, markersize=6.0, zorder=5)

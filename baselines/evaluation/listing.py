@@ -1,0 +1,226 @@
+"""The command `list`: scenarios, controllers and engines, with every field, unit and origin."""
+
+import inspect
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from baselines.controller import Recipe
+from baselines.estimators import ESTIMATORS
+from baselines.evaluation.experiment_config import find_recipe
+from baselines.motion import MOTIONS
+from baselines.weighting import WEIGHTING_RULES
+from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.physics import ENGINES
+from swarm_forage_env.registry import (
+    CONTROLLERS,
+    ORIGINS,
+    REFERENCES,
+    SCENARIOS,
+    Registry,
+    left_out,
+)
+from swarm_forage_env.scenario import Part, Scenario
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
+
+LAYERS = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
+
+UNIT = re.compile(r"\s*\[([^\]]+)\]")
+ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen|code|set)\b\)?")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A field of a scenario or controller, as listed."""
+
+    name: str
+    value: Any
+    unit: str
+    origin: str
+    """published, derived, chosen or code; set, if somebody changed the default; empty where the
+    description does not say."""
+    meaning: str
+
+
+def overview() -> dict[str, list[dict[str, Any]]]:
+    """All scenarios, controllers, references and engines, as nested dictionaries."""
+    return {
+        "scenarios": [describe(name) for name in SCENARIOS],
+        "controllers": [describe(name) for name in CONTROLLERS],
+        "references": [describe(name) for name in REFERENCES],
+        "engines": [{"name": name, "about": _first_line(ENGINES[name])} for name in ENGINES],
+    }
+
+
+def describe(name: str) -> dict[str, Any]:
+    """Describe a scenario (name or TOML file) or a controller, as nested dictionaries."""
+    found = find(name)
+    groups = {group: [asdict(each) for each in listed] for group, _, listed in _groups(found)}
+    if isinstance(found, Scenario | WaypointsScenario):
+        return {"name": found.name, "kind": "scenario", "parameters": groups}
+    layers = {layer: layer_name(layer, part) for layer, part in found.layers.items()}
+    return {"name": name, "kind": "controller", "layers": layers, "parameters": groups}
+
+
+def find(name: str) -> AnyScenario | Recipe:
+    """Find a scenario (name or TOML file) or a controller (`ssgiff:beta=0.02`)."""
+    if name.endswith(".toml") or name in set(SCENARIOS):
+        return find_scenario(name)
+    bare = name.partition(":")[0]
+    controllers = {*CONTROLLERS, *REFERENCES}
+    if bare not in controllers:
+        known = [*SCENARIOS, *controllers]
+        raise UnknownNameError("scenario or controller", bare, known, left_out())
+    return find_recipe(name)
+
+
+def units(found: AnyScenario | Recipe) -> dict[str, str]:
+    """The unit of each field by dotted name; empty where it has none."""
+    return {each.name: each.unit for _, _, listed in _groups(found) for each in listed}
+
+
+def overview_tables() -> Group:
+    """Tables of all names for a terminal."""
+    return Group(
+        _scenarios(), Text(), _controllers("controller", CONTROLLERS), Text(),
+        Text("References, which know the truth: to compare with, not to use"),
+        _controllers("reference", REFERENCES), Text(), _engines(), Text(),
+        Text("Every number of one of them: swarm-forage list es1, swarm-forage list ssgiff"),
+    )  # fmt: skip
+
+
+def detail_table(name: str) -> Group:
+    """Tables of every parameter of one scenario or controller for a terminal."""
+    found = find(name)
+    parts: list[Any] = []
+    for group, about, parameters in _groups(found):
+        heading = Text(group, style="bold").append(f"  {about}", style="not bold")
+        table = _table("parameter", "value", "unit", "origin", "meaning")
+        for each in parameters:
+            cells = each.name, _shown(each.value), each.unit, each.origin, each.meaning
+            table.add_row(*map(Text, cells))
+        parts += [heading, table, Text()]
+    way = (
+        f"--set {_example(found)}"
+        if isinstance(found, Scenario | WaypointsScenario)
+        else f"{name.partition(':')[0]}:name=value"
+    )
+    return Group(*parts, Text(f"Change one in evaluate with {way}"))
+
+
+def layer_name(layer: str, part: Part) -> str:
+    """The name under which a layer's class is registered."""
+    registry = LAYERS[layer]
+    names = [name for name in registry if registry[name] is type(part)]
+    return names[0] if names else type(part).__name__
+
+
+def _groups(found: AnyScenario | Recipe) -> Iterator[tuple[str, str, list[Parameter]]]:
+    """Name, purpose and parameters of each part of a scenario or controller."""
+    if isinstance(found, Scenario | WaypointsScenario):
+        origins = _origins(found)
+        yield found.name, _first_line(found), list(_parameters(found, "", origins))
+        for name, value in found:
+            if isinstance(value, Part):
+                yield name, _first_line(value), list(_parameters(value, f"{name}.", origins))
+        return
+    for layer, part in found.layers.items():
+        about = f"{layer_name(layer, part)}: {_first_line(part)}"
+        yield layer, about, list(_parameters(part, f"{layer}.", None))
+
+
+def _origins(scenario: AnyScenario) -> Mapping[str, str] | None:
+    """Origins of a published scenario's own values; None for a scenario somebody made up."""
+    is_of_paper = scenario.name in SCENARIOS and SCENARIOS[scenario.name] == scenario
+    return ORIGINS.get(scenario.name, {}) if is_of_paper else None
+
+
+def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> Iterator[Parameter]:
+    """The fields of a part, each with the origin of its value."""
+    for name, field in type(part).model_fields.items():
+        value = getattr(part, name)
+        if isinstance(value, Part):
+            continue
+        text = field.description or ""
+        if origins is None and value != field.default and name != "name":
+            text = f"{ORIGIN.sub('', text)} (set)"
+        elif origins and prefix + name in origins:
+            text = f"{text.partition('. ')[0]}. {origins[prefix + name]}"
+        unit, origin = UNIT.search(text), ORIGIN.findall(text)
+        meaning = re.sub(rf"\s*\({origin[-1]}\)$", "", text) if origin else text
+        yield Parameter(
+            prefix + name,
+            value,
+            unit[1] if unit else "",
+            origin[-1] if origin else "",
+            UNIT.sub("", meaning, count=1),
+        )
+
+
+def _scenarios() -> Table:
+    table = _table("scenario", "robots", "arena [m]", "areas apart [m]", "duration [s]")
+    for name in SCENARIOS:
+        scenario: AnyScenario = SCENARIOS[name]
+        if isinstance(scenario, WaypointsScenario):
+            arena, apart = f"{scenario.task.side:g} x {scenario.task.side:g}", ""
+        else:
+            arena = f"{scenario.arena.length:g} x {scenario.arena.width:g}"
+            apart = f"{scenario.task.area_distance:g}"
+        task = scenario.task
+        table.add_row(name, str(task.n_robots), arena, apart, f"{task.duration:g}")
+    return table
+
+
+def _controllers(kind: str, registry: Registry[Any]) -> Table:
+    table = _table(kind, *LAYERS, "changed")
+    for name in registry:
+        recipe: Recipe = registry[name]
+        layers = [layer_name(layer, part) for layer, part in recipe.layers.items()]
+        table.add_row(name, *layers, ", ".join(_set(recipe)))
+    return table
+
+
+def _set(recipe: Recipe) -> Iterator[str]:
+    names = [name for part in recipe.layers.values() for name in type(part).model_fields]
+    for layer, part in recipe.layers.items():
+        for name, field in type(part).model_fields.items():
+            if getattr(part, name) != field.default:
+                full = name if names.count(name) == 1 else f"{layer}.{name}"
+                yield f"{full}={_shown(getattr(part, name))}"
+
+
+def _engines() -> Table:
+    table = _table("engine", "")
+    for name in ENGINES:
+        table.add_row(name, _first_line(ENGINES[name]))
+    return table
+
+
+def _table(*headings: str) -> Table:
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for heading in headings:
+        table.add_column(Text(heading), overflow="fold")
+    return table
+
+
+def _example(scenario: AnyScenario) -> str:
+    if isinstance(scenario, WaypointsScenario):
+        return f"task.tolerance={scenario.task.tolerance:g}"
+    return f"radio.max_range={scenario.radio.max_range:g}"
+
+
+def _first_line(thing: object) -> str:
+    """The first sentence of a docstring."""
+    return (inspect.getdoc(thing) or "").partition("\n")[0]
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)

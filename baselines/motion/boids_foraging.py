@@ -1,0 +1,128 @@
+"""Boids among e-pucks: the rules steer a robot that knows its goal, over avoidance and walk.
+
+Smith et al. 2021 (BOIDS), Section 3, over Gutierrez et al. 2009 (TR), Section 5.1.
+
+Not in the papers, and chosen here:
+- talking, avoiding and the random walk of `subsumption` stay as they are; the rules take the
+  place of the straight way to the goal;
+- neighbours are the senders heard in this tick, in the direction and distance of their beams;
+  which way they go follows from the bearings at both ends;
+- home is the nest, as far as it is known; the length of the world is the arena's longer side;
+- the stimulus of the covariance is p of the goal, as a share of `trust`; nothing tells an e-puck
+  how far it is from dead reckoning, so that e = 0.
+"""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from baselines.motion.flock import (
+    ALIGN,
+    COHERE,
+    GOAL,
+    HOME,
+    SEPARATE,
+    choose_gains,
+    sum_of_rules,
+)
+from baselines.motion.subsumption import Course, SubsumptionParameters, subsume
+from swarm_forage_env.arrays import NEST, Array, Float32, Float64
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.foraging.records import Heard, Readings, Situation
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import MotionLayer
+from swarm_forage_env.record import Numbers, field
+
+if TYPE_CHECKING:
+    from baselines.motion.boids import BoidsParameters
+
+
+class FlockCourse(Course):
+    """What boids keep of a robot: its course, and the quantities of one tick. Writer: `steer`."""
+
+    ways: Float32[Array, "5 2"] = field(np.float32, 5, 2, unit="m")
+    """Where each rule points, body frame: flow, away from the neighbours, their centre, home,
+    goal."""
+
+    stimuli: Float32[Array, "3"] = field(np.float32, 3)
+    """Robots heard, p of the goal, distance from dead reckoning: each as a share of the most."""
+
+    gains: Float64[Array, "5"] = field(np.float64, 5)
+    """Gain of each rule."""
+
+    velocity: Float32[Array, "2"] = field(np.float32, 2, unit="m/s")
+    """Of the robot, body frame."""
+
+    pull: Float32[Array, "2"] = field(np.float32, 2)
+    """Unit vector in which the rules pull the robot, body frame; or zeros."""
+
+
+@kernel
+def see_neighbours(heard: Heard, ways: Float32[Array, "5 2"]) -> None:
+    """The ways of the rules that go by the neighbours heard: flow, separation, cohesion.
+
+    Source: BOIDS, Eq. 21 to 23, of what an e-puck hears.
+    """
+    cx, cy, fx, fy = 0.0, 0.0, 0.0, 0.0
+    for slot in range(heard.n):
+        beam = heard.range_bearing[slot]
+        ahead = float(beam[1])
+        cx += beam[0] * math.cos(ahead)
+        cy += beam[0] * math.sin(ahead)
+        course = ahead + math.pi - float(beam[2])
+        fx += math.cos(course)
+        fy += math.sin(course)
+    n = max(heard.n, 1)
+    ways[ALIGN, 0], ways[ALIGN, 1] = fx / n, fy / n
+    ways[SEPARATE, 0], ways[SEPARATE, 1] = -cx, -cy
+    ways[COHERE, 0], ways[COHERE, 1] = cx / n, cy / n
+
+
+@kernel
+def feel(situation: Situation, heard: Heard, course: FlockCourse, numbers: Numbers) -> None:
+    """The ways of all rules and the stimuli (rho, s, e) of a robot that forages.
+
+    Source: BOIDS, Section 4, of what an e-puck hears.
+    """
+    see_neighbours(heard, course.ways)
+    for axis in range(2):
+        course.ways[HOME, axis] = situation.areas[NEST, axis]
+        course.ways[GOAL, axis] = situation.target[axis]
+    course.stimuli[0] = heard.n / numbers.n_robots
+    course.stimuli[1] = course.stimuli[2] = 0.0
+    if situation.goal >= 0:
+        course.stimuli[1] = situation.p[situation.goal] / numbers.trust
+
+
+@kernel
+def steer(
+    situation: Situation,
+    readings: Readings,
+    heard: Heard,
+    wheels: Float32[Array, "2"],
+    course: FlockCourse,
+    numbers: Numbers,
+) -> None:
+    """Subsumption on the way in which the rules pull; `wheels` are the last, and the next."""
+    feel(situation, heard, course, numbers)
+    mean = (wheels[0] + wheels[1]) * np.float32(0.5)
+    course.velocity[0] = np.float32(numbers.max_speed) * mean
+    choose_gains(course.ways, course.stimuli, numbers, course.gains)
+    x, y = sum_of_rules(course.gains, course.ways, course.velocity, numbers.max_speed)
+    course.pull[0], course.pull[1] = x, y
+    subsume(situation, readings, course.pull, wheels, course, numbers)
+
+
+def layer(parameters: "BoidsParameters", scenario: Scenario) -> MotionLayer:
+    """The functions of the motion where robots forage, with its numbers in a scenario."""
+    numbers = {
+        **SubsumptionParameters().numbers(scenario),
+        "adaptive": parameters.gains == "adaptive",
+        "gains": parameters.fixed,
+        "side": max(scenario.arena.length, scenario.arena.width),
+        "max_speed": scenario.robot.cruise_speed,
+        "n_robots": scenario.task.n_robots,
+        "trust": parameters.trust,
+    }
+    return MotionLayer(steer, numbers, FlockCourse)

@@ -1,0 +1,32 @@
+"""The named references, one line each; they are entered in a registry of their own."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from baselines.controller import LayeredController
+from baselines.controllers import SINGLE, SINGLE_FIELDS, SUBSUMPTION
+from baselines.oracles.global_average import GlobalAverage
+from baselines.oracles.no_error import PerfectOdometry
+from baselines.oracles.oracle import OracleWeighting
+from baselines.weighting.sgiff import SGIFF
+from baselines.weighting.sgikf import SGIKF
+from swarm_forage_env.registry import REFERENCES
+
+
+@dataclass(frozen=True)
+class Oracle(LayeredController):
+    """A controller of which a layer knows the ground truth: for comparison only."""
+
+    is_privileged: ClassVar[bool] = True
+    """No environment runs it."""
+
+
+NAMED = (
+    Oracle("no-error", PerfectOdometry(**SINGLE_FIELDS), SGIFF(beta=1e-3), SUBSUMPTION),
+    Oracle("global", GlobalAverage(**SINGLE_FIELDS | {"speaks": False}), SGIKF(), SUBSUMPTION),
+    Oracle("oracle-weighting", SINGLE, OracleWeighting(), SUBSUMPTION),
+)
+"""Perfect odometry and global communication (ANTS, Section 5), and the best weighting."""
+
+for controller in NAMED:
+    REFERENCES.register(controller.name)(controller)

@@ -1,0 +1,108 @@
+"""No odometry error: social odometry in which the believed pose follows the true motion.
+
+Gutierrez et al. 2008 (ANTS), Section 5: "robots communicate and are not affected by odometry
+errors".
+
+Not in the paper, and chosen here:
+- all else stays as it is: the beam is measured with its noise, the messages are lost, and what
+  is heard is blended in by the weighting rule, although the own estimate is hardly wrong;
+- the controller's weighting is that of local communication there, the Fermi filter at
+  beta = 1e-3;
+- being pushed or blocked counts as the motion that it truly is, also in p;
+- the own frame is the world frame: no layer can tell.
+"""
+
+import math
+
+import numpy as np
+
+from baselines.estimators.area_memory import choose_goal, find_areas, notice_loss
+from baselines.estimators.belief import Belief, SocialMind
+from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
+from baselines.weighting.sgikf import SGIKF
+from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
+from swarm_forage_env.compiler import bind, kernel
+from swarm_forage_env.equations.differential_drive import path_length
+from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.foraging.control import observe
+from swarm_forage_env.foraging.records import Readings
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.record import Numbers, field
+
+
+class ExactBelief(Belief):
+    """What a robot believes that knows where it truly is."""
+
+    true_pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
+    """True x, y [m] and heading [rad] in the world frame. Writer: `observe_truth`."""
+
+    is_placed: bool = field(np.bool_)
+    """The believed pose has been put at the true one, at the start."""
+
+    moved: Float32[Array, "2"] = field(np.float32, 2, unit="m, rad")
+    """The true motion of the last tick: distance, negative if backwards [m], and turn [rad]."""
+
+
+class ExactMind(SocialMind):
+    """All that social odometry without error keeps of a robot."""
+
+    belief: ExactBelief = field(ExactBelief)
+
+
+@kernel
+def follow(belief: ExactBelief, axle: float) -> None:
+    """Move the believed pose to the true one, and let p grow by the way between them [m]."""
+    pose, true_pose = belief.pose, belief.true_pose
+    dx, dy = true_pose[0] - pose[0], true_pose[1] - pose[1]
+    dtheta = wrap(true_pose[2] - pose[2])
+    middle = pose[2] + 0.5 * dtheta
+    drho = math.hypot(dx, dy)
+    if dx * math.cos(middle) + dy * math.sin(middle) < 0.0:
+        drho = -drho
+    belief.moved[0], belief.moved[1] = drho, dtheta
+    pose[0], pose[1], pose[2] = true_pose[0], true_pose[1], true_pose[2]
+    dd = path_length(drho, dtheta, axle)
+    belief.p[NEST] += dd
+    belief.p[PREY] += dd
+
+
+@kernel
+def take_in(mind: ExactMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
+    """Social odometry's tick, in which the true motion takes the place of the odometry."""
+    belief = mind.belief
+    if not belief.is_placed:
+        pose, true_pose = belief.pose, belief.true_pose
+        pose[0], pose[1], pose[2] = true_pose[0], true_pose[1], true_pose[2]
+        belief.is_placed = True
+    follow(belief, numbers.axle)
+    find_areas(belief, readings.ground, numbers.to_centre)
+    notice_loss(belief, belief.moved, numbers)
+    choose_goal(belief)
+
+
+def observe_truth(
+    robots: Array, minds: Array, shared: Array, numbers: Array, first: int, last: int
+) -> None:
+    """Tell every robot its true pose, then take in what was sensed and heard.
+
+    Free name: observe.
+    """
+    for w in range(first, last):
+        for i in range(robots.shape[1]):
+            true_pose, told = robots[w, i].pose, minds[w, i].belief.true_pose
+            told[0], told[1], told[2] = true_pose[0], true_pose[1], true_pose[2]
+    observe(robots, minds, shared, numbers, first, last)
+
+
+class PerfectOdometry(SocialOdometryParameters):
+    """What social odometry leaves open; the odometry is exact."""
+
+    def layer(self, scenario: Scenario) -> EstimatorLayer:
+        """The records and functions of the estimator, with its numbers in a scenario."""
+        kernels = {**KERNELS, "take_in": take_in}
+        kernels["observe"] = bind(observe, kernels)
+        own = SGIKF().layer(scenario)
+        return EstimatorLayer(
+            ExactMind, self.numbers(scenario), kernels, observe_truth, own_weighting=own
+        )

@@ -1,0 +1,70 @@
+"""The oracle's weighting: of two estimates, the one that is truly nearer the area.
+
+Not in the paper: all of it. It is the best that any weighting rule with g in {0, 1} can do in
+one exchange; not a bound on what blending can do, nor on a whole episode.
+"""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.foraging.views import WeightingInput
+from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.parameters import Part
+from swarm_forage_env.record import rows
+
+
+class OracleWeighting(Part):
+    """Keep the own estimate, or take over the heard one with its p, whichever errs less."""
+
+    heard_p_share: ClassVar[float] = 1.0
+
+    def start_knowing(self, running: Any, world: ForagingWorld) -> "NearerEstimate":  # noqa: ANN401 RunningLayers
+        """The rule for the robots of a running controller, in a world that it sees through."""
+        return NearerEstimate(running.minds, world)
+
+
+@dataclass(frozen=True)
+class NearerEstimate:
+    """g = 1 where the heard estimate errs less than the own one, else 0."""
+
+    minds: Array
+    world: ForagingWorld
+
+    def __call__(self, exchange: WeightingInput) -> Float32[Array, "rows areas"]:
+        """g for each row and area."""
+        own, heard = errors(self.minds, self.world)
+        nearer = np.hypot(*heard.T).T < np.hypot(*own.T).T
+        g: Float32[Array, "rows areas"] = (exchange.heard_known & nearer).astype(np.float32)
+        return g
+
+
+def errors(
+    minds: Array, world: ForagingWorld
+) -> tuple[Float64[Array, "rows areas 2"], Float64[Array, "rows areas 2"]]:
+    """By how much the own and the heard places truly miss the areas, world frame [m].
+
+    They mean something only where the place is known, or was heard in an exchange.
+    """
+    beliefs = rows(minds["estimator"]["belief"])
+    true_pose = world.state.pose
+    areas = np.repeat(world.worlds["areas"], world.n_robots, axis=0)
+    told = np.maximum(beliefs.heard_weight, 1.0)[:, :, None]
+    own = moved(beliefs.location, beliefs.pose, true_pose) - areas
+    heard = moved(beliefs.heard_sum / told, beliefs.pose, true_pose) - areas
+    return own, heard
+
+
+def moved(
+    location: Float64[Array, "rows areas 2"],
+    pose: Float64[Array, "rows 3"],
+    to: Float64[Array, "rows 3"],
+) -> Float64[Array, "rows areas 2"]:
+    """Places seen from `pose`, in the frame in which the same robot stands at `to` [m]."""
+    x, y = (location - pose[:, None, :2]).transpose(2, 0, 1)
+    angle = (to[:, 2] - pose[:, 2])[:, None]
+    c, s = np.cos(angle), np.sin(angle)
+    turned = np.stack([c * x - s * y, s * x + c * y], axis=2)
+    return np.asarray(turned + to[:, None, :2], np.float64)

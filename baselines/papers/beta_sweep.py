@@ -1,0 +1,125 @@
+"""A sweep of the Fermi steepness beta, and the claims about its optimum."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from baselines.evaluation.statistics import CONFIDENCE, Estimate, compare
+from baselines.papers.claim_result import ClaimResult, above, claim_result
+from baselines.papers.experiments import (
+    CrossValidatedBest,
+    Experiment,
+    Results,
+    Source,
+    round_trips,
+    sample,
+)
+
+BETAS = tuple(10.0**decade for decade in range(-5, 3))
+"""Steepness of the Fermi function [1/cm]: "8 values in [1e-5, 100]" (TR 6.1.2)."""
+
+RESAMPLES = 2000
+"""Of the seeds, for the interval of the best beta."""
+
+
+@dataclass(frozen=True)
+class BetaSweep:
+    """The experiments of one filter under every beta."""
+
+    scenario: str
+    filter: str = "ssgiff"
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """One experiment for each beta, in their order."""
+        return tuple(self.at(beta) for beta in BETAS)
+
+    @property
+    def best(self) -> CrossValidatedBest:
+        """The best beta by cross-validation over seeds."""
+        return CrossValidatedBest(self.experiments)
+
+    def at(self, beta: float) -> Experiment:
+        """The experiment of the filter under this beta."""
+        return Experiment(self.scenario, f"{self.filter}:beta={beta:g}")
+
+    def optimum(self, results: Results) -> Estimate:
+        """The beta with the most round trips; its interval is a bootstrap over seeds."""
+        trips = np.array(
+            [sample(results, experiment, round_trips) for experiment in self.experiments]
+        )
+        n_seeds = trips.shape[1]
+        draws = np.random.default_rng(0).integers(n_seeds, size=(RESAMPLES, n_seeds))
+        winners = trips[:, draws].mean(axis=2).argmax(axis=0)
+        tail = 50.0 * (1.0 - CONFIDENCE)
+        low, high = np.percentile(winners, [tail, 100.0 - tail], method="nearest")
+        interval = BETAS[int(low)], BETAS[int(high)]
+        return Estimate(BETAS[int(trips.mean(axis=1).argmax())], interval, n_seeds)
+
+
+@dataclass(frozen=True)
+class BestBeta:
+    """Claim: the best beta is the published one."""
+
+    text: str
+    sweep: BetaSweep
+    published: float
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return self.sweep.experiments
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        ours = self.sweep.optimum(results)
+        same = bool(np.isclose(ours.value, self.published))
+        return claim_result(self.text, self.published, ours, same)
+
+
+@dataclass(frozen=True)
+class OptimumInsideRange:
+    """Claim: the best beta is neither the smallest nor the largest one."""
+
+    text: str
+    sweep: BetaSweep
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return self.sweep.experiments
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        ours = self.sweep.optimum(results)
+        inside = BETAS[0] < ours.value < BETAS[-1]
+        return claim_result(self.text, f"{BETAS[1]:g} to {BETAS[-2]:g}", ours, inside)
+
+
+@dataclass(frozen=True)
+class OtherBetasBelow:
+    """Claim: every beta but the best stays below a reference; shown is the largest ratio."""
+
+    text: str
+    sweep: BetaSweep
+    reference: Source
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return self.sweep.experiments + self.reference.experiments
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        best = self.sweep.at(self.sweep.optimum(results).value)
+        base = sample(results, self.reference, round_trips)
+        others = [
+            sample(results, experiment, round_trips)
+            for experiment in self.sweep.experiments
+            if experiment != best
+        ]
+        found = [compare(base, trips) for trips in others]
+        ratios = [ratio for trips in others if (ratio := compare(trips, base).ratio)]
+        largest = max(ratios, key=lambda ratio: ratio.value, default=None)
+        p = max((each.p for each in found if each.p is not None), default=None)
+        return claim_result(self.text, "< 1", largest, all(map(above, found)), p)

@@ -1,0 +1,198 @@
+"""Types of claims: a number, a bound, a share, a ratio, an order, no difference.
+
+Reproduced means: a number within 20 % (15 % for es1) of the published one, its 95 % interval
+touching that band; a share within 10 points; an order with a Mann-Whitney p below 0.01.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from baselines.evaluation.statistics import compare
+from baselines.papers.claim_result import ClaimResult, above, claim_result, estimate, within
+from baselines.papers.experiments import (
+    Experiment,
+    Metric,
+    Pool,
+    Results,
+    Source,
+    on_path,
+    round_trips,
+    sample,
+)
+
+INDISTINCT = 0.05
+"""Two samples do not differ significantly if their Mann-Whitney p is at least this."""
+
+POINTS = 0.10
+"""How far a share may lie from the published one."""
+
+
+@dataclass(frozen=True)
+class Number:
+    """Claim: the mean of a metric is near a published number."""
+
+    text: str
+    source: Source | Pool
+    published: float
+    tolerance: float = 0.20
+    metric: Metric = round_trips
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return self.source.experiments
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        ours = estimate(sample(results, self.source, self.metric))
+        margin = self.tolerance * self.published
+        near = within(ours, self.published - margin, self.published + margin)
+        return claim_result(self.text, self.published, ours, near)
+
+
+@dataclass(frozen=True)
+class Below:
+    """Claim: the mean of the round trips is less than a published bound."""
+
+    text: str
+    source: Source
+    bound: float
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return self.source.experiments
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        ours = estimate(sample(results, self.source, round_trips))
+        return claim_result(self.text, f"< {self.bound:g}", ours, ours.value < self.bound)
+
+
+@dataclass(frozen=True)
+class Share:
+    """Claim: a share lies in a published range, 10 points allowed on either side.
+
+    Of several sources, the one farthest from the range speaks for all.
+    """
+
+    text: str
+    sources: tuple[Source | Pool, ...]
+    published: tuple[float, float]
+    metric: Metric = on_path
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return tuple(experiment for source in self.sources for experiment in source.experiments)
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        low, high = self.published
+        shares = [estimate(sample(results, each, self.metric)) for each in self.sources]
+        worst = max(shares, key=lambda ours: abs(ours.value - (low + high) / 2.0))
+        said = low if low == high else f"{low:g} to {high:g}"
+        return claim_result(self.text, said, worst, within(worst, low - POINTS, high + POINTS))
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """Claim: the ratio of two means is near a published number."""
+
+    text: str
+    numerator: Source | Pool
+    denominator: Source | Pool
+    published: float
+    tolerance: float = 0.20
+    metric: Metric = round_trips
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return self.numerator.experiments + self.denominator.experiments
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        ours = compare(
+            sample(results, self.numerator, self.metric),
+            sample(results, self.denominator, self.metric),
+        ).ratio
+        margin = self.tolerance * self.published
+        near = ours is not None and within(ours, self.published - margin, self.published + margin)
+        return claim_result(self.text, self.published, ours, near)
+
+
+@dataclass(frozen=True)
+class Order:
+    """Claim: one sample lies above another one, in every pair; shown is the least ratio."""
+
+    text: str
+    pairs: tuple[tuple[Source, Source], ...]
+    """Higher, lower."""
+    metric: Metric = round_trips
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return tuple(
+            experiment
+            for pair in self.pairs
+            for source in pair
+            for experiment in source.experiments
+        )
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        found = [compare(*_both(results, more, less, self.metric)) for more, less in self.pairs]
+        ratios = [each.ratio for each in found if each.ratio is not None]
+        least = min(ratios, key=lambda ratio: ratio.value, default=None)
+        largest = max((each.p for each in found if each.p is not None), default=None)
+        return claim_result(self.text, "> 1", least, all(map(above, found)), largest)
+
+
+@dataclass(frozen=True)
+class NoDifference:
+    """Claim: two samples do not differ (Mann-Whitney p >= 0.05); shown is their ratio."""
+
+    text: str
+    one: Source
+    other: Source
+    metric: Metric = round_trips
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return self.one.experiments + self.other.experiments
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        found = compare(
+            sample(results, self.one, self.metric), sample(results, self.other, self.metric)
+        )
+        same = found.p is None or found.p >= INDISTINCT
+        return claim_result(self.text, 1.0, found.ratio, same, found.p)
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """Claim: a number of each seed, such as a slope, is larger in one place than another."""
+
+    text: str
+    experiments: tuple[Experiment, ...]
+    contrast: Callable[[Results], tuple[list[float], list[float]]]
+    """Larger, smaller: each a number for each seed."""
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        found = compare(*self.contrast(results))
+        return claim_result(self.text, "> 1", found.ratio, above(found), found.p)
+
+
+def _both(
+    results: Results, one: Source, other: Source, metric: Metric
+) -> tuple[list[float], list[float]]:
+    """The metric of both sources, for each seed under which both have one."""
+    pairs = zip(sample(results, one, metric), sample(results, other, metric), strict=True)
+    kept = [(a, b) for a, b in pairs if not (math.isnan(a) or math.isnan(b))]
+    return [a for a, _ in kept], [b for _, b in kept]

@@ -1,0 +1,129 @@
+"""Experiments of a paper: a controller on a scenario, and how samples are drawn from them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from baselines.evaluation.episode import Episode
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe, parse_settings
+from swarm_forage_env.loop import default_physics
+from swarm_forage_env.scenarios import find_scenario
+
+Metric = Callable[[Episode], float]
+"""A number of an episode."""
+
+FOLDS = 2
+"""Groups of seeds: what is chosen on one is scored on the others."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One experiment of a paper: a controller on a scenario."""
+
+    scenario: str
+    controller: str
+    settings: tuple[str, ...] = ()
+    """Numbers of the scenario to change: `task.n_robots=5`."""
+
+    @property
+    def experiments(self) -> tuple["Experiment", ...]:
+        """This experiment alone, as a source of samples."""
+        return (self,)
+
+    def draw(self, results: "Results") -> list[Episode]:
+        """The episodes of this experiment."""
+        return list(results[self])
+
+    def configuration(self, physics: str | None, settings: Sequence[str] = ()) -> ExperimentConfig:
+        """The configuration of its episodes; settings change the scenario."""
+        changes = parse_settings(settings) | parse_settings(self.settings)
+        scenario = find_scenario(self.scenario, changes)
+        engine = physics or default_physics(scenario)
+        return ExperimentConfig(self.controller, scenario, find_recipe(self.controller), engine)
+
+
+Results = Mapping[Experiment, Sequence[Episode]]
+"""The episodes of every experiment, all under the same seeds in the same order."""
+
+
+class Source(Protocol):
+    """Protocol of a source of samples: one experiment, or a choice among several."""
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        ...
+
+    def draw(self, results: Results) -> list[Episode]:
+        """One episode for each seed, in the order of the seeds."""
+        ...
+
+
+@dataclass(frozen=True)
+class CrossValidatedBest:
+    """Best parameter by two-fold cross-validation over seeds, to avoid selection bias.
+
+    The seeds are split in two halves; the best experiment of one half is scored on the other half,
+    and the other way round. So every seed is scored once, by an experiment chosen without it.
+    """
+
+    experiments: tuple[Experiment, ...]
+
+    def draw(self, results: Results) -> list[Episode]:
+        """For each seed, the episode of the experiment that is best on the other half."""
+        n_seeds = len(results[self.experiments[0]])
+        chosen = [self.experiments[index] for index in self.choices(results)]
+        return [results[chosen[seed % len(chosen)]][seed] for seed in range(n_seeds)]
+
+    def choices(self, results: Results) -> list[int]:
+        """For each half, the index of the experiment that is best on the other half."""
+        score = np.array(
+            [sample(results, experiment, round_trips) for experiment in self.experiments]
+        )
+        n_seeds = score.shape[1]
+        if n_seeds < FOLDS:
+            return [int(score.sum(axis=1).argmax())]
+        fold = np.arange(n_seeds) % FOLDS
+        return [int(score[:, fold != each].mean(axis=1).argmax()) for each in range(FOLDS)]
+
+
+@dataclass(frozen=True)
+class Pool:
+    """Several sources taken together: a seed counts with its mean over them."""
+
+    sources: tuple[Source, ...]
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments of all sources."""
+        return tuple(experiment for source in self.sources for experiment in source.experiments)
+
+
+def sample(results: Results, source: Source | Pool, metric: Metric) -> list[float]:
+    """The metric of a source for each seed, in the order of the seeds."""
+    sources = source.sources if isinstance(source, Pool) else (source,)
+    drawn = [[metric(episode) for episode in each.draw(results)] for each in sources]
+    return [float(value) for value in np.mean(drawn, axis=0)]
+
+
+def round_trips(episode: Episode) -> float:
+    """Metric: round trips of all robots."""
+    return float(episode.round_trips)
+
+
+def on_path(episode: Episode) -> float:
+    """Metric: share of the robots on the path in the second half."""
+    return episode.on_path_share
+
+
+def recruitment_time(episode: Episode) -> float:
+    """Metric: time until all robots had visited both areas [s]; else the whole episode."""
+    time = episode.recruitment_time_s
+    return episode.duration_s if time is None else time
+
+
+def not_all_recruited(episode: Episode) -> float:
+    """Metric: 1 if some robot had not visited both areas by the end, else 0."""
+    return float(episode.recruitment_time_s is None)

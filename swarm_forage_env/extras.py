@@ -1,0 +1,20 @@
+"""Extras: which of them brings a package, and so what to install where that is missing."""
+
+EXTRAS = {
+    "evaluate": {"joblib", "matplotlib", "pyarrow", "rich", "scipy", "typer"},
+    "calibrate": {"optuna"},
+    "render": {"imageio_ffmpeg", "pygame"},
+    "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},
+}
+"""What each extra brings beside those that it builds on."""
+
+
+def remedy(module: str | None) -> str | None:
+    """The command that installs a missing module; None if no extra brings it.
+
+    >>> remedy("torch.nn")
+    "pip install 'swarm-forage[train]'"
+    """
+    package = (module or "").partition(".")[0]
+    extra = next((extra for extra, brought in EXTRAS.items() if package in brought), None)
+    return extra and f"pip install 'swarm-forage[{extra}]'"

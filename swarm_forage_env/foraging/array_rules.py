@@ -1,0 +1,87 @@
+"""Compiled layers on arrays: a hand-written rule that is driven from outside, from observations."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.compiler import bind
+from swarm_forage_env.foraging.control import is_weighed
+from swarm_forage_env.foraging.records import Exchange, Heard, Readings, Situation
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.foraging.views import MotionInput, WeightingInput
+from swarm_forage_env.interface import MotionLayer, WeightingLayer
+from swarm_forage_env.random_streams import streams
+from swarm_forage_env.record import one_record
+
+
+def weigh_rows(exchanges: Array, numbers: Array, out: Float32[Array, "rows areas"]) -> None:
+    """Weigh what was heard of every area that both robots know. Free name: gain."""
+    for i in range(out.shape[0]):
+        for area in range(2):
+            if exchanges[i].is_valid and is_weighed(exchanges[i], area):
+                out[i, area] = gain(exchanges[i], area, numbers[0])
+
+
+def steer_rows(
+    situations: Array, readings: Array, heard: Array, memories: Array, numbers: Array,
+    wheels: Float32[Array, "rows 2"],
+) -> None:  # fmt: skip
+    """Steer every robot; `wheels` are the last commands, and then the next. Free name: steer."""
+    for i in range(wheels.shape[0]):
+        steer(situations[i], readings[i], heard[i], wheels[i], memories[i], numbers[0])
+
+
+class ArrayWeighting:
+    """A compiled weighting that is called with what the weighting layer sees."""
+
+    def __init__(self, layer: WeightingLayer) -> None:
+        """A layer with its numbers."""
+        self._numbers = one_record(layer.numbers)
+        self._weigh = bind(weigh_rows, {"gain": layer.gain})
+        self.heard_p_share = layer.heard_p_share
+
+    def __call__(self, exchange: WeightingInput) -> Float32[Array, "rows areas"]:
+        """The weight of each row and area; zero where there is nothing to weigh."""
+        found = Exchange.array(exchange.valid.shape)
+        found["is_valid"], found["n_averaged"] = exchange.valid, exchange.frames
+        for name in found.dtype.names or ():
+            if hasattr(exchange, name):
+                found[name] = getattr(exchange, name)
+        g = np.zeros((len(found), 2), np.float32)
+        self._weigh(found, self._numbers, g)
+        return g
+
+
+class ArrayMotion:
+    """A compiled motion that is called with what the motion layer sees, and remembers."""
+
+    def __init__(self, layer: MotionLayer, scenario: Scenario, seeds: Sequence[int]) -> None:
+        """The motion of a block of worlds, one for each seed."""
+        self._layer, self._n_robots = layer, scenario.task.n_robots
+        self._numbers = one_record(layer.numbers)
+        self._steer = bind(steer_rows, {"steer": layer.steer})
+        self._memory = layer.memory.array((len(seeds), self._n_robots))
+        for world, seed in enumerate(seeds):
+            self.reset(world, seed)
+
+    def __call__(self, situation: MotionInput) -> Float32[Array, "rows 2"]:
+        """Speed of the left and right wheel, in [-1, 1] of the cruise speed."""
+        n_rows, n_slots = situation.heard.shape
+        believed, readings = Situation.array((n_rows,)), Readings.array((n_rows,))
+        heard = Heard.array((n_rows,), slots=n_slots)
+        for name in ("target", "areas", "p", "known", "goal"):
+            believed[name] = getattr(situation, name)
+        believed["is_talking"] = situation.talking
+        readings["proximity"], readings["ground"] = situation.proximity, situation.ground
+        heard["n"], heard["range_bearing"] = situation.heard.sum(axis=1), situation.beam
+        wheels: Float32[Array, "rows 2"] = situation.wheels.copy()
+        self._steer(believed, readings, heard, self._memory.reshape(-1), self._numbers, wheels)
+        return wheels
+
+    def reset(self, world: int, seed: int) -> None:
+        """Forget everything about one world, and draw from this seed from now on."""
+        memory = self._memory[world]
+        self._layer.memory.restart(memory)
+        if "stream" in self._layer.memory.fields:
+            memory["stream"][:, 0] = streams([seed], self._n_robots, self._layer.noise)

@@ -1,0 +1,84 @@
+"""What is drawn of a foraging world: its stage, and a scene for each tick."""
+
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Int8, Int32
+from swarm_forage_env.foraging.metrics import believed_places, on_path_now
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
+from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.record import rows
+from swarm_forage_env.scene import (
+    EXPLORING,
+    LOST,
+    TALKING,
+    TO_THE_NEST,
+    TO_THE_PREY,
+    Scene,
+    Stage,
+)
+
+
+def stage_of(scenario: Scenario, controller: str) -> Stage:
+    """The stage of a scenario, moved by what is named so."""
+    task, arena = scenario.task, scenario.arena
+    return Stage(
+        scenario=scenario.name,
+        controller=controller,
+        length=arena.length,
+        width=arena.width,
+        areas=scenario.areas,
+        area_radius=task.area_radius,
+        start_radius=task.start_radius,
+        robot_radius=scenario.robot.radius,
+        n_robots=task.n_robots,
+        tick=scenario.tick,
+        duration=scenario.n_ticks * scenario.tick,
+    )
+
+
+def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
+    """One world of a block as it stands; without beliefs where no estimator keeps any."""
+    robots, n = world.robots[which].view(np.recarray), world.n_robots
+    pose = robots.pose.copy()
+    known, p = np.zeros((n, 2), np.bool_), np.zeros((n, 2), np.float32)
+    believed, situations = np.zeros((n, 2, 2)), None
+    if "estimator" in minds.dtype.names:
+        situations = rows(minds["estimator"]["situation"][which])
+        known, p = situations.known != 0, situations.p.copy()
+        believed = believed_places(pose, situations.areas, known)
+    return Scene(
+        time=float(world.worlds["ticks"][which]) * world.scenarios[which].tick,
+        pose=pose,
+        doing=_doing(robots, situations),
+        believed=believed,
+        known=known,
+        p=p,
+        messages=_messages(robots.heard),
+        round_trips=robots.round_trips.copy(),
+        on_path=float(on_path_now(robots.known, 1)[0]),
+    )
+
+
+def _doing(robots: Any, situations: Any | None) -> Int8[Array, " robots"]:  # noqa: ANN401 recarrays
+    """The code of what each robot is doing; the last that holds is told."""
+    doing = np.full(len(robots), EXPLORING, np.int8)
+    if situations is None:
+        doing[robots.leg == TO_NEST] = TO_THE_NEST
+        doing[robots.leg == TO_PREY] = TO_THE_PREY
+        return doing
+    astray = (robots.lost_events > 0) & ~robots.known.any(axis=1)
+    doing[astray & (situations.goal < 0)] = LOST
+    doing[situations.goal == 0] = TO_THE_NEST
+    doing[situations.goal == 1] = TO_THE_PREY
+    doing[situations.is_talking] = TALKING
+    return doing
+
+
+def _messages(heard: Any) -> Int32[Array, "messages ends"]:  # noqa: ANN401 a recarray
+    """Sender and receiver of every message heard, by receiver."""
+    n_slots = heard.sender.shape[1]
+    receiver, slot = np.nonzero(np.arange(n_slots) < heard.n[:, None])
+    return np.stack([heard.sender[receiver, slot], receiver], axis=1).astype(np.int32)

@@ -1,0 +1,88 @@
+"""What an episode is judged by: pure functions of the state, one number for each world.
+
+Each takes arrays over all rows and the number of worlds W; robots of a world are consecutive.
+"""
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int32, Int64
+
+
+def total(count: Int32[Array, " rows"], n_worlds: int) -> Int64[Array, " worlds"]:
+    """Sum over the robots of each world: of round trips, lost events or messages heard.
+
+    A round trip is nest -> prey -> nest, counted when the middle ground sensor truly stands
+    over the nest again (TR 6.1.2). A lost event is one report of a controller that it reset
+    its estimates (TR 5.1). A message counts once for each robot that hears it.
+    """
+    return np.asarray(count.reshape(n_worlds, -1).sum(axis=1, dtype=np.int64))
+
+
+def recruitment_time(
+    first_visit: Int64[Array, "rows areas"], n_worlds: int, tick: float
+) -> Float64[Array, " worlds"]:
+    """Time until every robot of the world has visited both areas [s]; infinite if not all did.
+
+    Source: TR, Section 6.1.1.
+    """
+    visits = first_visit.reshape(n_worlds, -1)
+    return np.where((visits >= 0).all(axis=1), visits.max(axis=1) * tick, np.inf)
+
+
+def on_path_share(
+    path_ticks: Int64[Array, " rows"], n_worlds: int, n_ticks: int
+) -> Float64[Array, " worlds"]:
+    """Share of the robots that is on the path, mean over the second half of the episode.
+
+    A robot is on the path while it reports that it knows both areas, so that its forage layer
+    drives it. `n_ticks` is the length of the episode so far, or of the whole one [ticks].
+
+    Source: TR, Sections 5.1 and 6.1.3; the definition is chosen, the TR gives none.
+    """
+    counted = max(1, n_ticks - n_ticks // 2)
+    return np.asarray(path_ticks.reshape(n_worlds, -1).mean(axis=1) / counted)
+
+
+def on_path_now(known: Int8[Array, "rows areas"], n_worlds: int) -> Float64[Array, " worlds"]:
+    """Share of the robots that is on the path at this moment, as `on_path_share` defines it."""
+    return np.asarray(known.all(axis=1).reshape(n_worlds, -1).mean(axis=1))
+
+
+def recruited_at(
+    first_visit: Int64[Array, "robots areas"], tick: float
+) -> Float64[Array, " recruited"]:
+    """When the robots of one world had visited both areas [s], earliest first.
+
+    Robots that have not visited both are left out.
+    """
+    return np.sort(first_visit[(first_visit >= 0).all(axis=1)].max(axis=1)) * tick
+
+
+def believed_places(
+    pose: Float64[Array, "rows 3"],
+    believed: Float32[Array, "rows areas 2"],
+    known: Bool[Array, "rows areas"],
+) -> Float64[Array, "rows areas 2"]:
+    """Where robots believe the areas to be, in the world frame [m]; 0 where not known.
+
+    `believed` is in the body frame of the robot at its true pose.
+    """
+    x, y, theta = pose.T
+    c, s = np.cos(theta), np.sin(theta)
+    ahead, left = believed[:, :, 0].T, believed[:, :, 1].T
+    place = np.stack([x + c * ahead - s * left, y + s * ahead + c * left], axis=2)
+    return np.where(known[:, :, None], place.transpose(1, 0, 2), 0.0)
+
+
+def localisation_error(
+    pose: Float64[Array, "rows 3"],
+    believed: Float32[Array, "rows areas 2"],
+    known: Bool[Array, "rows areas"],
+    areas: Float64[Array, "areas 2"],
+) -> Float64[Array, "rows areas"]:
+    """Distance between where a robot believes an area to be and where it is [m].
+
+    `believed` is in the body frame of the robot at its true pose; 0 where `known` is false.
+    """
+    away = believed_places(pose, believed, known) - areas
+    return np.where(known, np.hypot(away[:, :, 0], away[:, :, 1]), 0.0)

@@ -1,0 +1,112 @@
+"""Observations of robots that forage: a table of each part, with units and bounds."""
+
+import math
+
+import numpy as np
+
+from swarm_forage_env.foraging.bounds import Bounds
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.spaces import GOALS, Feature, FeatureGroup, feature_group
+
+WORDS = 12
+"""Numbers in a message of a learner of everything."""
+
+FLAG, SHARE, ANGLE = (0.0, 1.0), (0.0, 1.0), (-math.pi, math.pi)
+SPEED = (-1.0, 1.0)
+AREAS = ("nest", "prey")
+WHEELS = ("left", "right")
+
+GOAL = feature_group("goal", GOALS, "0 or 1", FLAG, shape=(), dtype=np.int8)
+
+
+def encounter_features(bounds: Bounds) -> tuple[FeatureGroup, ...]:
+    """The exchange that just ended, as `WeightingInput` says; zeros where none did."""
+    path, apart = (0.0, bounds.path), (0.0, 2.0 * bounds.believed)
+    away = (0.0, bounds.believed)
+    return (
+        feature_group("valid", ("",), "0 or 1", FLAG, shape=(), dtype=np.bool_),
+        feature_group("own_p", AREAS, "m", path),
+        feature_group("heard_p", AREAS, "m", path),
+        feature_group("own_known", AREAS, "0 or 1", FLAG, dtype=np.bool_),
+        feature_group("heard_known", AREAS, "0 or 1", FLAG, dtype=np.bool_),
+        feature_group("disagreement", AREAS, "m", apart),
+        feature_group("own_distance", AREAS, "m", away),
+        feature_group("heard_distance", AREAS, "m", away),
+        feature_group("range", ("",), "m", (0.0, bounds.beam), range_noise(bounds.scenario), ()),
+        feature_group("frames", ("",), "frames", (0.0, bounds.frames), shape=()),
+        GOAL,
+    )
+
+
+def situation_features(bounds: Bounds, slots: int) -> tuple[FeatureGroup, ...]:
+    """What the motion layer sees, as `MotionInput` says."""
+    place = (-bounds.believed, bounds.believed)
+    corners = [f"{area}.{axis}" for area in AREAS for axis in "xy"]
+    return (
+        *sensor_features(bounds),
+        feature_group("target", "xy", "m", place),
+        feature_group("areas", corners, "m", place, shape=(2, 2)),
+        feature_group("p", AREAS, "m", (0.0, bounds.path)),
+        feature_group("known", AREAS, "0 or 1", FLAG, dtype=np.bool_),
+        GOAL,
+        feature_group("talking", ("",), "0 or 1", FLAG, shape=(), dtype=np.bool_),
+        feature_group("heard", map(str, range(slots)), "0 or 1", FLAG, dtype=np.bool_),
+        beam_features(bounds, slots),
+        feature_group("wheels", WHEELS, "of cruise speed", SPEED),
+    )
+
+
+def reading_features(bounds: Bounds) -> tuple[FeatureGroup, ...]:
+    """What the robot's own sensors say, as `Readings` says."""
+    sensors, robot = bounds.scenario.sensors, bounds.scenario.robot
+    error = sensors.wheel_noise * robot.cruise_speed * bounds.scenario.tick
+    turned = f"+- {2.0 * error / robot.axle:.3g} rad"
+    slots = (
+        Feature("odometry.distance", "m", -bounds.step, bounds.step, f"+- {error:.3g} m"),
+        Feature("odometry.turn", "rad", -bounds.turn, bounds.turn, turned),
+    )
+    return (*sensor_features(bounds), FeatureGroup("odometry", (2,), np.float32, slots))
+
+
+def heard_features(bounds: Bounds, slots: int) -> tuple[FeatureGroup, ...]:
+    """The messages of the last tick, as `Heard` says, but for the sender's number."""
+    told = [f"{slot}.{word}" for slot in range(slots) for word in range(WORDS)]
+    most = (0.0, float(bounds.scenario.radio.frames))
+    return (
+        feature_group("valid", map(str, range(slots)), "0 or 1", FLAG, dtype=np.bool_),
+        beam_features(bounds, slots),
+        feature_group("frames", map(str, range(slots)), "frames", most, dtype=np.int32),
+        feature_group("words", told, "as sent", SPEED, shape=(slots, WORDS)),
+    )
+
+
+def sensor_features(bounds: Bounds) -> tuple[FeatureGroup, FeatureGroup]:
+    """Proximity and ground, which both the motion layer and a learner of everything see."""
+    sensors = bounds.scenario.sensors
+    light, dark = (0.0, bounds.brightness), f"x (1 +- {sensors.ground_noise:g})"
+    near = f"x (1 +- {sensors.proximity_noise:g})"
+    return (
+        feature_group("proximity", map(str, range(8)), "reading", SHARE, near),
+        feature_group("ground", ("left", "middle", "right"), "brightness", light, dark),
+    )
+
+
+def beam_features(bounds: Bounds, n_slots: int) -> FeatureGroup:
+    """Range, bearing, and bearing back of the sender in each message slot."""
+    far, noise = bounds.beam, range_noise(bounds.scenario)
+    error = f"+- {bounds.scenario.radio.bearing_noise:.3g} rad, each frame"
+    slots: list[Feature] = []
+    for k in range(n_slots):
+        slots += (
+            Feature(f"beam.{k}.range", "m", 0.0, far, noise),
+            Feature(f"beam.{k}.bearing", "rad", *ANGLE, error),
+            Feature(f"beam.{k}.bearing_back", "rad", *ANGLE, error),
+        )
+    return FeatureGroup("beam", (n_slots, 3), np.float32, tuple(slots))
+
+
+def range_noise(scenario: Scenario) -> str:
+    """How badly one frame measures the range, in words."""
+    if scenario.radio.is_board:
+        return "lognormal, as the real board, each frame"
+    return f"+- {scenario.radio.range_noise:g} m, each frame"

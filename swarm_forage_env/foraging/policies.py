@@ -1,0 +1,283 @@
+"""Policies in the foraging world: what each `learn=` observes, gives and replaces."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.foraging.bounds import Bounds
+from swarm_forage_env.foraging.observations import (
+    AREAS,
+    SPEED,
+    WHEELS,
+    WORDS,
+    encounter_features,
+    heard_features,
+    reading_features,
+    situation_features,
+)
+from swarm_forage_env.foraging.records import Exchange, RobotState, Situation
+from swarm_forage_env.foraging.views import MotionInput, WeightingInput
+from swarm_forage_env.policy_interface import Groups, PolicyInterface
+from swarm_forage_env.record import Record, field
+from swarm_forage_env.spaces import Feature, Layout
+
+G = tuple(Feature(f"g.{area}", "weight", 0.0, 1.0) for area in AREAS)
+"""The weight of what was heard about each area; of no effect where no exchange just ended."""
+
+SPEEDS = tuple(Feature(f"wheels.{side}", "of cruise speed", *SPEED) for side in WHEELS)
+
+SPEAK = Feature("speak", "broadcast if > 0", *SPEED)
+
+SAID = tuple(Feature(f"words.{word}", "as sent", *SPEED) for word in range(WORDS))
+
+
+@kernel
+def put_goal(goal: int, out: Float32[Array, " numbers"], at: int) -> int:
+    """Write a goal as three numbers, one of which is 1: nest, prey, none; where the next goes."""
+    for k in range(3):
+        out[at + k] = 1.0 if k == goal or (k == 2 and goal < 0) else 0.0
+    return at + 3
+
+
+@kernel
+def put_range_bearing(
+    robot: RobotState, n_slots: int, out: Float32[Array, " numbers"], at: int
+) -> int:
+    """Write where the sender in each slot is; zeros for an empty one; where the next goes."""
+    for slot in range(n_slots):
+        for k in range(3):
+            heard = slot < robot.heard.n
+            out[at + 3 * slot + k] = robot.heard.range_bearing[slot, k] if heard else 0.0
+    return at + 3 * n_slots
+
+
+@kernel
+def put_sensors(robot: RobotState, out: Float32[Array, " numbers"], at: int) -> int:
+    """Write proximity and ground; where the next goes."""
+    for k in range(8):
+        out[at + k] = robot.readings.proximity[k]
+    for k in range(3):
+        out[at + 8 + k] = robot.readings.ground[k]
+    return at + 11
+
+
+@kernel
+def put_exchange(exchange: Exchange, out: Float32[Array, " numbers"], at: int) -> int:
+    """Write the exchange that just ended, zeros without one; where the next goes."""
+    out[at] = exchange.is_valid
+    if not exchange.is_valid:
+        for k in range(1, 17):
+            out[at + k] = 0.0
+        return put_goal(-1, out, at + 17)
+    for area in range(2):
+        out[at + 1 + area] = exchange.own_p[area]
+        out[at + 3 + area] = exchange.heard_p[area]
+        out[at + 5 + area] = exchange.own_known[area]
+        out[at + 7 + area] = exchange.heard_known[area]
+        out[at + 9 + area] = exchange.disagreement[area]
+        out[at + 11 + area] = exchange.own_distance[area]
+        out[at + 13 + area] = exchange.heard_distance[area]
+    out[at + 15], out[at + 16] = exchange.range, exchange.n_averaged
+    return put_goal(exchange.goal, out, at + 17)
+
+
+@kernel
+def put_situation(
+    robot: RobotState,
+    situation: Situation,
+    n_slots: int,
+    out: Float32[Array, " numbers"],
+    at: int,
+) -> int:
+    """Write what the motion layer sees; where the next goes."""
+    at = put_sensors(robot, out, at)
+    for k in range(2):
+        out[at + k] = situation.target[k]
+        out[at + 2 + k], out[at + 4 + k] = situation.areas[0, k], situation.areas[1, k]
+        out[at + 6 + k] = situation.p[k]
+        out[at + 8 + k] = situation.known[k]
+    at = put_goal(situation.goal, out, at + 10)
+    out[at] = situation.is_talking
+    at += 1
+    for slot in range(n_slots):
+        out[at + slot] = slot < robot.heard.n
+    at = put_range_bearing(robot, n_slots, out, at + n_slots)
+    out[at], out[at + 1] = robot.command.wheels[0], robot.command.wheels[1]
+    return at + 2
+
+
+@entry_point
+def write_exchanges(
+    robots: Array, minds: Array, n_slots: int, out: Float32[Array, "worlds robots numbers"]
+) -> None:
+    """Write the observation of a learner of the weighting."""
+    for w in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            put_exchange(minds[w, i].exchange, out[w, i], 0)
+
+
+@entry_point
+def write_situations(
+    robots: Array, minds: Array, n_slots: int, out: Float32[Array, "worlds robots numbers"]
+) -> None:
+    """Write the observation of a learner of the motion."""
+    for w in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            put_situation(robots[w, i], minds[w, i].situation, n_slots, out[w, i], 0)
+
+
+@entry_point
+def write_both(
+    robots: Array, minds: Array, n_slots: int, out: Float32[Array, "worlds robots numbers"]
+) -> None:
+    """Write the observation of a learner of both layers."""
+    for w in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            at = put_exchange(minds[w, i].exchange, out[w, i], 0)
+            put_situation(robots[w, i], minds[w, i].situation, n_slots, out[w, i], at)
+
+
+@entry_point
+def write_readings(
+    robots: Array, minds: Array, n_slots: int, out: Float32[Array, "worlds robots numbers"]
+) -> None:
+    """Write the observation of a learner of everything: readings, then messages."""
+    for w in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            robot, row = robots[w, i], out[w, i]
+            at = put_sensors(robot, row, 0)
+            row[at], row[at + 1] = robot.readings.odometry[0], robot.readings.odometry[1]
+            at += 2
+            for slot in range(n_slots):
+                row[at + slot] = slot < robot.heard.n
+            at = put_range_bearing(robot, n_slots, row, at + n_slots)
+            for slot in range(n_slots):
+                heard = slot < robot.heard.n
+                row[at + slot] = robot.heard.n_averaged[slot] if heard else 0
+                for k in range(WORDS):
+                    to = at + n_slots + slot * WORDS + k
+                    row[to] = minds[w, robot.heard.sender[slot]].words[k] if heard else 0.0
+
+
+class Said(Record):
+    """What a learner of everything says. Writer: the environment."""
+
+    words: Float32[Array, "words"] = field(np.float32, WORDS)
+    """The message, whose meaning is the policy's."""
+
+    is_speaking: bool = field(np.bool_)
+    """It is broadcast."""
+
+
+class NoLayers:
+    """The controller of robots whose policy is everything: no estimator, nothing hand-written.
+
+    Nobody reports itself lost, and nobody's beliefs are known: a robot that has visited an area
+    counts as knowing it.
+    """
+
+    name = "policy"
+    message_path = 0.0
+
+    def build(self, world: Any, seeds: Sequence[int], each: Sequence[Any]) -> "RunningPolicy":  # noqa: ANN401 of its task
+        """The running policy of a block of worlds."""
+        return RunningPolicy(world)
+
+    def with_parameters(self, values: dict[str, Any]) -> "NoLayers":
+        """There are no parameters."""
+        return self
+
+
+class RunningPolicy:
+    """Carries out what a learner of everything does."""
+
+    def __init__(self, world: Any) -> None:  # noqa: ANN401 of its task
+        """Nobody has said anything yet."""
+        self._world = world
+        self.minds: Array = Said.array((world.n_worlds, world.n_robots))
+
+    def observe(self, first: int, last: int) -> None:
+        """There is no estimator."""
+
+    def consult(self) -> None:
+        """There are no rules."""
+
+    def decide(self, first: int, last: int) -> None:
+        """Command what the action says, in the worlds first .. last - 1."""
+        robots, said = self._world.robots[first:last], self.minds[first:last]
+        robots["command"]["wheels"] = robots["action"]["wheels"]
+        robots["command"]["is_speaking"] = said["is_speaking"]
+        robots["report"]["known"] = robots["first_visit"] >= 0
+
+    def reset(self, world: int, seed: int) -> None:
+        """Forget what was said."""
+        Said.restart(self.minds[world])
+
+
+def _weigh(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
+    world.robots["action"]["weight"][:, : action.shape[1]] = action
+
+
+def _move(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
+    world.robots["action"]["wheels"][:, : action.shape[1]] = action
+
+
+def _do_both(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
+    _weigh(world, controller, action[:, :, : len(G)])
+    _move(world, controller, action[:, :, len(G) :])
+
+
+def _do_everything(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
+    _move(world, controller, action[:, :, :2])
+    controller.minds["is_speaking"] = action[:, :, 2] > 0.0
+    controller.minds["words"] = action[:, :, 3:]
+
+
+def _writer(kernel: Any) -> Any:  # noqa: ANN401 an entry point
+    """What writes observations, by a kernel on the records of robots and minds."""
+
+    def observe(world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
+        minds = controller.minds
+        own = minds["estimator"] if "estimator" in minds.dtype.names else minds
+        kernel(world.robots, own, world.scenario.slots, out)
+
+    return observe
+
+
+def _encounter(bounds: Bounds) -> Groups:
+    return {"encounter": encounter_features(bounds)}
+
+
+def _situation(bounds: Bounds) -> Groups:
+    return {"situation": situation_features(bounds, bounds.scenario.slots)}
+
+
+def _both(bounds: Bounds) -> Groups:
+    return {**_encounter(bounds), **_situation(bounds)}
+
+
+def _raw(bounds: Bounds) -> Groups:
+    n_slots = bounds.scenario.slots
+    return {"readings": reading_features(bounds), "heard": heard_features(bounds, n_slots)}
+
+
+_INPUTS = {"encounter": WeightingInput, "situation": MotionInput}
+
+LEARNABLE = {
+    "weighting": PolicyInterface(
+        Layout(G), _encounter, _writer(write_exchanges), _weigh, ("weighting",), _INPUTS
+    ),
+    "motion": PolicyInterface(
+        Layout(SPEEDS), _situation, _writer(write_situations), _move, ("motion",), _INPUTS
+    ),
+    "both": PolicyInterface(
+        Layout(G + SPEEDS), _both, _writer(write_both), _do_both, ("weighting", "motion"), _INPUTS
+    ),
+    "everything": PolicyInterface(
+        Layout((*SPEEDS, SPEAK, *SAID)), _raw, _writer(write_readings), _do_everything, (), {}
+    ),
+}
+"""What a policy can take the place of, by the name that `learn` takes."""

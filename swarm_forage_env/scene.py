@@ -1,0 +1,94 @@
+"""What is drawn of one world: its stage, which stands still, and a scene for each tick.
+
+Plain numbers in the world frame; no drawing library is needed to take them or to read them.
+"""
+
+from dataclasses import dataclass
+
+from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int32, checked
+
+STATES = ("exploring", "to nest", "to prey", "lost", "talking")
+"""What a robot is doing, in the order of the codes in `Scene.doing`."""
+
+EXPLORING, TO_THE_NEST, TO_THE_PREY, LOST, TALKING = range(len(STATES))
+
+
+@checked
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """What stays as it is for a whole episode."""
+
+    scenario: str
+    """Name of the scenario."""
+
+    controller: str
+    """What moves the robots, as the user named it."""
+
+    length: float
+    """Side of the arena along x [m]; its centre is the origin."""
+
+    width: float
+    """Side of the arena along y [m]."""
+
+    areas: Float64[Array, "areas 2"]
+    """True centres of nest and prey [m]."""
+
+    area_radius: float
+    """Radius of the nest and of the prey area [m]."""
+
+    start_radius: float
+    """Robots start with their centres in a circle of this radius about the origin [m]."""
+
+    robot_radius: float
+    """Radius of a robot's body [m]."""
+
+    n_robots: int
+    """Robots."""
+
+    tick: float
+    """Time between two scenes [s]."""
+
+    duration: float
+    """Length of the episode [s]."""
+
+
+@checked
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """One world at one tick. Arrays are copies: the next tick leaves a scene as it is."""
+
+    time: float
+    """Since the start of the episode [s]."""
+
+    pose: Float64[Array, "robots 3"]
+    """x, y [m] and heading [rad]."""
+
+    doing: Int8[Array, " robots"]
+    """What each robot is doing, as a place in STATES.
+
+    Lost: it once found itself lost, and neither saw an area nor was told of one since. Where no
+    hand-written estimator runs, a robot is going where the task sends it next.
+    """
+
+    believed: Float64[Array, "robots areas 2"]
+    """Where each robot believes the areas to be [m]; zeros where it does not know."""
+
+    known: Bool[Array, "robots areas"]
+    """The robot believes it knows where the area is."""
+
+    p: Float32[Array, "robots areas"]
+    """Inverse confidence: path travelled since the area was seen [m]; zeros where unknown."""
+
+    messages: Int32[Array, "messages ends"]
+    """Sender and receiver of every message heard in this tick."""
+
+    round_trips: Int32[Array, " robots"]
+    """Completed trips nest -> prey -> nest of each robot so far."""
+
+    on_path: float
+    """Share of the robots that is on the path now, as `metrics.on_path_now` defines it."""
+
+    @property
+    def total(self) -> int:
+        """Round trips of all robots."""
+        return int(self.round_trips.sum())

@@ -1,0 +1,1 @@
+"""Robots that visit waypoints, with home as their only landmark (BOIDS)."""

@@ -1,0 +1,60 @@
+"""The control of the robots of a world: what estimators do before the cut, and what follows it.
+
+Two templates whose free names are bound to the functions of the chosen layers. At the cut between
+them a learner, or a rule written in NumPy, writes the actions that take the place of a layer.
+
+A layer's functions receive records of the robot's interface only: never its pose.
+"""
+
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.interface import KEEP
+
+Records = tuple[Array, Array]
+"""Robots, worlds by robots, and sightings, worlds by robots by robots."""
+
+
+def observe(
+    records: Records, minds: Array, shared: Array, numbers: Array, first: int, last: int
+) -> None:
+    """Take in what was sensed, in the worlds first .. last - 1, and describe what was seen.
+
+    Free names: take_in, describe.
+    """
+    robots, sightings = records
+    for w in range(first, last):
+        swarm, crowd = robots[w], minds[w]
+        for i in range(swarm.shape[0]):
+            take_in(crowd[i], shared[w, i], swarm[i].readings, numbers[w])
+        for i in range(swarm.shape[0]):
+            describe(crowd, i, sightings[w], swarm[i].readings, numbers[w])
+
+
+def decide(
+    records: Records, minds: Array, shared: Array, layers: Array, first: int, last: int
+) -> None:
+    """Steer, claim, and correct the estimates of all robots, in the worlds first .. last - 1.
+
+    Accelerations are decided before the merge: both layers go by what one observation shows.
+    Free names: steer, gain, merge.
+    """
+    robots, sightings = records
+    for w in range(first, last):
+        settings, n_exchanges = layers[w], 0
+        for i in range(robots.shape[1]):
+            robot, mind, memory = robots[w, i], minds[w, i].estimator, minds[w, i].motion
+            situation, exchange, action = mind.situation, mind.exchange, robot.action
+            acceleration = robot.command.acceleration
+            if action.motion == KEEP:
+                steer(situation, robot.readings, acceleration, memory, settings.motion)
+            else:
+                for k in range(2):
+                    acceleration[k] = action.acceleration[k]
+            robot.command.claim = situation.has_arrived
+            if exchange.is_valid:
+                n_exchanges += 1
+                if action.weighting == KEEP:
+                    exchange.weight[0] = gain(exchange, 0, settings.weighting)
+                else:
+                    exchange.weight[0] = action.weight[0]
+        if n_exchanges > 0:
+            merge(minds[w].estimator, shared[w], sightings[w], settings.estimator)

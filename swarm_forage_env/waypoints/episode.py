@@ -1,0 +1,128 @@
+"""The episode of robots that visit waypoints: what it came to, and how that is measured."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.episode import EpisodeKind
+from swarm_forage_env.record import rows
+from swarm_forage_env.waypoints.views import covariance_norm_of, estimated_pose_of
+
+
+@dataclass(frozen=True)
+class WaypointEpisode:
+    """The results of one waypoint episode."""
+
+    scenario: str
+    """Name of the scenario."""
+
+    controller: str
+    """The controller as it was asked for: `boids-goal:estimator=dead_reckoning`."""
+
+    seed: int
+    """Seed of the world; controllers under one seed meet the same world."""
+
+    physics: str
+    """Engine that moved the robots."""
+
+    n_robots: int
+    """Robots."""
+
+    duration_s: float
+    """Length of the episode [s]."""
+
+    covariance_norm: float
+    """Spectral norm of the covariance, mean over robots and time."""
+
+    position_error_m: float
+    """Distance between estimated and true position, mean over robots and time [m]."""
+
+    largest_error_m: float
+    """The same, of the worst robot at the worst time [m]."""
+
+    goals_per_robot: float
+    """Goals claimed and truly reached."""
+
+    false_goals_per_robot: float
+    """Goals claimed and not reached."""
+
+    success_rate: float | None
+    """Share of the claims that were right [0 to 1]; None if there were none."""
+
+    wall_s: float
+    """Computing time: an equal share of that of the block the episode ran in [s]."""
+
+
+class WaypointErrorMeter:
+    """Covariance norm and position error of each world, summed over robots and time.
+
+    Source: BOIDS, Section 5, for the metric.
+    """
+
+    def __init__(self, n_worlds: int) -> None:
+        """Nothing measured yet."""
+        self.norms: Float64[Array, " worlds"] = np.zeros(n_worlds)
+        self.errors: Float64[Array, " worlds"] = np.zeros(n_worlds)
+        self.largest: Float64[Array, " worlds"] = np.zeros(n_worlds)
+
+    def sample(self, loop: Any) -> None:  # noqa: ANN401 a control loop
+        """Compare what is believed now with what is true."""
+        minds, shape = loop.controller.minds, loop.world.robots.shape
+        away = estimated_pose_of(minds) - rows(loop.world.robots).pose
+        error = np.hypot(away[:, 0], away[:, 1]).reshape(shape)
+        self.norms += covariance_norm_of(minds).reshape(shape).sum(axis=1)
+        self.errors += error.sum(axis=1)
+        np.maximum(self.largest, error.max(axis=1), out=self.largest)
+
+
+class WaypointMeter:
+    """All metrics of a block of worlds."""
+
+    def __init__(self, loop: Any) -> None:  # noqa: ANN401 a control loop
+        """Of a loop whose worlds are about to start."""
+        self._loop = loop
+        self._error = WaypointErrorMeter(loop.world.n_worlds)
+
+    def sample(self, tick: int) -> None:
+        """Measure every tick."""
+        self._error.sample(self._loop)
+
+    def results(self) -> list[dict[str, Any]]:
+        """The metrics of each world, the claims of the last tick included."""
+        world, error = self._loop.world, self._error
+        world.judge(self._loop.situation.arrived)
+        n, task = world.n_robots, world.scenario.task
+        right, wrong = world.robots["right"].sum(axis=1), world.robots["wrong"].sum(axis=1)
+        samples = n * (world.scenario.n_ticks + task.extra_ticks)
+        return [
+            {
+                "covariance_norm": float(error.norms[w] / samples),
+                "position_error_m": float(error.errors[w] / samples),
+                "largest_error_m": float(error.largest[w]),
+                "goals_per_robot": float(right[w] / n),
+                "false_goals_per_robot": float(wrong[w] / n),
+                "success_rate": _share(int(right[w]), int(wrong[w])),
+            }
+            for w in range(world.n_worlds)
+        ]
+
+
+def _share(right: int, wrong: int) -> float | None:
+    return right / (right + wrong) if right + wrong else None
+
+
+WAYPOINT_EPISODE = EpisodeKind(
+    WaypointEpisode,
+    WaypointMeter,
+    "goals_per_robot",
+    "Goals per robot",
+    {
+        "goals_per_robot": ("goals a\nrobot", 1.0),
+        "false_goals_per_robot": ("false\ngoals", 1.0),
+        "success_rate": ("success\n[%]", 100.0),
+        "position_error_m": ("position\nerror [cm]", 100.0),
+        "covariance_norm": ("covari-\nance", 1.0),
+    },
+)

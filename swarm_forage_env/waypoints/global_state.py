@@ -1,0 +1,73 @@
+"""The global state of a waypoints world, for centralised critics and for the logs."""
+
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.record import rows
+from swarm_forage_env.spaces import Feature, Layout
+from swarm_forage_env.waypoints.observations import ANYWHERE, UNIT
+from swarm_forage_env.waypoints.views import estimated_pose_of
+from swarm_forage_env.waypoints.world import WaypointsWorld
+
+INFOS = ("goals", "false_goals", "position_error_m")
+"""What is logged of each robot: claims right and wrong so far, and how far its belief is off."""
+
+COUNTS = frozenset({"goals", "false_goals"})
+"""Those of which several robots have the sum; of everything else they have the mean."""
+
+
+class WaypointsState:
+    """What is true in a block of worlds, flat: each robot, then the time.
+
+    Of each robot: pose, goal, and where it believes to be; zeros for the belief where no
+    hand-written estimator runs.
+    """
+
+    infos = INFOS
+    counts = COUNTS
+
+    def __init__(
+        self,
+        world: WaypointsWorld,
+        controller: Any,  # noqa: ANN401 of any kind
+        agents: list[str],
+        bounds: object,
+    ) -> None:
+        """The truth about these worlds, whose robots have these names."""
+        self._world = world
+        minds = controller.minds
+        self._minds = minds if "estimator" in minds.dtype.names else None
+        names = ("pose.x", "pose.y", "heading.cos", "heading.sin", "goal.x", "goal.y")
+        believed = ("believed.x", "believed.y")
+        features = [
+            Feature(f"{agent}.{name}", "" if name.startswith("heading") else "m", *ANYWHERE)
+            for agent in agents
+            for name in (*names, *believed)
+        ]
+        self.layout = Layout([*features, Feature("share_gone", "of the episode", *UNIT)])
+        self.space = self.layout.box()
+
+    def state(self, share_gone: float) -> Float32[Array, "worlds numbers"]:
+        """One row for each world, as the layout says."""
+        state, worlds, believed = self._world.state, self._world.n_worlds, self._believed()
+        x, y, theta = state.pose.T
+        if believed is None:
+            believed = np.zeros_like(state.goal)
+        parts = [np.stack([x, y, np.cos(theta), np.sin(theta)], axis=1), state.goal, believed]
+        robots = np.concatenate(parts, axis=1).reshape(worlds, -1)
+        gone = np.full((worlds, 1), min(share_gone, 1.0))
+        return np.concatenate([robots, gone], axis=1, dtype=np.float32)
+
+    def log(self) -> Float64[Array, "rows infos"]:
+        """The numbers that are logged, a row for each robot, in the order of INFOS."""
+        state, believed = rows(self._world.robots), self._believed()
+        off = np.zeros(self._world.rows)
+        if believed is not None:
+            off = np.hypot(*(believed - state.pose[:, :2]).T)
+        return np.stack([state.right, state.wrong, off], axis=1)
+
+    def _believed(self) -> Float64[Array, "rows 2"] | None:
+        """Where the robots believe to be, if a hand-written estimator runs."""
+        return None if self._minds is None else estimated_pose_of(self._minds)[:, :2]

@@ -1,0 +1,36 @@
+"""The task of visiting waypoints, as the rest of the house knows it."""
+
+from swarm_forage_env.task import TASKS, Task
+from swarm_forage_env.waypoints.array_rules import ArrayMotion, ArrayWeighting
+from swarm_forage_env.waypoints.control import decide
+from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
+from swarm_forage_env.waypoints.global_state import WaypointsState
+from swarm_forage_env.waypoints.policies import LEARNABLE, NoLayers
+from swarm_forage_env.waypoints.potential import WaypointsPotential
+from swarm_forage_env.waypoints.scenario import WaypointsScenario
+from swarm_forage_env.waypoints.views import exchange_of, situation_of
+from swarm_forage_env.waypoints.world import PHYSICS, WaypointsWorld
+
+WAYPOINTS = Task(
+    name="waypoints",
+    scenario=WaypointsScenario,
+    world=WaypointsWorld,
+    decide=decide,
+    physics=PHYSICS,
+    controller="boids-adaptive",
+    agent="create",
+    commanded="acceleration",
+    exchange=exchange_of,
+    situation=situation_of,
+    array_weighting=ArrayWeighting,
+    array_motion=ArrayMotion,
+    policies=LEARNABLE,
+    residuals=(),
+    no_layers=NoLayers(),
+    bounds=lambda scenario, n_ticks, message_path: scenario,
+    potential=WaypointsPotential,
+    global_state=WaypointsState,
+    episode=WAYPOINT_EPISODE,
+)
+
+TASKS.register(WAYPOINTS.name)(WAYPOINTS)

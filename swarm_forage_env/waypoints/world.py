@@ -1,0 +1,134 @@
+"""WaypointsWorld: a block of worlds in which robots visit waypoints, as structured arrays."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Bool, Float32
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
+from swarm_forage_env.record import rows
+from swarm_forage_env.waypoints.records import RobotState, Sighting, WorldState
+from swarm_forage_env.waypoints.scenario import WaypointsScenario
+from swarm_forage_env.waypoints.tick import judge_claims, sense_first, start_at_home, tick
+
+PHYSICS = "kinematic"
+"""The one engine of a world without contacts."""
+
+SOURCES = (NoiseSource.ENCODER, NoiseSource.LANDMARK, NoiseSource.LIDAR, NoiseSource.GOAL)
+"""What each column of a robot's streams is for."""
+
+
+class WaypointsWorld:
+    """Worlds that run side by side, each from its own seed and under its own numbers.
+
+    A world in a block goes through the same states as the same world alone, bit for bit.
+    """
+
+    def __init__(
+        self, scenarios: Sequence[WaypointsScenario], seeds: Sequence[int], physics: str = PHYSICS
+    ) -> None:
+        """One world for each seed, reset and ready: the robots have sensed and seen each other.
+
+        The scenarios have the same number of robots; one for each world.
+        """
+        if physics != PHYSICS:
+            raise ConfigError(
+                f"physics='{physics}': {scenarios[0].name} has no contacts; only '{PHYSICS}'"
+                " drives it"
+            )
+        self.scenario, self.scenarios = scenarios[0], tuple(scenarios)
+        self.n_worlds, self.n_robots = len(seeds), scenarios[0].task.n_robots
+        shape = (self.n_worlds, self.n_robots)
+        self.robots = RobotState.array(shape)
+        """The truth about every robot; writing to it changes the worlds."""
+        self.sightings = Sighting.array((*shape, self.n_robots))
+        """Who sees whom: for every robot a row of those of its world."""
+        self.worlds = WorldState.array((self.n_worlds,))
+        """Clock and numbers of every world."""
+        for w, scenario in enumerate(scenarios):
+            write_numbers(scenario, self.worlds[w])
+        self.reset(seeds)
+
+    @property
+    def records(self) -> tuple[Array, Array]:
+        """What a controller is handed: robots, of whose records a layer sees its own; sightings."""
+        return self.robots, self.sightings
+
+    @property
+    def rows(self) -> int:
+        """Robots in all worlds."""
+        return self.robots.size
+
+    @property
+    def state(self) -> Any:  # noqa: ANN401 a recarray
+        """The truth with a row for each robot of every world; `state.pose` is a column of it."""
+        return rows(self.robots)
+
+    @property
+    def is_over(self) -> Bool[Array, " worlds"]:
+        """The scenario's time is up in each world."""
+        n_ticks = [scenario.n_ticks for scenario in self.scenarios]
+        return np.asarray(self.worlds["ticks"] >= n_ticks)
+
+    def reset(self, seeds: Sequence[int]) -> None:
+        """Start every world anew, each from its seed; robots begin with an exact fix."""
+        if len(seeds) != self.n_worlds:
+            raise ConfigError(f"seeds={list(seeds)}: must be {self.n_worlds}, one for each world")
+        for w, seed in enumerate(seeds):
+            self.restart(w, checked_seed(seed))
+        self.sense_first()
+
+    def restart(self, which: int, seed: int) -> None:
+        """Put one world's robots at their starting places and its streams at their seed."""
+        swarm = self.robots[which]
+        kept = swarm["action"].copy()
+        RobotState.restart(swarm)
+        swarm["action"] = kept
+        for column, source in enumerate(SOURCES):
+            swarm["streams"][:, column] = streams([seed], self.n_robots, source)
+        places = streams([seed], self.n_robots, NoiseSource.PLACE)
+        devices = streams([seed], self.n_robots, NoiseSource.DEVICE)
+        start_at_home(self.robots, self.worlds, which, places, devices)
+        self.worlds[which]["ticks"] = 0
+
+    def sense_first(self, first: int = 0, last: int | None = None) -> None:
+        """Sense before the first tick, in the worlds first .. last - 1."""
+        last = self.n_worlds if last is None else last
+        sense_first(self.robots, self.sightings, self.worlds, first, last)
+
+    def tick(self, first: int, last: int) -> None:
+        """Carry out the commands in the worlds first .. last - 1: judge, move, sense, see."""
+        tick(self.robots, self.sightings, self.worlds, first, last)
+
+    def judge(self, claim: Bool[Array, " rows"]) -> Float32[Array, " rows"]:
+        """Book claims and hand out new goals; goals rightly claimed by each robot.
+
+        Those of a tick are judged in the next; after the last tick, call it once more.
+        """
+        self.robots["command"]["claim"] = np.reshape(claim, self.robots.shape)
+        judge_claims(self.robots, self.worlds)
+        return self.robots["reward"].reshape(-1)
+
+
+def write_numbers(scenario: WaypointsScenario, out_world: Any) -> None:  # noqa: ANN401 a record
+    """Write the numbers of a scenario to the record of a world, as kernels read them."""
+    sensors, task = scenario.sensors, scenario.task
+    numbers = {
+        "dt": scenario.tick,
+        **scenario.robot.model_dump(),
+        "noise": (sensors.speed_noise, sensors.turn_noise),
+        "bias": (sensors.speed_bias, sensors.turn_bias),
+        "spread": sensors.spread,
+        "reach": sensors.reach,
+        "range_noise": sensors.range_noise,
+        "bearing_noise": sensors.bearing_noise,
+        "home_noise": sensors.home_noise,
+        "tolerance": task.tolerance,
+        "half_side": 0.5 * task.side,
+        "start_half_side": task.start_half_side,
+        "first_goal": task.first_goal,
+    }
+    for name, value in numbers.items():
+        out_world[name] = value

@@ -1,0 +1,103 @@
+"""Datasets read back: groups with their numbers, and what is no dataset of this version."""
+
+from dataclasses import replace
+
+import pyarrow.parquet as pq
+import pytest
+
+from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
+from swarm_forage_env.errors import ConfigError
+
+
+@pytest.fixture
+def kept(dataset, configure, episode):
+    """nc, and ssgiff under three values of beta; three seeds each."""
+    for controller in ("ssgiff:beta=1", "ssgiff:beta=0.001", "ssgiff", "nc"):
+        configuration = configure(controller)
+        dataset.keep(configuration, [replace(episode, seed=seed) for seed in (2, 0, 1)])
+    return dataset
+
+
+def files(dataset):
+    return sorted(dataset.folder.rglob("*.parquet"))
+
+
+def test_groups_come_back_with_their_numbers_and_episodes_by_seed(kept, episode):
+    groups = read_groups([str(kept.folder)])
+    assert [group.label() for group in groups] == [
+        "nc", "ssgiff:beta=0.001", "ssgiff", "ssgiff:beta=1",
+    ]  # fmt: skip
+    assert [each.seed for each in groups[0].episodes] == [0, 1, 2]
+    assert groups[0].episodes[0] == replace(episode, seed=0, controller="nc")
+    assert groups[1].numbers["weighting.beta"] == 0.001
+    assert groups[1].numbers["task.duration"] == 20.0
+    assert groups[1].setup() == "es1, task.duration=20, kinematic"
+    assert groups[1].setup("task.duration") == "es1, kinematic"
+    assert groups[1].label("weighting.beta") == "ssgiff"
+
+
+def test_a_group_read_back_is_the_one_that_was_evaluated(kept, configure, episode):
+    configuration = configure("ssgiff:beta=1")
+    episodes = [replace(episode, seed=seed, controller="ssgiff") for seed in range(3)]
+    read = read_groups([str(kept.folder)], controllers=["ssgiff:beta=1"])
+    assert read == [EpisodeGroup.of(configuration, episodes)]
+    assert read[0].configuration().key == configuration.key
+
+
+def test_a_name_chooses_all_its_parameters_and_a_name_with_parameters_those(kept):
+    source = [str(kept.folder)]
+    assert len(read_groups(source, controllers=["ssgiff"])) == 3
+    assert len(read_groups(source, controllers=["nc", "ssgiff:beta=1"])) == 2
+    assert len(read_groups(source, scenarios=["es1"])) == 4
+
+
+def test_an_episode_in_two_datasets_counts_once(kept, tmp_path, configure, episode):
+    other = Dataset(tmp_path / "other")
+    other.open()
+    other.keep(configure("nc"), [replace(episode, seed=seed) for seed in (2, 3)])
+    groups = read_groups([str(kept.folder), str(other.folder)], controllers=["nc"])
+    assert [each.seed for each in groups[0].episodes] == [0, 1, 2, 3]
+
+
+def test_names_that_fit_nothing_are_answered_with_those_there_are(kept):
+    with pytest.raises(ConfigError, match=r"--controller sgiff: .* controllers nc, ssgiff"):
+        read_groups([str(kept.folder)], controllers=["sgiff"])
+    with pytest.raises(ConfigError, match=r"--scenario es2: .* scenarios es1"):
+        read_groups([str(kept.folder)], scenarios=["es2"])
+
+
+def test_a_missing_or_empty_folder_is_answered_with_how_to_make_one(tmp_path):
+    for folder in (tmp_path / "missing", tmp_path):
+        with pytest.raises(ConfigError, match="swarm-forage evaluate es1 nc ssgikf --out"):
+            read_groups([str(folder)])
+
+
+def test_a_dataset_of_another_version_is_refused_by_what_differs(kept):
+    file = files(kept)[0]
+    table = pq.ParquetFile(file).read()
+    pq.write_table(table.drop_columns(["lost_events"]), file)
+    with pytest.raises(ConfigError, match=r"another version .*lacks lost_events.*evaluate again"):
+        read_groups([str(kept.folder)])
+
+
+def test_a_damaged_file_is_named(kept):
+    files(kept)[0].write_bytes(b"PAR1")
+    with pytest.raises(ConfigError, match=r"nc.*parquet: not a readable Parquet file; remove it"):
+        read_groups([str(kept.folder)])
+
+
+def test_episodes_of_two_versions_of_the_code_are_not_mixed(kept, configure, episode):
+    older = configure("nc")
+    older.__dict__["code"] = "0123456789abcdef"
+    kept.keep(older, [episode])
+    with pytest.raises(ConfigError, match="several versions of swarm-forage"):
+        read_groups([str(kept.folder)])
+    assert read_groups([str(kept.folder)], controllers=["ssgiff"])
+
+
+def test_a_file_outside_of_the_folders_of_names_is_refused(kept):
+    stray = kept.folder / "stray.parquet"
+    stray.write_bytes(files(kept)[0].read_bytes())
+    with pytest.raises(ConfigError, match=r"stray\.parquet: not in a folder scenario="):
+        read_groups([str(kept.folder)])

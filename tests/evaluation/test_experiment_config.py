@@ -1,0 +1,113 @@
+"""What tells configurations apart."""
+
+import json
+import pickle
+import subprocess
+import sys
+
+import pytest
+
+from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe, parse_settings
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.scenarios import find_scenario
+
+
+def test_everything_but_the_seed_changes_the_key(configure):
+    variants = [
+        configure(),
+        configure("ssgiff"),
+        configure("dsgikf"),
+        configure("ssgiff:beta=0.02"),
+        configure(physics="rigid"),
+        configure(task_duration=30.0),
+        configure(radio_loss_far=0.6),
+    ]
+    assert len({each.key for each in variants}) == len(variants)
+
+
+def test_a_default_that_is_spelt_out_changes_nothing(configure):
+    beta = configure("ssgiff").recipe.parameters["weighting.beta"]
+    assert configure(f"ssgiff:beta={beta}").key == configure("ssgiff").key
+    assert configure("ssgiff:weighting.beta=0.02").key == configure("ssgiff:beta=0.020").key
+
+
+def test_what_was_changed_is_told_as_json(configure):
+    configuration = configure("ssgiff:beta=0.02", radio_loss_far=0.6)
+    assert json.loads(configuration.parameters) == {"weighting.beta": 0.02}
+    assert json.loads(configuration.overrides) == {"radio.loss_far": 0.6, "task.duration": 20.0}
+    assert json.loads(configuration.settings)["scenario"]["radio"]["loss_far"] == 0.6
+
+
+def test_a_named_scenario_and_controller_change_nothing():
+    configuration = ExperimentConfig("ssgiff", find_scenario("es2"), find_recipe("ssgiff"))
+    assert (configuration.overrides, configuration.parameters) == ("{}", "{}")
+
+
+RULE = '''
+"""A rule."""
+
+GAIN = 1
+"""Of the rule."""
+
+
+class Rule:
+    """Weighs."""
+
+    def __call__(self, told):
+        """Weigh."""
+        return GAIN * told
+'''
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "is_same"),
+    [
+        ("", "", True),
+        ('"""A rule."""', '"""A good rule."""', True),
+        ('"""Of the rule."""', "", True),
+        ('"""Weighs."""', "pass", False),
+        ('"""Weigh."""', '"""Weigh what was told."""  # it is little', True),
+        ("GAIN = 1", "GAIN = 2", False),
+        ("GAIN * told", "told * GAIN", False),
+        ("GAIN * told", "(GAIN  *\n told)", True),
+    ],
+)
+def test_other_code_is_another_configuration_and_other_prose_is_not(
+    configure, monkeypatch, tmp_path, before, after, is_same
+):
+    rule = tmp_path / "rule.py"
+    monkeypatch.setattr("baselines.evaluation.experiment_config.getfile", lambda _: str(rule))
+    rule.write_text(RULE)
+    one = configure()
+    old = one.code, one.key
+    rule.write_text(RULE.replace(before, after, 1))
+    other = configure()
+    assert (other.code == old[0], other.key == old[1]) == (is_same, is_same)
+
+
+def test_settings_are_names_and_values():
+    assert parse_settings([" radio.max_range = 0.2 "]) == {"radio.max_range": "0.2"}
+
+
+@pytest.mark.parametrize("text", ["radio.max_range", "=0.2", "radio.max_range=", "", "="])
+def test_a_setting_of_another_form_is_refused(text):
+    with pytest.raises(ConfigError, match=r"must be name=value, as in radio\.max_range=0\.2"):
+        parse_settings([text])
+
+
+def test_a_setting_given_twice_is_refused():
+    with pytest.raises(ConfigError, match="given twice"):
+        parse_settings(["tick=0.1", "tick=0.2"])
+
+
+def test_another_process_tells_the_same_overrides():
+    """A worker has imported no scenarios when it is handed its configuration."""
+    configuration = ExperimentConfig("nc", find_scenario("es2"), find_recipe("nc"))
+    program = "import pickle, sys; print(pickle.load(sys.stdin.buffer).overrides)"
+    told = subprocess.run(
+        [sys.executable, "-c", program],
+        input=pickle.dumps(configuration),
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    assert told.stdout.decode().strip() == configuration.overrides == "{}"

@@ -1,0 +1,75 @@
+"""What there is, with every number, unit and origin."""
+
+import pytest
+
+from baselines.evaluation import listing
+from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.registry import CONTROLLERS, ORIGINS, SCENARIOS
+
+
+def parameters(name):
+    listed = listing.describe(name)["parameters"]
+    return {each["name"]: each for group in listed.values() for each in group}
+
+
+def test_the_overview_holds_every_registered_name():
+    found = listing.overview()
+    assert [each["name"] for each in found["scenarios"]] == list(SCENARIOS)
+    assert [each["name"] for each in found["controllers"]] == list(CONTROLLERS)
+    assert {"rigid", "kinematic"} <= {each["name"] for each in found["engines"]}
+
+
+def test_a_field_is_told_with_value_unit_and_origin():
+    radius = parameters("es1")["robot.radius"]
+    assert (radius["value"], radius["unit"], radius["origin"]) == (0.035, "m", "published")
+    assert radius["meaning"] == "Body radius. TR 6.1"
+
+
+def test_a_number_of_its_own_is_told_with_its_own_origin(tmp_path):
+    authors = parameters("waypoints-25-authors")
+    assert authors["task.tolerance"]["origin"] == "code"
+    assert parameters("waypoints-25")["task.tolerance"]["origin"] == "published"
+    robots = parameters("ants2008")["task.n_robots"]
+    assert (robots["origin"], robots["meaning"]) == ("published", "Robots. ANTS Fig. 3a")
+    wary = parameters("dsgiff-wary")
+    assert wary["estimator.message_path"]["origin"] == "set"
+    assert wary["estimator.pause"]["origin"] == "derived"
+    file = tmp_path / "mine.toml"
+    file.write_text("[task]\nn_robots = 20\n")
+    mine = parameters(str(file))
+    assert mine["task.n_robots"]["origin"] == "set"
+    assert mine["task.duration"]["origin"] == "published"
+
+
+def test_origins_are_of_numbers_that_there_are():
+    for name, origins in ORIGINS.items():
+        own = parameters(name)
+        assert all(own[each]["meaning"].endswith(text.partition(" (")[0])
+                   for each, text in origins.items())  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [*SCENARIOS, "nc", "ssgiff"])
+def test_every_number_has_a_meaning(name):
+    assert all(each["meaning"] for each in parameters(name).values())
+
+
+def test_a_controller_is_told_with_the_parameters_asked_for():
+    assert parameters("ssgiff:beta=0.02")["weighting.beta"]["value"] == 0.02
+    layers = listing.describe("ssgiff")["layers"]
+    assert layers == {
+        "estimator": "social_odometry",
+        "weighting": "sgiff",
+        "motion": "subsumption",
+    }
+
+
+def test_a_file_is_told_like_a_scenario(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text('base = "es2"\n[radio]\nmax_range = 0.3\n')
+    assert parameters(str(file))["radio.max_range"]["value"] == 0.3
+    assert listing.describe(str(file))["name"] == "mine"
+
+
+def test_an_unknown_name_is_told_the_nearest_scenario_or_controller():
+    with pytest.raises(UnknownNameError, match="did you mean 'ssgikf'"):
+        listing.find("sgikf")

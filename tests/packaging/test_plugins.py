@@ -1,0 +1,75 @@
+"""A plug-in that cannot be imported leaves all others as they are, and says why it is missing."""
+
+import sys
+from importlib.metadata import EntryPoint, entry_points
+
+import pytest
+
+from swarm_forage_env import UnknownNameError, parallel_env, registry
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.physics import ENGINES
+from swarm_forage_env.registry import CONTROLLERS, PLUGIN_GROUP
+
+NEEDS = "import nosuch", "(broken_swarm): 'nosuch' is missing"
+
+
+@pytest.fixture
+def plugin(tmp_path, monkeypatch):
+    """Enter a plug-in of these lines, after those that are installed."""
+
+    def enter(lines):
+        (tmp_path / "broken_swarm.py").write_text(lines + "\n")
+        points = [*entry_points(group=PLUGIN_GROUP), EntryPoint("broken", "broken_swarm", "any")]
+        monkeypatch.setattr(registry, "entry_points", lambda group: points)
+
+    monkeypatch.setattr(registry, "_left_out", {})
+    monkeypatch.syspath_prepend(tmp_path)
+    yield enter
+    sys.modules.pop("broken_swarm", None)
+
+
+@pytest.mark.parametrize(
+    ("lines", "why"),
+    [
+        NEEDS,
+        ("import nosuch.below", "(broken_swarm): 'nosuch' is missing"),
+        ("from math import nosuch", "cannot import name 'nosuch' from 'math'"),
+        ("raise ImportError('not on this system')", "(broken_swarm): not on this system"),
+        (
+            "import safetensors.torch",
+            "'safetensors.torch' is missing, pip install 'swarm-forage[train]'",
+        ),
+    ],
+)
+def test_the_reason_is_told_where_one_of_its_names_is_asked_for(plugin, monkeypatch, lines, why):
+    monkeypatch.setitem(sys.modules, "safetensors.torch", None)
+    plugin(lines)
+    for ask in (find_controller, CONTROLLERS.__getitem__, ENGINES.__getitem__):
+        with pytest.raises(UnknownNameError) as refusal:
+            ask("none-such")
+        assert "; left out: plug-in 'broken' (broken_swarm): " in str(refusal.value)
+        assert why in str(refusal.value)
+        assert "\n" not in str(refusal.value)
+
+
+def test_the_others_are_as_they_were(plugin):
+    before = set(CONTROLLERS)
+    plugin(NEEDS[0])
+    assert set(CONTROLLERS) == before
+    assert {"ssgikf", "learned-both"} <= before
+    parallel_env("es1").reset(seed=0)
+
+
+def test_it_is_not_tried_again(plugin, monkeypatch):
+    tried = []
+    monkeypatch.setattr(sys, "tried", tried, raising=False)
+    plugin("import sys\nsys.tried.append(1)\nraise ImportError")
+    for _ in range(3):
+        list(CONTROLLERS)
+    assert tried == [1]
+
+
+def test_what_else_goes_wrong_in_it_is_not_passed_over(plugin):
+    plugin("1 / 0")
+    with pytest.raises(ZeroDivisionError):
+        list(CONTROLLERS)

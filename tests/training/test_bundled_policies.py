@@ -1,0 +1,68 @@
+"""The bundled policies: each loads, is small, says how it was made, and does its work."""
+
+import pytest
+
+from baselines.evaluation.episode import run_episodes
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.scenarios import find_foraging
+from training.controllers import RECIPES
+from training.experiment import TEST_SEEDS
+from training.policy_file import BUNDLED, load_policy
+
+SMALL = 100_000
+"""Bytes of a policy and its card together, at most."""
+
+NAMES = sorted(file.stem for file in BUNDLED.glob("*.safetensors"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_policy_says_how_it_was_made_and_is_small(name):
+    policy = load_policy(name)
+    card = policy.card
+    assert card.command.startswith("swarm-forage train ")
+    assert "/tmp" not in card.command
+    assert card.score
+    assert card.curve[-1].value >= card.curve[0].value
+    files = policy.source, policy.source.with_suffix(".json")
+    assert sum(file.stat().st_size for file in files) < SMALL
+
+
+def test_the_folder_of_bundled_policies_holds_policies_and_their_cards_only():
+    files = {file.name for file in BUNDLED.iterdir()}
+    assert files == {f"{name}{end}" for name in NAMES for end in (".safetensors", ".json")}
+
+
+@pytest.mark.parametrize("name", [recipe.name for recipe in RECIPES])
+def test_every_learned_controller_beats_robots_that_do_not_communicate(name):
+    scenario, seeds = find_foraging("es1"), TEST_SEEDS[:3]
+    learned, alone = (
+        [each.round_trips for each in run_episodes(scenario, find_controller(who), seeds)]
+        for who in (name, "nc")
+    )
+    assert min(learned) > max(alone)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "gain"), [("es1", {}, 1.4), ("es2", {"task.duration": "1800"}, 1.1)]
+)
+def test_the_learned_motion_makes_more_trips_than_subsumption_in_small_and_large_arenas(
+    name, changes, gain
+):
+    scenario, seeds = find_foraging(name, changes), TEST_SEEDS[:2]
+    learned, own = (
+        sum(each.round_trips for each in run_episodes(scenario, find_controller(who), seeds))
+        for who in ("learned-motion", "ssgiff")
+    )
+    assert learned > gain * own
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "worlds"), [("es1", {}, 2), ("es3", {"task.duration": "2400"}, 1)]
+)
+def test_both_together_make_more_trips_than_either_alone(name, changes, worlds):
+    scenario, seeds = find_foraging(name, changes), TEST_SEEDS[:worlds]
+    both, weighting, motion = (
+        sum(each.round_trips for each in run_episodes(scenario, find_controller(who), seeds))
+        for who in ("learned-both", "learned-weighting", "learned-motion")
+    )
+    assert both > max(weighting, motion)

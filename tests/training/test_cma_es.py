@@ -1,0 +1,201 @@
+"""CMA-ES: it climbs, it keeps what held-back worlds judge best, and it survives being killed."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from baselines.evaluation.episode import run_episodes
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError
+from training import cma_es
+from training.candidate_rollouts import CandidateRollouts
+from training.checkpoint import BEST_POLICY, CHECKPOINT, Checkpoint
+from training.cma_es import fitness_of, initial_mean, initial_network, train
+from training.learned_weighting import network_of
+from training.linear_motion_policy import linear_policy_of
+from training.policy_file import CurvePoint, load_policy, save_policy
+
+
+def silent(line):
+    """Nobody is told."""
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def imagined_trips(number, seeds):
+    return 1000.0 * np.exp(-((number - 1.0) ** 2)) + np.sin(seeds)
+
+
+@pytest.fixture
+def _imagined(monkeypatch):
+    """Round trips of a seed and a network's last number alone, best at 1; no world runs."""
+
+    def round_trips(self, networks, seeds):
+        trips = imagined_trips(networks[:, -1].astype(np.float64)[:, None], np.array(seeds))
+        return dict.fromkeys(self.scenarios, trips)
+
+    monkeypatch.setattr(CandidateRollouts, "round_trips", round_trips)
+
+
+@pytest.mark.usefixtures("_imagined")
+def test_the_search_climbs(experiment):
+    policy = train(experiment(budget=40, population=10, every=20), silent)
+    first, *_, last = policy.card.curve
+    assert first.value < last.value
+    assert network_of(policy)[-1] == pytest.approx(1.0, abs=0.2)
+
+
+def test_the_best_is_the_first_mean_with_the_highest_value(experiment):
+    checkpoint = Checkpoint.open(experiment(), population=4, numbers=1)
+    for step, value in enumerate((1.0, 3.0, 2.0, 3.0)):
+        point = CurvePoint(step=step, simulated_s=0.0, value=value, round_trips={})
+        checkpoint.add_point(point, np.array([step], np.float32))
+    best, numbers = checkpoint.best
+    assert (best.step, numbers.tolist()) == (1.0, [1.0])
+
+
+@pytest.mark.usefixtures("_imagined")
+def test_the_policy_kept_is_the_best_on_the_held_back_worlds(experiment):
+    policy = train(experiment(budget=4, every=1), silent)
+    curve = policy.card.curve
+    assert [point.step for point in curve] == list(range(5))
+    best = max(curve, key=lambda point: point.value)
+    assert policy.card.score == best.round_trips
+    trips = imagined_trips(network_of(policy)[-1], np.array([2000, 2001])).mean()
+    assert np.log1p(trips) == pytest.approx(best.value)
+
+
+def test_the_search_starts_from_the_hand_written_rule(experiment):
+    mine = experiment()
+    rollouts = CandidateRollouts(mine.scenarios_by_name, mine.recipe, mine.physics)
+    start = initial_mean(0, "weighting")[None].astype(np.float32)
+    rule = np.zeros_like(start)
+    rule[0, -2] = 0.001 / 0.01 - 1.0  # as ssgiff:beta=0.001
+    seeds = mine.held_back_seeds
+    found, expected = rollouts.round_trips(start, seeds), rollouts.round_trips(rule, seeds)
+    np.testing.assert_array_equal(found["es1"], expected["es1"])
+    assert (start != rule).any()
+    assert not initial_mean(0, "motion").any()
+
+
+@pytest.mark.parametrize(
+    ("layer", "numbers_of"), [("weighting", network_of), ("motion", linear_policy_of)]
+)
+def test_the_search_goes_on_from_a_learned_layer(experiment, layer, numbers_of):
+    mine = experiment(layer=layer, controller="learned-both", budget=1, every=1)
+    shipped = numbers_of(load_policy(mine.recipe.layers[layer].policy))
+    _, start = initial_network(mine, layer)
+    np.testing.assert_array_equal(start, shipped)
+    policy = train(mine, silent)
+    assert policy.card.curve[0].step == 0
+    assert numbers_of(policy).shape == shipped.shape
+
+
+@pytest.mark.usefixtures("_imagined")
+def test_a_search_does_not_go_on_among_other_weights(experiment, tmp_path):
+    copy = tmp_path / "mine.safetensors"
+    mine = experiment(budget=1, controller=f"learned-weighting:policy={copy}")
+    shipped = load_policy("weighting")
+    save_policy(copy, shipped.weights, shipped.card)
+    train(mine, silent)
+    save_policy(copy, {k: 2.0 * each for k, each in shipped.weights.items()}, shipped.card)
+    with pytest.raises(ConfigError, match="learned-weighting weighting, sha256 = "):
+        train(mine, silent)
+
+
+def test_a_motion_is_searched_and_runs_as_a_controller(experiment):
+    mine = experiment(layer="motion", budget=2, every=1)
+    policy = train(mine, silent)
+    assert policy.card.layers["motion"].network == "reflexes"
+    tried = load_policy(mine.out / BEST_POLICY).weights["motion.steer.weight"]
+    assert tried.shape == (2, 2, 12)
+    controller = find_controller(f"learned-motion:policy={policy.source}")
+    trips = [
+        each.round_trips
+        for each in run_episodes(
+            mine.scenarios_by_name["es1"], controller, mine.held_back_seeds, "kinematic"
+        )
+    ]
+    assert np.mean(trips) == policy.card.score["es1"].mean
+
+
+def test_a_candidate_motion_makes_the_trips_of_its_own_numbers(experiment):
+    mine = experiment(layer="motion")
+    rollouts = CandidateRollouts(mine.scenarios_by_name, mine.recipe, mine.physics, layer="motion")
+    two = np.random.default_rng(0).normal(0.0, 0.2, (2, 60)).astype(np.float32)
+    both = rollouts.round_trips(two, range(6))["es1"]
+    alone = [rollouts.round_trips(each[None], range(6))["es1"][0] for each in two]
+    np.testing.assert_array_equal(both, alone)
+    assert (both[0] != both[1]).any()
+
+
+@pytest.mark.usefixtures("_imagined")
+def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, broken_anywhere):
+    mine = experiment(budget=3, every=2)
+    policy = broken_anywhere(train, mine, (Checkpoint, "save"), range(1, 6))
+    assert len(policy.card.curve) == 3
+
+
+@pytest.mark.usefixtures("_imagined")
+def test_a_larger_budget_goes_on_from_the_smaller_one(experiment, monkeypatch):
+    train(experiment(budget=4, out=Path("a")), silent)
+    tried = []
+    run = cma_es.CMAESTraining.advance
+    monkeypatch.setattr(
+        cma_es.CMAESTraining,
+        "advance",
+        lambda self, progress: (tried.append(1), run(self, progress)),
+    )
+    longer = train(experiment(budget=6, out=Path("a")), silent)
+    assert len(tried) == 2
+    assert longer.card.curve[-1].step == 6
+
+
+@pytest.mark.usefixtures("_imagined")
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"seed": 1}, "with seed = 0, not 1"),
+        ({"worlds": 2}, "with worlds = 1, not 2"),
+        ({"scenarios": ("es1:radio.frames=5",)}, "with scenarios = es1, not es1:radio.frames=5"),
+        ({"controller": "dsgiff"}, "with controller = ssgiff, not dsgiff"),
+        ({"controller": "ssgiff:mean_run=1"}, "ssgiff motion.mean_run = 0.33, not 1.0"),
+    ],
+)
+def test_the_folder_of_another_experiment_is_refused(experiment, changes, complaint):
+    train(experiment(budget=1), silent)
+    with pytest.raises(ConfigError) as refusal:
+        train(experiment(budget=1, **changes), silent)
+    assert complaint in str(refusal.value)
+
+
+def test_a_damaged_checkpoint_is_refused(experiment):
+    mine = experiment()
+    mine.out.mkdir(parents=True)
+    (mine.out / CHECKPOINT).write_bytes(b"nonsense")
+    with pytest.raises(ConfigError, match=r"cannot be read .* remove it to start anew"):
+        train(mine, silent)
+
+
+def test_a_folder_that_cannot_be_written_is_refused(experiment, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match="--out file/x: cannot be written"):
+        train(experiment(out=Path("file/x")), silent)
+
+
+def test_the_value_is_the_mean_logarithm_over_the_scenarios():
+    trips = {"a": np.array([[9, 9], [0, 0]]), "b": np.array([[98, 100], [0, 0]])}
+    expected = [(np.log(10.0) + np.log(100.0)) / 2.0, 0.0]
+    np.testing.assert_allclose(fitness_of(trips), expected)
+
+
+def test_a_trained_policy_runs_as_a_controller(experiment):
+    mine = experiment(budget=1)
+    policy = train(mine, silent)
+    controller = find_controller(f"learned-weighting:policy={policy.source}")
+    assert controller.weighting.policy == str(policy.source)
+    assert list((mine.out / "tensorboard").iterdir())

@@ -1,0 +1,220 @@
+"""DAgger: it learns from the true errors of estimates, and survives being killed."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from baselines.evaluation.episode import run_episodes
+from baselines.references.reference import Reference
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.scenarios import find_foraging
+from training import dagger
+from training.actor_critic import WeightingActor
+from training.dagger import (
+    HIDDEN,
+    DAggerTraining,
+    Exchanges,
+    RecordingWeighting,
+    oracle_gain,
+    record_exchanges,
+    squared_error,
+    train,
+)
+from training.learned_weighting import (
+    LearnedWeighting,
+    NetworkWeighting,
+    flatten,
+    network_of,
+    weighting_network_shapes,
+)
+from training.policy_file import encounter_layout, load_policy
+
+OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
+HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
+BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 120.0}
+SCENARIO = find_foraging("es1", BUSY)
+LAYOUT = encounter_layout(SCENARIO)
+SEEDS = 10_000, 10_001, 10_002
+
+
+def silent(line):
+    """Nobody is told."""
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def imitating(experiment):
+    """Make an experiment that imitates."""
+
+    def make(**changes):
+        terms = {"algorithm": "imitation", "population": None, "worlds": 3, "budget": 2, "every": 1}
+        return experiment(**terms | changes)
+
+    return make
+
+
+def random_numbers():
+    shapes = weighting_network_shapes({"hidden": HIDDEN})
+    count = sum(math.prod(shape) for shape in shapes.values())
+    return np.random.default_rng(0).normal(0.0, 0.5, count).astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def exchanges():
+    return record_exchanges(
+        SCENARIO, find_controller("ssgiff"), random_numbers(), SEEDS, "kinematic"
+    )
+
+
+def test_the_error_of_a_merged_place_by_hand():
+    # own 0.3 and heard -0.1 cancel at three quarters; more than 0.5 m2 counts as 0.5 m2
+    g = torch.tensor([0.75, 0.5, 0.0])
+    expected = [0.0, 0.4**2, 0.5]
+    np.testing.assert_allclose(squared_error(g, OWN, HEARD), expected, atol=1e-7)
+
+
+def test_the_gain_of_an_oracle_by_hand():
+    # of 0.09, 0.04 and 0.5 it makes 0.01, 0.04 and 0.01
+    assert float(oracle_gain(OWN, HEARD)) == pytest.approx((0.08 + 0.0 + 0.49) / 3.0, abs=1e-7)
+
+
+def test_recording_changes_nothing():
+    recipe = find_controller("ssgiff")
+    weighting = RecordingWeighting(random_numbers(), LAYOUT)
+    seen = ControlLoop(
+        SCENARIO,
+        Reference(recipe.name, recipe.estimator, weighting, recipe.motion),
+        SEEDS,
+        "kinematic",
+    )
+    alone = ControlLoop(SCENARIO, recipe, SEEDS, "kinematic")
+    alone.controller.weighting = NetworkWeighting(random_numbers()[None])
+    for _ in range(SCENARIO.n_ticks):
+        seen.step()
+        alone.step()
+    assert len(seen.controller.weighting.exchanges) > 20
+    np.testing.assert_array_equal(seen.world.state.pose, alone.world.state.pose)
+    assert alone.world.state.round_trips.any()
+
+
+def test_what_is_noted_is_of_the_area_that_the_robot_heads_for(exchanges):
+    seen = LAYOUT.encounter(exchanges.observed)
+    np.testing.assert_array_equal(exchanges.area.argmax(axis=1), seen.goal)
+    rows = np.arange(len(exchanges))
+    assert seen.own_known[rows, seen.goal].all()
+    assert seen.heard_known[rows, seen.goal].all()
+
+
+def test_a_double_filter_notes_both_areas():
+    found = record_exchanges(
+        SCENARIO, find_controller("dsgiff"), random_numbers(), SEEDS, "kinematic"
+    )
+    seen = LAYOUT.encounter(found.observed)
+    elsewhere = found.area.argmax(axis=1) != seen.goal
+    assert 0 < elsewhere.sum() < len(found)
+
+
+def test_the_errors_noted_are_as_far_apart_as_the_places(exchanges):
+    # the two places and the truth form a triangle, of which the encounter knows one side
+    seen = LAYOUT.encounter(exchanges.observed)
+    apart = np.linalg.norm(exchanges.heard_error - exchanges.own_error, axis=1)
+    expected = seen.disagreement[np.arange(len(exchanges)), seen.goal]
+    np.testing.assert_allclose(apart, expected, atol=1e-5)
+    assert np.linalg.norm(exchanges.own_error, axis=1).max() < SCENARIO.arena.length
+
+
+def test_believing_nobody_gains_nothing_and_the_truth_gains_more(exchanges):
+    gain, actor = exchanges.gain("es1"), WeightingActor(LAYOUT, HIDDEN)
+    with torch.no_grad():
+        actor.arrays["output.bias"].fill_(-1e6)
+        assert exchanges.share(actor, gain) == pytest.approx(0.0, abs=1e-6)
+        actor.arrays["output.bias"].fill_(1e6)  # believe everybody
+        assert exchanges.share(actor, gain) < 0.9
+
+
+def test_a_fit_finds_out_who_is_right(imitating):
+    # the heard place is right if it was reached lately, and else the own one is
+    rng, rows = np.random.default_rng(0), 4000
+    seen = {name: k for k, name in enumerate(LAYOUT.names)}
+    observed = np.zeros((rows, len(LAYOUT)), np.float32)
+    heard_p = rng.uniform(0.0, 2.0, rows).astype(np.float32)
+    shown = {"own_p": 1.0, "own_known": 1.0, "heard_p": heard_p, "heard_known": 1.0}
+    for name, value in shown.items():
+        observed[:, seen[f"encounter.{name}.prey"]] = value
+    observed[:, seen["encounter.frames"]] = 8.0
+    wrong, right = rng.normal(0.0, 0.2, (rows, 2)), np.zeros((rows, 2))
+    fresh = (heard_p < 1.0)[:, None]
+    area = np.tile(np.array([0.0, 1.0], np.float32), (rows, 1))
+    errors = [each.astype(np.float32) for each in (np.where(fresh, wrong, right),
+                                                   np.where(fresh, right, wrong))]  # fmt: skip
+    learning = DAggerTraining(imitating())
+    shares = learning._fit({"es1": Exchanges(observed, area, *errors)})
+    assert shares["es1"] > 0.95
+
+
+def test_training_ends_with_the_best_policy_as_a_controller(imitating):
+    mine = imitating(controller="dsgiff-brisk")
+    policy = train(mine, silent)
+    curve = policy.card.curve
+    assert [point.step for point in curve] == [0, 1, 2]
+    best = max(curve, key=lambda point: point.value)
+    assert policy.card.score == best.round_trips
+    assert policy.card.layers["weighting"].sizes == {"hidden": HIDDEN}
+    assert network_of(policy).size == 170
+    controller = find_controller(f"learned-weighting:policy={policy.source}")
+    episodes = run_episodes(
+        mine.scenarios_by_name["es1"], controller, mine.held_back_seeds, "kinematic"
+    )
+    assert np.mean([each.round_trips for each in episodes]) == policy.card.score["es1"].mean
+    assert list((mine.out / "tensorboard").iterdir())
+
+
+@pytest.mark.parametrize("name", ["weighting", "mine"])
+def test_a_fit_goes_on_from_a_learned_weighting(imitating, name, policy_file):
+    policy = load_policy({"weighting": "weighting", "mine": policy_file}[name])
+    mine = imitating(controller=f"learned-weighting:policy={policy.source}")
+    actor = DAggerTraining(mine)._actor
+    shapes = weighting_network_shapes(actor.sizes)
+    np.testing.assert_array_equal(flatten(actor.to_numpy(), shapes), network_of(policy))
+
+
+def test_the_network_in_training_is_the_one_that_runs(imitating, exchanges, monkeypatch):
+    monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
+    policy = train(imitating(budget=1), silent)
+    actor = WeightingActor(LAYOUT, HIDDEN)
+    arrays = policy.weights_of("weighting", weighting_network_shapes(actor.sizes))
+    actor.load_state_dict({name: torch.from_numpy(array) for name, array in arrays.items()})
+    seen = LAYOUT.encounter(exchanges.observed)
+    with torch.no_grad():
+        g, _ = actor(torch.from_numpy(exchanges.observed))
+    rule = LearnedWeighting(policy=str(policy.source))
+    met = seen.own_known & seen.heard_known
+    np.testing.assert_allclose(np.where(met, rule(seen), 0.0), g.numpy(), atol=1e-5)
+    numbers = flatten(actor.to_numpy(), weighting_network_shapes(actor.sizes))
+    np.testing.assert_array_equal(NetworkWeighting(numbers[None])(seen), rule(seen))
+
+
+def test_a_training_stopped_anywhere_and_started_again_ends_the_same(
+    imitating, monkeypatch, broken_anywhere
+):
+    monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
+    mine = imitating(every=2)
+    broken_anywhere(train, mine, (DAggerTraining, "_save"), range(1, 5))
+
+
+def test_robots_that_never_exchange_teach_nothing(imitating):
+    with pytest.raises(ConfigError, match="in 0 exchanges nobody who knew an area was told"):
+        train(imitating(controller="nc"), silent)
+
+
+def test_the_bundled_policy_was_made_so():
+    card = load_policy("weighting").card
+    assert (card.algorithm, card.layer) == ("imitation", "weighting")

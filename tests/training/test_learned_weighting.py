@@ -1,0 +1,165 @@
+"""The learned weighting: the hand-written rule at zero weights, and each network for itself."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from baselines.weighting.sgiff import SGIFF
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.interface import Encounter
+from swarm_forage_env.scenarios import find_foraging
+from training.candidate_rollouts import CandidateRollouts
+from training.learned_weighting import (
+    FEATURES,
+    HIDDEN,
+    SCALES,
+    LearnedWeighting,
+    NetworkWeighting,
+    flatten,
+    network_of,
+    unflatten,
+    weighting_network_shapes,
+)
+
+SHAPES = weighting_network_shapes({"hidden": HIDDEN})
+N_NUMBERS = sum(math.prod(shape) for shape in SHAPES.values())
+
+
+def random_networks(count, seed=0):
+    return np.random.default_rng(seed).normal(0.0, 0.5, (count, N_NUMBERS)).astype(np.float32)
+
+
+def encounters(rows, seed=0):
+    rng = np.random.default_rng(seed)
+    p = rng.exponential(5.0, (2, rows, 2)).astype(np.float32)
+    return Encounter(
+        valid=rng.random(rows) < 0.5,
+        own_p=p[0],
+        heard_p=p[1],
+        own_known=np.ones((rows, 2), np.bool_),
+        heard_known=np.ones((rows, 2), np.bool_),
+        disagreement=rng.exponential(0.5, (rows, 2)).astype(np.float32),
+        own_distance=rng.exponential(1.0, (rows, 2)).astype(np.float32),
+        heard_distance=rng.exponential(1.0, (rows, 2)).astype(np.float32),
+        range=rng.uniform(0.07, 0.15, rows).astype(np.float32),
+        frames=rng.integers(1, 250, rows).astype(np.float32),
+        goal=rng.integers(0, 2, rows).astype(np.int8),
+    )
+
+
+def test_the_network_has_under_500_numbers():
+    assert N_NUMBERS == 50
+
+
+def test_zero_weights_are_sgiff():
+    seen = encounters(500)
+    g = NetworkWeighting(np.zeros((1, N_NUMBERS)))(seen)
+    expected = SGIFF(beta=0.01)(seen)
+    np.testing.assert_allclose(g[seen.valid], expected[seen.valid], rtol=1e-4, atol=1e-7)
+    assert not g[~seen.valid].any()
+
+
+def test_the_network_computes_its_equation():
+    seen, numbers = encounters(20), random_networks(1)
+    arrays = unflatten(numbers[0], SHAPES)
+    raw = {
+        "own_p": seen.own_p,
+        "heard_p": seen.heard_p,
+        "disagreement": seen.disagreement,
+        "own_p_elsewhere": seen.own_p[:, ::-1],
+        "own_distance": seen.own_distance,
+        "heard_distance": seen.heard_distance,
+        "frames": np.repeat(seen.frames[:, None], 2, 1),
+        "range": np.repeat(seen.range[:, None], 2, 1),
+    }
+    scaled = [
+        (np.log1p(raw[name] / u) - c) / s for name, (u, c, s) in zip(FEATURES, SCALES, strict=True)
+    ]
+    x = np.stack(scaled, axis=-1)
+    hidden = np.tanh(x @ arrays["hidden.weight"].T + arrays["hidden.bias"])
+    direct = arrays["direct.weight"]
+    odds = hidden @ arrays["output.weight"] + x @ direct[:-1] + arrays["output.bias"]
+    odds += (1.0 + direct[-1]) * (seen.own_p - seen.heard_p)
+    g = NetworkWeighting(numbers)(seen)[seen.valid]
+    np.testing.assert_allclose(g, 1.0 / (1.0 + np.exp(-odds[seen.valid])), rtol=1e-4, atol=1e-6)
+
+
+def test_extreme_encounters_give_shares():
+    seen = dataclasses.replace(
+        encounters(4),
+        valid=np.ones(4, np.bool_),
+        own_p=np.array([[0, 0], [1e30, 0], [0, 1e30], [1e30, 1e30]], np.float32),
+        heard_p=np.array([[0, 1e30], [0, 0], [1e30, 0], [1e30, 0]], np.float32),
+    )
+    for networks in (np.zeros((1, N_NUMBERS)), random_networks(1)):
+        g = NetworkWeighting(networks)(seen)
+        assert np.all((g >= 0.0) & (g <= 1.0))
+
+
+def test_numbers_and_arrays_are_two_forms_of_one_network():
+    (numbers,) = random_networks(1)
+    np.testing.assert_array_equal(flatten(unflatten(numbers, SHAPES), SHAPES), numbers)
+
+
+def test_each_row_is_weighed_by_its_own_network():
+    seen, networks = encounters(60), random_networks(3)
+    of_row = np.arange(60) % 3
+    together = NetworkWeighting(networks, of_row)(seen)
+    for k in range(3):
+        alone = NetworkWeighting(networks[k : k + 1])(seen)
+        np.testing.assert_array_equal(together[of_row == k], alone[of_row == k])
+    assert not np.array_equal(together, alone)
+
+
+BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 60.0}
+SCENARIOS = {name: find_foraging(name, BUSY) for name in ("es1", "real")}
+SEEDS = 10_000, 10_001
+
+
+def trips_of(networks, seeds, workers=1):
+    rollouts = CandidateRollouts(SCENARIOS, find_controller("ssgiff"), "kinematic", workers)
+    return rollouts.round_trips(networks, seeds)
+
+
+@pytest.fixture(scope="module")
+def alone():
+    """Round trips of two very different candidates, each by itself in each world."""
+    networks = 3.0 * random_networks(2)
+    found = [[trips_of(each[None], (seed,)) for seed in SEEDS] for each in networks]
+    return networks, {
+        name: np.array([[one[name][0, 0] for one in row] for row in found]) for name in SCENARIOS
+    }
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_candidates_side_by_side_have_the_round_trips_they_have_alone(alone, workers):
+    networks, expected = alone
+    found = trips_of(networks, SEEDS, workers)
+    for name in SCENARIOS:
+        np.testing.assert_array_equal(found[name], expected[name])
+    assert len(np.unique(found["es1"])) > 1
+
+
+def test_the_rule_weighs_as_the_network_in_its_file(policy_file):
+    from training.policy_file import load_policy
+
+    rule, seen = LearnedWeighting(policy=str(policy_file)), encounters(50)
+    expected = NetworkWeighting(network_of(load_policy(policy_file))[None])(seen)
+    np.testing.assert_array_equal(rule(seen), expected)
+    np.testing.assert_array_equal(rule.beside(None)(seen), expected)
+    assert expected.any()
+
+
+def test_another_policy_under_the_same_name_is_another_configuration(policy_file):
+    from baselines.evaluation.experiment_config import ExperimentConfig
+    from training.policy_file import load_policy, save_policy
+
+    recipe = dataclasses.replace(
+        find_controller("ssgiff"), weighting=LearnedWeighting(policy=str(policy_file))
+    )
+    first = ExperimentConfig("x", find_foraging("es1"), recipe).key
+    policy = load_policy(policy_file)
+    save_policy(policy_file, {k: 2.0 * w for k, w in policy.weights.items()}, policy.card)
+    assert ExperimentConfig("x", find_foraging("es1"), recipe).key != first

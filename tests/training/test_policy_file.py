@@ -1,0 +1,203 @@
+"""Policies come back from their files as they were, and what does not fit is refused."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.scenarios import find_foraging
+from training import policy_file as policies
+from training.learned_weighting import network_of
+from training.policy_file import layer_card, load_policy, save_policy
+
+
+def changed(file, **changes):
+    """The same policy with other entries in its card."""
+    policy = load_policy(file)
+    save_policy(file, policy.weights, policy.card.model_copy(update=changes))
+    return file
+
+
+def with_weights(file, **changes):
+    """The same card with other weights; None takes an array away."""
+    policy = load_policy(file)
+    arrays = {**policy.weights, **{f"weighting.{name}": a for name, a in changes.items()}}
+    kept = {name: array for name, array in arrays.items() if array is not None}
+    save_policy(file, kept, policy.card)
+    return file
+
+
+def rewritten(file, path, value):
+    """The same policy with one entry of its card's text replaced."""
+    card = json.loads(file.with_suffix(".json").read_text())
+    *branches, leaf = path
+    node = card
+    for branch in branches:
+        node = node[branch]
+    node[leaf] = value
+    file.with_suffix(".json").write_text(json.dumps(card))
+    return file
+
+
+def test_a_policy_comes_back_as_it_was_saved(policy_file):
+    first = load_policy(policy_file)
+    again = policy_file.with_name("again.safetensors")
+    save_policy(again, first.weights, first.card)
+    second = load_policy(again)
+    assert second.card == first.card
+    assert second.weights.keys() == first.weights.keys()
+    for name, array in first.weights.items():
+        np.testing.assert_array_equal(second.weights[name], array)
+    assert again.read_bytes() == policy_file.read_bytes()
+    assert not list(policy_file.parent.glob("*.tmp"))
+
+
+def test_a_bare_name_is_a_bundled_policy(policy_file, monkeypatch):
+    monkeypatch.setattr(policies, "BUNDLED", policy_file.parent)
+    assert load_policy("mine").source == policy_file
+    with pytest.raises(UnknownNameError, match="no policy named 'mime', did you mean 'mine'"):
+        load_policy("mime")
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match=r"policy .*gone.safetensors: cannot be read"):
+        load_policy(tmp_path / "gone.safetensors")
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"nonsense", pickle.dumps({"weights": [1.0]})], ids=["empty", "text", "pickle"]
+)
+def test_what_is_no_safetensors_file_is_refused(policy_file, content):
+    policy_file.write_bytes(content)
+    with pytest.raises(ConfigError, match="not a safetensors file"):
+        load_policy(policy_file)
+
+
+def test_a_policy_without_its_card_is_refused(policy_file):
+    policy_file.with_suffix(".json").unlink()
+    with pytest.raises(ConfigError, match=r"card .*mine.json: cannot be read"):
+        load_policy(policy_file)
+
+
+def test_the_card_of_other_weights_is_refused(policy_file):
+    other = policy_file.with_name("other.safetensors")
+    policy = load_policy(policy_file)
+    zeros = {name: np.zeros_like(array) for name, array in policy.weights.items()}
+    save_policy(other, zeros, policy.card)
+    other.replace(policy_file)
+    with pytest.raises(ConfigError, match="is of other weights"):
+        load_policy(policy_file)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "complaint"),
+    [
+        (("format",), 2, "format"),
+        (("layers",), {}, "layers"),
+        (("layers",), {"sensing": {}}, "layers.sensing"),
+        (("seed",), "first", "seed"),
+        (("note",), "hello", "note"),
+        (("layers", "weighting", "sizes", "hidden"), 0, "sizes.hidden"),
+    ],
+)
+def test_a_card_that_is_none_is_refused_with_the_entry_at_fault(
+    policy_file, path, value, complaint
+):
+    with pytest.raises(ConfigError, match=rf"card .*mine.json: .*{complaint}"):
+        load_policy(rewritten(policy_file, path, value))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_weights_that_are_no_numbers_are_refused_when_saved_and_when_loaded(
+    policy_file, value, monkeypatch
+):
+    bad = np.array([value], np.float32)
+    with pytest.raises(ConfigError, match=r"'weighting.output.bias' holds NaN or infinity"):
+        with_weights(policy_file, **{"output.bias": bad})
+    with monkeypatch.context() as unguarded:
+        unguarded.setattr(policies, "check_weights", lambda *_: None)
+        with_weights(policy_file, **{"output.bias": bad})
+    with pytest.raises(ConfigError, match=r"'weighting.output.bias' holds NaN or infinity"):
+        load_policy(policy_file)
+
+
+def test_weights_of_double_precision_are_refused(policy_file):
+    with pytest.raises(ConfigError, match="is float64: must be float32"):
+        with_weights(policy_file, **{"output.bias": np.zeros(1)})
+
+
+@pytest.mark.parametrize(
+    ("name", "array", "complaint"),
+    [
+        ("output.bias", None, "'weighting.output.bias' is missing: must be (1,)"),
+        ("output.bias", np.zeros(2, np.float32), "is (2,): must be (1,)"),
+        ("more", np.zeros(2, np.float32), "is (2,): must be no such array"),
+    ],
+)
+def test_arrays_that_do_not_fit_the_network_are_refused(policy_file, name, array, complaint):
+    policy = load_policy(with_weights(policy_file, **{name: array}))
+    with pytest.raises(ConfigError) as refusal:
+        network_of(policy)
+    assert complaint in str(refusal.value)
+
+
+def test_an_array_of_no_layer_is_refused(policy_file):
+    policy = load_policy(policy_file)
+    save_policy(policy_file, {**policy.weights, "x.y": np.zeros(1, np.float32)}, policy.card)
+    with pytest.raises(ConfigError, match=r"'x.y' belongs to no layer"):
+        load_policy(policy_file)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "complaint"),
+    [
+        (("network",), "perceptron", "network 'perceptron', not 'log-odds'"),
+        (("sizes",), {"width": 2}, "the sizes width: must be hidden"),
+        (("observes", 1, "name"), "encounter.own_q.nest",
+         "observation slot 1 of its weighting was encounter.own_q.nest [m] in training and is"
+         " encounter.own_p.nest [m] here"),
+        (("observes", 1, "unit"), "cm", "was encounter.own_p.nest [cm] in training"),
+        (("observes",), [], "slot 0 of its weighting was missing in training"),
+        (("gives", 1, "name"), "g.home", "action slot 1 of its weighting was g.home [weight]"),
+    ],
+)  # fmt: skip
+def test_a_policy_made_for_something_else_is_refused_with_what_differs(
+    policy_file, path, value, complaint
+):
+    rewritten(policy_file, ("layers", "weighting", *path), value)
+    with pytest.raises(ConfigError) as refusal:
+        find_controller(f"learned-weighting:policy={policy_file}")
+    assert complaint in str(refusal.value)
+
+
+@pytest.mark.parametrize("name", ["learned-weighting", "learned-motion"])
+def test_a_controller_that_is_named_with_no_policy_is_refused(tmp_path, name):
+    with pytest.raises(UnknownNameError, match="no policy named 'nosuch'"):
+        find_controller(f"{name}:policy=nosuch")
+    with pytest.raises(ConfigError, match=r"policy .*gone.safetensors: cannot be read"):
+        find_controller(f"{name}:policy={tmp_path / 'gone.safetensors'}")
+
+
+def test_a_policy_for_another_layer_is_refused(policy_file):
+    motion = layer_card("motion", Scenario(), "any", {"hidden": 1})
+    weights = {"motion.x": np.zeros(1, np.float32)}
+    save_policy(policy_file, weights, load_policy(policy_file).card.model_copy(
+        update={"layers": {"motion": motion}}
+    ))  # fmt: skip
+    with pytest.raises(ConfigError, match="takes the place of motion, not of weighting"):
+        network_of(load_policy(policy_file))
+
+
+def test_the_slots_of_the_motion_follow_the_scenario(policy_file):
+    trained = layer_card("motion", find_foraging("es1"), "any", {"hidden": 1})
+    changed(policy_file, layers={**load_policy(policy_file).card.layers, "motion": trained})
+    policy = load_policy(policy_file)
+    assert policy.card.layer == "both"
+    policy.check_fits("motion", find_foraging("es2"))
+    fewer = find_foraging("es1", {"radio.slots": 2})
+    with pytest.raises(ConfigError, match=r"was situation.heard.2 .* is situation.beam.0.range"):
+        policy.check_fits("motion", fewer)

@@ -1,0 +1,59 @@
+"""Behaviour cloning: supervised warm start of a motion network from a hand-written motion.
+
+Subsumption has memory (the course of its random walk, a course held past an obstacle) and draws
+random numbers; the network does neither. The clone therefore learns the mean behaviour of a robot
+without a goal, which is nearly straight on: the random walk is lost. So is the side on which a
+robot passes an obstacle, where it chose that side in an earlier tick.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.envs.layout import ObservationLayout, Sheet
+from swarm_forage_env.loop import ControlLoop
+from training.actor_critic import MotionActor
+
+SAMPLE_EVERY = 20
+"""Ticks between two samples of a world; samples of successive ticks are highly correlated."""
+
+EPOCHS, BATCH_SIZE, LEARNING_RATE = 20, 512, 1e-3
+
+Demonstrations = tuple[Float32[Array, "samples numbers"], Float32[Array, "samples 2"]]
+
+
+def clone_behaviour(actor: MotionActor, pairs: Sequence[Demonstrations]) -> float:
+    """Fit a motion network to demonstrations; return its mean squared error in the last epoch.
+
+    Batches are drawn from torch's global generator: seed it for a repeatable fit.
+    """
+    observed = torch.from_numpy(np.concatenate([each[0] for each in pairs]))
+    wheels = torch.from_numpy(np.concatenate([each[1] for each in pairs]))
+    optimiser = torch.optim.Adam(actor.parameters(), LEARNING_RATE)
+    total = 0.0
+    for _ in range(EPOCHS):
+        total = 0.0
+        for rows in torch.split(torch.randperm(len(observed)), BATCH_SIZE):
+            given, _ = actor(observed[rows])
+            loss = torch.mean((given - wheels[rows]) ** 2)
+            optimiser.zero_grad()
+            loss.backward()  # type: ignore[no-untyped-call]
+            optimiser.step()
+            total += loss.item() * len(rows)
+    return total / len(observed)
+
+
+def record_demonstrations(loop: ControlLoop, layout: ObservationLayout) -> Demonstrations:
+    """Record observations and wheel speeds over a whole episode of a hand-written controller."""
+    sheet, estimator = Sheet(layout, loop.world.rows), loop.controller.estimator
+    observed, wheels = [], []
+    for tick in range(loop.world.scenario.n_ticks):
+        if tick % SAMPLE_EVERY == 0:
+            parts = {"encounter": estimator.encounter, "situation": estimator.situation}
+            observed.append(sheet.write(parts))
+        loop.step()
+        if tick % SAMPLE_EVERY == 0:  # what was commanded is shown as the last wheels
+            wheels.append(estimator.situation.wheels)
+    return np.concatenate(observed), np.concatenate(wheels)

@@ -1,0 +1,284 @@
+"""Policy files: weights as safetensors, with a model card in JSON beside them.
+
+    best.safetensors    arrays of float32, named <layer>.<array>: `weighting.hidden.weight`
+    best.json           the card: architecture, training run, scores
+
+Nothing is loaded through pickle. A policy that does not fit a scenario is refused before it runs.
+"""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field, ValidationError
+
+from baselines.evaluation.output_files import write_atomically
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.envs.bounds import Bounds
+from swarm_forage_env.envs.cuts import CUTS
+from swarm_forage_env.envs.layout import ObservationLayout
+from swarm_forage_env.envs.observation import encounter_fields, situation_fields
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.extras import remedy
+from swarm_forage_env.scenario import Count, NotNegative, Part, Scenario
+
+BUNDLED = Path(__file__).parent / "policies"
+"""Folder of the bundled policies; a policy's bare name stands for one of them."""
+
+Weights = Mapping[str, Float32[Array, "..."]]
+Shapes = Mapping[str, tuple[int, ...]]
+LayerName = Literal["weighting", "motion"]
+
+
+class SlotName(Part):
+    """Name and unit of one component of a layer's observation or action."""
+
+    name: str
+    unit: str
+
+
+class LayerCard(Part):
+    """Card of one layer: architecture, observation and action components."""
+
+    network: str
+    """Name of the architecture."""
+    sizes: dict[str, Count]
+    """Sizes of the network, which determine the shapes of all its arrays."""
+    observes: tuple[SlotName, ...]
+    """Components of the layer's observation."""
+    gives: tuple[SlotName, ...]
+    """Components of the layer's action."""
+
+
+class Interval(Part):
+    """Mean over episodes with its 95 % interval."""
+
+    low: float
+    mean: float
+    high: float
+
+
+class CurvePoint(Part):
+    """Point of a learning curve: an evaluation on the held-back seeds."""
+
+    step: NotNegative
+    """Generations, rounds or robot steps so far."""
+    simulated_s: NotNegative
+    """Simulated time so far, summed over worlds [s]."""
+    value: float
+    """Score by which the best policy is chosen."""
+    round_trips: dict[str, Interval]
+    """Round trips in each scenario."""
+
+
+class Card(Part):
+    """Model card of a policy: what it is, and everything needed to train it again."""
+
+    format: Literal[1] = 1
+    """Version of the card; another one is refused."""
+    layers: dict[LayerName, LayerCard] = Field(min_length=1)
+    scenarios: tuple[str, ...]
+    """Scenarios of the training, each with its own changes: `es1:radio.frames=50`."""
+    settings: dict[str, str]
+    """Changes of all scenarios, by dotted name."""
+    controller: str
+    """Controller whose other layers were used."""
+    algorithm: str
+    command: str
+    seed: int
+    versions: dict[str, str]
+    """Versions of the packages used."""
+    curve: tuple[CurvePoint, ...]
+    score: dict[str, Interval]
+    """Round trips on the held-back seeds, in each scenario."""
+    sha256: str = ""
+    """SHA-256 hash of the file of weights; written by `save_policy`."""
+
+    @property
+    def layer(self) -> str:
+        """Layer that the policy replaces: weighting, motion or both."""
+        return "both" if len(self.layers) > 1 else next(iter(self.layers))
+
+
+@dataclass(frozen=True)
+class Policy:
+    """A loaded policy: file, weights and card."""
+
+    source: Path
+    weights: Weights
+    card: Card
+
+    def sizes_of(self, layer: LayerName, network: str, names: tuple[str, ...]) -> dict[str, int]:
+        """Sizes of one layer's network; ConfigError if its architecture is another one."""
+        card = self._layer(layer)
+        if card.network != network:
+            raise self._refusal(f"its {layer} is a network '{card.network}', not '{network}'")
+        if card.sizes.keys() != set(names):
+            said = ", ".join(card.sizes) or "nothing"
+            raise self._refusal(f"its card gives the sizes {said}: must be {', '.join(names)}")
+        return card.sizes
+
+    def weights_of(self, layer: LayerName, shapes: Shapes) -> Weights:
+        """Weights of one layer, by name without the layer; ConfigError if shapes differ."""
+        prefix = f"{layer}."
+        found = {
+            name.removeprefix(prefix): array
+            for name, array in self.weights.items()
+            if name.startswith(prefix)
+        }
+        for name in sorted(found.keys() | shapes.keys()):
+            has = found[name].shape if name in found else "missing"
+            wants = shapes.get(name, "no such array")
+            if has != wants:
+                raise self._refusal(f"array '{prefix}{name}' is {has}: must be {wants}")
+        return found
+
+    def check_fits(self, layer: LayerName, scenario: Scenario) -> None:
+        """Raise ConfigError if a layer's observation or action differs in a scenario."""
+        card = self._layer(layer)
+        for kind, trained, there in (
+            ("observation", card.observes, observation_slots(layer, scenario)),
+            ("action", card.gives, action_slots(layer)),
+        ):
+            for k in range(max(len(trained), len(there))):
+                old = trained[k] if k < len(trained) else None
+                new = there[k] if k < len(there) else None
+                if old != new:
+                    raise self._refusal(
+                        f"does not fit '{scenario.name}': {kind} slot {k} of its {layer} was"
+                        f" {_described(old)} in training and is {_described(new)} here"
+                    )
+
+    def _layer(self, layer: LayerName) -> LayerCard:
+        if layer not in self.card.layers:
+            raise self._refusal(f"takes the place of {self.card.layer}, not of {layer}")
+        return self.card.layers[layer]
+
+    def _refusal(self, why: str) -> ConfigError:
+        return ConfigError(f"policy {self.source}: {why}")
+
+
+def observation_slots(layer: LayerName, scenario: Scenario) -> tuple[SlotName, ...]:
+    """Components of a layer's observation in a scenario."""
+    layout = encounter_layout(scenario) if layer == "weighting" else situation_layout(scenario)
+    return tuple(SlotName(name=slot.name, unit=slot.unit) for slot in layout)
+
+
+def encounter_layout(scenario: Scenario) -> ObservationLayout:
+    """Observation layout of the weighting in a scenario."""
+    return ObservationLayout({"encounter": encounter_fields(Bounds(scenario, scenario.n_ticks))})
+
+
+def situation_layout(scenario: Scenario) -> ObservationLayout:
+    """Observation layout of the motion in a scenario."""
+    fields = situation_fields(Bounds(scenario, scenario.n_ticks), scenario.slots)
+    return ObservationLayout({"situation": fields})
+
+
+def action_slots(layer: LayerName) -> tuple[SlotName, ...]:
+    """Components of a layer's action."""
+    layout = CUTS[layer].action_layout
+    return tuple(SlotName(name=slot.name, unit=slot.unit) for slot in layout)
+
+
+def layer_card(
+    layer: LayerName, scenario: Scenario, network: str, sizes: Mapping[str, int]
+) -> LayerCard:
+    """Make the card of a layer that is trained in a scenario."""
+    return LayerCard(
+        network=network,
+        sizes=dict(sizes),
+        observes=observation_slots(layer, scenario),
+        gives=action_slots(layer),
+    )
+
+
+def save_policy(file: Path, weights: Weights, card: Card) -> None:
+    """Write weights and card to files, each atomically."""
+    save = _safetensors(file).numpy.save
+    check_weights(weights, str(file))
+    content = save({name: np.ascontiguousarray(array) for name, array in weights.items()})
+    card = card.model_copy(update={"sha256": hashlib.sha256(content).hexdigest()})
+    write_atomically(file, content)
+    write_atomically(card_path(file), (card.model_dump_json(indent=1) + "\n").encode())
+
+
+def load_policy(policy: str | Path) -> Policy:
+    """Load a policy from a file, or the bundled policy of that name.
+
+    ConfigError for a file that is missing, damaged or without a card that fits it,
+    UnknownNameError for a name that stands for nothing, ModuleNotFoundError without safetensors.
+    """
+    file = policy_path(policy)
+    safetensors = _safetensors(file)
+    content = _read(file, "policy")
+    try:
+        weights = safetensors.numpy.load(content)
+    except (safetensors.SafetensorError, KeyError, ValueError) as error:
+        raise ConfigError(f"policy {file}: not a safetensors file ({error})") from None
+    card = _read_card(card_path(file))
+    if card.sha256 != hashlib.sha256(content).hexdigest():
+        raise ConfigError(f"policy {file}: its card {card_path(file)} is of other weights")
+    check_weights(weights, str(file))
+    for name in weights:
+        if name.partition(".")[0] not in card.layers:
+            raise ConfigError(f"policy {file}: array '{name}' belongs to no layer of its card")
+    return Policy(file, weights, card)
+
+
+def policy_path(policy: str | Path) -> Path:
+    """Path of a policy file, given as a bundled name (`weighting`) or as a path."""
+    if Path(policy).suffix == ".safetensors":
+        return Path(policy)
+    names = [each.stem for each in BUNDLED.glob("*.safetensors")]
+    if str(policy) not in names:
+        raise UnknownNameError("policy", str(policy), names)
+    return BUNDLED / f"{policy}.safetensors"
+
+
+def card_path(file: Path) -> Path:
+    """Path of the card that belongs to a file of weights."""
+    return file.with_suffix(".json")
+
+
+def check_weights(weights: Mapping[str, Any], where: str) -> None:
+    """Raise ConfigError unless all arrays are finite and of single precision."""
+    for name, array in weights.items():
+        if array.dtype != np.float32:
+            raise ConfigError(f"policy {where}: array '{name}' is {array.dtype}: must be float32")
+        if not np.isfinite(array).all():
+            raise ConfigError(f"policy {where}: array '{name}' holds NaN or infinity")
+
+
+def _safetensors(file: Path) -> ModuleType:
+    """The package that reads and writes weights; where it is missing, what installs it is told."""
+    try:
+        import safetensors.numpy
+    except ModuleNotFoundError as error:
+        told = f"policy {file}: needs '{error.name}'"
+        raise ModuleNotFoundError(f"{told}: {remedy(error.name)}", name=error.name) from None
+    return safetensors
+
+
+def _read_card(file: Path) -> Card:
+    try:
+        return Card.model_validate_json(_read(file, "card"))
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise ConfigError(f"card {file}: {where}: {first['msg']}") from None
+
+
+def _read(file: Path, what: str) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise ConfigError(f"{what} {file}: cannot be read ({error.strerror})") from None
+
+
+def _described(slot: SlotName | None) -> str:
+    return "missing" if slot is None else f"{slot.name} [{slot.unit}]"

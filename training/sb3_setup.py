@@ -1,0 +1,126 @@
+"""Set-up of stable-baselines3's PPO: hyperparameters, environments, model and model state."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.logger import configure
+
+from swarm_forage_env.arrays import Array
+from training.actor_critic import LayerActorCriticPolicy
+from training.experiment import Experiment, worlds_per_scenario
+from training.multi_scenario_vec_env import MultiScenarioVecEnv
+from training.progress import FOLDER
+from training.vec_env import SwarmVecEnv
+
+MOMENTS = ("step", "exp_avg", "exp_avg_sq")
+"""Entries of Adam's state for each parameter."""
+
+
+@dataclass(frozen=True)
+class PPOHyperparameters:
+    """Hyperparameters of PPO."""
+
+    decision_period: int = 2
+    """Ticks for which an action is held. An exchange takes a few ticks, during which a robot must
+    stop: a longer period would miss it."""
+    discount: float = 0.998
+    """Discount factor of one decision; the mean horizon is 100 s, about a round trip."""
+    gae_lambda: float = 0.98
+    """Lambda of generalised advantage estimation."""
+    shaping: float = 1.0
+    """Weight of the potential-based reward shaping."""
+    n_steps: int = 256
+    """Decisions of each robot in one rollout."""
+    n_minibatches: int = 4
+    """Minibatches per rollout and epoch."""
+    n_epochs: int = 4
+    learning_rate: float = 4e-4
+    """Initial learning rate; it falls linearly to zero over the budget."""
+    log_std: float = -1.2
+    """Initial logarithm of the standard deviation of the actions."""
+
+
+EVERY_TICK = PPOHyperparameters(decision_period=1, discount=0.999, log_std=-2.0)
+"""Hyperparameters for a decision in every tick: an exchange is observed for one tick only."""
+
+HYPERPARAMETERS: Mapping[str, PPOHyperparameters] = {
+    "weighting": EVERY_TICK,
+    "motion": PPOHyperparameters(),
+    "both": EVERY_TICK,
+}
+"""Hyperparameters for each choice of the trained layer."""
+
+
+def make_vec_env(
+    experiment: Experiment, hyperparameters: PPOHyperparameters
+) -> MultiScenarioVecEnv:
+    """Make the vector environment over the robots of all scenarios of an experiment."""
+    scenarios = experiment.scenarios_by_name
+    return MultiScenarioVecEnv(
+        [
+            SwarmVecEnv(
+                scenarios[name],
+                n_worlds=n_worlds,
+                controller=experiment.recipe,
+                learn=experiment.layer,
+                physics=experiment.physics,
+                decision_period=hyperparameters.decision_period,
+                discount=hyperparameters.discount,
+                shaping=hyperparameters.shaping,
+            )
+            for name, n_worlds in worlds_per_scenario(experiment).items()
+        ]
+    )
+
+
+def make_ppo(
+    environment: MultiScenarioVecEnv, experiment: Experiment, hyperparameters: PPOHyperparameters
+) -> PPO:
+    """Make stable-baselines3's PPO with the networks of the learned layers."""
+    model = PPO(
+        LayerActorCriticPolicy,
+        environment,
+        learning_rate=hyperparameters.learning_rate,
+        n_steps=hyperparameters.n_steps,
+        batch_size=hyperparameters.n_steps * environment.num_envs // hyperparameters.n_minibatches,
+        n_epochs=hyperparameters.n_epochs,
+        gamma=hyperparameters.discount,
+        gae_lambda=hyperparameters.gae_lambda,
+        policy_kwargs={
+            "layout": environment.observation_layout,
+            "layers": experiment.layers,
+            "log_std_init": hyperparameters.log_std,
+        },
+        seed=experiment.seed,
+        device="cpu",
+    )
+    model.set_logger(configure(str(experiment.out / FOLDER), ["tensorboard"]))
+    return model
+
+
+def model_state(model: PPO) -> dict[str, Array]:
+    """The state of a model as arrays: parameters, Adam's moments and the number of steps."""
+    arrays = {f"policy.{name}": array for name, array in model.policy.state_dict().items()}
+    remembered = model.policy.optimizer.state
+    for name, parameter in model.policy.named_parameters():
+        for moment in MOMENTS:
+            kept = remembered.get(parameter, {}).get(moment)
+            empty = torch.zeros(() if moment == "step" else parameter.shape)
+            arrays[f"{moment}.{name}"] = empty if kept is None else kept
+    found = {name: array.detach().numpy().copy() for name, array in arrays.items()}
+    return {**found, "num_timesteps": np.array(model.num_timesteps)}
+
+
+def restore_model(model: PPO, arrays: Mapping[str, Array]) -> None:
+    """Restore a model to a state that `model_state` returned."""
+    tensors = {name: torch.from_numpy(np.array(array)) for name, array in arrays.items()}
+    policy = model.policy
+    policy.load_state_dict({name: tensors[f"policy.{name}"] for name in policy.state_dict()})
+    for name, parameter in policy.named_parameters():
+        if tensors[f"step.{name}"] > 0:
+            moments = {moment: tensors[f"{moment}.{name}"] for moment in MOMENTS}
+            policy.optimizer.state[parameter] = moments
+    model.num_timesteps = int(arrays["num_timesteps"])

@@ -1,0 +1,199 @@
+"""The command `swarm-forage train`: options, defaults and the final report."""
+
+import shlex
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from baselines.cli import app, stoppable
+from baselines.evaluation.console import say
+
+if TYPE_CHECKING:
+    from training.experiment import Experiment
+    from training.policy_file import Policy
+
+
+class Layer(StrEnum):
+    """Layer of the controller that the policy replaces."""
+
+    WEIGHTING = "weighting"
+    MOTION = "motion"
+    BOTH = "both"
+
+
+class Algorithm(StrEnum):
+    """Training algorithm."""
+
+    CMA = "cma"
+    IMITATION = "imitation"
+    PPO = "ppo"
+
+
+BUDGET = {Algorithm.CMA: 100, Algorithm.IMITATION: 10, Algorithm.PPO: 50_000_000}
+EVERY = {Algorithm.CMA: 5, Algorithm.IMITATION: 2, Algorithm.PPO: 1_500_000}
+WORLDS = {Algorithm.CMA: 8, Algorithm.IMITATION: 24, Algorithm.PPO: 8}
+
+
+def _listed(numbers: dict[Algorithm, int]) -> str:
+    return ", ".join(f"{algorithm}: {number}" for algorithm, number in numbers.items())
+
+
+DEFAULT_CONTROLLER = {
+    Layer.WEIGHTING: "dsgiff-brisk",
+    Layer.MOTION: "ssgiff",
+    Layer.BOTH: "dsgiff-wary",
+}
+"""Controller whose other layers are used, by default, with a policy of each layer."""
+
+
+def train(  # noqa: PLR0913 the options of a command
+    layer: Annotated[Layer, typer.Argument(help="Layer that the policy replaces.")],
+    scenarios: Annotated[
+        list[str],
+        typer.Argument(
+            help="One or more, each with what differs there: es1 es2 es1:radio.frames=50",
+            metavar="SCENARIO...",
+        ),
+    ],
+    algorithm: Annotated[
+        Algorithm | None,
+        typer.Option(
+            help="cma: CMA-ES on the round trips of the swarm. imitation:"
+            " DAgger, supervised by the true errors of the estimates. ppo: policy gradient.",
+            show_default="cma for weighting, else ppo",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the training; the worlds follow from it.")] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of policy, checkpoint and curves.",
+            show_default="runs/train-<layer>-<algorithm>",
+        ),
+    ] = None,
+    workers: Annotated[
+        int, typer.Option(help="Processes to run worlds in; for ppo, threads of torch.")
+    ] = 2,
+    budget: Annotated[
+        int | None,
+        typer.Option(
+            help="How long: generations (cma), rounds (imitation) or robot steps (ppo).",
+            show_default=_listed(BUDGET),
+        ),
+    ] = None,
+    every: Annotated[
+        int | None,
+        typer.Option(
+            help="Evaluate on held-back seeds so often: generations, rounds or steps.",
+            show_default=_listed(EVERY),
+        ),
+    ] = None,
+    worlds: Annotated[
+        int | None,
+        typer.Option(
+            help="Parallel worlds: for each candidate in each scenario (cma), or of the"
+            " smallest swarm (imitation, ppo).",
+            show_default=_listed(WORLDS),
+        ),
+    ] = None,
+    held_back: Annotated[
+        int, typer.Option(help="Held-back seeds of an evaluation, in each scenario.")
+    ] = 10,
+    population: Annotated[
+        int | None,
+        typer.Option(
+            help="Candidates of a generation (cma).", show_default="4 + 3 ln(number of weights)"
+        ),
+    ] = None,
+    controller: Annotated[
+        str | None,
+        typer.Option(
+            help="Controller of the other layers; parameters as in `evaluate`. If its own layer"
+            " is a learned one, cma and imitation start from that.",
+            show_default="weighting: dsgiff-brisk, motion: ssgiff, both: dsgiff-wary",
+        ),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
+    ] = None,
+    physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
+) -> None:
+    """Train a policy that replaces a hand-written layer.
+
+    The policy with the best score on held-back (validation) seeds is kept in the folder --out
+    as best.safetensors, with a card of how it was made (best.json). The same command later
+    resumes from the last checkpoint, so that a run that was stopped loses nothing before it;
+    cma trains on with a larger --budget. Watch it with: tensorboard --logdir runs
+    """
+    from baselines.evaluation.experiment_config import parse_settings
+    from training.experiment import Experiment
+
+    algorithm = algorithm or (Algorithm.CMA if layer is Layer.WEIGHTING else Algorithm.PPO)
+    experiment = Experiment(
+        layer=layer.value,
+        scenarios=tuple(scenarios),
+        algorithm=algorithm.value,
+        out=out or Path("runs") / f"train-{layer.value}-{algorithm.value}",
+        seed=seed,
+        budget=BUDGET[algorithm] if budget is None else budget,
+        every=EVERY[algorithm] if every is None else every,
+        worlds=WORLDS[algorithm] if worlds is None else worlds,
+        held_back=held_back,
+        population=population,
+        settings=parse_settings(settings or []),
+        controller=controller or DEFAULT_CONTROLLER[layer],
+        physics=physics,
+        workers=workers,
+    )
+    experiment.check()
+    _report(experiment, _run(experiment))
+
+
+def _run(experiment: "Experiment") -> "Policy":
+    if experiment.algorithm == "ppo":
+        from training import ppo
+
+        return ppo.train(experiment, say)
+    if experiment.algorithm == "imitation":
+        from training import dagger
+
+        return dagger.train(experiment, say)
+    from training import cma_es
+
+    return cma_es.train(experiment, say)
+
+
+def _report(experiment: "Experiment", policy: "Policy") -> None:
+    """Print score and file of the policy, and the command that tests it on unseen seeds."""
+    from swarm_forage_env.controllers import parse_controller
+    from training.controllers import controller_name, with_learned_layers
+    from training.experiment import TEST_SEEDS
+
+    for name, trips in policy.card.score.items():
+        typer.echo(
+            f"{name}: {trips.mean:.1f} round trips ({trips.low:.1f} to {trips.high:.1f})"
+            f" on {experiment.held_back} held-back seeds"
+        )
+    typer.echo(f"policy: {policy.source}")
+    runs = controller_name(with_learned_layers(experiment.recipe, experiment.layers, policy.source))
+    if runs:
+        scenario, own = parse_controller(experiment.scenarios[0])
+        changes = {**experiment.settings, **own}
+        words = ["evaluate", scenario, experiment.controller, runs, f"--seed={TEST_SEEDS.start}"]
+        words += [f"--set={name}={value}" for name, value in changes.items()]
+        words += [f"--physics={experiment.physics}"] if experiment.physics != "rigid" else []
+        typer.echo(f"test it: swarm-forage {shlex.join(words)}")
+    else:
+        typer.echo(
+            "test it in Python: training.controllers.with_learned_layers makes a controller that"
+            " runs it"
+        )
+
+
+def add_commands() -> None:
+    """Add the command `train` to the command-line application; a second call does nothing."""
+    if not any(each.callback is train for each in app.registered_commands):
+        app.command()(stoppable()(train))
