@@ -5,13 +5,14 @@ import logging
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from enum import StrEnum
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 from rich.console import Console
@@ -20,10 +21,9 @@ from baselines.evaluation.commands_plot import plot as plot_figure
 from baselines.evaluation.commands_watch import watch
 from baselines.evaluation.console import say
 from baselines.papers.commands_reproduce import reproduce
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import ConfigError, RenamedWarning, UnknownNameError
 
 if TYPE_CHECKING:
-    from baselines.evaluation.episode import Episode
     from baselines.evaluation.runner import Plan
 
 app = typer.Typer(
@@ -69,7 +69,8 @@ def run(arguments: Sequence[str] | None = None, commands: typer.Typer = app) -> 
         logger.addHandler(_ToStderr())
     program = commands.info.name
     try:
-        status = commands(arguments, prog_name=program, standalone_mode=False)
+        with old_names_told():
+            status = commands(arguments, prog_name=program, standalone_mode=False)
         sys.stdout.flush()
     except (ConfigError, UnknownNameError) as error:
         return _refuse(str(error), 2)
@@ -133,11 +134,17 @@ def evaluate(  # noqa: PLR0913 the options of a command
     ],
     controllers: Annotated[
         list[str],
-        typer.Argument(help="Names, with parameters if need be: ssgiff:beta=0.02,refractory=10"),
+        typer.Argument(
+            help="Names, with parameters if need be: ssgiff:beta=0.02,refractory=10; or layers:"
+            " social_odometry+sgiff+subsumption"
+        ),
     ],
     episodes: Annotated[int, typer.Option(help="Episodes for each controller.")] = 30,
     seed: Annotated[int, typer.Option(help="Seed of the first; the others count up from it.")] = 0,
     workers: Annotated[int, typer.Option(help="Processes to run them in.")] = 2,
+    threads: Annotated[
+        int, typer.Option(help="Threads that the worlds of a process are spread over.")
+    ] = 1,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder of the dataset (Parquet).", show_default="runs/<scenario>"),
@@ -174,10 +181,11 @@ def evaluate(  # noqa: PLR0913 the options of a command
 
         request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
         check_count("--workers", workers)
+        check_count("--threads", threads)
         if plot:
             _check_plot(plot, out)
         plan = request.plan(out)
-        run_with_progress(plan, workers)
+        run_with_progress(plan, workers, threads)
         results = plan.results()
         if plot:
             _draw(plan, plot, request.command)
@@ -187,6 +195,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
 @app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A short run, less exact.")] = False,
+    threads: Annotated[int, typer.Option(help="Threads whose gain over one is measured.")] = 2,
     form: ListedFormat = ListFormat.TABLE,
 ) -> None:
     """Measure speed and memory against the budgets; takes a few minutes."""
@@ -197,7 +206,7 @@ def bench(
         console = Console(stderr=True)
         with console.status("") as status:
             tell = status.update if console.is_terminal else lambda _: None
-            found = measure(quick, tell)
+            found = measure(quick, threads, tell)
         if form is ListFormat.JSON:
             typer.echo(json.dumps(found, indent=1))
         else:
@@ -225,7 +234,7 @@ def _draw(plan: "Plan", file: Path, command: str) -> None:
     save_figure(boxplot(groups, groups[0].kind.score, command), file, command)
 
 
-def _write(results: "Sequence[Episode]", form: Format, series: bool) -> None:
+def _write(results: Sequence[Any], form: Format, series: bool) -> None:
     from baselines.evaluation import tables
 
     if form is Format.TABLE:
@@ -250,6 +259,23 @@ def stoppable(keeps: bool = True) -> Iterator[None]:
         raise typer.Exit(130) from None
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def old_names_told() -> Iterator[None]:
+    """Tell of each old name that a command is given in one line on stderr."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("default", RenamedWarning)
+        show = warnings.showwarning
+
+        def tell(message: Warning | str, category: type[Warning], *where: Any) -> None:  # noqa: ANN401 as Python's
+            if issubclass(category, RenamedWarning):
+                say(str(message))
+            else:
+                show(message, category, *where)
+
+        warnings.showwarning = cast(Any, tell)
+        yield
 
 
 def _refuse(complaint: str, status: int) -> int:

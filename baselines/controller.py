@@ -10,6 +10,7 @@ from baselines.running import RunningLayers
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Part, leaves, override, resolve, validated
+from swarm_forage_env.registry import Registry
 from swarm_forage_env.task import task_of
 
 REGISTRIES = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
@@ -21,7 +22,8 @@ class LayeredController:
     """A controller of three layers.
 
     A layer is compiled if its parameters have a method `layer`, and otherwise a rule of NumPy:
-    a weighting is called, or what its method `start` gives, and of a motion what `start` gives.
+    a weighting is called, or what its method `start` gives, and of a motion what `start` gives;
+    so too of a motion whose `layer` is None in a scenario.
     """
 
     name: str
@@ -42,6 +44,11 @@ class LayeredController:
     def parameters(self) -> dict[str, Any]:
         """Every parameter by dotted name."""
         return leaves({layer: part.model_dump() for layer, part in self.layers.items()})
+
+    @property
+    def layer_names(self) -> dict[str, str]:
+        """The name of each layer: that of its part in the registry, or else of its class."""
+        return {layer: _name_of(REGISTRIES[layer], part) for layer, part in self.layers.items()}
 
     @property
     def message_path(self) -> float:
@@ -89,7 +96,7 @@ class LayeredController:
         self,
         world: Any,  # noqa: ANN401 of any task
         seeds: Sequence[int],
-        each: Sequence["LayeredController"],
+        each: Sequence[Any],
     ) -> RunningLayers:
         """The running controller of a block of worlds, with the numbers of `each` of them.
 
@@ -126,3 +133,9 @@ class LayeredController:
             if task not in getattr(part, "tasks", ("foraging",)):
                 return layer
         return None
+
+
+def _name_of(registry: Registry[Any], part: Part) -> str:
+    """The name under which the class of a part is registered, or else its own."""
+    names = [name for name in registry if registry[name] is type(part)]
+    return names[0] if names else type(part).__name__

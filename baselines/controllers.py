@@ -1,17 +1,26 @@
-"""The named baselines, one line each. A name takes parameters: `ssgiff:beta=0.01`."""
+"""The named baselines, one line each. A name takes parameters: `ssgiff:beta=0.01`.
+
+Layers by their own names make a controller too: `social_odometry+sgiff+subsumption`.
+"""
+
+from collections.abc import Sequence
 
 from baselines.controller import LayeredController
+from baselines.estimators import ESTIMATORS
 from baselines.estimators.covariance import CovarianceParameters
 from baselines.estimators.decentralised_ekf import DecentralisedEKF
 from baselines.estimators.sikf import SIKFParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
+from baselines.motion import MOTIONS
 from baselines.motion.boids import BoidsParameters
 from baselines.motion.subsumption import SubsumptionParameters
+from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.covariance import Covariance
 from baselines.weighting.filter import Filter
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
 from baselines.weighting.sikf import SIKF
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.registry import CONTROLLERS
 
 ALONE = SocialOdometryParameters(speaks=False)
@@ -47,3 +56,27 @@ subsumption over its filters, where robots forage."""
 
 for controller in NAMED:
     CONTROLLERS.register(controller.name)(controller)
+
+OLD_NAMES = {"dsgiff-wary": "dsgiff-penalised", "dsgiff-brisk": "dsgiff-frequent"}
+"""Names of earlier releases, which go on working for one more."""
+
+for old, new in OLD_NAMES.items():
+    CONTROLLERS.alias(old, new)
+
+
+def compose(name: str, layers: Sequence[str]) -> LayeredController:
+    """The controller of an estimator, a weighting and a motion, each with its defaults.
+
+    ConfigError if they are not three, UnknownNameError for one that there is not.
+    """
+    if len(layers) != 3:
+        raise ConfigError(
+            f"controller='{name}': must be estimator+weighting+motion, as in"
+            " social_odometry+sgiff+subsumption"
+        )
+    estimator, weighting, motion = layers
+    parts = ESTIMATORS[estimator](), WEIGHTING_RULES[weighting](), MOTIONS[motion]()
+    return LayeredController("+".join(layers), *parts)
+
+
+CONTROLLERS.compose_by(compose)

@@ -1,6 +1,6 @@
 """The running controller: the layers of all robots of a block of worlds, compiled together."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -39,10 +39,11 @@ class RunningLayers:
         self.estimator, self.weighting, self.motion = each[0]
         self._allocate()
         self._layers = _numbers(each)
-        self._numbers = self._layers["estimator"]
+        self._numbers = np.ascontiguousarray(self._layers["estimator"])
         self._bind()
         self._weigh = _rule(controllers[0].weighting, self, world)
-        self._steer = _motion_rule(controllers[0].motion, world.scenario, seeds)
+        is_compiled = self.motion.steer is not no_motion
+        self._steer = None if is_compiled else controllers[0].motion.start(world.scenario, seeds)
 
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
@@ -126,7 +127,7 @@ def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]])
     worlds = [
         {
             "estimator": estimator.numbers,
-            "weighting": {"heard_p_share": weighting.heard_p_share, **weighting.numbers},
+            "weighting": weighting.all_numbers,
             "motion": motion.numbers,
         }
         for estimator, weighting, motion in each
@@ -170,10 +171,8 @@ def _weighting_layer(part: Any, scenario: Any, estimator: EstimatorLayer) -> Wei
 
 
 def _motion_layer(part: Any, scenario: Any) -> MotionLayer:  # noqa: ANN401 compiled or not
-    if hasattr(part, "layer"):
-        layer: MotionLayer = part.layer(scenario)
-        return layer
-    return MotionLayer(no_motion, {})
+    layer: MotionLayer | None = part.layer(scenario) if hasattr(part, "layer") else None
+    return layer or MotionLayer(no_motion, {})
 
 
 def _rule(part: Any, running: RunningLayers, world: Any) -> Any:  # noqa: ANN401 as above
@@ -181,11 +180,6 @@ def _rule(part: Any, running: RunningLayers, world: Any) -> Any:  # noqa: ANN401
     if hasattr(part, "layer"):
         return None
     return part.start_knowing(running, world) if hasattr(part, "start_knowing") else part
-
-
-def _motion_rule(part: Any, scenario: Any, seeds: Sequence[int]) -> Any:  # noqa: ANN401 as above
-    """A motion written in NumPy; None for a compiled one."""
-    return None if hasattr(part, "layer") else part.start(scenario, seeds)
 
 
 def _act(action: Array, layer: str, name: str, given: Float32[Array, "rows numbers"]) -> None:

@@ -22,15 +22,14 @@ from pathlib import Path
 import optuna
 
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
+from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from baselines.evaluation.output_files import write_atomically
 from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import Comparison, compare
-from baselines.evaluation.waypoint_episode import WaypointEpisode
 from baselines.papers.adaptive_boids import ESTIMATORS, SIZES
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.waypoints_scenario import WaypointsScenario
+from swarm_forage_env.waypoints.episode import WaypointEpisode
+from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 GAINS = ("alignment", "separation", "cohesion", "homing")
 HIGHEST = 2.0
@@ -64,17 +63,17 @@ class StaticGains:
 
 def scenario_of(n_robots: int) -> WaypointsScenario:
     """The scenario that gains are fitted in: the authors' sensors, the paper's tolerance."""
-    found = find_scenario(f"waypoints-{n_robots:02d}-authors", {"task.tolerance": 0.2})
-    if not isinstance(found, WaypointsScenario):
-        raise ConfigError(f"scenario '{found.name}': robots must visit waypoints in it")
+    name = f"waypoints-{n_robots:02d}-authors"
+    found: WaypointsScenario = find_scenario(name, {"task.tolerance": 0.2})
     return found
 
 
 def configuration(estimator: str, n_robots: int, gains: dict[str, float]) -> ExperimentConfig:
     """The configuration of static boids with these gains; those left out are one."""
     label = f"boids-static:estimator={estimator},setting=corrected"
-    recipe = find_recipe(label).with_parameters({f"motion.{k}": v for k, v in gains.items()})
-    return ExperimentConfig(label, scenario_of(n_robots), recipe, "kinematic")
+    named = find_layered_controller(label)
+    controller = named.with_parameters({f"motion.{k}": v for k, v in gains.items()})
+    return ExperimentConfig(label, scenario_of(n_robots), controller, "kinematic")
 
 
 def cost(episode: WaypointEpisode) -> float:

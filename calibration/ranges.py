@@ -10,12 +10,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from baselines.controller import Recipe
-from baselines.evaluation.experiment_config import find_recipe
-from baselines.recipes import SINGLE, SUBSUMPTION
+from baselines.controller import LayeredController
+from baselines.controllers import SINGLE, SUBSUMPTION
+from baselines.evaluation.experiment_config import find_layered_controller
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.parameters import leaves
 from swarm_forage_env.registry import SCENARIOS
-from swarm_forage_env.scenario import Scenario, leaves
-from swarm_forage_env.scenarios import find_foraging
+from swarm_forage_env.scenarios import find_scenario
 
 ARENAS = ("es1", "es2", "es3")
 
@@ -171,12 +172,13 @@ def scenario_with(values: Values, arena: str, settings: Mapping[str, Any]) -> Sc
         if name.startswith(("robot.", "sensors.", "radio."))
     }
     distance = {"task.area_distance": values[f"{arena}.area_distance"]}
-    return find_foraging(arena, own | distance | dict(settings))
+    found: Scenario = find_scenario(arena, own | distance | dict(settings))
+    return found
 
 
-def recipe_with(values: Values, controller: str) -> Recipe:
+def controller_with(values: Values, controller: str) -> LayeredController:
     """A controller (`ssgiff:beta=0.01`) with these values."""
     own = {
         name: value for name, value in values.items() if name.startswith(("estimator.", "motion."))
     }
-    return find_recipe(controller).with_parameters(own)
+    return find_layered_controller(controller).with_parameters(own)

@@ -13,8 +13,8 @@ from calibration.ranges import (
     ARENAS,
     RANGES,
     Values,
+    controller_with,
     defaults,
-    recipe_with,
     scenario_with,
 )
 from calibration.targets import (
@@ -67,7 +67,8 @@ class CalibrationRunner:
     def configuration(self, values: Values, arena: str, controller: str) -> ExperimentConfig:
         """The configuration of a scenario and a controller with these values."""
         scenario = scenario_with(values, arena, self.settings)
-        return ExperimentConfig(controller, scenario, recipe_with(values, controller), self.physics)
+        layered = controller_with(values, controller)
+        return ExperimentConfig(controller, scenario, layered, self.physics)
 
     @property
     def identity(self) -> str:

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import baselines
-from baselines.recipes import SINGLE, SUBSUMPTION
+from baselines.controllers import SINGLE, SUBSUMPTION
 from calibration.ranges import Values, defaults
+from swarm_forage_env.foraging import named
+from swarm_forage_env.foraging.scenario import Radio, Robot, Sensors, Task
 from swarm_forage_env.registry import SCENARIOS
-from swarm_forage_env.scenario import Radio, Robot, Sensors, Task
-from swarm_forage_env.scenarios import foraging
 
 MODELS: dict[str, Any] = {
     "robot": Robot,
@@ -72,7 +72,7 @@ def _default(model: Any, field: str, value: float) -> SourceEdit:  # noqa: ANN40
 
 def _argument(scenario: str, name: str, value: float) -> SourceEdit:
     """The line with an argument of a scenario, in the module that makes the scenarios."""
-    file = Path(foraging.__file__)
+    file = Path(named.__file__)
     for node in ast.parse(file.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == scenario.upper():
             for inner in ast.walk(node.value):

@@ -14,8 +14,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from baselines.evaluation.episode import Episode
 from baselines.evaluation.statistics import Estimate, compare, mean_interval
+from swarm_forage_env.foraging.episode import ForagingEpisode
 
 Relation = Literal["equal", "at most", "at least"]
 
@@ -28,7 +28,7 @@ SGIFF = ("ssgiff:beta=0.01", "ssgiff:beta=0.001")
 CONTROLLERS = ("nc", "ssgikf", "dsgikf", *SGIFF)
 """Run in every arena."""
 
-ArenaEpisodes = Mapping[tuple[str, str], Sequence[Episode]]
+ArenaEpisodes = Mapping[tuple[str, str], Sequence[ForagingEpisode]]
 """The episodes of each arena and controller."""
 
 
@@ -153,7 +153,7 @@ def _best(target: Target, episodes: ArenaEpisodes) -> list[float]:
     return max(samples, key=_mean)
 
 
-def _sample(episodes: Sequence[Episode], quantity: str) -> list[float]:
+def _sample(episodes: Sequence[ForagingEpisode], quantity: str) -> list[float]:
     """A number of each episode; a recruitment that did not end counts as the whole episode."""
     found = ((getattr(episode, quantity), episode.duration_s) for episode in episodes)
     return [float(whole if value is None else value) for value, whole in found]

@@ -6,19 +6,20 @@ from swarm_forage_env.registry import CONTROLLERS, REFERENCES, left_out
 
 
 def find_controller(controller: str | Controller, references: bool = False) -> Controller:
-    """The recipe of a name, of a name with parameters (`ssgiff:beta=0.01`), or the given one.
+    """The controller of a name, of a name with parameters (`ssgiff:beta=0.01`), or the given one.
 
+    A name may be a composition of layers, `social_odometry+sgiff+subsumption:beta=0.01`.
     UnknownNameError for a name or a parameter that stands for nothing, ConfigError for a text
     of another form or a value that does not fit; also for a reference, which knows the ground
     truth, unless `references` are wanted.
     """
     if not isinstance(controller, str):
         if not hasattr(controller, "build") or not hasattr(controller, "with_parameters"):
-            raise ConfigError(f"controller={controller!r}: must be a name or a recipe")
+            raise ConfigError(f"controller={controller!r}: must be a name or a controller")
         return _admitted(controller, references)
     name, parameters = parse_controller(controller)
-    recipe = _admitted(_named(name, references), references)
-    return recipe.with_parameters(parameters) if parameters else recipe
+    found = _admitted(_named(name, references), references)
+    return found.with_parameters(parameters) if parameters else found
 
 
 def is_privileged(controller: Controller) -> bool:
@@ -27,28 +28,26 @@ def is_privileged(controller: Controller) -> bool:
 
 
 def _named(name: str, references: bool) -> Controller:
-    """The recipe of a name; one that stands for nothing is answered with the nearest allowed."""
-    ordinary = set(CONTROLLERS)
-    if name in ordinary:
-        recipe: Controller = CONTROLLERS[name]
-        return recipe
-    privileged = set(REFERENCES)
-    if name not in privileged:
-        known = ordinary | privileged if references else ordinary
+    """The controller of a name; one that stands for nothing is told the nearest allowed."""
+    if name in CONTROLLERS:
+        controller: Controller = CONTROLLERS[name]
+        return controller
+    if name not in REFERENCES:
+        known = {*CONTROLLERS, *REFERENCES} if references else set(CONTROLLERS)
         raise UnknownNameError("controller", name, known, left_out())
     reference: Controller = REFERENCES[name]
     return reference
 
 
-def _admitted(recipe: Controller, references: bool) -> Controller:
-    """The recipe, or a ConfigError if it is a reference where none may be."""
-    if is_privileged(recipe) and not references:
-        name = getattr(recipe, "name", repr(recipe))
+def _admitted(controller: Controller, references: bool) -> Controller:
+    """The controller, or a ConfigError if it is a reference where none may be."""
+    if is_privileged(controller) and not references:
+        name = getattr(controller, "name", repr(controller))
         raise ConfigError(
             f"controller '{name}' is a reference that knows the ground truth: it can be evaluated"
             " (swarm-forage evaluate), but no environment runs it"
         )
-    return recipe
+    return controller
 
 
 def parse_controller(

@@ -1,4 +1,4 @@
-"""What goes wrong on purpose: two exceptions, each naming what, why and what would do."""
+"""What goes wrong on purpose: exceptions and a warning, each naming what, why and what would do."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -6,6 +6,10 @@ from difflib import get_close_matches
 
 class ConfigError(ValueError):
     """A value that cannot be used: the message names the field, the value and what is allowed."""
+
+
+class RenamedWarning(FutureWarning):
+    """An old name, which goes on working for one release: the message tells the new one."""
 
 
 class UnknownNameError(KeyError):

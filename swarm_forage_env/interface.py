@@ -42,6 +42,11 @@ class WeightingLayer:
     heard_p_share: float = 0.0
     """Part that the heard p plays in the merged p: p = (1 - g) p_i + share g p_j."""
 
+    @property
+    def all_numbers(self) -> KernelNumbers:
+        """The record that kernels are handed: the share of the heard p, and the parameters."""
+        return {"heard_p_share": self.heard_p_share, **self.numbers}
+
 
 @dataclass(frozen=True)
 class EstimatorLayer:
@@ -131,17 +136,20 @@ class RunningController(Protocol):
 class Controller(Protocol):
     """A named controller with its parameters, before it meets a world."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """What it is called, without its parameters."""
+        ...
 
     def build(
         self,
         world: Any,  # noqa: ANN401 of its task
         seeds: Sequence[int],
-        each: Sequence["Controller"],
+        each: Sequence[Any],
     ) -> RunningController:
         """The running controller of a block of worlds, with the numbers of `each` of them."""
         ...
 
-    def with_parameters(self, values: dict[str, Any]) -> "Controller":
+    def with_parameters(self, values: Mapping[str, Any]) -> "Controller":
         """The same controller with some parameters changed."""
         ...

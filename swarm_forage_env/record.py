@@ -103,7 +103,7 @@ def _packed(columns: list[Any]) -> np.dtype[Any]:
 def numbers_record(**numbers: Any) -> np.dtype[Any]:  # noqa: ANN401 floats or arrays of them
     """The dtype of a record of parameters: float64, each in the shape of its value."""
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
-    return _packed(columns or [("none", np.float64)])
+    return _packed(columns or [("none", np.float64, ())])
 
 
 def one_record(numbers: Mapping[str, Any]) -> Array:

@@ -2,17 +2,21 @@
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Iterable, Iterator
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
 
-from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.errors import RenamedWarning, UnknownNameError
 from swarm_forage_env.extras import remedy
 
 PartT = TypeVar("PartT")
 
 PLUGIN_GROUP = "swarm_forage_env.controllers"
 """Entry points of this group name modules; importing one registers the parts in it."""
+
+JOINT = "+"
+"""What joins the names of a composition."""
 
 _left_out: dict[EntryPoint, str] = {}
 """The plug-ins that could not be imported, each with the reason."""
@@ -33,6 +37,8 @@ class Registry(Generic[PartT]):
         self.kind = kind
         self._modules = tuple(modules)
         self._parts: dict[str, PartT] = {}
+        self._new_names: dict[str, str] = {}
+        self._compose: Callable[[str, Sequence[str]], PartT] | None = None
 
     def register(self, name: str) -> Callable[[PartT], PartT]:
         """Enter the decorated part under a name; a name taken twice is an error."""
@@ -45,24 +51,35 @@ class Registry(Generic[PartT]):
 
         return enter
 
+    def alias(self, old: str, new: str) -> None:
+        """Let a part be found under an old name too; whoever uses it is told the new one."""
+        self._new_names[old] = new
+
+    def compose_by(self, make: Callable[[str, Sequence[str]], PartT]) -> None:
+        """Make the part of a name such as `a+b+c`, from this name and from what `+` joins."""
+        self._compose = make
+
     def __getitem__(self, name: str) -> PartT:
         """The part of that name; UnknownNameError, with the nearest name, if there is none."""
         if not isinstance(name, str):
             raise UnknownNameError(self.kind, repr(name), self)
-        if name not in self._parts:
-            self._load_built_in()
-        if name not in self._parts:
-            load_plugins()
-        if name not in self._parts:
-            raise UnknownNameError(self.kind, name, self._parts, left_out())
-        return self._parts[name]
+        for load in (self._load_built_in, load_plugins):
+            if name not in self._parts:
+                load()
+        return self._parts[name] if name in self._parts else self._otherwise_named(name)
+
+    def __contains__(self, name: object) -> bool:
+        """Whether there is a part of that name, an old name and a composition included."""
+        if name in self._parts or name in set(self) or name in self._new_names:
+            return True
+        return isinstance(name, str) and self._compose is not None and JOINT in name
 
     def loaded(self) -> list[PartT]:
         """The parts entered so far, without looking for plug-ins."""
         return list(self._parts.values())
 
     def __iter__(self) -> Iterator[str]:
-        """All names, those of installed plug-ins included."""
+        """All names, those of installed plug-ins included, old names left out."""
         self._load_built_in()
         load_plugins()
         return iter(sorted(self._parts))
@@ -71,12 +88,25 @@ class Registry(Generic[PartT]):
         for module in self._modules:
             importlib.import_module(module)
 
+    def _otherwise_named(self, name: str) -> PartT:
+        """The part of an old name, or a composition; UnknownNameError if there is neither."""
+        if name in self._new_names:
+            new = self._new_names[name]
+            message = (
+                f"{self.kind} '{name}' is now '{new}'; its old name ends with the next release"
+            )
+            warnings.warn(message, RenamedWarning, stacklevel=1)
+            return self[new]
+        if self._compose is not None and JOINT in name:
+            return self._compose(name, [each.strip() for each in name.split(JOINT)])
+        raise UnknownNameError(self.kind, name, self._parts, left_out())
+
 
 CONTROLLERS: Registry[Any] = Registry("controller")
-"""Recipes of whole controllers; the world itself knows none."""
+"""Whole controllers; the world itself knows none."""
 
 REFERENCES: Registry[Any] = Registry("reference")
-"""Recipes that know the ground truth: for comparison only, never beside a learner."""
+"""Controllers that know the ground truth: for comparison only, never beside a learner."""
 
 SCENARIOS: Registry[Any] = Registry(
     "scenario", ("swarm_forage_env.foraging.named", "swarm_forage_env.waypoints.named")

@@ -144,8 +144,8 @@ class ObservationLayout(Layout):
             start = stop
 
     def _part(self, name: str, observations: Array) -> Any:  # noqa: ANN401 of its task
-        if name not in self.inputs:
-            held = ", ".join(self.inputs) or "raw readings"
+        if name not in self.parts or name not in self.inputs:
+            held = ", ".join(self.parts)
             raise ConfigError(f"this observation holds no {name}, only {held}")
         matrix = np.asarray(observations, np.float32)
         if matrix.ndim != 2 or matrix.shape[1] != len(self):

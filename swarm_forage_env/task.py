@@ -1,10 +1,10 @@
 """Task: all that the rest of the house knows of a world.
 
-`task_of(scenario)` is the only place that asks what kind a scenario is. A task of one's own is a
+`task_of` is the only place that asks what kind a scenario is. A task of one's own is a
 folder whose module enters a `Task` in `TASKS`, and its scenarios in `SCENARIOS`.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -126,11 +126,24 @@ TASKS: Registry[Task] = Registry(
 
 def task_of(scenario: Any) -> Task:  # noqa: ANN401 whatever was given
     """The task that a scenario belongs to; ConfigError if it is none."""
-    for find in (TASKS.loaded, lambda: [TASKS[name] for name in TASKS]):
-        for task in find():
-            if isinstance(scenario, task.scenario):
-                return task
+    for task in _tasks():
+        if isinstance(scenario, task.scenario):
+            return task
     raise ConfigError(f"scenario={scenario!r}: must be a name, a TOML file or a Scenario")
+
+
+def task_of_episode(episode: Any) -> Task:  # noqa: ANN401 whatever was given
+    """The task that an episode is of; ConfigError if it is of none."""
+    for task in _tasks():
+        if isinstance(episode, task.episode.episode):
+            return task
+    raise ConfigError(f"{episode!r}: must be an episode of a task")
+
+
+def _tasks() -> Iterator[Task]:
+    """All tasks, those of plug-ins last: they are looked for when no other one fits."""
+    yield from TASKS.loaded()
+    yield from (TASKS[name] for name in TASKS)
 
 
 def stage_of(scenario: Any, moved_by: str) -> Stage:  # noqa: ANN401 of any task

@@ -15,7 +15,7 @@ from stable_baselines3.common.type_aliases import Schedule
 from torch import Tensor, nn
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.envs.layout import ObservationLayout
+from swarm_forage_env.spaces import ObservationLayout
 from training.learned_motion import (
     NETWORK,
     SIZES,

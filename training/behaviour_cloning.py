@@ -12,8 +12,8 @@ import numpy as np
 import torch
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.envs.layout import ObservationLayout, Sheet
-from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.spaces import ObservationLayout, ObservationWriter
 from training.actor_critic import MotionActor
 
 SAMPLE_EVERY = 20
@@ -45,15 +45,15 @@ def clone_behaviour(actor: MotionActor, pairs: Sequence[Demonstrations]) -> floa
     return total / len(observed)
 
 
-def record_demonstrations(loop: ControlLoop, layout: ObservationLayout) -> Demonstrations:
+def record_demonstrations(loop: Loop, layout: ObservationLayout) -> Demonstrations:
     """Record observations and wheel speeds over a whole episode of a hand-written controller."""
-    sheet, estimator = Sheet(layout, loop.world.rows), loop.controller.estimator
+    writer = ObservationWriter(layout, loop.world.robots.size)
     observed, wheels = [], []
     for tick in range(loop.world.scenario.n_ticks):
         if tick % SAMPLE_EVERY == 0:
-            parts = {"encounter": estimator.encounter, "situation": estimator.situation}
-            observed.append(sheet.write(parts))
+            parts = {"encounter": loop.exchange, "situation": loop.situation}
+            observed.append(writer.write(parts))
         loop.step()
         if tick % SAMPLE_EVERY == 0:  # what was commanded is shown as the last wheels
-            wheels.append(estimator.situation.wheels)
+            wheels.append(loop.situation.wheels)
     return np.concatenate(observed), np.concatenate(wheels)

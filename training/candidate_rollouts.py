@@ -5,21 +5,21 @@ Worlds run in batches. A candidate has the same round trips in a batch as alone.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from joblib import Parallel, delayed
 
-from baselines.controller import Recipe
-from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.evaluation.runner import ignore_sigint, warm_up
+from baselines.controller import LayeredController
+from baselines.evaluation.runner import ignore_sigint
 from swarm_forage_env.arrays import Array, Float32, Int64
-from swarm_forage_env.loop import ControlLoop
-from swarm_forage_env.metrics import total
-from swarm_forage_env.scenario import Scenario
-from training.learned_weighting import NetworkWeighting
-from training.linear_motion_policy import LinearMotionPolicy
+from swarm_forage_env.foraging.metrics import total
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import MotionLayer, WeightingLayer
+from swarm_forage_env.loop import Loop
+from training.learned_weighting import network_weighting
+from training.linear_motion_policy import linear_motion
 from training.policy_file import LayerName
 
 MAX_ROWS = 2000
@@ -27,19 +27,41 @@ MAX_ROWS = 2000
 
 
 @dataclass(frozen=True)
+class CandidateWeighting:
+    """A weighting by a network of these flat weights."""
+
+    network: Float32[Array, " numbers"]
+
+    def layer(self, scenario: Scenario) -> WeightingLayer:
+        """The network as a compiled layer."""
+        return network_weighting(self.network)
+
+
+@dataclass(frozen=True)
+class CandidateMotion:
+    """A linear motion policy of these flat weights."""
+
+    policy: Float32[Array, " numbers"]
+
+    def layer(self, scenario: Scenario) -> MotionLayer:
+        """The policy as a compiled layer."""
+        return linear_motion(self.policy, scenario)
+
+
+CANDIDATES: Mapping[LayerName, Any] = {"weighting": CandidateWeighting, "motion": CandidateMotion}
+"""What runs a candidate in the place of each layer."""
+
+
+@dataclass(frozen=True)
 class RolloutJob:
     """A batch of worlds of one scenario, each with its candidate, run by one worker process."""
 
     scenario: Scenario
-    recipe: Recipe
-    physics: str
-    networks: Float32[Array, "networks numbers"]
-    which: tuple[int, ...]
-    """Index of the candidate in each world."""
+    controllers: tuple[LayeredController, ...]
+    """Controller of each world: its candidate, and the layers that all share."""
     seeds: tuple[int, ...]
     """Seed of each world."""
-    layer: LayerName
-    """Layer of the controller that the candidates replace."""
+    physics: str
 
 
 @dataclass(frozen=True)
@@ -47,15 +69,15 @@ class CandidateRollouts:
     """Evaluates candidates by rollouts in given scenarios, with the controller's other layers."""
 
     scenarios: Mapping[str, Scenario]
-    recipe: Recipe
+    controller: LayeredController
     physics: str = "rigid"
     workers: int = 1
     layer: LayerName = "weighting"
 
-    def warm_up(self) -> None:
+    def warm_up(self, network: Float32[Array, " numbers"]) -> None:
         """Compile every kernel once, so that worker processes find them in the cache."""
-        for name, scenario in self.scenarios.items():
-            warm_up(ExperimentConfig(name, scenario, self.recipe, self.physics))
+        for scenario in self.scenarios.values():
+            Loop(scenario, self._with(network), [0], self.physics).step()
 
     def round_trips(
         self, networks: Float32[Array, "networks numbers"], seeds: Sequence[int]
@@ -79,14 +101,18 @@ class CandidateRollouts:
     def _jobs(
         self, scenario: Scenario, networks: Float32[Array, "networks numbers"], seeds: Sequence[int]
     ) -> Iterator[RolloutJob]:
+        candidates = [self._with(network) for network in networks]
         worlds = [(which, seed) for which in range(len(networks)) for seed in seeds]
         room = max(1, MAX_ROWS // scenario.task.n_robots)
         size = min(room, -(-len(worlds) // self.workers))
         for part in np.array_split(np.arange(len(worlds)), -(-len(worlds) // size)):
             which, own_seeds = zip(*(worlds[k] for k in part), strict=True)
-            yield RolloutJob(
-                scenario, self.recipe, self.physics, networks, which, own_seeds, self.layer
-            )
+            controllers = tuple(candidates[k] for k in which)
+            yield RolloutJob(scenario, controllers, own_seeds, self.physics)
+
+    def _with(self, network: Float32[Array, " numbers"]) -> LayeredController:
+        """The controller with a candidate in the place of its layer."""
+        return replace(self.controller, **{self.layer: CANDIDATES[self.layer](network)})
 
     def _run(self, jobs: Sequence[RolloutJob]) -> list[Int64[Array, " worlds"]]:
         return run_parallel((delayed(run_job)(job) for job in jobs), self.workers)
@@ -103,12 +129,7 @@ def run_parallel(calls: Iterable[Any], workers: int) -> list[Any]:
 
 def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:
     """Run the episodes of a job and return the round trips of each world."""
-    loop = ControlLoop(job.scenario, job.recipe, job.seeds, job.physics)
-    of_row = np.repeat(np.array(job.which, np.int64), job.scenario.task.n_robots)
-    if job.layer == "weighting":
-        loop.controller.weighting = NetworkWeighting(job.networks, of_row)
-    else:
-        loop.controller.motion = LinearMotionPolicy(job.networks, job.scenario, job.seeds, of_row)
+    loop = Loop(job.scenario, job.controllers, job.seeds, job.physics)
     for _ in range(job.scenario.n_ticks):
         loop.step()
-    return total(loop.world.state.round_trips, len(job.seeds))
+    return total(loop.world.robots["round_trips"], len(job.seeds))

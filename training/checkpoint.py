@@ -10,7 +10,7 @@ from baselines.evaluation.output_files import write_atomically
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.scenario import Part
+from swarm_forage_env.parameters import Part
 from training.experiment import Experiment, versions
 from training.policy_file import Card, CurvePoint, Interval, LayerCard, LayerName
 

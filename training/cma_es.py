@@ -70,7 +70,7 @@ class CMAESTraining:
         self._shapes = network_shapes(self._layer, self._sizes)
         self._rollouts = CandidateRollouts(
             experiment.scenarios_by_name,
-            experiment.recipe,
+            experiment.base_controller,
             experiment.physics,
             experiment.workers,
             self._layer,
@@ -80,7 +80,7 @@ class CMAESTraining:
         self._checkpoint = Checkpoint.open(experiment, self._search.population_size, len(start))
         for population, losses in self._checkpoint.generations():
             self._tell(population, losses)
-        self._rollouts.warm_up()
+        self._rollouts.warm_up(self._search.mean)
 
     @property
     def done(self) -> int:

@@ -13,25 +13,25 @@ rounds, and with a falling learning rate.
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import cast
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 import torch
 from joblib import delayed
 from torch import Tensor
 
-from baselines.controller import Recipe
-from baselines.estimators.social_odometry import SocialOdometry
-from baselines.references.oracle import errors
-from baselines.references.reference import Reference
-from swarm_forage_env.arrays import Array, Float32, Float64
-from swarm_forage_env.envs.layout import ObservationLayout, Sheet
+from baselines.controller import LayeredController
+from baselines.oracles.oracle import errors
+from baselines.running import RunningLayers
+from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.ground_truth import GroundTruth
-from swarm_forage_env.interface import Encounter
-from swarm_forage_env.loop import ControlLoop
-from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.foraging.array_rules import ArrayWeighting
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.foraging.views import WeightingInput
+from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.spaces import ObservationLayout, ObservationWriter
 from training.actor_critic import WeightingActor
 from training.candidate_rollouts import CandidateRollouts, run_parallel
 from training.checkpoint import (
@@ -43,13 +43,13 @@ from training.checkpoint import (
     write_checkpoint,
 )
 from training.experiment import Experiment, worlds_per_scenario
-from training.learned_weighting import NetworkWeighting, flatten, weighting_network_shapes
+from training.learned_weighting import flatten, network_weighting, weighting_network_shapes
 from training.policy_file import (
     Card,
     CurvePoint,
     Policy,
-    encounter_layout,
     layer_card,
+    observation_layout,
     save_policy,
 )
 from training.progress import ProgressLogger
@@ -101,11 +101,17 @@ class Exchanges:
         """Number of rows."""
         return len(self.observed)
 
+    @classmethod
+    def of(cls, parts: Sequence["Exchanges"], n_features: int) -> "Exchanges":
+        """Join exchanges whose observations have so many features."""
+        nothing = [np.zeros((0, width), np.float32) for width in (n_features, 2, 2, 2)]
+        columns = zip(nothing, *(each._columns for each in parts), strict=True)
+        return cls(*(np.concatenate(each) for each in columns))
+
     def draw(self, draws: torch.Generator) -> "Exchanges":
         """Draw a batch with replacement."""
         rows = torch.randint(len(self), (BATCH_SIZE,), generator=draws).numpy()
-        every = self.observed, self.area, self.own_error, self.heard_error
-        return Exchanges(*(each[rows] for each in every))
+        return Exchanges(*(each[rows] for each in self._columns))
 
     def error(self, actor: WeightingActor) -> Tensor:
         """Mean squared error of the estimates that a network merges [m2]."""
@@ -130,6 +136,10 @@ class Exchanges:
             return float((nobody - self.error(actor)) / gain)
 
     @property
+    def _columns(self) -> tuple[Array, Array, Array, Array]:
+        return self.observed, self.area, self.own_error, self.heard_error
+
+    @property
     def _errors(self) -> tuple[Tensor, Tensor]:
         return torch.from_numpy(self.own_error), torch.from_numpy(self.heard_error)
 
@@ -139,68 +149,63 @@ class RecordingWeighting:
     """A weighting by a network that records all exchanges with their true errors."""
 
     numbers: Float32[Array, " numbers"]
+    """Flat weights of the network."""
     layout: ObservationLayout
+    """Layout of the observations that are recorded."""
+    recorded: list[Exchanges] = field(default_factory=list)
+    """The exchanges so far, in the order of the ticks in which they ended."""
 
-    def start_knowing(self, estimator: SocialOdometry, truth: GroundTruth) -> "ExchangeRecorder":
-        """Start the running weighting with access to the estimates and to the ground truth."""
-        return ExchangeRecorder(self, estimator, truth)
+    heard_p_share: ClassVar[float] = 1.0
+
+    def start_knowing(self, running: RunningLayers, world: ForagingWorld) -> "ExchangeRecorder":
+        """Start the running weighting, with access to the beliefs and to the ground truth."""
+        return ExchangeRecorder(self, running, world)
 
 
 class ExchangeRecorder:
-    """The running weighting of a `RecordingWeighting`, with all exchanges recorded so far."""
-
-    heard_p_share = NetworkWeighting.heard_p_share
+    """The running weighting of a `RecordingWeighting`."""
 
     def __init__(
-        self, weighting: RecordingWeighting, estimator: SocialOdometry, truth: GroundTruth
+        self, weighting: RecordingWeighting, running: RunningLayers, world: ForagingWorld
     ) -> None:
-        """Start without recorded exchanges."""
-        self._weigh = NetworkWeighting(weighting.numbers[None])
-        self._sheet = Sheet(weighting.layout, len(truth.pose))
-        self._n_slots = len(weighting.layout)
-        self._estimator = estimator
-        self._truth = truth
-        self._recorded: list[tuple[Array, ...]] = []
+        """Take the beliefs of the robots of a running controller, and their world."""
+        self._weigh = ArrayWeighting(network_weighting(weighting.numbers))
+        self._writer = ObservationWriter(weighting.layout, world.rows)
+        self._recorded = weighting.recorded
+        self._is_double = running.estimator.numbers["double"] > 0.0
+        self._minds, self._world = running.minds, world
 
-    def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
+    def __call__(self, exchange: WeightingInput) -> Float32[Array, "rows areas"]:
         """Record the exchanges that end in this tick, and return g for each row and area."""
-        met = encounter.own_known & encounter.heard_known
-        if not self._estimator.parameters.double:
-            met &= encounter.goal[:, None] == np.arange(2)
+        met = exchange.own_known & exchange.heard_known
+        if not self._is_double:
+            met &= exchange.goal[:, None] == np.arange(2)
         row, area = np.nonzero(met)
-        own, heard = errors(self._estimator.beliefs, self._truth)
-        observed = self._sheet.write({"encounter": encounter})[row]
-        one: Float64[Array, "areas areas"] = np.eye(2)
-        self._recorded.append((observed, one[area], own[row, area], heard[row, area]))
-        return self._weigh(encounter)
-
-    @property
-    def exchanges(self) -> Exchanges:
-        """All recorded exchanges."""
-        nothing = np.zeros((0, self._n_slots)), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2))
-        columns = zip(nothing, *self._recorded, strict=True)
-        return Exchanges(*(np.concatenate(each).astype(np.float32) for each in columns))
+        own, heard = errors(self._minds, self._world)
+        observed = self._writer.write({"encounter": exchange})[row]
+        columns = observed, np.eye(2)[area], own[row, area], heard[row, area]
+        self._recorded.append(Exchanges(*(each.astype(np.float32) for each in columns)))
+        return self._weigh(exchange)
 
 
 def record_exchanges(
     scenario: Scenario,
-    recipe: Recipe,
+    controller: LayeredController,
     numbers: Float32[Array, " numbers"],
     seeds: Sequence[int],
     physics: str,
 ) -> Exchanges:
     """Run whole episodes under a network, and return all exchanges with their true errors."""
-    weighting = RecordingWeighting(numbers, encounter_layout(scenario))
-    privileged = Reference(recipe.name, recipe.estimator, weighting, recipe.motion)
-    loop = ControlLoop(scenario, privileged, seeds, physics)
+    weighting = RecordingWeighting(numbers, observation_layout("weighting", scenario))
+    loop = Loop(scenario, replace(controller, weighting=weighting), seeds, physics)
     for _ in range(scenario.n_ticks):
         loop.step()
-    return cast(ExchangeRecorder, loop.controller.weighting).exchanges
+    return Exchanges.of(weighting.recorded, len(weighting.layout))
 
 
 def initial_actor(experiment: Experiment) -> WeightingActor:
     """The network to train: the controller's own if it is a learned one, else a new one."""
-    layout = encounter_layout(next(iter(experiment.scenarios_by_name.values())))
+    layout = observation_layout("weighting", next(iter(experiment.scenarios_by_name.values())))
     policy = experiment.policy_of("weighting")
     if policy is None:
         return WeightingActor(layout, HIDDEN)
@@ -225,7 +230,7 @@ class DAggerTraining:
         self._scenarios = experiment.scenarios_by_name
         self._n_worlds = worlds_per_scenario(experiment)
         self._rollouts = CandidateRollouts(
-            self._scenarios, experiment.recipe, experiment.physics, experiment.workers
+            self._scenarios, experiment.base_controller, experiment.physics, experiment.workers
         )
         torch.manual_seed(experiment.seed)
         self._actor = initial_actor(experiment)
@@ -237,7 +242,7 @@ class DAggerTraining:
             self._read()
         else:
             self._save()
-        self._rollouts.warm_up()
+        self._rollouts.warm_up(self._numbers)
 
     def advance(self, progress: ProgressLogger) -> str:
         """Run one round (record, fit), save the checkpoint, and return a line on the gain."""
@@ -280,7 +285,7 @@ class DAggerTraining:
         calls = (
             delayed(record_exchanges)(
                 scenario,
-                experiment.recipe,
+                experiment.base_controller,
                 self._numbers,
                 seeds[: self._n_worlds[name]],
                 experiment.physics,

@@ -10,19 +10,20 @@ from pathlib import Path
 
 import numpy as np
 
-from baselines.controller import Recipe
+from baselines.controller import LayeredController
 from baselines.evaluation.evaluate_options import check_count
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.parameters import leaves
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.scenario import Scenario, leaves
-from swarm_forage_env.scenarios import find_foraging
-from swarm_forage_env.streams import checked_seed
+from swarm_forage_env.random_streams import checked_seed
+from swarm_forage_env.scenarios import find_scenario
 from training.learned_motion import LearnedMotion
 from training.learned_weighting import LearnedWeighting
 from training.linear_motion_policy import linear_policy_of
-from training.policy_file import LayerName, Policy, load_policy, observation_slots
+from training.policy_file import LayerName, Policy, load_policy, observation_features
 
 LAYERS: dict[str, tuple[LayerName, ...]] = {
     "weighting": ("weighting",),
@@ -95,7 +96,7 @@ class Experiment:
         policy = self.policy_of("motion")
         if policy is not None:
             linear_policy_of(policy)
-        elif self.recipe.motion != SubsumptionParameters():
+        elif self.base_controller.motion != SubsumptionParameters():
             raise ConfigError(
                 f"--controller={self.controller}: a motion found by cma corrects subsumption as"
                 " it is by default; change no parameter of the motion"
@@ -123,16 +124,16 @@ class Experiment:
             raise ConfigError(f"scenario '{repeated[0]}' is named twice")
         _ = ENGINES[self.physics]
         for scenario in self.scenarios_by_name.values():
-            self.recipe.check_made_for(scenario)
+            self.base_controller.check_supports(scenario)
         self._check_same_observations()
 
     def _check_same_observations(self) -> None:
         """Raise ConfigError if a layer's observation space differs between the scenarios."""
         first, *others = self.scenarios_by_name
         for layer in self.layers:
-            shown = observation_slots(layer, self.scenarios_by_name[first])
+            shown = observation_features(layer, self.scenarios_by_name[first])
             for name in others:
-                if observation_slots(layer, self.scenarios_by_name[name]) != shown:
+                if observation_features(layer, self.scenarios_by_name[name]) != shown:
                     raise ConfigError(
                         f"scenarios '{first}' and '{name}': show other numbers to the {layer}, so"
                         " that no policy fits both; radio.slots and task.n_robots decide how many"
@@ -144,20 +145,20 @@ class Experiment:
         found = {}
         for text in self.scenarios:
             name, changes = parse_controller(text, "scenario", "es1:radio.frames=5")
-            found[text] = find_foraging(name, {**self.settings, **changes})
+            found[text] = _foraging_scenario(name, {**self.settings, **changes})
         return found
 
     @cached_property
-    def recipe(self) -> Recipe:
+    def base_controller(self) -> LayeredController:
         """The controller of which layers are replaced."""
-        recipe = find_controller(self.controller)
-        if not isinstance(recipe, Recipe):
-            raise ConfigError(f"controller '{self.controller}': must be a Recipe of layers")
-        return recipe
+        found = find_controller(self.controller)
+        if not isinstance(found, LayeredController):
+            raise ConfigError(f"controller '{self.controller}': must be a LayeredController")
+        return found
 
     def policy_of(self, layer: LayerName) -> Policy | None:
         """The policy of the controller's own layer; None if that layer is hand-written."""
-        part = self.recipe.layers[layer]
+        part = self.base_controller.layers[layer]
         if isinstance(part, LearnedWeighting | LearnedMotion):
             return load_policy(part.policy)
         return None
@@ -186,7 +187,7 @@ class Experiment:
             "layer": self.layer,
             "algorithm": self.algorithm,
             "scenarios": " ".join(self.scenarios),
-            "controller": self.recipe.name,
+            "controller": self.base_controller.name,
         }
         for name in ("seed", "every", "worlds", "held_back", "population", "physics"):
             found[name] = str(getattr(self, name))
@@ -196,12 +197,12 @@ class Experiment:
             found["workers"] = str(self.workers)
         for name, scenario in self.scenarios_by_name.items():
             found |= {f"{name} {k}": str(v) for k, v in leaves(scenario.model_dump()).items()}
-        rest = self.recipe.parameters.items()
-        found |= {f"{self.recipe.name} {k}": str(v) for k, v in rest}
-        for layer, part in self.recipe.layers.items():
+        rest = self.base_controller.parameters.items()
+        found |= {f"{self.base_controller.name} {k}": str(v) for k, v in rest}
+        for layer, part in self.base_controller.layers.items():
             for file in getattr(part, "reads", ()):
                 digest = hashlib.sha256(file.read_bytes()).hexdigest()
-                found[f"{self.recipe.name} {layer}, sha256"] = digest
+                found[f"{self.base_controller.name} {layer}, sha256"] = digest
         return found
 
     @property
@@ -242,6 +243,14 @@ def step_seed(seed: int, step: int) -> int:
 def versions(*more: str) -> dict[str, str]:
     """Versions of the packages that a result depends on."""
     return {package: version(package) for package in (*PACKAGES, *more)}
+
+
+def _foraging_scenario(name: str, changes: Mapping[str, str]) -> Scenario:
+    """The scenario of a name, changed; ConfigError for one of another task."""
+    found = find_scenario(name, changes)
+    if not isinstance(found, Scenario):
+        raise ConfigError(f"scenario '{found.name}': must be one in which robots forage, as es1")
+    return found
 
 
 def _check_choice(option: str, value: str, choices: Mapping[str, object] | tuple[str, ...]) -> None:

@@ -22,19 +22,20 @@ from pydantic import Field
 
 from baselines.motion.base import MOTIONS
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.envs.layout import ObservationLayout, Sheet
-from swarm_forage_env.interface import Motion, Situation
-from swarm_forage_env.compiler import kernel
-from swarm_forage_env.scenario import Part, Scenario
-from swarm_forage_env.waypoints_scenario import AnyScenario
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.foraging.views import MotionInput
+from swarm_forage_env.interface import MotionLayer
+from swarm_forage_env.parameters import Part
+from swarm_forage_env.spaces import ObservationLayout, ObservationWriter
 from training import linear_motion_policy
 from training.policy_file import (
     Policy,
     Shapes,
     Weights,
     load_policy,
+    observation_layout,
     policy_path,
-    situation_layout,
 )
 
 NETWORK = "deep-set-motion"
@@ -57,8 +58,8 @@ Columns = Mapping[str, slice]
 def field_columns(layout: ObservationLayout, part: str) -> Columns:
     """Columns of each field of a part in the observations of a layout."""
     found, start = {}, 0
-    for owner, fields in layout.parts.items():
-        for each in fields:
+    for owner, groups in layout.parts.items():
+        for each in groups:
             if owner == part:
                 found[each.name] = slice(start, start + len(each.slots))
             start += len(each.slots)
@@ -108,7 +109,7 @@ def dense_layer(weights: Mapping[str, Any], name: str, x: Any) -> Any:  # noqa: 
     return out
 
 
-@kernel
+@entry_point
 def multiply(
     x: Float32[Array, "rows inputs"],
     weight: Float32[Array, "inputs outputs"],
@@ -157,7 +158,7 @@ class LearnedMotion(Part):
         """Files, other than source code, that its output depends on."""
         return (policy_path(self.policy),)
 
-    def check_usable(self, scenario: AnyScenario | None = None) -> None:
+    def check_usable(self, scenario: Any = None) -> None:  # noqa: ANN401 of any task
         """ConfigError or UnknownNameError if the policy is missing or does not fit."""
         policy = load_policy(self.policy)
         if isinstance(scenario, Scenario):
@@ -167,14 +168,23 @@ class LearnedMotion(Part):
         else:
             motion_weights(policy)
 
-    def start(self, scenario: Scenario, seeds: Sequence[int]) -> Motion:
-        """Start the motion in several worlds; ConfigError if the policy does not fit."""
+    def layer(self, scenario: Scenario) -> MotionLayer | None:
+        """The compiled motion of a linear policy; None for a deep-set network, which `start` runs.
+
+        ConfigError if the policy does not fit.
+        """
         policy = load_policy(self.policy)
         policy.check_fits("motion", scenario)
-        if _is_linear(policy):
-            return linear_motion_policy.LinearMotionPolicy(
-                linear_motion_policy.linear_policy_of(policy)[None], scenario, seeds
-            )
+        if not _is_linear(policy):
+            return None
+        return linear_motion_policy.linear_motion(
+            linear_motion_policy.linear_policy_of(policy), scenario
+        )
+
+    def start(self, scenario: Scenario, seeds: Sequence[int]) -> "NetworkMotion":
+        """Start a deep-set network in several worlds; ConfigError if the policy does not fit."""
+        policy = load_policy(self.policy)
+        policy.check_fits("motion", scenario)
         return NetworkMotion(motion_weights(policy), scenario, len(seeds))
 
 
@@ -194,14 +204,14 @@ class NetworkMotion:
 
     def __init__(self, weights: Weights, scenario: Scenario, n_worlds: int) -> None:
         """Start the motion: all robots run the same network."""
-        layout = situation_layout(scenario)
+        layout = observation_layout("motion", scenario)
         self._weights = weights
         self._columns = field_columns(layout, "situation")
-        self._sheet = Sheet(layout, n_worlds * scenario.task.n_robots)
+        self._writer = ObservationWriter(layout, n_worlds * scenario.task.n_robots)
 
-    def __call__(self, situation: Situation) -> Float32[Array, "rows 2"]:
+    def __call__(self, situation: MotionInput) -> Float32[Array, "rows 2"]:
         """Left and right wheel speed of every robot, as a share of cruise speed in [-1, 1]."""
-        observed = self._sheet.write({"situation": situation})
+        observed = self._writer.write({"situation": situation})
         wheels = wheel_speeds(self._weights, observed, self._columns, np)
         wheels[situation.talking] = 0.0
         return np.asarray(np.clip(wheels, -1.0, 1.0))

@@ -2,19 +2,20 @@
 
 import math
 from collections.abc import Mapping
-from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
+from typing import Any
 
 import numpy as np
 from pydantic import Field
 
 from baselines.weighting.base import WEIGHTING_RULES
-from swarm_forage_env.arrays import Array, Float32, Float64, Int64
-from swarm_forage_env.interface import Encounter
+from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.scenario import Part, Scenario
-from swarm_forage_env.waypoints_scenario import AnyScenario
+from swarm_forage_env.foraging.records import Exchange
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import WeightingLayer
+from swarm_forage_env.parameters import Part
+from swarm_forage_env.record import Numbers
 from training.policy_file import Policy, Shapes, Weights, load_policy, policy_path
 
 NETWORK = "log-odds"
@@ -37,8 +38,8 @@ SCALES = ((0.1, 3.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.5), (0.1, 3.0, 1.5), (0
 """Feature scaling: unit u [m, or frames], centre c and spread s of (ln(1 + x / u) - c) / s, which
 maps centimetres as well as tens of metres to within a few units of zero."""
 
-OWN_P, HEARD_P, DISAGREEMENT, OWN_DISTANCE, HEARD_DISTANCE, FRAMES, RANGE = 0, 2, 4, 6, 8, 10, 11
-"""Columns of the network inputs; all but the last two have one for each area."""
+Features = tuple[float, float, float, float, float, float, float, float]
+"""The scaled features of one area of an exchange."""
 
 HIDDEN = 4
 """Default number of hidden units."""
@@ -71,100 +72,61 @@ def unflatten(numbers: Array, shapes: Shapes) -> dict[str, Float32[Array, "..."]
 
 
 @kernel
-def normalised_features(
-    shown: Float64[Array, " columns"], area: int, out_features: Float64[Array, " features"]
-) -> None:
-    """Scaled features of one area, each (ln(1 + x / u) - c) / s."""
-    out_features[0] = shown[OWN_P + area]
-    out_features[1] = shown[HEARD_P + area]
-    out_features[2] = shown[DISAGREEMENT + area]
-    out_features[3] = shown[OWN_P + 1 - area]
-    out_features[4] = shown[OWN_DISTANCE + area]
-    out_features[5] = shown[HEARD_DISTANCE + area]
-    out_features[6] = shown[FRAMES]
-    out_features[7] = shown[RANGE]
-    for k in range(len(SCALES)):
-        unit, centre, spread = SCALES[k]
-        out_features[k] = (math.log1p(out_features[k] / unit) - centre) / spread
+def scaled(x: float, feature: int) -> float:
+    """Scaled feature (ln(1 + x / u) - c) / s."""
+    unit, centre, spread = SCALES[feature]
+    return (math.log1p(np.float64(x) / unit) - centre) / spread
 
 
 @kernel
-def log_odds(
-    features: Float64[Array, " features"], ahead: float, numbers: Float64[Array, " numbers"]
-) -> float:
+def scaled_features(exchange: Exchange, area: int) -> Features:
+    """Scaled features of one area of an exchange, in the order of `FEATURES`."""
+    return (
+        scaled(exchange.own_p[area], 0),
+        scaled(exchange.heard_p[area], 1),
+        scaled(exchange.disagreement[area], 2),
+        scaled(exchange.own_p[1 - area], 3),
+        scaled(exchange.own_distance[area], 4),
+        scaled(exchange.heard_distance[area], 5),
+        scaled(exchange.n_averaged, 6),
+        scaled(exchange.range, 7),
+    )
+
+
+@kernel
+def log_odds(features: Features, ahead: float, network: Float64[Array, " numbers"]) -> float:
     """Log-odds of the heard estimate; those of SGIFF if all weights are zero.
 
         l = (1 + d_0) (p_i - p_j) + d . x + w . tanh(V x + v) + b
 
     x are the features, `ahead` is p_i - p_j [m], and the flat weights are V, v, w, (d, d_0), b.
     """
-    n = features.shape[0]
-    hidden = (numbers.shape[0] - n - 2) // (n + 2)
+    n = len(SCALES)
+    hidden = (network.shape[0] - n - 2) // (n + 2)
     biases, outputs, direct = hidden * n, hidden * (n + 1), hidden * (n + 2)
-    total = numbers[direct + n + 1] + (1.0 + numbers[direct + n]) * ahead
+    total = network[direct + n + 1] + (1.0 + network[direct + n]) * ahead
     for k in range(n):
-        total += numbers[direct + k] * features[k]
+        total += network[direct + k] * features[k]
     for unit in range(hidden):
-        activation = numbers[biases + unit]
+        activation = network[biases + unit]
         for k in range(n):
-            activation += numbers[unit * n + k] * features[k]
-        total += numbers[outputs + unit] * math.tanh(activation)
+            activation += network[unit * n + k] * features[k]
+        total += network[outputs + unit] * math.tanh(activation)
     return float(total)
 
 
 @kernel
-def network_gains(
-    shown: Float64[Array, "encounters columns"],
-    which: Int64[Array, " encounters"],
-    networks: Float64[Array, "networks numbers"],
-    out_g: Float32[Array, "encounters areas"],
-) -> None:
-    """Weight g = 1 / (1 + exp(-l)) of each exchange and area, by the network `which` of its row."""
-    features = np.empty(len(SCALES))
-    for i in range(shown.shape[0]):
-        for area in range(2):
-            normalised_features(shown[i], area, features)
-            ahead = shown[i, OWN_P + area] - shown[i, HEARD_P + area]
-            odds = log_odds(features, ahead, networks[which[i]])
-            out_g[i, area] = 0.5 + 0.5 * math.tanh(0.5 * odds)
+def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
+    """The weight g = 1 / (1 + exp(-l)) of an area, written as a tanh, which cannot overflow."""
+    ahead = np.float64(exchange.own_p[area]) - np.float64(exchange.heard_p[area])
+    odds = log_odds(scaled_features(exchange, area), ahead, numbers.network)
+    return 0.5 + 0.5 * math.tanh(0.5 * odds)
 
 
-def network_inputs(
-    encounter: Encounter, rows: Int64[Array, " encounters"]
-) -> Float64[Array, "rows columns"]:
-    """Network inputs of some rows, as a matrix."""
-    parts = (
-        encounter.own_p[rows],
-        encounter.heard_p[rows],
-        encounter.disagreement[rows],
-        encounter.own_distance[rows],
-        encounter.heard_distance[rows],
-        encounter.frames[rows],
-        encounter.range[rows],
-    )
-    return np.column_stack(parts).astype(np.float64)
-
-
-class NetworkWeighting:
-    """A running weighting by one network, or by several, each for its own worlds."""
-
-    heard_p_share = 1.0
-
-    def __init__(self, networks: Array, of_row: Int64[Array, " rows"] | None = None) -> None:
-        """Take flat weights, a row for each network, and each robot's network (None: the first)."""
-        single = np.asarray(networks, np.float32)
-        self._networks = single.astype(np.float64)
-        self._of_row = of_row
-
-    def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
-        """Weight g of each row and area; zero where no exchange ended."""
-        g = np.zeros_like(encounter.own_p)
-        rows = np.flatnonzero(encounter.valid)
-        found = np.empty((len(rows), 2), np.float32)
-        which = np.zeros_like(rows) if self._of_row is None else self._of_row[rows]
-        network_gains(network_inputs(encounter, rows), which, self._networks, found)
-        g[rows] = found
-        return g
+def network_weighting(network: Array) -> WeightingLayer:
+    """The weighting layer of a network, from its flat weights, rounded to single precision."""
+    single = np.asarray(network, np.float32).astype(np.float64)
+    return WeightingLayer(gain, {"network": single}, heard_p_share=1.0)
 
 
 @WEIGHTING_RULES.register("learned")
@@ -178,34 +140,23 @@ class LearnedWeighting(Part):
     log-odds l that a network adds to (`log_odds`).
     """
 
-    heard_p_share: ClassVar[float] = 1.0
-
     policy: str = Field(
         "weighting",
         description="The network: a bundled policy, or a file as runs/x/best.safetensors",
     )
-
-    @cached_property
-    def network(self) -> NetworkWeighting:
-        """The running network, read from its file at the first use."""
-        return NetworkWeighting(network_of(load_policy(self.policy))[None])
 
     @property
     def reads(self) -> tuple[Path, ...]:
         """Files, other than source code, that its output depends on."""
         return (policy_path(self.policy),)
 
-    def check_usable(self, scenario: AnyScenario | None = None) -> None:
+    def check_usable(self, scenario: Any = None) -> None:  # noqa: ANN401 of any task
         """ConfigError or UnknownNameError if the policy is missing or does not fit."""
         network_of(load_policy(self.policy))
 
-    def beside(self, estimator: object) -> NetworkWeighting:
-        """Return the running network; ConfigError if its file is missing or does not fit."""
-        return self.network
-
-    def __call__(self, encounter: Encounter) -> Float32[Array, "rows areas"]:
-        """Weight g of each row and area."""
-        return self.network(encounter)
+    def layer(self, scenario: Scenario) -> WeightingLayer:
+        """The network of the policy file; ConfigError if it is missing or does not fit."""
+        return network_weighting(network_of(load_policy(self.policy)))
 
 
 def network_of(policy: Policy) -> Float64[Array, " numbers"]:

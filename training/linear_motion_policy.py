@@ -12,17 +12,18 @@ gradient on each robot's own trips may teach it to push its neighbours aside.
 """
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
-from baselines.motion.subsumption import RUN, Subsumption, SubsumptionParameters
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int64
-from swarm_forage_env.envs.cuts import corrected
-from swarm_forage_env.interface import Situation
+from baselines.motion.subsumption import Course, SubsumptionParameters, subsume
+from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.kernels.proximity import PROXIMITY_ANGLES
-from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES
+from swarm_forage_env.foraging.control import REACH
+from swarm_forage_env.foraging.records import Heard, Readings, Situation
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import MotionLayer
+from swarm_forage_env.record import Numbers, field
 from training.learned_weighting import flatten
 from training.policy_file import Policy, Shapes
 
@@ -54,6 +55,16 @@ SPAN = math.log(10.0)
 """Largest change of the logarithm of a straight run's length."""
 
 
+class SearchCourse(Course):
+    """What the policy remembers of a robot's course. Writers: `steer`, `subsume`."""
+
+    searched: float = field(np.float64, unit="m")
+    """Path travelled since there was a goal."""
+
+    features: Float64[Array, " features"] = field(np.float64, len(FEATURES))
+    """The input features of this tick."""
+
+
 @kernel
 def goal_features(
     target: Float32[Array, "2"], p: float, searched: float, out_x: Float64[Array, " features"]
@@ -79,23 +90,18 @@ def proximity_features(proximity: Float32[Array, "8"], out_x: Float64[Array, " f
 
 
 @kernel
-def message_features(
-    heard: Bool[Array, " slots"],
-    beam: Float32[Array, "slots beam"],
-    out_x: Float64[Array, " features"],
-) -> None:
+def message_features(heard: Heard, slots: float, out_x: Float64[Array, " features"]) -> None:
     """Features of the messages heard: the nearest sender, and the share of slots in use."""
-    nearest, messages = -1, 0
-    for slot in range(heard.shape[0]):
-        if heard[slot]:
-            messages += 1
-            if nearest < 0 or beam[slot, 0] < beam[nearest, 0]:
-                nearest = slot
-    if nearest >= 0:
-        closeness = CLOSE / (CLOSE + beam[nearest, 0])
-        out_x[8] = closeness * math.sin(beam[nearest, 1])
-        out_x[9] = closeness * math.cos(beam[nearest, 1])
-        out_x[10] = messages / heard.shape[0]
+    if heard.n == 0:
+        return
+    nearest, beam = 0, heard.range_bearing
+    for slot in range(1, heard.n):
+        if beam[slot, 0] < beam[nearest, 0]:
+            nearest = slot
+    closeness = CLOSE / (CLOSE + beam[nearest, 0])
+    out_x[8] = closeness * math.sin(beam[nearest, 1])
+    out_x[9] = closeness * math.cos(beam[nearest, 1])
+    out_x[10] = heard.n / slots
 
 
 @kernel
@@ -119,78 +125,73 @@ def policy_output(
 
 
 @kernel
-def linear_policy(  # noqa: PLR0913 inputs first, then the outputs
-    proximity: Float32[Array, "rows 8"],
-    target: Float32[Array, "rows 2"],
-    p: Float32[Array, "rows areas"],
-    goal: Int8[Array, " rows"],
-    heard: Bool[Array, "rows slots"],
-    beam: Float32[Array, "rows slots beam"],
-    wheels: Float32[Array, "rows 2"],
-    searched: Float64[Array, " rows"],
-    which: Int64[Array, " rows"],
-    numbers: Float64[Array, "candidates numbers"],
-    out_residual: Float32[Array, "rows 2"],
-    out_factor: Float64[Array, " rows"],
+def write_features(
+    situation: Situation,
+    readings: Readings,
+    heard: Heard,
+    wheels: Float32[Array, "2"],
+    memory: SearchCourse,
+    slots: float,
 ) -> None:
-    """Evaluate the policy of every robot: wheel residuals, and the factor of its straight runs."""
-    x = np.zeros(len(FEATURES))
-    for i in range(proximity.shape[0]):
-        x[:] = 0.0
-        x[0] = 1.0
-        has_goal = goal[i] >= 0
-        goal_features(
-            target[i],
-            float(p[i, goal[i]]) if has_goal else 0.0,
-            -1.0 if has_goal else searched[i],
-            x,
-        )
-        proximity_features(proximity[i], x)
-        message_features(heard[i], beam[i], x)
-        x[11] = 0.5 * (wheels[i, 1] - wheels[i, 0])
-        left, right, factor = policy_output(x, numbers[which[i]], 0 if has_goal else 1)
-        out_residual[i, 0], out_residual[i, 1] = left, right
-        out_factor[i] = factor
+    """Write all input features of a tick to the memory; `wheels` are the last."""
+    x = memory.features
+    for k in range(x.shape[0]):
+        x[k] = 0.0
+    x[0] = 1.0
+    if situation.goal >= 0:
+        goal_features(situation.target, situation.p[situation.goal], -1.0, x)
+    else:
+        goal_features(situation.target, 0.0, memory.searched, x)
+    proximity_features(readings.proximity, x)
+    message_features(heard, slots, x)
+    x[11] = 0.5 * (wheels[1] - wheels[0])
 
 
-class LinearMotionPolicy(Subsumption):
-    """The running motion: subsumption plus a linear policy, or one candidate for each world."""
+@kernel
+def add_residual(wheels: Float32[Array, "2"], left: float, right: float) -> None:
+    """Add the residuals to the wheels of subsumption: clip(own + REACH residual, -1, 1)."""
+    reach = np.float32(REACH)
+    wheels[0] = min(max(wheels[0] + reach * np.float32(left), -1.0), 1.0)
+    wheels[1] = min(max(wheels[1] + reach * np.float32(right), -1.0), 1.0)
 
-    def __init__(
-        self,
-        numbers: Array,
-        scenario: Scenario,
-        seeds: Sequence[int],
-        of_row: Int64[Array, " rows"] | None = None,
-    ) -> None:
-        """Take flat weights, a row per candidate, and each robot's candidate (None: the first)."""
-        super().__init__(SubsumptionParameters(), scenario, seeds)
-        rows = len(seeds) * self._n_robots
-        self._numbers = np.asarray(numbers, np.float32).astype(np.float64)
-        self._of_row = np.zeros(rows, np.int64) if of_row is None else of_row
-        self._path = 0.5 * scenario.robot.cruise_speed * scenario.tick
-        self._searched: Float64[Array, " rows"] = np.zeros(rows)
 
-    def __call__(self, situation: Situation) -> Float32[Array, "rows 2"]:
-        """Left and right wheel speed of every robot, as a share of cruise speed in [-1, 1]."""
-        s = situation
-        walked = self._path * np.abs(s.wheels.sum(axis=1, dtype=np.float64))
-        self._searched = np.where(s.goal >= 0, 0.0, self._searched + walked)
-        residual, factor = np.empty((len(s.goal), 2), np.float32), np.empty(len(s.goal))
-        linear_policy(
-            s.proximity, s.target, s.p, s.goal, s.heard, s.beam, s.wheels,
-            self._searched, self._of_row, self._numbers, residual, factor,
-        )  # fmt: skip
-        before = self._memory[:, RUN].copy()
-        own = super().__call__(s)
-        went = (self._memory[:, RUN] < before) & (s.goal < 0)
-        self._memory[went, RUN] += 2.0 * self._path * (1.0 - 1.0 / factor[went])
-        return corrected(own, residual, s.talking)
+@kernel
+def steer(
+    situation: Situation,
+    readings: Readings,
+    heard: Heard,
+    wheels: Float32[Array, "2"],
+    memory: SearchCourse,
+    numbers: Numbers,
+) -> None:
+    """Subsumption, corrected by the policy; `wheels` are the last, and the next.
 
-    def reset(self, world: int, seed: int) -> None:
-        """Start a new episode in one world: reset its memory and reseed its random walk."""
-        super().reset(world, seed)
-        self._searched[world * self._n_robots : (world + 1) * self._n_robots] = 0.0
+    To a robot that is talking nothing is added, as communication takes control of the motors
+    (TR, Section 5.2).
+    """
+    has_goal = situation.goal >= 0
+    walked = numbers.path_per_wheel * abs(np.float64(wheels[0]) + np.float64(wheels[1]))
+    memory.searched = 0.0 if has_goal else memory.searched + walked
+    write_features(situation, readings, heard, wheels, memory, numbers.slots)
+    mode = 0 if has_goal else 1
+    left, right, factor = policy_output(memory.features, numbers.policy, mode)
+    run_before = memory.run
+    subsume(situation, readings, situation.target, wheels, memory, numbers)
+    if memory.run < run_before and not has_goal:
+        memory.run += 2.0 * numbers.path_per_wheel * (1.0 - 1.0 / factor)
+    if not situation.is_talking:
+        add_residual(wheels, left, right)
+
+
+def linear_motion(policy: Array, scenario: Scenario) -> MotionLayer:
+    """The motion layer of a policy, from its flat weights, rounded to single precision."""
+    numbers = {
+        **SubsumptionParameters().numbers(scenario),
+        "policy": np.asarray(policy, np.float32).astype(np.float64),
+        "slots": scenario.slots,
+        "path_per_wheel": 0.5 * scenario.robot.cruise_speed * scenario.tick,
+    }
+    return MotionLayer(steer, numbers, SearchCourse)
 
 
 def linear_policy_of(policy: Policy) -> Float64[Array, " numbers"]:

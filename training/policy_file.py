@@ -18,13 +18,13 @@ from pydantic import Field, ValidationError
 
 from baselines.evaluation.output_files import write_atomically
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.envs.bounds import Bounds
-from swarm_forage_env.envs.cuts import CUTS
-from swarm_forage_env.envs.layout import ObservationLayout
-from swarm_forage_env.envs.observation import encounter_fields, situation_fields
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.extras import remedy
-from swarm_forage_env.scenario import Count, NotNegative, Part, Scenario
+from swarm_forage_env.foraging.bounds import Bounds
+from swarm_forage_env.foraging.policies import LEARNABLE
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.parameters import Count, NotNegative, Part
+from swarm_forage_env.spaces import Layout, ObservationLayout
 
 BUNDLED = Path(__file__).parent / "policies"
 """Folder of the bundled policies; a policy's bare name stands for one of them."""
@@ -34,7 +34,7 @@ Shapes = Mapping[str, tuple[int, ...]]
 LayerName = Literal["weighting", "motion"]
 
 
-class SlotName(Part):
+class FeatureName(Part):
     """Name and unit of one component of a layer's observation or action."""
 
     name: str
@@ -48,9 +48,9 @@ class LayerCard(Part):
     """Name of the architecture."""
     sizes: dict[str, Count]
     """Sizes of the network, which determine the shapes of all its arrays."""
-    observes: tuple[SlotName, ...]
+    observes: tuple[FeatureName, ...]
     """Components of the layer's observation."""
-    gives: tuple[SlotName, ...]
+    gives: tuple[FeatureName, ...]
     """Components of the layer's action."""
 
 
@@ -141,15 +141,15 @@ class Policy:
         """Raise ConfigError if a layer's observation or action differs in a scenario."""
         card = self._layer(layer)
         for kind, trained, there in (
-            ("observation", card.observes, observation_slots(layer, scenario)),
-            ("action", card.gives, action_slots(layer)),
+            ("observation", card.observes, observation_features(layer, scenario)),
+            ("action", card.gives, action_features(layer)),
         ):
             for k in range(max(len(trained), len(there))):
                 old = trained[k] if k < len(trained) else None
                 new = there[k] if k < len(there) else None
                 if old != new:
                     raise self._refusal(
-                        f"does not fit '{scenario.name}': {kind} slot {k} of its {layer} was"
+                        f"does not fit '{scenario.name}': {kind} feature {k} of its {layer} was"
                         f" {_described(old)} in training and is {_described(new)} here"
                     )
 
@@ -162,27 +162,19 @@ class Policy:
         return ConfigError(f"policy {self.source}: {why}")
 
 
-def observation_slots(layer: LayerName, scenario: Scenario) -> tuple[SlotName, ...]:
+def observation_layout(layer: LayerName, scenario: Scenario) -> ObservationLayout:
+    """Observation layout of a layer in a scenario."""
+    return LEARNABLE[layer].layout(Bounds(scenario, scenario.n_ticks))
+
+
+def observation_features(layer: LayerName, scenario: Scenario) -> tuple[FeatureName, ...]:
     """Components of a layer's observation in a scenario."""
-    layout = encounter_layout(scenario) if layer == "weighting" else situation_layout(scenario)
-    return tuple(SlotName(name=slot.name, unit=slot.unit) for slot in layout)
+    return _names(observation_layout(layer, scenario))
 
 
-def encounter_layout(scenario: Scenario) -> ObservationLayout:
-    """Observation layout of the weighting in a scenario."""
-    return ObservationLayout({"encounter": encounter_fields(Bounds(scenario, scenario.n_ticks))})
-
-
-def situation_layout(scenario: Scenario) -> ObservationLayout:
-    """Observation layout of the motion in a scenario."""
-    fields = situation_fields(Bounds(scenario, scenario.n_ticks), scenario.slots)
-    return ObservationLayout({"situation": fields})
-
-
-def action_slots(layer: LayerName) -> tuple[SlotName, ...]:
+def action_features(layer: LayerName) -> tuple[FeatureName, ...]:
     """Components of a layer's action."""
-    layout = CUTS[layer].action_layout
-    return tuple(SlotName(name=slot.name, unit=slot.unit) for slot in layout)
+    return _names(LEARNABLE[layer].action)
 
 
 def layer_card(
@@ -192,8 +184,8 @@ def layer_card(
     return LayerCard(
         network=network,
         sizes=dict(sizes),
-        observes=observation_slots(layer, scenario),
-        gives=action_slots(layer),
+        observes=observation_features(layer, scenario),
+        gives=action_features(layer),
     )
 
 
@@ -280,5 +272,9 @@ def _read(file: Path, what: str) -> bytes:
         raise ConfigError(f"{what} {file}: cannot be read ({error.strerror})") from None
 
 
-def _described(slot: SlotName | None) -> str:
-    return "missing" if slot is None else f"{slot.name} [{slot.unit}]"
+def _names(layout: Layout) -> tuple[FeatureName, ...]:
+    return tuple(FeatureName(name=each.name, unit=each.unit) for each in layout)
+
+
+def _described(feature: FeatureName | None) -> str:
+    return "missing" if feature is None else f"{feature.name} [{feature.unit}]"

@@ -19,7 +19,7 @@ from stable_baselines3.common.utils import FloatSchedule, set_random_seed
 
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
-from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.loop import Loop
 from training.actor_critic import LayerNetworks, MotionActor, NamedNetwork
 from training.behaviour_cloning import clone_behaviour, record_demonstrations
 from training.checkpoint import (
@@ -98,7 +98,7 @@ class PPOTraining:
         for scenario in experiment.scenarios_by_name.values():
             n_worlds = max(1, DEMONSTRATORS // scenario.task.n_robots)
             seeds = experiment.training_seeds(0, n_worlds)
-            loop = ControlLoop(scenario, experiment.recipe, seeds, experiment.physics)
+            loop = Loop(scenario, experiment.base_controller, seeds, experiment.physics)
             pairs.append(record_demonstrations(loop, self._env.observation_layout))
         error = clone_behaviour(actor, pairs)
         return f"the motion of {experiment.controller} is copied; mean squared error {error:.3f}"
@@ -147,8 +147,10 @@ class PPOTraining:
         """Round trips of the latest policy in each held-back world of a scenario."""
         experiment = self._experiment
         scenario, seeds = experiment.scenarios_by_name[name], experiment.held_back_seeds
-        recipe = with_learned_layers(experiment.recipe, experiment.layers, experiment.out / LATEST)
-        episodes = run_episodes(scenario, recipe, seeds, experiment.physics)
+        controller = with_learned_layers(
+            experiment.base_controller, experiment.layers, experiment.out / LATEST
+        )
+        episodes = run_episodes(scenario, controller, seeds, experiment.physics)
         return np.array([each.round_trips for each in episodes])
 
     @property

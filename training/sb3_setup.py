@@ -64,7 +64,7 @@ def make_vec_env(
             SwarmVecEnv(
                 scenarios[name],
                 n_worlds=n_worlds,
-                controller=experiment.recipe,
+                controller=experiment.base_controller,
                 learn=experiment.layer,
                 physics=experiment.physics,
                 decision_period=hyperparameters.decision_period,

@@ -41,9 +41,9 @@ def _listed(numbers: dict[Algorithm, int]) -> str:
 
 
 DEFAULT_CONTROLLER = {
-    Layer.WEIGHTING: "dsgiff-brisk",
+    Layer.WEIGHTING: "dsgiff-frequent",
     Layer.MOTION: "ssgiff",
-    Layer.BOTH: "dsgiff-wary",
+    Layer.BOTH: "dsgiff-penalised",
 }
 """Controller whose other layers are used, by default, with a policy of each layer."""
 
@@ -112,7 +112,7 @@ def train(  # noqa: PLR0913 the options of a command
         typer.Option(
             help="Controller of the other layers; parameters as in `evaluate`. If its own layer"
             " is a learned one, cma and imitation start from that.",
-            show_default="weighting: dsgiff-brisk, motion: ssgiff, both: dsgiff-wary",
+            show_default="weighting: dsgiff-frequent, motion: ssgiff, both: dsgiff-penalised",
         ),
     ] = None,
     settings: Annotated[
@@ -178,7 +178,8 @@ def _report(experiment: "Experiment", policy: "Policy") -> None:
             f" on {experiment.held_back} held-back seeds"
         )
     typer.echo(f"policy: {policy.source}")
-    runs = controller_name(with_learned_layers(experiment.recipe, experiment.layers, policy.source))
+    learned = with_learned_layers(experiment.base_controller, experiment.layers, policy.source)
+    runs = controller_name(learned)
     if runs:
         scenario, own = parse_controller(experiment.scenarios[0])
         changes = {**experiment.settings, **own}

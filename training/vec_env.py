@@ -1,7 +1,6 @@
 """A stable-baselines3 vector environment whose environments are the robots of W worlds."""
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,12 +8,11 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.actions import Actions, is_within
-from swarm_forage_env.envs.making import make_batch
+from swarm_forage_env.envs.make import make_array_env
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import ControllerRecipe
-from swarm_forage_env.scenario import Count, Part, validated
-from swarm_forage_env.streams import checked_seed
-from swarm_forage_env.waypoints_scenario import AnyScenario
+from swarm_forage_env.interface import Controller
+from swarm_forage_env.parameters import Count, Part, validated
+from swarm_forage_env.random_streams import checked_seed
 
 Infos = list[dict[str, Any]]
 
@@ -74,22 +72,22 @@ class SwarmVecEnv(SharedAttributesVecEnv):
 
     def __init__(
         self,
-        scenario: str | Path | AnyScenario = "es1",
+        scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
         n_worlds: int = 8,
-        controller: str | ControllerRecipe | None = None,
+        controller: str | Controller | None = None,
         seed: int = 0,
-        **options: Any,  # noqa: ANN401 checked by Terms and by the scenario
+        **options: Any,  # noqa: ANN401 checked by EnvConfig and by the scenario
     ) -> None:
         """Make the worlds; `reset` draws their seeds from a generator seeded by `seed`."""
         _ = validated(_WorldCount, {"n_worlds": n_worlds})
-        self.batch = make_batch(range(n_worlds), options, scenario, controller)
-        self.scenario = self.batch.world.scenario
-        self.max_cycles = self.batch.n_cycles
-        self.observation_layout = self.batch.observation_layout
-        self.action_layout = self.batch.action_layout
+        self.env = make_array_env(range(n_worlds), options, scenario, controller)
+        self.scenario = self.env.world.scenario
+        self.max_cycles = self.env.n_cycles
+        self.observation_layout = self.env.observation_layout
+        self.action_layout = self.env.action_layout
         self.render_mode = None
         self._n_worlds = n_worlds
-        rows = self.batch.world.rows
+        rows = self.env.world.robots.size
         self._space = self.action_layout.box()
         self._actions = Actions([f"environment {k}" for k in range(rows)], self.action_layout)
         self._next: Float32[Array, "rows numbers"] | None = None
@@ -108,7 +106,7 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         self._cycles = 0
         self.reset_infos: Infos = [{} for _ in range(self.num_envs)]
         seeds = self._rng.integers(2**63, size=self._n_worlds)
-        return np.asarray(self.batch.reset([int(seed) for seed in seeds]))
+        return np.asarray(self.env.reset([int(seed) for seed in seeds]))
 
     def step_async(self, actions: Float32[Array, "rows numbers"]) -> None:
         """Store the actions of all robots; ConfigError if they do not fit the action space."""
@@ -129,16 +127,16 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         """Run one decision period and return observations, rewards, dones and infos."""
         if self._next is None:
             raise ConfigError("step_wait() without an action: call step_async(actions) first")
-        observations, rewards = self.batch.step(self._next)
+        observations, rewards = self.env.step(self._next)
         self._next = None
         self._cycles += 1
         over = self._cycles >= self.max_cycles
         infos: Infos = [{} for _ in range(self.num_envs)]
         if over:
-            for info, last, log in zip(infos, observations, self.batch.log(), strict=True):
+            for info, last, log in zip(infos, observations, self.env.log(), strict=True):
                 info["terminal_observation"] = last
                 info["TimeLimit.truncated"] = True
-                info |= zip(self.batch.infos, log, strict=True)
+                info |= zip(self.env.infos, log, strict=True)
             observations = self.reset()
         done = np.full(self.num_envs, over)
         return observations, rewards.astype(np.float32), done, infos

@@ -18,11 +18,12 @@ from baselines.estimators.joint_update import (
     update_factors,
 )
 from baselines.estimators.pose_belief import PoseBelief
-from baselines.estimators.pose_prediction import take_in_alone
-from baselines.estimators.small_matrices import product3_transposed, spectral_norm3
+from baselines.estimators.pose_prediction import take_in_alone, tell
+from baselines.estimators.small_matrices import copy3, product3_transposed, spectral_norm3
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.record import Numbers, field
 from swarm_forage_env.waypoints.records import Sighting
 
@@ -82,11 +83,11 @@ def correct_one(
     product3_transposed(shared[i, j, FACTOR], shared[j, i, SAID], update.cross)
     join(one.P, other.P, update)
     sight_jacobian(dx, dy, 0.0, update.G)
-    joint_gain(update, numbers.range_noise, numbers.range_noise)
+    share = float(crowd[i].exchange.weight[0])
+    joint_gain(update, share, numbers.range_noise, numbers.range_noise)
     direction = slipped_direction(crowd[i], float(sighting.bearing))
     along = float(sighting.range) - expected
     across = direction - authors_bearing(direction, math.atan2(dy, dx), dy)
-    update.K[:, :] *= float(crowd[i].exchange.weight[0])
     left_over(update.joint, update.G, update.K, update.half)
     if is_refused(crowd[i], along, across):
         return
@@ -128,14 +129,17 @@ def correct_each_alone(
     Source: BOIDS, authors' code.
     """
     for i in range(crowd.shape[0]):
-        crowd[i].said.pose[:] = crowd[i].belief.pose
-        crowd[i].said.P[:, :] = crowd[i].belief.P
+        tell(crowd[i].belief, crowd[i].said)
         for j in range(crowd.shape[0]):
-            shared[i, j, SAID] = shared[i, j, FACTOR]
+            copy3(shared[i, j, FACTOR], shared[i, j, SAID])
     for i in range(crowd.shape[0]):
         for j in range(crowd.shape[0]):
             if sightings[i, j].seen:
                 correct_one(crowd, shared, i, j, sightings[i, j], numbers)
 
 
-AUTHORS_KERNELS = {"take_in": take_in_alone, "describe": describe, "merge": correct_each_alone}
+AUTHORS_KERNELS: dict[str, Kernel] = {
+    "take_in": take_in_alone,
+    "describe": describe,
+    "merge": correct_each_alone,
+}

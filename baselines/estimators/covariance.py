@@ -23,9 +23,9 @@ from baselines.estimators.social_odometry import KERNELS as SOCIAL_KERNELS
 from baselines.weighting.covariance import Covariance
 from swarm_forage_env.foraging.control import observe
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel
 
-KERNELS = {
+KERNELS: dict[str, Kernel] = {
     **SOCIAL_KERNELS,
     "compose": compose,
     "take_in": take_in,

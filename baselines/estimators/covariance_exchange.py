@@ -4,11 +4,10 @@ A message of social odometry tells the standard deviation along the long axis of
 ellipse as p; here it also tells that along the short axis, and where the long axis points.
 """
 
-import math
-
 import numpy as np
 
 from baselines.estimators.belief import NOBODY, Message
+from baselines.estimators.error_ellipse import Matrix, heard_direction, to_ellipse, to_matrix
 from baselines.estimators.message_exchange import compose as compose_places
 from baselines.estimators.message_exchange import is_merged, slot_of, update_exchange
 from baselines.estimators.path_covariance import (
@@ -28,9 +27,6 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.foraging.records import Heard
 from swarm_forage_env.record import Numbers, field
-
-Matrix = tuple[float, float, float]
-"""The symmetric 2 x 2 covariance of a position: xx, xy, yy [m^2]."""
 
 Gain = tuple[float, float, float, float]
 """A 2 x 2 gain matrix: xx, xy, yx, yy."""
@@ -62,38 +58,6 @@ class EllipseMind(CovarianceMind):
 
     belief: EllipseBelief = field(EllipseBelief)
     message: EllipseMessage = field(EllipseMessage)
-
-
-@kernel
-def to_ellipse(xx: float, xy: float, yy: float) -> tuple[float, float, float]:
-    """Standard deviations along the long and the short axis [m], direction of the long [rad].
-
-    The matrix is a covariance of positions [m^2].
-    """
-    long = spectral_norm(xx, xy, yy)
-    short = max(xx + yy - long, 0.0)
-    return math.sqrt(long), math.sqrt(short), 0.5 * math.atan2(2.0 * xy, xx - yy)
-
-
-@kernel
-def to_matrix(long: float, short: float, direction: float) -> Matrix:
-    """The covariance (xx, xy, yy) [m^2] of the ellipse of these axes [m] and direction [rad]."""
-    c, s = math.cos(direction), math.sin(direction)
-    u, v = long * long, short * short
-    return u * c * c + v * s * s, (u - v) * c * s, u * s * s + v * c * c
-
-
-@kernel
-def heard_direction(gamma_i: float, gamma_j: float, psi_j: float) -> float:
-    """A direction psi_j of the sender's body frame in the receiver's body frame [rad].
-
-        psi_i = gamma_i + (psi_j - gamma_j) - pi
-
-    gamma_i, gamma_j are the bearings of the beam at the receiver and at the sender [rad].
-
-    Source: TR, Section 5.2 (before Eq. 40).
-    """
-    return gamma_i + (psi_j - gamma_j) - math.pi
 
 
 @kernel

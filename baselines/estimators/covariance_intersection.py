@@ -12,12 +12,12 @@ from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.boids_inputs import describe
 from baselines.estimators.localisation import OWN_WEIGHTING, Localisation
 from baselines.estimators.pose_belief import PoseBelief, PoseMind
-from baselines.estimators.pose_prediction import propagate, step_slopes, take_in_alone
-from baselines.estimators.small_matrices import Matrix3, determinant3, inverse3
+from baselines.estimators.pose_prediction import propagate, step_slopes, take_in_alone, tell
+from baselines.estimators.small_matrices import Matrix3, copy3, determinant3, identity3, inverse3
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import wrap
-from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.waypoints.control import observe
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
@@ -66,7 +66,7 @@ def weigh_told(crowd: Array, n: int, S: Matrix3, rest: Matrix3) -> None:
 
     Source: BOIDS, Eq. 4; Fraenken2005, Eq. 16.
     """
-    S[:, :] = 0.0
+    identity3(0.0, S)
     for q in range(n):
         for a in range(3):
             for b in range(3):
@@ -131,7 +131,7 @@ def hear_pose(crowd: Array, i: int, j: int, sightings: Array, numbers: Numbers, 
     far, back = float(sightings[j, i].range), float(sightings[j, i].bearing)
     bearing = float(sightings[i, j].bearing)
     own, other, P = crowd[i].said.pose, crowd[j].said.pose, told.P
-    P[:, :] = crowd[j].said.P
+    copy3(crowd[j].said.P, P)
     if numbers.authors > 0.0:
         direction = back + 2.0 * crowd[j].compass - other[2]
         ahead = bearing + 2.0 * crowd[i].compass - own[2]
@@ -156,7 +156,7 @@ def fuse(crowd: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
 
     Source: BOIDS, Eq. 5.
     """
-    information[:, :] = 0.0
+    identity3(0.0, information)
     vx, vy, vt = 0.0, 0.0, 0.0
     for q in range(n):
         w, info, x = crowd[q].told.weight, crowd[q].told.inverse, crowd[q].told.pose
@@ -175,8 +175,9 @@ def fuse(crowd: Array, n: int, information: Matrix3, out: PoseBelief) -> None:
 def gather_told(crowd: Array, i: int, sightings: Array, numbers: Numbers) -> int:
     """List the own estimate of robot i, and those of whom it sees and who see it; how many."""
     told, said, n = crowd[0].told, crowd[i].said, 1
-    told.pose[:] = said.pose
     inverse3(said.P, told.inverse)
+    for a in range(3):
+        told.pose[a] = said.pose[a]
     for j in range(crowd.shape[0]):
         if sightings[i, j].seen and sightings[j, i].seen:
             told = crowd[n].told
@@ -198,8 +199,7 @@ def intersect(crowd: Array, shared: Array, sightings: Array, numbers: Numbers) -
     """
     least = 2 if numbers.authors > 0.0 else 1
     for i in range(crowd.shape[0]):
-        crowd[i].said.pose[:] = crowd[i].belief.pose
-        crowd[i].said.P[:, :] = crowd[i].belief.P
+        tell(crowd[i].belief, crowd[i].said)
     for i in range(crowd.shape[0]):
         n = gather_told(crowd, i, sightings, numbers)
         if n <= least:
@@ -212,7 +212,7 @@ def intersect(crowd: Array, shared: Array, sightings: Array, numbers: Numbers) -
         fuse(crowd, n, crowd[i].total, crowd[i].belief)
 
 
-KERNELS = {"take_in": take_in_alone, "describe": describe, "merge": intersect}
+KERNELS: dict[str, Kernel] = {"take_in": take_in_alone, "describe": describe, "merge": intersect}
 
 
 @ESTIMATORS.register("covariance_intersection")

@@ -13,11 +13,11 @@ from baselines.estimators.covariance_exchange import (
     EllipseBelief,
     EllipseMind,
     Gain,
-    Matrix,
     copy_ellipse,
     heard_covariance,
     move_location,
 )
+from baselines.estimators.error_ellipse import Matrix
 from baselines.estimators.message_exchange import is_merged
 from baselines.estimators.path_covariance import (
     XT,

@@ -12,7 +12,7 @@ from baselines.estimators.pose_belief import PoseMind
 from baselines.estimators.pose_prediction import take_in_alone
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers
 from swarm_forage_env.waypoints.control import observe
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
@@ -23,7 +23,11 @@ def correct_nothing(crowd: Array, shared: Array, sightings: Array, numbers: Numb
     """No neighbour corrects an estimate that is reckoned alone."""
 
 
-KERNELS = {"take_in": take_in_alone, "describe": describe, "merge": correct_nothing}
+KERNELS: dict[str, Kernel] = {
+    "take_in": take_in_alone,
+    "describe": describe,
+    "merge": correct_nothing,
+}
 
 
 @ESTIMATORS.register("dead_reckoning")

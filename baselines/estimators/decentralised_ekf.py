@@ -29,7 +29,7 @@ from baselines.estimators.small_matrices import identity3, product3_transposed, 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import wrap
-from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers
 from swarm_forage_env.waypoints.control import observe
 from swarm_forage_env.waypoints.records import SPEED, Readings, Sighting
@@ -122,8 +122,7 @@ def correct_both(
     join(one.P, other.P, update)
     sight_jacobian(dx, dy, -1.0, update.G)
     var_range, var_bearing = numbers.range_noise**2, numbers.bearing_noise**2
-    joint_gain(update, var_range, var_bearing)
-    update.K[:, :] *= float(crowd[i].exchange.weight[0])
+    joint_gain(update, float(crowd[i].exchange.weight[0]), var_range, var_bearing)
     correct_joint(update, var_range, var_bearing)
     move_pair(crowd[i], crowd[j], float(sighting.range), float(sighting.bearing))
     update_factors(update.before[0], one.P, update, factors[i])
@@ -148,7 +147,7 @@ def correct_by_sight(
                 correct_both(crowd, factors, i, j, sightings[i, j], numbers)
 
 
-KERNELS = {"take_in": take_in, "describe": describe, "merge": correct_by_sight}
+KERNELS: dict[str, Kernel] = {"take_in": take_in, "describe": describe, "merge": correct_by_sight}
 
 
 @ESTIMATORS.register("decentralised_ekf")

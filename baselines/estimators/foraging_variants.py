@@ -26,13 +26,14 @@ from baselines.weighting.sgikf import SGIKF
 from baselines.weighting.sikf import SIKF
 from swarm_forage_env.foraging.control import observe
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel
 
 
 def dead_reckoning(scenario: Scenario) -> EstimatorLayer:
     """Dead reckoning where robots forage: places with covariances, of which nobody is told."""
     numbers = CovarianceFilterParameters(speaks=False).numbers(scenario)
-    kernels, own = {**KERNELS, "take_in": take_in}, SGIKF().layer(scenario)
+    kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in}
+    own = SGIKF().layer(scenario)
     return EstimatorLayer(CovarianceMind, numbers, kernels, observe, own_weighting=own)
 
 
@@ -46,7 +47,7 @@ def covariance_intersection(scenario: Scenario) -> EstimatorLayer:
 def decentralised_ekf(scenario: Scenario) -> EstimatorLayer:
     """The decentralised EKF where robots forage: a Kalman filter that knows the shared errors."""
     layer = CovarianceParameters().layer(scenario)
-    kernels = {
+    kernels: dict[str, Kernel] = {
         **layer.kernels, "take_in": cross_covariance.take_in, "merge": cross_covariance.merge,
     }  # fmt: skip
     shared = (2, 2, 2)  # areas, then the 2 x 2 matrix of positions

@@ -77,17 +77,17 @@ def sight_jacobian(dx: float, dy: float, by_heading: float, out_G: Float64[Array
     """
     r2 = dx * dx + dy * dy
     r = math.sqrt(r2)
-    out_G[:, :] = 0.0
+    out_G[0, 2] = out_G[0, 5] = out_G[1, 5] = 0.0
     out_G[0, 0], out_G[0, 1], out_G[0, 3], out_G[0, 4] = -dx / r, -dy / r, dx / r, dy / r
     out_G[1, 0], out_G[1, 1], out_G[1, 3], out_G[1, 4] = dy / r2, -dx / r2, -dy / r2, dx / r2
     out_G[1, 2] = by_heading
 
 
 @kernel
-def joint_gain(update: JointUpdate, var_range: float, var_bearing: float) -> None:
-    """The gain of a relative measurement on the poses of both robots.
+def joint_gain(update: JointUpdate, g: float, var_range: float, var_bearing: float) -> None:
+    """The gain of a relative measurement on the poses of both robots, to the share g.
 
-        K = P G' (G P G' + R)^-1,  R = diag(var_range, var_bearing)
+        K = g P G' (G P G' + R)^-1,  R = diag(var_range, var_bearing)
 
     Source: BOIDS, Eq. 16.
     """
@@ -105,8 +105,8 @@ def joint_gain(update: JointUpdate, var_range: float, var_bearing: float) -> Non
     scale = 1.0 / (s00 * s11 - s01 * s01)
     for a in range(6):
         k0, k1 = K[a, 0], K[a, 1]
-        K[a, 0] = scale * (k0 * s11 - k1 * s01)
-        K[a, 1] = scale * (k1 * s00 - k0 * s01)
+        K[a, 0] = scale * (k0 * s11 - k1 * s01) * g
+        K[a, 1] = scale * (k1 * s00 - k0 * s01) * g
 
 
 @kernel

@@ -8,6 +8,8 @@ import math
 from baselines.estimators.pose_belief import START_VARIANCE, HomeUpdate, PoseBelief, PoseMind
 from baselines.estimators.small_matrices import (
     Matrix3,
+    copy3,
+    identity3,
     inverse3,
     product3,
     product3_transposed,
@@ -108,15 +110,22 @@ def predict(belief: PoseBelief, motion: Float32[Array, "2"], numbers: Numbers) -
 
 
 @kernel
+def tell(belief: PoseBelief, out_said: PoseBelief) -> None:
+    """Tell the neighbours where the robot believes it is, and how surely."""
+    copy3(belief.P, out_said.P)
+    for a in range(3):
+        out_said.pose[a] = belief.pose[a]
+
+
+@kernel
 def start_again(belief: PoseBelief, home_fix: Float32[Array, "3"], variance: float) -> None:
     """Take the fix at home for the estimate, and start from P = variance I again.
 
     Source: BOIDS, authors' code (0.1); cross-covariances are left as they are.
     """
+    identity3(variance, belief.P)
     for a in range(3):
         belief.pose[a] = home_fix[a]
-        for b in range(3):
-            belief.P[a, b] = variance if a == b else 0.0
 
 
 @kernel
@@ -135,9 +144,8 @@ def correct_privately(
     """
     pose, P = belief.pose, belief.P
     K, half, rest = work.gain, work.half, work.rest
+    copy3(P, work.innovation)
     for a in range(3):
-        for b in range(3):
-            work.innovation[a, b] = P[a, b]
         work.innovation[a, a] += variance
     inverse3(work.innovation, half)
     product3(P, half, K)

@@ -38,7 +38,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.control import observe
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers
 
 
@@ -105,7 +105,7 @@ class CovarianceFilterParameters(SocialOdometryParameters):
         return {**super().numbers(scenario), "error_constant": k}
 
 
-KERNELS = {**SOCIAL_KERNELS, "take_in": take_in, "merge": merge}
+KERNELS: dict[str, Kernel] = {**SOCIAL_KERNELS, "take_in": take_in, "merge": merge}
 """The functions of the filter that the templates of a tick name."""
 
 

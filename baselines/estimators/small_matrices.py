@@ -23,6 +23,14 @@ def identity3(scale: float, out: Matrix3) -> None:
 
 
 @kernel
+def copy3(A: Matrix3, out: Matrix3) -> None:
+    """A, written out: numba compiles an assignment of slices far more slowly."""
+    for a in range(3):
+        for b in range(3):
+            out[a, b] = A[a, b]
+
+
+@kernel
 def product3(A: Matrix3, B: Matrix3, out: Matrix3) -> None:
     """A B."""
     for a in range(3):

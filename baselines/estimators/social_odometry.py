@@ -40,7 +40,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.control import observe
 from swarm_forage_env.foraging.records import Readings
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.parameters import NotNegative, Part, Positive
 from swarm_forage_env.record import Numbers
 
@@ -54,7 +54,7 @@ def take_in(mind: SocialMind, shared: Array, readings: Readings, numbers: Number
     choose_goal(mind.belief)
 
 
-KERNELS = {
+KERNELS: dict[str, Kernel] = {
     "is_listening": is_listening,
     "compose": compose,
     "take_in": take_in,

@@ -16,11 +16,12 @@ from urllib.parse import quote
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from baselines.evaluation.episode import SERIES
+from baselines.evaluation.episode import kind_of_episode
 from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.evaluation.kinds import AnyEpisode, Kind, kind_of
 from baselines.evaluation.output_files import TEMPORARY, temporary_of, write_atomically
+from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.task import task_of
 
 LOGGER = logging.getLogger("swarm-forage")
 
@@ -39,7 +40,7 @@ COLUMN_TYPES = {
 }
 
 
-def schema(kind: Kind) -> pa.Schema:
+def schema(kind: EpisodeKind) -> pa.Schema:
     """Columns of a dataset file: the fields of an episode, and what identifies a configuration."""
     types = get_type_hints(kind.episode)
     fields = [
@@ -87,10 +88,10 @@ class Dataset:
     def place(self, configuration: ExperimentConfig, seed: int) -> Path:
         """Path of an episode's file, whether it exists or not."""
         folder = self.folder / f"scenario={_quoted(configuration.scenario.name)}"
-        folder /= f"controller={_quoted(configuration.recipe.name)}"
+        folder /= f"controller={_quoted(configuration.controller.name)}"
         return folder / f"{configuration.key}-seed{seed:08d}.parquet"
 
-    def find(self, configuration: ExperimentConfig, seed: int) -> AnyEpisode | None:
+    def find(self, configuration: ExperimentConfig, seed: int) -> Any | None:  # noqa: ANN401 of its task
         """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
         file = self.place(configuration, seed)
         try:
@@ -102,13 +103,14 @@ class Dataset:
             file.replace(aside)
             LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
             return None
-        names = configuration.scenario.name, configuration.recipe.name
-        return episode_of(row, kind_of(configuration.scenario), *names)
+        names = configuration.scenario.name, configuration.controller.name
+        return episode_of(row, task_of(configuration.scenario).episode, *names)
 
-    def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
+    def keep(self, configuration: ExperimentConfig, episodes: Iterable[Any]) -> None:
         """Write each episode atomically to its file."""
         for episode in episodes:
-            row = pa.Table.from_pylist([_columns(episode, configuration)], schema(kind_of(episode)))
+            columns = schema(kind_of_episode(episode))
+            row = pa.Table.from_pylist([_columns(episode, configuration)], columns)
             content = pa.BufferOutputStream()
             pq.write_table(row, content, write_page_checksum=True)
             write_atomically(
@@ -116,18 +118,22 @@ class Dataset:
             )
 
 
-def _columns(episode: AnyEpisode, configuration: ExperimentConfig) -> dict[str, Any]:
+def _columns(episode: Any, configuration: ExperimentConfig) -> dict[str, Any]:  # noqa: ANN401 of any task
     columns = {name: value for name, value in asdict(episode).items() if name not in IN_FOLDERS}
     columns |= {name: getattr(configuration, name) for name in IDENTITY}
     return columns | {"configuration": configuration.key}
 
 
-def episode_of(row: dict[str, Any], kind: Kind, scenario: str, controller: str) -> AnyEpisode:
+def episode_of(
+    row: dict[str, Any],
+    kind: EpisodeKind,
+    scenario: str,
+    controller: str,
+) -> Any:  # noqa: ANN401 of its task
     """Make the episode that a row of a dataset file holds."""
     numbers = {name: row[name] for name in kind.episode.__dataclass_fields__ if name in row}
-    numbers |= {name: tuple(row[name]) for name in SERIES if name in row}
-    episode: AnyEpisode = kind.episode(scenario=scenario, controller=controller, **numbers)
-    return episode
+    numbers |= {name: tuple(row[name]) for name in kind.series if name in row}
+    return kind.episode(scenario=scenario, controller=controller, **numbers)
 
 
 def _row(content: bytes, configuration: ExperimentConfig, seed: int) -> dict[str, Any]:
@@ -136,7 +142,10 @@ def _row(content: bytes, configuration: ExperimentConfig, seed: int) -> dict[str
         table = pq.read_table(pa.BufferReader(content), page_checksum_verification=True)
     except (pa.ArrowException, OSError, ValueError):
         raise DamagedFileError("not a readable Parquet file") from None
-    if not table.schema.equals(schema(kind_of(configuration.scenario))) or table.num_rows != 1:
+    if (
+        not table.schema.equals(schema(task_of(configuration.scenario).episode))
+        or table.num_rows != 1
+    ):
         raise DamagedFileError("not one row with the columns of an episode")
     row: dict[str, Any] = table.to_pylist()[0]
     if (row["configuration"], row["seed"]) != (configuration.key, seed):

@@ -12,11 +12,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from baselines.evaluation.dataset import IN_FOLDERS, episode_of, schema
-from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
-from baselines.evaluation.kinds import FORAGING, WAYPOINTS, AnyEpisode, Kind, kind_of
+from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
+from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.scenario import Scenario, leaves
-from swarm_forage_env.waypoints_scenario import WaypointsScenario
+from swarm_forage_env.parameters import leaves
+from swarm_forage_env.task import TASKS, Task, task_of_episode
 
 
 @dataclass(frozen=True)
@@ -25,23 +25,28 @@ class EpisodeGroup:
 
     scenario: str
     controller: str
-    """Name of the recipe, without its parameters."""
+    """Its name, without its parameters."""
     physics: str
     code: str
     settings: str
     overrides: str
     parameters: str
     episodes: tuple[Any, ...]
-    """Each an Episode, or each a WaypointEpisode."""
+    """All of one task."""
 
     @property
-    def kind(self) -> Kind:
-        """The kind of task: foraging or waypoints."""
-        return kind_of(self.episodes[0])
+    def task(self) -> Task:
+        """The task that the episodes are of."""
+        return task_of_episode(self.episodes[0])
+
+    @property
+    def kind(self) -> EpisodeKind:
+        """What the episodes are judged by."""
+        return self.task.episode
 
     @cached_property
     def numbers(self) -> dict[str, Any]:
-        """Every setting of scenario and controller by dotted name, such as `task.n_robots`."""
+        """Every setting of scenario and controller by dotted name: `task.n_robots`, `estimator`."""
         tree: dict[str, dict[str, Any]] = json.loads(self.settings)
         return leaves(tree["scenario"]) | tree["controller"]
 
@@ -55,10 +60,10 @@ class EpisodeGroup:
         return ", ".join((self.scenario, *_changed_settings(self.overrides, without), self.physics))
 
     @classmethod
-    def of(cls, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> "EpisodeGroup":
+    def of(cls, configuration: ExperimentConfig, episodes: Sequence[Any]) -> "EpisodeGroup":
         """The group of episodes that have just been evaluated."""
         texts = {name: getattr(configuration, name) for name in ("physics", "code", *TEXTS)}
-        names = configuration.scenario.name, configuration.recipe.name
+        names = configuration.scenario.name, configuration.controller.name
         return cls(*names, **texts, episodes=tuple(episodes))
 
     def configuration(self) -> ExperimentConfig:
@@ -66,10 +71,10 @@ class EpisodeGroup:
 
         UnknownNameError or ConfigError if this code has no such controller or scenario.
         """
-        base = WaypointsScenario if self.kind is WAYPOINTS else Scenario
-        scenario = base.model_validate(json.loads(self.settings)["scenario"])
-        recipe = find_recipe(self.controller).with_parameters(json.loads(self.parameters))
-        return ExperimentConfig(self.label(), scenario, recipe, self.physics)
+        scenario = self.task.scenario.model_validate(json.loads(self.settings)["scenario"])
+        named = find_layered_controller(self.controller)
+        controller = named.with_parameters(json.loads(self.parameters))
+        return ExperimentConfig(self.label(), scenario, controller, self.physics)
 
 
 def read_groups(
@@ -81,7 +86,7 @@ def read_groups(
     ConfigError for what is no dataset, one of another version, or one that holds a
     configuration from several versions of the code.
     """
-    found: dict[str, dict[int, AnyEpisode]] = {}
+    found: dict[str, dict[int, Any]] = {}
     texts: dict[str, dict[str, str]] = {}
     names = {each.partition(":")[0] for each in controllers}
     for source in sources:
@@ -132,7 +137,7 @@ def _in_folder(file: Path, field: str) -> str:
     )
 
 
-def _read(file: Path) -> tuple[dict[str, Any], Kind]:
+def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind]:
     """The row of an episode, and its kind; ConfigError if the file is something else."""
     try:
         table = pq.ParquetFile(file).read()
@@ -141,7 +146,7 @@ def _read(file: Path) -> tuple[dict[str, Any], Kind]:
             f"dataset file {file}: not a readable Parquet file; remove it and run the command"
             " that made the dataset again"
         ) from None
-    for kind in (FORAGING, WAYPOINTS):
+    for kind in _kinds():
         if table.schema.equals(schema(kind)) and table.num_rows == 1:
             row: dict[str, Any] = table.to_pylist()[0]
             return row, kind
@@ -151,10 +156,15 @@ def _read(file: Path) -> tuple[dict[str, Any], Kind]:
     )
 
 
+def _kinds() -> list[EpisodeKind]:
+    """What episodes of every task are."""
+    return [TASKS[name].episode for name in TASKS]
+
+
 def _differs(table: pa.Table) -> str:
     """Describe how the columns of a file differ from a dataset's."""
     has = set(table.schema.names)
-    wanted = min((set(schema(kind).names) for kind in (FORAGING, WAYPOINTS)), key=has.__xor__)
+    wanted = min((set(schema(kind).names) for kind in _kinds()), key=has.__xor__)
     lacks, extra = sorted(wanted - has), sorted(has - wanted)
     parts = [f"lacks {', '.join(lacks)}"] if lacks else []
     parts += [f"has {', '.join(extra)}"] if extra else []

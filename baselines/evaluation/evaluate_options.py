@@ -7,13 +7,17 @@ from pathlib import Path
 from urllib.parse import quote
 
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe, parse_settings
+from baselines.evaluation.experiment_config import (
+    ExperimentConfig,
+    find_layered_controller,
+    parse_settings,
+)
 from baselines.evaluation.runner import Plan
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.loop import default_physics
 from swarm_forage_env.physics import ENGINES
+from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.streams import checked_seed
+from swarm_forage_env.task import task_of
 
 
 @dataclass(frozen=True)
@@ -47,14 +51,14 @@ class EvaluateOptions:
         if repeated:
             raise ConfigError(f"controller '{repeated[0]}' is named twice")
         scenario = find_scenario(self.scenario, parse_settings(self.settings))
-        physics = self.physics or default_physics(scenario)
+        physics = self.physics or task_of(scenario).physics
         _ = ENGINES[physics]
         found = [
-            ExperimentConfig(each, scenario, find_recipe(each), physics)
+            ExperimentConfig(each, scenario, find_layered_controller(each), physics)
             for each in self.controllers
         ]
         for each in found:
-            each.recipe.check_usable(scenario)
+            each.controller.check_usable(scenario)
         return found
 
     def seeds(self) -> range:

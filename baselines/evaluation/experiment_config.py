@@ -11,28 +11,29 @@ from inspect import getfile
 from pathlib import Path
 from typing import Any
 
-import baselines.recipes
-import baselines.references.recipes
+import baselines.controllers
+import baselines.oracles.controllers
 import swarm_forage_env
-from baselines.controller import Recipe
-from baselines.evaluation import episode, waypoint_episode
+from baselines import running
+from baselines.controller import REGISTRIES, LayeredController
+from baselines.evaluation import episode
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.parameters import Part, leaves
+from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import SCENARIOS
-from swarm_forage_env.scenario import Part, Scenario, leaves
-from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
+from swarm_forage_env.task import task_of
 
-BYSTANDERS = {"envs", "rendering"}
-"""Folders of the world that no evaluated episode passes through."""
+BYSTANDERS = {"envs", "rendering", "drawing.py", "scene.py"}
+"""Folders and files of the world that no evaluated episode passes through."""
 
 LIBRARIES = ("numba", "numpy", "pymunk")
 """What the world calculates with; another version may round differently."""
 
-NAMED_RECIPES = baselines.recipes.RECIPES
+NAMED = baselines.controllers.NAMED
 """The named baselines; importing their module has entered them in the registry."""
 
-NAMED_REFERENCES = baselines.references.recipes.RECIPES
+ORACLES = baselines.oracles.controllers.NAMED
 """The references that know the ground truth, entered in a registry of their own."""
 
 
@@ -43,52 +44,59 @@ class ExperimentConfig:
     label: str
     """The controller as it was asked for."""
 
-    scenario: AnyScenario
-    recipe: Recipe
+    scenario: Any
+    """Of any task."""
+    controller: LayeredController
     physics: str = "rigid"
 
     @cached_property
     def key(self) -> str:
         """Hash of everything but the seed that an episode depends on."""
         parts = [f"{type(part).__module__}.{type(part).__name__}" for part in self._layers]
-        text = json.dumps([self.recipe.name, parts, self.settings, self.physics, self.code])
+        text = json.dumps([self.controller.name, parts, self.settings, self.physics, self.code])
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     @cached_property
     def settings(self) -> str:
-        """Every number of the scenario and of the controller, as JSON text."""
-        scenario = self.scenario.model_dump()
-        return _json({"scenario": scenario, "controller": self.recipe.parameters})
+        """Every number of the scenario and of the controller, and its layers, as JSON text."""
+        scenario, controller = self.scenario.model_dump(), self.controller
+        numbers = controller.layer_names | controller.parameters
+        return _json({"scenario": scenario, "controller": numbers})
 
     @cached_property
     def overrides(self) -> str:
         """Settings that differ from the named scenario, or else the defaults, as JSON text."""
-        named = self.scenario.name in set(SCENARIOS)
-        plain = WaypointsScenario() if isinstance(self.scenario, WaypointsScenario) else Scenario()
-        base = find_scenario(self.scenario.name) if named else plain
+        name = self.scenario.name
+        base = SCENARIOS[name] if name in SCENARIOS else task_of(self.scenario).scenario()
         return _json(_changes(leaves(base.model_dump()), leaves(self.scenario.model_dump())))
 
     @cached_property
     def parameters(self) -> str:
-        """Parameters that differ from the controller of that name, as JSON text."""
-        base = find_recipe(self.recipe.name).parameters
-        return _json(_changes(base, self.recipe.parameters))
+        """Layers and parameters that differ from the controller of that name, as JSON text."""
+        base = find_layered_controller(self.controller.name)
+        layers = _changes(base.layer_names, self.controller.layer_names)
+        same = {layer: name for layer, name in layers.items() if name in REGISTRIES[layer]}
+        numbers = base.with_parameters(same).parameters
+        return _json(layers | _changes(numbers, self.controller.parameters))
 
     @cached_property
     def code(self) -> str:
         """Hash of the code behind an episode, and of the libraries' versions.
 
-        The code is that of the world, of every file beside a layer of the controller, of those
-        that a layer `reads`, and of what puts the layers together and measures.
+        The code is that of the world, of every file beside the scenario's class, the engine and a
+        layer of the controller, of those that a layer `reads`, and of what puts the layers
+        together and measures.
         """
         world = Path(swarm_forage_env.__file__).parent
         inside = (file.relative_to(world) for file in world.rglob("*.py"))
         files = {world / file for file in inside if BYSTANDERS.isdisjoint(file.parts)}
-        for part in self._layers:
-            files |= {file for home in _files(part, Part) for file in home.parent.glob("*.py")}
+        homes = {Path(getfile(ENGINES[self.physics]))}
+        for part in (*self._layers, self.scenario):
+            homes |= _files(part, Part)
             files |= set(getattr(part, "reads", ()))
-        files |= {*_files(self.recipe, Recipe), Path(episode.__file__)}
-        files.add(Path(waypoint_episode.__file__))
+        files |= {file for home in homes for file in home.parent.glob("*.py")}
+        files |= _files(self.controller, LayeredController)
+        files |= {Path(running.__file__), Path(episode.__file__)}
         text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())
         for file in sorted(files):
             text.update(f"\n{file.parent.name}/{file.name}\n".encode() + _content(file))
@@ -96,19 +104,19 @@ class ExperimentConfig:
 
     @property
     def _layers(self) -> list[Any]:
-        return list(self.recipe.layers.values())
+        return list(self.controller.layers.values())
 
 
-def find_recipe(controller: str) -> Recipe:
-    """Find the recipe of `name` or `name:parameter=value,parameter=value`, references included.
+def find_layered_controller(controller: str) -> LayeredController:
+    """Find the controller of `name` or `name:parameter=value`, references included.
 
     UnknownNameError for a name or parameter that stands for nothing, ConfigError for a value
     that does not fit and for a controller that is not made of layers.
     """
-    recipe = find_controller(controller, references=True)
-    if not isinstance(recipe, Recipe):
-        raise ConfigError(f"controller '{controller}': only a Recipe of layers can be evaluated")
-    return recipe
+    found = find_controller(controller, references=True)
+    if not isinstance(found, LayeredController):
+        raise ConfigError(f"controller '{controller}': only one made of layers can be evaluated")
+    return found
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, str]:

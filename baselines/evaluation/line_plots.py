@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from baselines.evaluation.episode import Episode
 from baselines.evaluation.plot_style import (
     INK,
     LINES,
@@ -21,6 +20,7 @@ from baselines.evaluation.plot_style import (
 from baselines.evaluation.statistics import CONFIDENCE
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.episode import ForagingEpisode
 
 RESAMPLES = 1000
 """Drawn for a band."""
@@ -144,14 +144,14 @@ def band(values: Float64[Array, "episodes points"]) -> Float64[Array, "2 points"
     return np.asarray(np.percentile(weights @ values, [tail, 100.0 - tail], axis=0))
 
 
-def path_over_time(episodes: Sequence[Episode]) -> Curve:
+def path_over_time(episodes: Sequence[ForagingEpisode]) -> Curve:
     """Share of the robots on the path [%] over time [s]."""
     shares = 100.0 * np.array([episode.on_path_over_time for episode in episodes])
     n_samples = shares.shape[1]
     return Curve(np.arange(1, n_samples + 1) / n_samples * episodes[0].duration_s, shares)
 
 
-def recruited_over_time(episodes: Sequence[Episode], points: int = 101) -> Curve:
+def recruited_over_time(episodes: Sequence[ForagingEpisode], points: int = 101) -> Curve:
     """Share of the robots that had visited both areas [%] over time [s]."""
     times = np.linspace(0.0, episodes[0].duration_s, points)
     counts = [np.searchsorted(each.recruited_at_s, times, side="right") for each in episodes]

@@ -10,12 +10,10 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from baselines.controller import Recipe
-from baselines.estimators import ESTIMATORS
-from baselines.evaluation.experiment_config import find_recipe
-from baselines.motion import MOTIONS
-from baselines.weighting import WEIGHTING_RULES
+from baselines.controller import REGISTRIES, LayeredController
+from baselines.evaluation.experiment_config import find_layered_controller
 from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.parameters import Part, leaves
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import (
     CONTROLLERS,
@@ -25,11 +23,7 @@ from swarm_forage_env.registry import (
     Registry,
     left_out,
 )
-from swarm_forage_env.scenario import Part, Scenario
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.waypoints_scenario import AnyScenario, WaypointsScenario
-
-LAYERS = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
 
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
 ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen|code|set)\b\)?")
@@ -62,26 +56,25 @@ def describe(name: str) -> dict[str, Any]:
     """Describe a scenario (name or TOML file) or a controller, as nested dictionaries."""
     found = find(name)
     groups = {group: [asdict(each) for each in listed] for group, _, listed in _groups(found)}
-    if isinstance(found, Scenario | WaypointsScenario):
+    if not isinstance(found, LayeredController):
         return {"name": found.name, "kind": "scenario", "parameters": groups}
-    layers = {layer: layer_name(layer, part) for layer, part in found.layers.items()}
+    layers = found.layer_names
     return {"name": name, "kind": "controller", "layers": layers, "parameters": groups}
 
 
-def find(name: str) -> AnyScenario | Recipe:
+def find(name: str) -> Any:  # noqa: ANN401 a scenario of any task, or a controller
     """Find a scenario (name or TOML file) or a controller (`ssgiff:beta=0.02`)."""
-    if name.endswith(".toml") or name in set(SCENARIOS):
+    if name.endswith(".toml") or name in SCENARIOS:
         return find_scenario(name)
     bare = name.partition(":")[0]
-    controllers = {*CONTROLLERS, *REFERENCES}
-    if bare not in controllers:
-        known = [*SCENARIOS, *controllers]
+    if bare not in CONTROLLERS and bare not in REFERENCES:
+        known = [*SCENARIOS, *CONTROLLERS, *REFERENCES]
         raise UnknownNameError("scenario or controller", bare, known, left_out())
-    return find_recipe(name)
+    return find_layered_controller(name)
 
 
-def units(found: AnyScenario | Recipe) -> dict[str, str]:
-    """The unit of each field by dotted name; empty where it has none."""
+def units(found: Any) -> dict[str, str]:  # noqa: ANN401 as `find` gives
+    """The unit of each field of a scenario or controller by dotted name; empty without one."""
     return {each.name: each.unit for _, _, listed in _groups(found) for each in listed}
 
 
@@ -108,22 +101,15 @@ def detail_table(name: str) -> Group:
         parts += [heading, table, Text()]
     way = (
         f"--set {_example(found)}"
-        if isinstance(found, Scenario | WaypointsScenario)
+        if not isinstance(found, LayeredController)
         else f"{name.partition(':')[0]}:name=value"
     )
     return Group(*parts, Text(f"Change one in evaluate with {way}"))
 
 
-def layer_name(layer: str, part: Part) -> str:
-    """The name under which a layer's class is registered."""
-    registry = LAYERS[layer]
-    names = [name for name in registry if registry[name] is type(part)]
-    return names[0] if names else type(part).__name__
-
-
-def _groups(found: AnyScenario | Recipe) -> Iterator[tuple[str, str, list[Parameter]]]:
+def _groups(found: Any) -> Iterator[tuple[str, str, list[Parameter]]]:  # noqa: ANN401 as `find` gives
     """Name, purpose and parameters of each part of a scenario or controller."""
-    if isinstance(found, Scenario | WaypointsScenario):
+    if not isinstance(found, LayeredController):
         origins = _origins(found)
         yield found.name, _first_line(found), list(_parameters(found, "", origins))
         for name, value in found:
@@ -131,11 +117,11 @@ def _groups(found: AnyScenario | Recipe) -> Iterator[tuple[str, str, list[Parame
                 yield name, _first_line(value), list(_parameters(value, f"{name}.", origins))
         return
     for layer, part in found.layers.items():
-        about = f"{layer_name(layer, part)}: {_first_line(part)}"
+        about = f"{found.layer_names[layer]}: {_first_line(part)}"
         yield layer, about, list(_parameters(part, f"{layer}.", None))
 
 
-def _origins(scenario: AnyScenario) -> Mapping[str, str] | None:
+def _origins(scenario: Any) -> Mapping[str, str] | None:  # noqa: ANN401 of any task
     """Origins of a published scenario's own values; None for a scenario somebody made up."""
     is_of_paper = scenario.name in SCENARIOS and SCENARIOS[scenario.name] == scenario
     return ORIGINS.get(scenario.name, {}) if is_of_paper else None
@@ -166,29 +152,32 @@ def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> I
 def _scenarios() -> Table:
     table = _table("scenario", "robots", "arena [m]", "areas apart [m]", "duration [s]")
     for name in SCENARIOS:
-        scenario: AnyScenario = SCENARIOS[name]
-        if isinstance(scenario, WaypointsScenario):
-            arena, apart = f"{scenario.task.side:g} x {scenario.task.side:g}", ""
-        else:
-            arena = f"{scenario.arena.length:g} x {scenario.arena.width:g}"
-            apart = f"{scenario.task.area_distance:g}"
-        task = scenario.task
-        table.add_row(name, str(task.n_robots), arena, apart, f"{task.duration:g}")
+        numbers = leaves(SCENARIOS[name].model_dump())
+        side = numbers.get("task.side")
+        sides = numbers.get("arena.length", side), numbers.get("arena.width", side)
+        apart = numbers.get("task.area_distance")
+        table.add_row(
+            name,
+            str(numbers["task.n_robots"]),
+            " x ".join(f"{each:g}" for each in sides if each is not None),
+            "" if apart is None else f"{apart:g}",
+            f"{numbers['task.duration']:g}",
+        )
     return table
 
 
 def _controllers(kind: str, registry: Registry[Any]) -> Table:
-    table = _table(kind, *LAYERS, "changed")
+    table = _table(kind, *REGISTRIES, "changed")
     for name in registry:
-        recipe: Recipe = registry[name]
-        layers = [layer_name(layer, part) for layer, part in recipe.layers.items()]
-        table.add_row(name, *layers, ", ".join(_set(recipe)))
+        controller: LayeredController = registry[name]
+        table.add_row(name, *controller.layer_names.values(), ", ".join(_set(controller)))
     return table
 
 
-def _set(recipe: Recipe) -> Iterator[str]:
-    names = [name for part in recipe.layers.values() for name in type(part).model_fields]
-    for layer, part in recipe.layers.items():
+def _set(controller: LayeredController) -> Iterator[str]:
+    """The parameters of a controller that differ from their defaults, as a user writes them."""
+    names = [name for part in controller.layers.values() for name in type(part).model_fields]
+    for layer, part in controller.layers.items():
         for name, field in type(part).model_fields.items():
             if getattr(part, name) != field.default:
                 full = name if names.count(name) == 1 else f"{layer}.{name}"
@@ -209,10 +198,15 @@ def _table(*headings: str) -> Table:
     return table
 
 
-def _example(scenario: AnyScenario) -> str:
-    if isinstance(scenario, WaypointsScenario):
-        return f"task.tolerance={scenario.task.tolerance:g}"
-    return f"radio.max_range={scenario.radio.max_range:g}"
+EXAMPLES = ("radio.max_range", "task.tolerance")
+"""Numbers that an example of a change is made with, where a scenario has them."""
+
+
+def _example(scenario: Any) -> str:  # noqa: ANN401 of any task
+    """How a number of the scenario is changed."""
+    numbers = leaves(scenario.model_dump())
+    name = next(each for each in (*EXAMPLES, *numbers) if each in numbers)
+    return f"{name}={_shown(numbers[name])}"
 
 
 def _first_line(thing: object) -> str:

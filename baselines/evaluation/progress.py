@@ -6,7 +6,7 @@ from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.runner import Plan
 
 
-def run_with_progress(plan: Plan, workers: int) -> None:
+def run_with_progress(plan: Plan, workers: int, threads: int = 1) -> None:
     """Run the missing episodes: a line before and after, a bar if stderr is a terminal."""
     begin = time.monotonic()
     total = len(plan.configurations) * len(plan.seeds)
@@ -17,6 +17,6 @@ def run_with_progress(plan: Plan, workers: int) -> None:
     )
     with progress_bar("episodes") as progress:
         bar = progress.add_task("", total=plan.n_todo)
-        for done in plan.run(workers):
+        for done in plan.run(workers, threads):
             progress.advance(bar, done)
     say(f"done in {time.monotonic() - begin:.0f} s")

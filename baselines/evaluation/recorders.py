@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Protocol
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
-from swarm_forage_env.rendering.scene import Scene, Stage
 from swarm_forage_env.rendering.video import Video, fps_of
 from swarm_forage_env.rendering.view import frame_of, save
 from swarm_forage_env.rendering.window import Window
+from swarm_forage_env.scene import Scene, Stage
 
 if TYPE_CHECKING:
     from swarm_forage_env.rendering.replay import Replay

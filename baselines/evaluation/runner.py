@@ -1,7 +1,8 @@
 """Run the episodes that a dataset does not hold yet, in parallel.
 
 Episodes run in blocks of worlds, spread over worker processes; a worker writes the episodes of
-a block as soon as the block ends. How they are cut into blocks never changes a result.
+a block as soon as the block ends. The worlds of a block may share several threads. Neither how
+episodes are cut into blocks nor the number of threads ever changes a result.
 """
 
 import signal
@@ -15,14 +16,16 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.episode import LocalisationErrorMeter
+from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.evaluation.kinds import AnyEpisode, kind_of
-from baselines.evaluation.waypoint_episode import WaypointErrorMeter
-from swarm_forage_env.loop import WaypointsLoop, start_loop
+from swarm_forage_env.loop import Loop
 
 MAX_ROWS = 300
-"""Robots in a block, about: more rows hardly share Python's cost per tick any further."""
+"""Robots in a block for each thread, about: more rows hardly share Python's cost per tick any
+further."""
+
+WARM_UP_TICKS = 50
+"""Long enough for bodies to touch, which the engine `rigid` has a kernel for."""
 
 ROUNDS = 2
 """Blocks for each worker, at least, so that all have work until near the end."""
@@ -62,18 +65,18 @@ class Plan:
         """Number of episodes still to run."""
         return sum(map(len, self.todo.values()))
 
-    def blocks(self, workers: int) -> list[Block]:
+    def blocks(self, workers: int, threads: int = 1) -> list[Block]:
         """The episodes still to run, cut into blocks of nearly equal size."""
         share = -(-self.n_todo // (ROUNDS * workers))
         return [
             Block(self._named[key], tuple(seeds.tolist()))
             for key, todo in self.todo.items()
-            for seeds in _cut(todo, min(share, self._room(key)))
+            for seeds in _cut(todo, min(share, threads * self._room(key)))
         ]
 
-    def run(self, workers: int) -> Iterator[int]:
+    def run(self, workers: int, threads: int = 1) -> Iterator[int]:
         """Run the missing episodes; yield after each block how many episodes it held."""
-        blocks = self.blocks(workers)
+        blocks = self.blocks(workers, threads)
         if not blocks:
             return
         for block in {block.configuration.key: block for block in blocks}.values():
@@ -81,7 +84,9 @@ class Plan:
         workers = min(workers, len(blocks))
         parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
         with ignore_sigint():
-            finished = parallel(delayed(_run_block)(block, self.dataset) for block in blocks)
+            finished = parallel(
+                delayed(_run_block)(block, self.dataset, threads) for block in blocks
+            )
         with closing(finished):  # ends the workers, whatever happens
             for key, episodes in finished:
                 for episode in episodes:
@@ -97,7 +102,7 @@ class Plan:
         ]
 
     def _room(self, key: str) -> int:
-        """Number of worlds of this configuration that fit in a block."""
+        """Number of worlds of this configuration that a thread of a block has room for."""
         return max(1, MAX_ROWS // self._named[key].scenario.task.n_robots)
 
 
@@ -117,16 +122,12 @@ def evaluate(
 
 def warm_up(configuration: ExperimentConfig) -> None:
     """Compile every kernel of a configuration, so that workers find them cached."""
-    scenario = configuration.scenario
-    loop = start_loop(scenario, configuration.recipe, (0,), configuration.physics)
-    loop.step()
-    rows = scenario.task.n_robots
-    if isinstance(loop, WaypointsLoop):
-        loop.controller.estimator.merge(np.zeros((rows, 1), np.float32), 0.0)
-        WaypointErrorMeter(1).sample(loop)
-    else:
-        loop.controller.estimator.merge(np.zeros((rows, 2), np.float32), 0.0)
-        LocalisationErrorMeter(1).sample(loop)
+    scenario, controller = configuration.scenario, configuration.controller
+    loop = Loop(scenario, controller, (0,), configuration.physics)
+    meter = loop.task.episode.meter(loop)
+    for tick in range(1, min(WARM_UP_TICKS, scenario.n_ticks) + 1):
+        loop.step()
+        meter.sample(tick)
 
 
 def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
@@ -147,12 +148,10 @@ def ignore_sigint() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _run_block(block: Block, dataset: Dataset) -> tuple[str, list[AnyEpisode]]:
+def _run_block(block: Block, dataset: Dataset, threads: int) -> tuple[str, list[Any]]:
     """Run a block and keep its episodes; the work of one process."""
     configuration = block.configuration
-    run = kind_of(configuration.scenario).run
-    episodes = list(
-        run(configuration.scenario, configuration.recipe, block.seeds, configuration.physics)
-    )
+    scenario, controller = configuration.scenario, configuration.controller
+    episodes = run_episodes(scenario, controller, block.seeds, configuration.physics, threads)
     dataset.keep(configuration, episodes)
     return configuration.key, episodes

@@ -12,46 +12,46 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.episode import SERIES
-from baselines.evaluation.kinds import AnyEpisode, kind_of
+from baselines.evaluation.episode import kind_of_episode
 from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
 
 NOT_APPLICABLE = "n/a"
 
-EpisodesByController = Mapping[str, Sequence[AnyEpisode]]
+EpisodesByController = Mapping[str, Sequence[Any]]
 """Episodes by controller, the seeds in the same order for each."""
 
 
-def by_controller(episodes: Sequence[AnyEpisode]) -> dict[str, list[AnyEpisode]]:
+def by_controller(episodes: Sequence[Any]) -> dict[str, list[Any]]:
     """Group episodes by controller, in the order of their first appearance."""
-    groups: dict[str, list[AnyEpisode]] = {}
+    groups: dict[str, list[Any]] = {}
     for episode in episodes:
         groups.setdefault(episode.controller, []).append(episode)
     return groups
 
 
-def to_json(episodes: Sequence[AnyEpisode], series: bool = False) -> str:
+def to_json(episodes: Sequence[Any], series: bool = False) -> str:
     """Episodes as one JSON array, one a line; the series over time only if asked for."""
-    left_out = () if series else SERIES
+    left_out = () if series else kind_of_episode(episodes[0]).series
     lines = (json.dumps(_without(left_out, episode), allow_nan=False) for episode in episodes)
     return "[\n" + ",\n".join(lines) + "\n]"
 
 
-def to_csv(episodes: Sequence[AnyEpisode]) -> str:
+def to_csv(episodes: Sequence[Any]) -> str:
     """Episodes as CSV with a header, without series; missing values are empty."""
     text = io.StringIO()
-    names = [each.name for each in fields(episodes[0]) if each.name not in SERIES]
+    series = kind_of_episode(episodes[0]).series
+    names = [each.name for each in fields(episodes[0]) if each.name not in series]
     writer = csv.DictWriter(text, names, lineterminator="\n")
     writer.writeheader()
-    writer.writerows(_without(SERIES, episode) for episode in episodes)
+    writer.writerows(_without(series, episode) for episode in episodes)
     return text.getvalue().rstrip("\n")
 
 
-def _without(left_out: Sequence[str], episode: AnyEpisode) -> dict[str, Any]:
+def _without(left_out: Sequence[str], episode: Any) -> dict[str, Any]:  # noqa: ANN401 of any task
     return {name: value for name, value in asdict(episode).items() if name not in left_out}
 
 
-def report(episodes: Sequence[AnyEpisode]) -> Group:
+def report(episodes: Sequence[Any]) -> Group:
     """The table of means and, for several controllers, of comparisons with the first."""
     groups = by_controller(episodes)
     first = next(iter(groups.values()))
@@ -67,7 +67,9 @@ def report(episodes: Sequence[AnyEpisode]) -> Group:
     ]
     if len(groups) > 1:
         parts += [
-            Text(f"\n{kind_of(head).score_words} against {next(iter(groups))}", style="bold"),
+            Text(
+                f"\n{kind_of_episode(head).score_words} against {next(iter(groups))}", style="bold"
+            ),
             comparison(groups),
             Text(
                 "On the same seeds, with 95 % bootstrap intervals; p: Mann-Whitney U, two-sided.",
@@ -79,7 +81,7 @@ def report(episodes: Sequence[AnyEpisode]) -> Group:
 
 def summary(groups: EpisodesByController) -> Table:
     """The table of mean metrics of every controller, over their 95 % bootstrap intervals."""
-    table, columns = _table(), kind_of(next(iter(groups.values()))[0]).columns
+    table, columns = _table(), kind_of_episode(next(iter(groups.values()))[0]).columns
     for heading, _ in columns.values():
         table.add_column(Text(heading), justify="right", no_wrap=True)
     for name, episodes in groups.items():
@@ -105,9 +107,9 @@ def _lines(name: str) -> Text:
     return Text(name.replace(":", ":\n ").replace(",", ",\n "))
 
 
-def scores(episodes: Sequence[AnyEpisode]) -> list[float]:
+def scores(episodes: Sequence[Any]) -> list[float]:
     """The score of each episode: round trips, or goals per robot."""
-    return [getattr(episode, kind_of(episode).score) for episode in episodes]
+    return [getattr(episode, kind_of_episode(episode).score) for episode in episodes]
 
 
 def _verdict(found: Comparison) -> tuple[str, str, str]:
@@ -115,7 +117,7 @@ def _verdict(found: Comparison) -> tuple[str, str, str]:
     return _in_line(found.difference), _in_line(found.ratio), p
 
 
-def _cell(episodes: Sequence[AnyEpisode], metric: str, factor: float) -> Text:
+def _cell(episodes: Sequence[Any], metric: str, factor: float) -> Text:
     """A table cell: mean over interval, and the number of episodes if not all count."""
     values = [getattr(episode, metric) for episode in episodes]
     found = mean_interval([factor * value for value in values if value is not None])

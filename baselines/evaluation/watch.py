@@ -17,12 +17,12 @@ from baselines.evaluation.recorders import (
     VideoRecorder,
 )
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.rendering.memory import TRAIL
-from swarm_forage_env.rendering.scene import Scene, Stage, scene_of, stage_of
 from swarm_forage_env.rendering.video import FORMATS
 from swarm_forage_env.rendering.window import Window, checked_speed
-from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.scene import Scene, Stage
+from swarm_forage_env.task import stage_of
 
 
 @dataclass(frozen=True)
@@ -91,14 +91,13 @@ def _scenes(
     configuration: ExperimentConfig, seed: int, stage: Stage, options: WatchOptions
 ) -> Iterator[Scene]:
     """The scenes to show, one a tick, after those that trails start from."""
-    scenario = configuration.scenario
-    assert isinstance(scenario, Scenario)  # stage_of has refused all others
-    loop = ControlLoop(scenario, configuration.recipe, [seed], configuration.physics)
+    scenario, controller = configuration.scenario, configuration.controller
+    loop = Loop(scenario, controller, [seed], configuration.physics)
     first = max(0, round((options.start - TRAIL) / stage.tick))
     last = round((options.start + (options.seconds or 0.0)) / stage.tick)
     for tick in range(last + 1):
         if tick >= first:
-            yield scene_of(loop.world, loop.controller.estimator.situation)
+            yield loop.scene()
         if tick < last:
             loop.step()
 

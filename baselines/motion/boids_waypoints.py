@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from baselines.motion.flock import GOAL, adaptive_gains, sum_of_rules
+from baselines.motion.flock import GOAL, N_RULES, adaptive_gains, sum_of_rules
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.interface import MotionLayer
@@ -38,7 +38,7 @@ def choose_gains(situation: Situation, numbers: Numbers, out_gains: Float64[Arra
             d_g, d_h, out_gains,
         )  # fmt: skip
     else:
-        for rule in range(5):
+        for rule in range(N_RULES):
             out_gains[rule] = numbers.fixed[rule]
     if situation.has_arrived:
         out_gains[GOAL] = 0.0

@@ -19,6 +19,7 @@ import math
 import numpy as np
 
 from baselines.estimators.belief import Belief, SocialMind
+from baselines.estimators.layer_inputs import describe
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from baselines.estimators.social_odometry import take_in as take_in_odometry
 from baselines.weighting.sgikf import SGIKF
@@ -27,7 +28,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.records import Readings
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, field
 
 
@@ -116,7 +117,7 @@ class GlobalAverage(SocialOdometryParameters):
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""
-        kernels = {**KERNELS, "take_in": take_in, "average": average}
+        kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in, "average": average}
         own = SGIKF().layer(scenario)
         return EstimatorLayer(
             GroupMind, self.numbers(scenario), kernels, observe_group, own_weighting=own

@@ -27,7 +27,7 @@ from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.foraging.control import observe
 from swarm_forage_env.foraging.records import Readings
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, field
 
 
@@ -100,7 +100,7 @@ class PerfectOdometry(SocialOdometryParameters):
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""
-        kernels = {**KERNELS, "take_in": take_in}
+        kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in}
         kernels["observe"] = bind(observe, kernels)
         own = SGIKF().layer(scenario)
         return EstimatorLayer(

@@ -362,7 +362,7 @@ def adaptive_boids() -> Paper:
 
 
 LEFT_OPEN = {
-    "The world": "swarm_forage_env.waypoints_scenario",
+    "The world": "swarm_forage_env.waypoints.scenario",
     "Where a robot believes to be": "baselines.estimators.localisation",
     "Steering": "baselines.motion.boids",
     "The experiments": "baselines.papers.adaptive_boids",

@@ -142,7 +142,7 @@ def figures() -> list[PaperFigure]:
 
 
 LEFT_OPEN = {
-    "The setups": "swarm_forage_env.scenarios.foraging",
+    "The setups": "swarm_forage_env.foraging.named",
     "Exchanging, trusting and losing estimates": "baselines.estimators.social_odometry",
     "Moving": "baselines.motion.subsumption",
     "The Fermi filter": "baselines.weighting.sgiff:SGIFF",

@@ -29,8 +29,8 @@ REPLICATIONS = 30
 """As in the TR."""
 
 LEFT_OPEN = {
-    "The filters among e-pucks": "baselines.estimators.arena",
-    "Steering": "baselines.motion.boids_arena",
+    "The filters among e-pucks": "baselines.estimators.foraging_variants",
+    "Steering": "baselines.motion.boids_foraging",
     "The experiment": "baselines.papers.boids_foraging",
 }
 """Whose docstring says what is chosen, by heading."""

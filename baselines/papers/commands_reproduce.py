@@ -38,6 +38,9 @@ def reproduce(  # noqa: PLR0913 the options of a command
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the first; the others count up from it.")] = 0,
     workers: Annotated[int, typer.Option(help="Processes to run them in.")] = 2,
+    threads: Annotated[
+        int, typer.Option(help="Threads that the worlds of a process are spread over.")
+    ] = 1,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -77,8 +80,9 @@ def reproduce(  # noqa: PLR0913 the options of a command
     if episodes is None and quick:
         episodes = QUICK_EPISODES
     check_count("--workers", workers)
+    check_count("--threads", threads)
     run = Reproduction(ReproduceOptions(paper.value, episodes, seed, physics, settings or []), out)
-    run.run_with_progress(workers)
+    run.run_with_progress(workers, threads)
     claim_results = run.claim_results()
     for file in run.write(claim_results, page):
         say(str(file))

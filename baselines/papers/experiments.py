@@ -6,12 +6,16 @@ from typing import Protocol
 
 import numpy as np
 
-from baselines.evaluation.episode import Episode
-from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe, parse_settings
-from swarm_forage_env.loop import default_physics
+from baselines.evaluation.experiment_config import (
+    ExperimentConfig,
+    find_layered_controller,
+    parse_settings,
+)
+from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.task import task_of
 
-Metric = Callable[[Episode], float]
+Metric = Callable[[ForagingEpisode], float]
 """A number of an episode."""
 
 FOLDS = 2
@@ -32,7 +36,7 @@ class Experiment:
         """This experiment alone, as a source of samples."""
         return (self,)
 
-    def draw(self, results: "Results") -> list[Episode]:
+    def draw(self, results: "Results") -> list[ForagingEpisode]:
         """The episodes of this experiment."""
         return list(results[self])
 
@@ -40,11 +44,12 @@ class Experiment:
         """The configuration of its episodes; settings change the scenario."""
         changes = parse_settings(settings) | parse_settings(self.settings)
         scenario = find_scenario(self.scenario, changes)
-        engine = physics or default_physics(scenario)
-        return ExperimentConfig(self.controller, scenario, find_recipe(self.controller), engine)
+        engine = physics or task_of(scenario).physics
+        controller = find_layered_controller(self.controller)
+        return ExperimentConfig(self.controller, scenario, controller, engine)
 
 
-Results = Mapping[Experiment, Sequence[Episode]]
+Results = Mapping[Experiment, Sequence[ForagingEpisode]]
 """The episodes of every experiment, all under the same seeds in the same order."""
 
 
@@ -56,7 +61,7 @@ class Source(Protocol):
         """The experiments whose episodes are used."""
         ...
 
-    def draw(self, results: Results) -> list[Episode]:
+    def draw(self, results: Results) -> list[ForagingEpisode]:
         """One episode for each seed, in the order of the seeds."""
         ...
 
@@ -71,7 +76,7 @@ class CrossValidatedBest:
 
     experiments: tuple[Experiment, ...]
 
-    def draw(self, results: Results) -> list[Episode]:
+    def draw(self, results: Results) -> list[ForagingEpisode]:
         """For each seed, the episode of the experiment that is best on the other half."""
         n_seeds = len(results[self.experiments[0]])
         chosen = [self.experiments[index] for index in self.choices(results)]
@@ -108,22 +113,22 @@ def sample(results: Results, source: Source | Pool, metric: Metric) -> list[floa
     return [float(value) for value in np.mean(drawn, axis=0)]
 
 
-def round_trips(episode: Episode) -> float:
+def round_trips(episode: ForagingEpisode) -> float:
     """Metric: round trips of all robots."""
     return float(episode.round_trips)
 
 
-def on_path(episode: Episode) -> float:
+def on_path(episode: ForagingEpisode) -> float:
     """Metric: share of the robots on the path in the second half."""
     return episode.on_path_share
 
 
-def recruitment_time(episode: Episode) -> float:
+def recruitment_time(episode: ForagingEpisode) -> float:
     """Metric: time until all robots had visited both areas [s]; else the whole episode."""
     time = episode.recruitment_time_s
     return episode.duration_s if time is None else time
 
 
-def not_all_recruited(episode: Episode) -> float:
+def not_all_recruited(episode: ForagingEpisode) -> float:
     """Metric: 1 if some robot had not visited both areas by the end, else 0."""
     return float(episode.recruitment_time_s is None)

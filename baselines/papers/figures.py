@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from baselines.evaluation.box_plots import BOXES, box_panels
-from baselines.evaluation.episode import Episode
 from baselines.evaluation.line_plots import BANDS, Curve, curve_panels
 from baselines.evaluation.plot_style import save_figure
 from baselines.papers.experiments import Experiment, Metric, Results, Source, round_trips
+from swarm_forage_env.foraging.episode import ForagingEpisode
 
 ENDINGS = (".png", ".svg")
 """Files of each figure."""
@@ -93,7 +93,7 @@ class Curves:
     """Names of x and y."""
     panels: Mapping[str, Mapping[str, Source]]
     """Sources by panel and series."""
-    curve: Callable[[Sequence[Episode]], Curve]
+    curve: Callable[[Sequence[ForagingEpisode]], Curve]
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -113,7 +113,7 @@ class Curves:
         )
 
 
-def time_of_each_robot(episodes: Sequence[Episode]) -> Curve:
+def time_of_each_robot(episodes: Sequence[ForagingEpisode]) -> Curve:
     """Time until k robots had visited both areas [s]; else the whole episode."""
     n_robots = episodes[0].n_robots
     times = np.array(
@@ -126,7 +126,7 @@ def time_of_each_robot(episodes: Sequence[Episode]) -> Curve:
     return Curve(np.arange(1.0, n_robots + 1.0), times)
 
 
-def recruitment_time_if_finished(episode: Episode) -> float:
+def recruitment_time_if_finished(episode: ForagingEpisode) -> float:
     """Metric: time until all robots had visited both areas [s]; else NaN."""
     time = episode.recruitment_time_s
     return math.nan if time is None else time

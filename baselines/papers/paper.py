@@ -65,4 +65,4 @@ PAPERS: Registry[Callable[[], Paper]] = Registry("paper")
 
 def _robot_steps(experiment: Experiment) -> int:
     scenario = experiment.configuration(None).scenario
-    return scenario.n_ticks * scenario.task.n_robots
+    return int(scenario.n_ticks * scenario.task.n_robots)

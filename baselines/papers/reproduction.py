@@ -23,7 +23,7 @@ from baselines.papers.figures import write_figures
 from baselines.papers.paper import PAPERS
 from baselines.papers.time_estimate import expected_seconds, format_duration
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.streams import checked_seed
+from swarm_forage_env.random_streams import checked_seed
 
 REGISTERED = (
     baselines.papers.social_odometry,
@@ -83,11 +83,11 @@ class Reproduction:
         dataset.open()
         self.plan = Plan(configurations, options.seeds, dataset)
 
-    def run_with_progress(self, workers: int) -> None:
+    def run_with_progress(self, workers: int, threads: int = 1) -> None:
         """Say how long it will take, and run the missing episodes."""
-        seconds = expected_seconds(self.plan, workers)
+        seconds = expected_seconds(self.plan, workers * threads)
         say(f"about {format_duration(seconds)} to run, with {workers} at a time")
-        run_with_progress(self.plan, workers)
+        run_with_progress(self.plan, workers, threads)
 
     @cached_property
     def results(self) -> Results:

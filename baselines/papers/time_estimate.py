@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.runner import MAX_ROWS, Plan, warm_up
-from swarm_forage_env.loop import ControlLoop, WaypointsLoop, start_loop
+from swarm_forage_env.loop import Loop
 
 PROBE = 0.3
 """Computing time of a probe, and as much again to let the robots meet [s]."""
@@ -37,16 +37,15 @@ def expected_seconds(plan: Plan, workers: int) -> float:
 def seconds_per_tick(configuration: ExperimentConfig) -> float:
     """Computing time of one tick of one world, in a block of a usual size [s]."""
     warm_up(configuration)
-    n_worlds = max(1, MAX_ROWS // configuration.scenario.task.n_robots)
-    loop = start_loop(
-        configuration.scenario, configuration.recipe, range(n_worlds), configuration.physics
-    )
+    n_worlds: int = max(1, MAX_ROWS // configuration.scenario.task.n_robots)
+    scenario, controller = configuration.scenario, configuration.controller
+    loop = Loop(scenario, controller, range(n_worlds), configuration.physics)
     run_for(loop, PROBE)
     ticks, seconds = run_for(loop, PROBE)
     return seconds / ticks / n_worlds
 
 
-def run_for(loop: ControlLoop | WaypointsLoop, seconds: float) -> tuple[int, float]:
+def run_for(loop: Loop, seconds: float) -> tuple[int, float]:
     """Run a loop for about this computing time; return the ticks and the time they took [s]."""
     ticks, begin = 0, time.perf_counter()
     while (spent := time.perf_counter() - begin) < seconds:

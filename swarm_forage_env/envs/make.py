@@ -36,6 +36,8 @@ def make_array_env(
         raise UnknownNameError("layer to learn", config.learn, task.policies)
     if controller is not None and config.learn == "everything":
         _refuse(found, "none runs where learn='everything'; leave it out, or learn 'motion'")
+    if config.learn != "everything" and hasattr(found, "check_supports"):
+        found.check_supports(chosen)
     if config.learn == "weighting" and not getattr(found, "talks", True):
         _refuse(found, "nobody talks, so that there is nothing to weigh; choose one that does")
     if config.residual:

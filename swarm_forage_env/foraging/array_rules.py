@@ -37,7 +37,7 @@ class ArrayWeighting:
 
     def __init__(self, layer: WeightingLayer) -> None:
         """A layer with its numbers."""
-        self._numbers = one_record(layer.numbers)
+        self._numbers = one_record(layer.all_numbers)
         self._weigh = bind(weigh_rows, {"gain": layer.gain})
         self.heard_p_share = layer.heard_p_share
 

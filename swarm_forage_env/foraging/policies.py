@@ -1,6 +1,6 @@
 """Policies in the foraging world: what each `learn=` observes, gives and replaces."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -186,7 +186,7 @@ class NoLayers:
         """The running policy of a block of worlds."""
         return RunningPolicy(world)
 
-    def with_parameters(self, values: dict[str, Any]) -> "NoLayers":
+    def with_parameters(self, values: Mapping[str, Any]) -> "NoLayers":
         """There are no parameters."""
         return self
 

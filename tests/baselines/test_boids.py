@@ -11,37 +11,53 @@ from pydantic import ValidationError
 
 from baselines.motion.boids import BoidsParameters
 from baselines.motion.flock import adaptive_gains
+from swarm_forage_env.record import numbers_record
+from swarm_forage_env.record import rows as as_rows
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.waypoints_interface import WaypointSituation
+from swarm_forage_env.waypoints.records import Readings, Situation
 
 SCENARIO = find_scenario("waypoints-05")
 GAINS = ("goal", "static", "adaptive")
-RULES = ("flow", "crowd", "centre", "home", "goal")
+RULES = ("alignment", "separation", "centre", "home", "goal")
 VECTORS = (*RULES, "velocity")
+STIMULI = ("density", "covariance_norm", "dead_reckoning_offset")
 
 every_rule = pytest.mark.parametrize("gains", GAINS)
 
 
 def situation(rows=1, **changed):
     """One of robots that believe nothing, with some of it changed."""
-    arrays = {name: np.zeros((rows, 2), np.float32) for name in (*VECTORS, "pull")}
-    arrays |= {name: np.zeros(rows, np.float32) for name in ("density", "doubt", "drift")}
-    arrays["arrived"] = np.zeros(rows, np.bool_)
+    records = as_rows(Situation.array((rows,)))
     for name, value in changed.items():
-        arrays[name][:] = value
-    return WaypointSituation(**arrays)
+        records[name] = value
+    return records
 
 
 def anywhere(seed, rows=1, **changed):
     rng = np.random.default_rng(seed)
     vectors = {name: rng.normal(size=(rows, 2)) for name in VECTORS}
     vectors["velocity"] *= 0.3
-    stimuli = {name: rng.uniform(0.0, 1.5, rows) for name in ("density", "doubt", "drift")}
+    stimuli = {name: rng.uniform(0.0, 1.5, rows) for name in STIMULI}
     return situation(rows, **{**vectors, **stimuli, **changed})
 
 
 def pull(seen, **parameters):
-    return BoidsParameters(**parameters).start(SCENARIO, [0])(seen)
+    """The acceleration that boids command in each situation."""
+    layer = BoidsParameters(**parameters).layer(SCENARIO)
+    numbers = np.zeros(1, numbers_record(**layer.numbers))
+    for name, value in layer.numbers.items():
+        numbers[name] = value
+    memory, readings = (as_rows(kind.array((1,)))[0] for kind in (layer.memory, Readings))
+    found = np.full((len(seen), 2), 9.0, np.float32)
+    for each, acceleration in zip(seen, found, strict=True):
+        layer.steer(each, readings, acceleration, memory, as_rows(numbers)[0])
+    return found
+
+
+def stimuli_of(s, row=0):
+    """Density, covariance norm, offset, and the distances to goal and home, as shares."""
+    distances = [np.linalg.norm(way[row]) / SCENARIO.task.side for way in (s.goal, s.home)]
+    return [*(s[name][row] for name in STIMULI), *distances]
 
 
 def unit(v):
@@ -52,11 +68,11 @@ def unit(v):
 def total(s, gains, row=0):
     """The weighted sum of all forces on one robot."""
     gains = list(gains)
-    if s.arrived[row]:
+    if s.has_arrived[row]:
         gains[-1] = 0.0
     forces = np.zeros(2)
     for gain, name in zip(gains, RULES, strict=True):
-        way = getattr(s, name)[row].astype(float)
+        way = s[name][row].astype(float)
         if way.any():
             forces += gain * unit(0.5 * unit(way) - s.velocity[row])
     return forces
@@ -96,7 +112,7 @@ def test_gains_that_make_no_sense_are_refused(wrong):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_static_gains_weigh_the_rules(seed):
-    s = anywhere(seed, arrived=seed % 4 == 0)
+    s = anywhere(seed, has_arrived=seed % 4 == 0)
     names = ("alignment", "separation", "cohesion", "homing", "seeking")
     given_ = dict(zip(names, (0.3, 0.5, 0.7, 1.1, 1.3), strict=True))
     found = pull(s, gains="static", **given_)[0]
@@ -105,9 +121,8 @@ def test_static_gains_weigh_the_rules(seed):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_adaptive_gains_follow_the_stimuli_and_ignore_the_fixed_ones(seed):
-    s = anywhere(seed, arrived=seed % 4 == 0)
-    d_g, d_h = np.linalg.norm(s.goal[0]) / 10.0, np.linalg.norm(s.home[0]) / 10.0
-    gains = adapted(s.density[0], s.doubt[0], s.drift[0], d_g, d_h)
+    s = anywhere(seed, has_arrived=seed % 4 == 0)
+    gains = adapted(*stimuli_of(s))
     found = pull(s, gains="adaptive", alignment=7.0, seeking=0.0)[0]
     assert_allclose(found, unit(total(s, gains)), atol=1e-5)
 
@@ -136,13 +151,13 @@ def test_at_rest_the_goal_alone_points_at_the_goal(angle, far, seed):
 def test_a_robot_that_has_arrived_ignores_its_goal(gains, seed):
     rng = np.random.default_rng(seed)
     way = rng.normal(size=2).astype(np.float32)
-    here, there = (anywhere(seed, arrived=True, goal=goal) for goal in (way, -way))
+    here, there = (anywhere(seed, has_arrived=True, goal=goal) for goal in (way, -way))
     assert_array_equal(pull(here, gains=gains), pull(there, gains=gains))
 
 
 def test_a_robot_that_has_arrived_and_knows_only_its_goal_goes_straight_on():
-    assert not pull(anywhere(1, arrived=True), gains="goal").any()
-    assert pull(anywhere(1, arrived=False), gains="goal").any()
+    assert not pull(anywhere(1, has_arrived=True), gains="goal").any()
+    assert pull(anywhere(1, has_arrived=False), gains="goal").any()
 
 
 @every_rule
@@ -151,11 +166,9 @@ def test_a_pull_turns_with_the_frame(gains, seed, angle):
     s = anywhere(seed)
     c, r = math.cos(angle), math.sin(angle)
     turn = np.array([[c, -r], [r, c]])
-    turned = anywhere(seed, **{name: getattr(s, name) @ turn.T for name in VECTORS})
-    d_g, d_h = np.linalg.norm(s.goal[0]) / 10.0, np.linalg.norm(s.home[0]) / 10.0
+    turned = anywhere(seed, **{name: s[name] @ turn.T for name in VECTORS})
     fixed = BoidsParameters(gains=gains).fixed
-    adaptive = adapted(s.density[0], s.doubt[0], s.drift[0], d_g, d_h)
-    forces = total(s, adaptive if gains == "adaptive" else fixed)
+    forces = total(s, adapted(*stimuli_of(s)) if gains == "adaptive" else fixed)
     assume(np.linalg.norm(forces) > 0.05)
     assert_allclose(pull(turned, gains=gains)[0], turn @ pull(s, gains=gains)[0], atol=1e-4)
 
@@ -165,7 +178,5 @@ def test_a_robot_is_pulled_by_its_own_situation_alone(gains):
     together = pull(anywhere(2, rows=6), gains=gains)
     assert_array_equal(together, pull(anywhere(2, rows=6), gains=gains))
     whole = anywhere(2, rows=6)
-    names = (*VECTORS, "pull", "density", "doubt", "drift", "arrived")
     for row in range(6):
-        one = situation(**{name: getattr(whole, name)[row] for name in names})
-        assert_array_equal(pull(one, gains=gains)[0], together[row])
+        assert_array_equal(pull(whole[[row]], gains=gains)[0], together[row])

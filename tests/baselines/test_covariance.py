@@ -8,12 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-import baselines.recipes  # noqa: F401 enters the controllers
-from baselines.estimators.ellipses import blend, gain, to_ellipse, to_matrix
+from baselines.estimators.covariance_exchange import blend, gain_matrix
+from baselines.estimators.error_ellipse import to_ellipse, to_matrix
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.kernels.frames import to_body
-from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.equations.geometry import to_body
+from swarm_forage_env.foraging.records import REPLACE
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import rows
+from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 
 SIZES = st.floats(0.01, 3.0)
@@ -25,7 +27,7 @@ def covariance(rng, n=2):
 
 
 def flat(P):  # noqa: N803 as in the paper
-    return P[0, 0], P[0, 1], P[1, 1]
+    return float(P[0, 0]), float(P[0, 1]), float(P[1, 1])
 
 
 @given(SIZES, SIZES, st.floats(-math.pi, math.pi))
@@ -38,10 +40,10 @@ def test_gain_and_posterior_are_those_of_the_paper():
     rng = np.random.default_rng(4)
     for _ in range(20):
         own, heard = covariance(rng), covariance(rng)
-        K = np.reshape(gain(*flat(own), *flat(heard)), (2, 2))  # noqa: N806 as in the paper
-        assert_allclose(K, own @ np.linalg.inv(own + heard), atol=1e-9)
+        K = gain_matrix(flat(own), flat(heard))  # noqa: N806 as in the paper
+        assert_allclose(np.reshape(K, (2, 2)), own @ np.linalg.inv(own + heard), atol=1e-9)
         found = np.array([*flat(own), 0.0, 0.0, 0.0])
-        blend(*K.ravel(), found, np.array(flat(heard)))
+        blend(K, found, flat(heard))
         other = heard @ np.linalg.inv(own + heard)
         assert_allclose(found[:3], flat(other @ own), atol=1e-9)
 
@@ -51,7 +53,7 @@ def test_the_heading_keeps_its_variance_and_the_whole_stays_a_covariance():
     for _ in range(20):
         P, R = covariance(rng, 3), covariance(rng)  # noqa: N806 as in the paper
         found = np.array([*flat(P), P[0, 2], P[1, 2], P[2, 2]])
-        blend(*gain(*flat(P), *flat(R)), found, np.array(flat(R)))
+        blend(gain_matrix(flat(P), flat(R)), found, flat(R))
         xx, xy, yy, xt, yt, tt = found
         whole = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])
         assert np.linalg.eigvalsh(whole).min() > -1e-9
@@ -60,38 +62,39 @@ def test_the_heading_keeps_its_variance_and_the_whole_stays_a_covariance():
 
 @pytest.mark.parametrize(("own", "heard", "k"), [(0.0, 0.0, 0.5), (4.0, 0.0, 1.0), (0.0, 4.0, 0.0)])
 def test_without_an_inverse_the_norms_are_compared(own, heard, k):
-    assert gain(own, 0.0, 0.0, heard, 0.0, 0.0) == (k, 0.0, 0.0, k)
+    assert gain_matrix((own, 0.0, 0.0), (heard, 0.0, 0.0)) == (k, 0.0, 0.0, k)
 
 
 @pytest.fixture
 def told():
-    """Robot 1 tells robot 0 of the nest over an exact beam; the loop after the exchange."""
+    """Robot 1 tells robot 0 of the nest over an exact beam; what they believe afterwards."""
     quiet = {"n_robots": 2, "range_noise": 0.0, "bearing_noise": 0.0, "loss_near": 0.0,
              "loss_far": 0.0, "exchange_time": 0.5, "wheel_noise": 0.0}  # fmt: skip
 
     def tell(own):
         scenario = find_scenario("es1", quiet)
-        loop = ControlLoop(scenario, find_controller("covariance"), [0], "kinematic")
-        estimator = loop.controller.estimator
-        b, pose = estimator.beliefs, loop.world.state.pose
+        loop = Loop(scenario, CONTROLLERS["covariance"], [0], "kinematic")
+        b = rows(loop.controller.minds["estimator"]["belief"])
+        robots, pose = loop.world.robots, loop.world.state.pose
         pose[:] = [[-0.05, 0.0, 0.4], [0.05, 0.02, -2.0]]
         b.pose[:] = [[1.0, -2.0, 2.5], [-0.3, 0.4, -1.0]]
         for robot, area, cov in ((1, NEST, (0.04, 0.01, 0.02)), (0, NEST, own)):
             if cov is None:
                 continue
             dx, dy = np.array([-0.4, 0.1]) - pose[robot, :2]
-            x, y = to_body(dx, dy, pose[robot, 2])
+            x, y = to_body(dx, dy, np.cos(pose[robot, 2]), np.sin(pose[robot, 2]))
             c, s = np.cos(b.pose[robot, 2]), np.sin(b.pose[robot, 2])
             b.location[robot, area] = b.pose[robot, :2] + [c * x - s * y, s * x + c * y]
             b.known[robot, area] = True
-            estimator.moments[robot, area, :3] = cov
+            b.moments[robot, area, :3] = cov
             b.p[robot, area] = to_ellipse(*cov)[0]
         b.came_from[1] = NEST
         b.came_from[0] = PREY if own else -1
         turn = (b.pose[:, 2] - pose[:, 2]).copy()  # from the world to each own frame
+        robots["action"]["motion"], robots["action"]["wheels"] = REPLACE, 0.0
         for _ in range(7):
-            loop.step(wheels=np.zeros((2, 2), np.float32))
-        return estimator, turn
+            loop.step()
+        return b, turn
 
     return tell
 
@@ -104,16 +107,16 @@ def turned(cov, angle):
 
 
 def test_a_copied_ellipse_points_where_the_senders_does(told):
-    estimator, turn = told(None)
-    assert estimator.beliefs.known[0, NEST]
+    beliefs, turn = told(None)
+    assert beliefs.known[0, NEST]
     expected = turned((0.04, 0.01, 0.02), turn[0] - turn[1])
-    assert estimator.moments[0, NEST, :3] == pytest.approx(flat(expected), rel=1e-5)
+    assert beliefs.moments[0, NEST, :3] == pytest.approx(flat(expected), rel=1e-5)
 
 
 def test_two_ellipses_merge_as_the_paper_says(told):
     own = (0.03, -0.01, 0.05)
-    estimator, turn = told(own)
+    beliefs, turn = told(own)
     mine, heard = turned(own, 0.0), turned((0.04, 0.01, 0.02), turn[0] - turn[1])
     expected = np.linalg.inv(np.linalg.inv(mine) + np.linalg.inv(heard))
-    assert estimator.moments[0, NEST, :3] == pytest.approx(flat(expected), rel=1e-5)
-    assert estimator.beliefs.p[0, NEST] == pytest.approx(math.sqrt(np.linalg.norm(expected, 2)))
+    assert beliefs.moments[0, NEST, :3] == pytest.approx(flat(expected), rel=1e-5)
+    assert beliefs.p[0, NEST] == pytest.approx(math.sqrt(np.linalg.norm(expected, 2)))

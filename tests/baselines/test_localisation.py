@@ -10,31 +10,52 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
-import baselines.recipes  # noqa: F401 enters the controllers
-from baselines.estimators.covariance_intersection import (
-    add_sight_noise,
-    fast_ci_weights,
-    fuse,
-    heard_pose,
-    intersect,
-)
-from baselines.estimators.dead_reckoning import carry_factors, predict, start_again
-from baselines.estimators.decentralised_ekf import (
+import baselines.controllers  # noqa: F401 enters the controllers
+from baselines.estimators.authors_ekf import (
+    FACTOR,
     MAX_JUMP,
-    bearing_beside,
-    bound_correlation,
-    correct_both,
-    correct_by_sight,
+    AuthorsMind,
+    authors_bearing,
     correct_each_alone,
     correct_one,
-    correct_privately,
+    slipped_direction,
 )
-from baselines.estimators.flocking import describe_correction
-from baselines.estimators.localisation import Localisation, LocalisationParameters
-from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.kernels.frames import wrap
-from swarm_forage_env.loop import WaypointsLoop
+from baselines.estimators.boids_inputs import describe_correction
+from baselines.estimators.covariance_intersection import (
+    IntersectionMind,
+    Told,
+    add_sight_noise,
+    fuse,
+    hear_pose,
+    intersect,
+    weigh_told,
+)
+from baselines.estimators.decentralised_ekf import (
+    DecentralisedEKF,
+    correct_both,
+    correct_by_sight,
+    propagate_factors,
+)
+from baselines.estimators.joint_update import (
+    FilterMind,
+    JointUpdate,
+    bound_correlation,
+    multiply_factors,
+)
+from baselines.estimators.pose_belief import PoseBelief
+from baselines.estimators.pose_prediction import predict, visit_home
+from baselines.estimators.small_matrices import spectral_norm3
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import numbers_record, rows
+from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.waypoints.records import Readings, Sighting
+
+intersect, correct_both, correct_one, correct_by_sight, correct_each_alone = map(
+    entry_point, (intersect, correct_both, correct_one, correct_by_sight, correct_each_alone)
+)
 
 ROBOTS = 4
 DT = 0.5
@@ -48,13 +69,53 @@ COVARIANCES = arrays(np.float64, (3, 3), elements=ENTRIES).map(
 ANGLES = st.floats(-math.pi, math.pi, exclude_max=True)
 
 
-def numbers_of(setting):
-    """The scenario's numbers as the kernels read them."""
+def numbers_of(setting, **changed):
+    """The scenario's numbers as the kernels read them, with some of them changed."""
     scenario = find_scenario("waypoints-05", {"n_robots": ROBOTS})
-    return Localisation(LocalisationParameters(setting=setting), scenario, 1)._numbers
+    given_ = DecentralisedEKF(setting=setting).numbers(scenario) | changed
+    found = np.zeros(1, numbers_record(**given_))
+    for name, value in given_.items():
+        found[name] = value
+    return rows(found)[0]
 
 
 CORRECTED, AUTHORS = numbers_of("corrected"), numbers_of("authors")
+
+
+NOTHING = np.zeros(0)
+"""What an estimator that shares nothing with others keeps of the pairs."""
+
+
+def one(kind):
+    """A single record."""
+    return rows(kind.array((1,)))[0]
+
+
+def crowd_of(kind, robots, **columns):
+    """Minds of which some fields are given."""
+    crowd = rows(kind.array((robots,)))
+    for name, values in columns.items():
+        field, _, nested = name.partition("_")
+        (crowd[field][nested] if nested else crowd[field])[:] = values
+    return crowd
+
+
+def sightings_of(seen, far, bearing):
+    """Who sees whom, and where."""
+    found = rows_of_pairs(len(seen))
+    found["seen"], found["range"], found["bearing"] = seen, far, bearing
+    return found
+
+
+def rows_of_pairs(robots):
+    return Sighting.array((robots, robots)).view(np.recarray)
+
+
+def sight(far, bearing):
+    """How one robot sees another."""
+    found = one(Sighting)
+    found.seen, found.range, found.bearing = True, far, bearing
+    return found
 
 
 def covariance(rng, size=0.05):
@@ -74,10 +135,9 @@ def least_eigenvalue(P):  # noqa: N803 as in the paper
 
 
 def weights_of(inverses):
-    inverses = np.array(inverses)
-    weights = np.full(len(inverses), 9.0)
-    fast_ci_weights(inverses, len(inverses), np.zeros((2, 3, 3)), weights)
-    return weights
+    crowd = crowd_of(IntersectionMind, len(inverses), told_inverse=inverses, told_weight=9.0)
+    weigh_told(crowd, len(crowd), np.ones((3, 3)), np.ones((3, 3)))
+    return crowd.told.weight
 
 
 @given(st.lists(COVARIANCES, min_size=1, max_size=6))
@@ -101,17 +161,19 @@ def test_the_weights_of_two_have_a_closed_form(A, B):  # noqa: N803 matrices
 
 
 def test_only_the_first_matrices_count():
-    room, weights = np.array([np.eye(3), 3.0 * np.eye(3), 50.0 * np.eye(3)]), np.full(3, 9.0)
-    fast_ci_weights(room, 2, np.zeros((2, 3, 3)), weights)
+    inverses = [np.eye(3), 3.0 * np.eye(3), 50.0 * np.eye(3)]
+    crowd = crowd_of(IntersectionMind, 3, told_inverse=inverses, told_weight=9.0)
+    weigh_told(crowd, 2, np.ones((3, 3)), np.ones((3, 3)))
+    weights = crowd.told.weight
     assert weights[:2] == pytest.approx([(64 - 27 + 1) / 128, (64 - 1 + 27) / 128])
     assert weights[2] == 9.0
 
 
 def fused(inverses, poses, weights):
-    pose, P = np.zeros(3), np.zeros((3, 3))  # noqa: N806 as in the paper
-    args = np.array(inverses), np.array(poses, float), np.array(weights, float)
-    fuse(len(inverses), *args, np.zeros((3, 3)), pose, P)
-    return pose, P
+    columns = {"told_inverse": inverses, "told_pose": poses, "told_weight": weights}
+    crowd, out = crowd_of(IntersectionMind, len(inverses), **columns), one(PoseBelief)
+    fuse(crowd, len(crowd), np.ones((3, 3)), out)
+    return out.pose, out.P
 
 
 @given(COVARIANCES, COVARIANCES, st.floats(-1.0, 1.0))
@@ -169,20 +231,30 @@ def test_a_heard_covariance_is_the_propagation_of_all_errors(P, theta, far, back
     J = jacobian(lambda x: told_pose(x[:3], *x[3:]), at)  # noqa: N806 a Jacobian
     noise = np.diag([VAR_RANGE, VAR_BEARING, VAR_BEARING])
     expected = J[:, :3] @ P @ J[:, :3].T + J[:, 3:] @ noise @ J[:, 3:].T
-    found, scratch = P.copy(), np.zeros((2, 3, 3))
-    add_sight_noise(far, theta + back, VAR_RANGE, VAR_BEARING, scratch, found)
+    found = P.copy()
+    add_sight_noise(far, theta + back, VAR_RANGE, VAR_BEARING, found)
     assert_allclose(found, expected, atol=1e-7)
 
 
+def believers(kind, pose, P, compass=0.0):  # noqa: N803 as in the paper
+    """Robots that believe, and have said, where they are."""
+    columns = {"belief_pose": pose, "belief_P": P, "said_pose": pose, "said_P": P}
+    return crowd_of(kind, len(pose), **columns, compass=compass)
+
+
 def intersected(pose, P, seen, far, bearing, compass, g, numbers=CORRECTED):  # noqa: N803
-    n, said = len(pose), (pose.copy(), P.copy())
-    pose, P = pose.copy(), P.copy()  # noqa: N806 as in the paper
-    shares = np.full((n, 1), g, np.float32)
-    intersect(
-        seen, far, bearing, compass, shares, numbers, *said,
-        np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros(n), np.zeros((2, 3, 3)), pose, P,
-    )  # fmt: skip
-    return pose, P
+    crowd = believers(IntersectionMind, pose, P, compass)
+    crowd.exchange.weight[:] = g
+    intersect(crowd, NOTHING, sightings_of(seen, far, bearing), numbers)
+    return crowd.belief.pose, crowd.belief.P
+
+
+def heard(pose, P, far, bearing, compass, numbers):  # noqa: N803 as in the paper
+    """What the second of two robots believes of the pose of the first."""
+    crowd, told = believers(IntersectionMind, pose, P, compass), one(Told)
+    sightings = sightings_of(~np.eye(2, dtype=np.bool_), far, bearing)
+    hear_pose(crowd, 0, 1, sightings, numbers, told)
+    return told.pose, told.P
 
 
 def test_no_share_of_an_intersection_leaves_the_estimate():
@@ -222,16 +294,11 @@ def test_a_share_of_an_intersection_is_taken_from_the_weights_of_the_neighbours(
 
 def test_exact_neighbours_agree_on_a_pose_across_the_cut_of_the_circle():
     pose = np.array([[0.0, 0.0, 3.1], [0.4, 0.3, -3.1]])
-    numbers = CORRECTED
     far, bearing = np.zeros((2, 2, 2), np.float32)
     far[0, 1], bearing[0, 1] = seen_at(pose.ravel())
     far[1, 0], bearing[1, 0] = seen_at(pose[::-1].ravel())
     P = np.array([0.1 * np.eye(3), 0.01 * np.eye(3)])  # noqa: N806 as in the paper
-    told, told_P = np.zeros(3), np.zeros((3, 3))  # noqa: N806 as in the paper
-    heard_pose(
-        0, 1, 0, far, bearing, pose[:, 2].astype(np.float32), numbers, pose, P,
-        np.zeros((2, 3, 3)), told, told_P,
-    )  # fmt: skip
+    told, _ = heard(pose, P, far, bearing, pose[:, 2], CORRECTED)
     assert_allclose(told, pose[0], atol=1e-6)
 
 
@@ -247,8 +314,7 @@ def test_the_authors_fuse_nothing_with_a_single_neighbour():
 
 def test_the_authors_are_told_a_neighbours_covariance_and_a_diagonal_of_deviations():
     pose, P, _, far, bearing, compass = facing(np.random.default_rng(4))  # noqa: N806
-    told, told_P = np.zeros(3), np.zeros((3, 3))  # noqa: N806 as in the paper
-    heard_pose(0, 1, 0, far, bearing, compass, AUTHORS, pose, P, np.zeros((2, 3, 3)), told, told_P)
+    told, told_P = heard(pose, P, far, bearing, compass, AUTHORS)  # noqa: N806 as in the paper
     assert_allclose(told_P, P[1] + np.diag([0.01, 0.01, 0.02]))
     slipped = 2.0 * compass[1] - pose[1, 2]
     direction = bearing[1, 0] + slipped
@@ -260,10 +326,7 @@ def test_with_exact_headings_the_authors_are_told_the_place_that_follows_from_th
     true, P, _, far, bearing, compass = facing(np.random.default_rng(5))  # noqa: N806
     pose = np.column_stack([true[:, :2], compass.astype(float)])
     for numbers in (AUTHORS, CORRECTED):
-        told, told_P = np.zeros(3), np.zeros((3, 3))  # noqa: N806 as in the paper
-        heard_pose(
-            0, 1, 0, far, bearing, compass, numbers, pose, P, np.zeros((2, 3, 3)), told, told_P
-        )
+        told, _ = heard(pose, P, far, bearing, compass, numbers)
         expected = told_pose(pose[1], float(far[1, 0]), float(bearing[1, 0]), bearing[0, 1])
         assert_allclose(told[:2], expected[:2], atol=1e-6)
         assert abs(wrap(told[2] - expected[2])) < 1e-6
@@ -276,11 +339,10 @@ def step(x):
 
 
 def predicted(pose, P, measured, numbers):  # noqa: N803 as in the paper
-    pose, P = np.array(pose, float)[None], np.array(P)[None]  # noqa: N806 as in the paper
-    velocity = np.zeros((1, 2))
-    measured = np.array([measured], np.float32)
-    predict(measured, numbers, np.zeros((2, 3, 3)), pose, P, velocity)
-    return pose[0], P[0], velocity[0]
+    belief = one(PoseBelief)
+    belief.pose[:], belief.P[:] = pose, P
+    predict(belief, np.array(measured, np.float32), numbers)
+    return belief.pose, belief.P, belief.velocity
 
 
 def inputs(measured):
@@ -316,8 +378,9 @@ def test_factors_are_carried_by_the_jacobian_of_the_step():
     pose, measured = rng.uniform(-2.0, 2.0, (3, 3)), inputs(rng.uniform(-0.7, 0.7, (3, 2)))
     factors = rng.normal(size=(3, 3, 3, 3))
     after = np.array([step(np.concatenate(each)) for each in zip(pose, measured, strict=True)])
-    found = factors.copy()
-    carry_factors(measured.astype(np.float32), DT, after, found)
+    found, crowd = factors.copy(), crowd_of(FilterMind, 3, belief_pose=after)
+    for i, motion in enumerate(measured.astype(np.float32)):
+        propagate_factors(crowd[i].belief, motion, DT, found[i])
     for i in range(3):
         F = jacobian(step, np.concatenate([pose[i], measured[i]]))[:, :3]  # noqa: N806
         assert_allclose(found[i], F @ factors[i], atol=1e-8)
@@ -327,47 +390,58 @@ def test_the_authors_start_again_at_home_and_nowhere_else():
     rng = np.random.default_rng(7)
     pose, P = rng.normal(size=(2, 3)), np.array([covariance(rng), covariance(rng)])  # noqa: N806
     fix = rng.normal(size=(2, 3)).astype(np.float32)
-    after, covariances = pose.copy(), P.copy()
-    start_again(np.array([True, False]), fix, 0.1, after, covariances)
-    assert_array_equal(after, [fix[0], pose[1]])
-    assert_array_equal(covariances, [0.1 * np.eye(3), P[1]])
+    crowd = believers(AuthorsMind, pose, P)
+    for mind, at_home, place in zip(crowd, (True, False), fix, strict=True):
+        look_for_home(mind, at_home, place, AUTHORS)
+    assert_array_equal(crowd.belief.pose, [fix[0], pose[1]])
+    assert_array_equal(crowd.belief.P, [0.1 * np.eye(3), P[1]])
 
 
-def stores(robots=ROBOTS, numbers=CORRECTED):
-    """Everything the decentralised filter works in and on, with zero factors."""
+def look_for_home(mind, at_home, fix, numbers):
+    """Whether a robot finds home, and what home tells it."""
+    readings = one(Readings)
+    readings.at_home, readings.home_fix[:] = at_home, fix
+    visit_home(mind.belief, readings, mind.home, numbers)
+
+
+def stores(robots=ROBOTS, numbers=CORRECTED, kind=FilterMind):
+    """Everything the decentralised filter works on, with zero covariances and factors."""
+    crowd = crowd_of(kind, robots, belief_P=0.0)
+    shared = np.zeros((robots, robots, 2, 3, 3))
     return {
         "numbers": numbers,
-        "room": np.zeros((5, 3, 3)),
-        "big": np.zeros((3, 6, 6)),
-        "G": np.zeros((2, 6)),
-        "K": np.zeros((6, 2)),
-        "pose": np.zeros((robots, 3)),
-        "P": np.zeros((robots, 3, 3)),
-        "factors": np.zeros((robots, robots, 3, 3)),
+        "crowd": crowd,
+        "pose": crowd.belief.pose,
+        "P": crowd.belief.P,
+        "shared": shared,
+        "factors": np.zeros((robots, robots, 3, 3)) if kind is FilterMind else shared[:, :, FACTOR],
     }
 
 
-def swarm(rng, robots=ROBOTS, size=0.05):
-    found = stores(robots)
+def swarm(rng, robots=ROBOTS, size=0.05, **options):
+    found = stores(robots, **options)
     found["pose"][:] = rng.uniform(-1.0, 1.0, (robots, 3))
     found["P"][:] = [covariance(rng, size) for _ in range(robots)]
     return found
 
 
 def relative(s, i, j, far, bearing, g=1.0):
-    correct_both(
-        i, j, 0, float(far), float(bearing), g, s["numbers"], s["room"], s["big"], s["G"], s["K"],
-        s["pose"], s["P"], s["factors"],
-    )  # fmt: skip
+    s["crowd"].exchange.weight[i] = g
+    correct_both(s["crowd"], s["factors"], i, j, sight(far, bearing), s["numbers"])
 
 
 def privately(s, at_home, fix, variance=1e-6):
-    correct_privately(at_home, fix, variance, s["room"], s["pose"], s["P"], s["factors"])
+    numbers = numbers_of("corrected", home_variance=variance)
+    for i, mind in enumerate(s["crowd"]):
+        look_for_home(mind, at_home[i], fix[i], numbers)
+        if at_home[i]:
+            multiply_factors(mind.home.rest, s["factors"][i])
 
 
 def moved(s, measured):
-    predict(measured, s["numbers"], np.zeros((2, 3, 3)), s["pose"], s["P"], np.zeros((ROBOTS, 2)))
-    carry_factors(measured, DT, s["pose"], s["factors"])
+    for i, mind in enumerate(s["crowd"]):
+        predict(mind.belief, measured[i], s["numbers"])
+        propagate_factors(mind.belief, measured[i], DT, s["factors"][i])
 
 
 def cross(s, i, j):
@@ -403,7 +477,7 @@ def test_a_relative_correction_of_strangers_is_that_of_a_joint_filter(seed, g):
     rng = np.random.default_rng(seed)
     s = swarm(rng, robots=2)
     x, P = joint_of(s)  # noqa: N806 as in the paper
-    measured = seen_at(x) + np.array([0.05, -0.1])
+    measured = inputs(seen_at(x) + np.array([0.05, -0.1]))
     relative(s, 0, 1, *measured, g=g)
     x, P = kalman(x, P, 0, 1, measured, g)  # noqa: N806 as in the paper
     assert_allclose(s["pose"].ravel(), x, atol=1e-7)
@@ -424,7 +498,7 @@ def test_the_second_correction_of_a_pair_goes_by_what_they_share():
     s = swarm(rng, robots=2, size=0.002)
     x, P = joint_of(s)  # noqa: N806 as in the paper
     for noise in ([0.01, -0.02], [-0.01, 0.03], [0.0, 0.01]):
-        measured = seen_at(s["pose"].ravel()) + np.array(noise)
+        measured = inputs(seen_at(s["pose"].ravel()) + np.array(noise))
         relative(s, 0, 1, *measured)
         x, P = kalman(x, P, 0, 1, measured)  # noqa: N806 as in the paper
         assert_allclose(s["pose"].ravel(), x, atol=1e-6)
@@ -440,7 +514,7 @@ def test_a_chain_of_three_shares_what_the_joint_filter_says(seed, pairs):
     x, P = joint_of(s)  # noqa: N806 as in the paper
     for i, j in pairs:
         pair = np.concatenate([s["pose"][i], s["pose"][j]])
-        measured = seen_at(pair) + np.array([0.01, 0.02])
+        measured = inputs(seen_at(pair) + np.array([0.01, 0.02]))
         relative(s, i, j, *measured)
         x, P = kalman(x, P, i, j, measured)  # noqa: N806 as in the paper
         assert_allclose(cross(s, i, j), block(P, i, j), atol=1e-8)
@@ -469,8 +543,10 @@ def test_robots_believed_in_one_place_are_let_be():
 
 @given(COVARIANCES, COVARIANCES, arrays(np.float64, (3, 3), elements=st.floats(-5.0, 5.0)))
 def test_a_bounded_correlation_makes_a_joint_covariance(A, B, C):  # noqa: N803 matrices
-    found = C.copy()
-    bound_correlation(A, B, np.zeros((5, 3, 3)), found)
+    update = one(JointUpdate)
+    update.cross[:] = C
+    bound_correlation(A, B, update)
+    found = update.cross
     assert least_eigenvalue(np.block([[A, found], [found.T, B]])) > -1e-9
     most = np.linalg.norm(
         np.linalg.solve(np.linalg.cholesky(A), C) @ np.linalg.inv(np.linalg.cholesky(B)).T, 2
@@ -572,15 +648,22 @@ def test_whatever_happens_a_covariance_stays_one(places, story):
 def test_the_authors_turn_the_sign_of_an_expected_bearing_if_that_is_nearer(
     measured, expected, dy, found
 ):
-    assert bearing_beside(measured, expected, dy) == found
+    assert authors_bearing(measured, expected, dy) == found
 
 
-def alone(s, i, j, far, direction, g=1.0):
-    said = s["pose"].copy(), s["P"].copy(), s["factors"][j, i].copy()
-    correct_one(
-        i, j, 0, float(far), float(direction), g, s["numbers"], s["room"], s["big"], s["G"],
-        s["K"], *said, s["pose"], s["P"], s["factors"],
-    )  # fmt: skip
+def alone(s, i, j, sighting, g=1.0):
+    """Correct robot i alone, from what all have said; the global direction it goes by."""
+    crowd, shared = s["crowd"], s["shared"]
+    crowd.exchange.weight[i] = g
+    crowd.said[:] = crowd.belief
+    shared[:, :, 1 - FACTOR] = shared[:, :, FACTOR]
+    correct_one(crowd, shared, i, j, sighting, s["numbers"])
+    return slipped_direction(crowd[i], float(sighting.bearing))
+
+
+def towards(s, i, far, direction):
+    """A sight in a global direction, of a robot whose compass says zero."""
+    return sight(far, wrap(direction + s["pose"][i, 2]))
 
 
 def kept(s):
@@ -588,7 +671,7 @@ def kept(s):
 
 
 def authors_swarm(seed):
-    s = swarm(np.random.default_rng(seed)) | {"numbers": AUTHORS}
+    s = swarm(np.random.default_rng(seed), numbers=AUTHORS, kind=AuthorsMind)
     s["pose"][:2] = [[0.1, 0.0, 0.3], [0.5, 0.3, -1.0]]
     return s
 
@@ -596,7 +679,8 @@ def authors_swarm(seed):
 def test_the_authors_filter_corrects_the_one_who_sees_by_its_half_of_the_joint_filter():
     s = authors_swarm(12)
     before = kept(s)
-    alone(s, 0, 1, 0.55, math.atan2(0.3, 0.4) + 0.1)
+    sighting = towards(s, 0, 0.55, math.atan2(0.3, 0.4) + 0.1)
+    direction = alone(s, 0, 1, sighting)
     d, r = np.array([0.4, 0.3]), 0.5
     G = np.zeros((2, 6))  # noqa: N806 as in the paper
     G[0, [0, 1, 3, 4]] = [*(-d / r), *(d / r)]
@@ -605,7 +689,9 @@ def test_the_authors_filter_corrects_the_one_who_sees_by_its_half_of_the_joint_f
     P[:3, :3], P[3:, 3:] = before["P"][:2]
     K = P @ G.T @ np.linalg.inv(G @ P @ G.T + 0.01 * np.eye(2))  # noqa: N806 as in the paper
     after = (np.eye(6) - K @ G) @ P
-    assert_allclose(s["pose"][0], before["pose"][0] + K[:3] @ [0.05, 0.1], atol=1e-9)
+    residual = [float(sighting.range) - r, direction - math.atan2(0.3, 0.4)]
+    assert_allclose(residual, [0.05, 0.1], atol=1e-6)
+    assert_allclose(s["pose"][0], before["pose"][0] + K[:3] @ residual, atol=1e-9)
     assert_allclose(s["P"][0], after[:3, :3], atol=1e-9)
     assert_allclose(s["factors"][0, 1], after[:3, 3:], atol=1e-9)
     for name, was in before.items():
@@ -617,7 +703,7 @@ def test_the_authors_filter_refuses_to_jump(far):
     s = authors_swarm(13)
     s["P"][:2] = 0.1 * np.eye(3)
     before = kept(s)
-    alone(s, 0, 1, far, math.atan2(0.3, 0.4))
+    alone(s, 0, 1, towards(s, 0, far, math.atan2(0.3, 0.4)))
     for name, was in before.items():
         assert_array_equal(s[name], was, name)
 
@@ -628,31 +714,28 @@ def test_the_authors_filter_jumps_up_to_its_limit():
         s = authors_swarm(14)
         s["P"][:2] = 0.1 * np.eye(3)
         before = s["pose"].copy()
-        alone(s, 0, 1, 0.5 + jump / share, math.atan2(0.3, 0.4))
+        alone(s, 0, 1, towards(s, 0, 0.5 + jump / share, math.atan2(0.3, 0.4)))
         gone = np.hypot(*(s["pose"][0] - before[0])[:2])
         assert gone == pytest.approx(jump if jumps else 0.0)
 
 
 def test_the_authors_correct_everybody_from_what_was_said_before():
-    rng = np.random.default_rng(15)
-    s = swarm(rng, robots=2) | {"numbers": AUTHORS}
-    pose, _, seen, far, bearing, compass = facing(rng)
-    s["pose"][:] = pose
-    before, expected = kept(s), kept(s)
-    for i, j in ((0, 1), (1, 0)):
-        one = s | {name: was.copy() for name, was in before.items()}
-        direction = wrap(float(bearing[i, j]) + 2.0 * float(compass[i]) - pose[i, 2])
-        alone(one, i, j, far[i, j], direction)
-        for name in expected:
-            expected[name][i] = one[name][i]
-    correct_each_alone(
-        seen, far, bearing, compass, np.ones((2, 1), np.float32), AUTHORS, s["room"], s["big"],
-        s["G"], s["K"], before["pose"].copy(), before["P"].copy(), before["factors"].copy(),
-        s["pose"], s["P"], s["factors"],
-    )  # fmt: skip
+    def world():
+        rng = np.random.default_rng(15)
+        s = swarm(rng, robots=2, numbers=AUTHORS, kind=AuthorsMind)
+        s["pose"][:], _, *sights, s["crowd"].compass[:] = facing(rng)
+        s["shared"][:, :, FACTOR] = 0.01 * rng.normal(size=(2, 2, 3, 3))
+        s["crowd"].exchange.weight[:] = 1.0
+        return s, sightings_of(*sights)
+
+    (s, sightings), (before, _) = world(), world()
+    correct_each_alone(s["crowd"], s["shared"], sightings, AUTHORS)
     assert np.all(s["pose"][:, :2] != before["pose"][:, :2])
-    for name, found in expected.items():
-        assert_array_equal(s[name], found, name)
+    for i, j in ((0, 1), (1, 0)):
+        single, _ = world()
+        alone(single, i, j, sightings[i, j])
+        for name in ("pose", "P", "factors"):
+            assert_array_equal(s[name][i], single[name][i], name)
 
 
 def test_sights_correct_in_the_order_of_the_robots_numbers():
@@ -662,11 +745,12 @@ def test_sights_correct_in_the_order_of_the_robots_numbers():
     together, apart = stores(3), stores(3)
     for s in (together, apart):
         s["pose"][:], s["P"][:] = pose, P
-    names = ("numbers", "room", "big", "G", "K", "pose", "P", "factors")
-    shares = np.array([[1.0], [0.5], [0.2]], np.float32)
-    correct_by_sight(seen, far, bearing, shares, *(together[name] for name in names))
+    shares = np.array([1.0, 0.5, 0.2], np.float32)
+    together["crowd"].exchange.weight[:, 0] = shares
+    sightings = sightings_of(seen, far, bearing)
+    correct_by_sight(together["crowd"], together["factors"], sightings, CORRECTED)
     for i, j in ((0, 2), (1, 0), (1, 2), (2, 0), (2, 1)):
-        relative(apart, i, j, far[i, j], bearing[i, j], float(shares[i, 0]))
+        relative(apart, i, j, far[i, j], bearing[i, j], shares[i])
     for name in ("pose", "P", "factors"):
         assert_array_equal(together[name], apart[name], name)
 
@@ -676,21 +760,25 @@ def test_a_correction_is_described_by_those_who_see_or_are_seen():
     pose, P, seen, far, bearing, _ = facing(rng, 4)  # noqa: N806 as in the paper
     seen[0, 1] = False
     seen[3, :] = seen[:, 3] = False
-    valid, numbers = np.zeros(4, np.bool_), np.zeros((4, 4), np.float32)
-    describe_correction(seen, far, bearing, pose, P, valid, *numbers)
-    neighbours, own, heard, disagreement = numbers
-    assert valid.tolist() == [True, True, True, False]
-    assert_allclose(neighbours, [0.5, 0.5, 0.5, 0.0])
+    crowd = crowd_of(FilterMind, 4, belief_pose=pose, belief_P=P)
+    crowd.covariance_norm[:] = [spectral_norm3(each) for each in P]
+    for i, mind in enumerate(crowd):
+        describe_correction(crowd, i, sightings_of(seen, far, bearing), mind.exchange)
+    found = crowd.exchange
+    own, disagreement = found.own_covariance_norm, found.disagreement
+    heard_norm = found.heard_covariance_norm
+    assert found.is_valid.tolist() == [True, True, True, False]
+    assert_allclose(found.neighbours, [0.5, 0.5, 0.5, 0.0])
     assert_allclose(own, [np.linalg.norm(each, 2) for each in P], rtol=1e-5)
-    assert_allclose(heard[0], own[1:3].mean(), rtol=1e-5)
-    assert_allclose(heard[2], own[:2].mean(), rtol=1e-5)
+    assert_allclose(heard_norm[0], own[1:3].mean(), rtol=1e-5)
+    assert_allclose(heard_norm[2], own[:2].mean(), rtol=1e-5)
     places = [
         told_pose(pose[j], float(far[j, 2]), float(bearing[j, 2]), 0.0)[:2] for j in (0, 1)
     ]  # fmt: skip
     assert disagreement[2] == pytest.approx(np.hypot(*(np.mean(places, axis=0) - pose[2, :2])))
     by_2 = told_pose(pose[2], float(far[2, 1]), float(bearing[2, 1]), 0.0)[:2]
     assert disagreement[1] == pytest.approx(np.hypot(*(by_2 - pose[1, :2])), rel=1e-5)
-    assert heard[3] == 0.0
+    assert heard_norm[3] == 0.0
     assert disagreement[3] == 0.0
 
 
@@ -706,33 +794,34 @@ QUIET = {
 @pytest.mark.parametrize("setting", ["authors", "corrected"])
 def test_without_noise_dead_reckoning_is_the_motion(setting):
     scenario = find_scenario("waypoints-10", QUIET)
-    name = f"boids-goal:estimator=dead_reckoning,setting={setting}"
-    loop = WaypointsLoop(scenario, find_controller(name), [1, 2])
+    chosen = {"estimator": "dead_reckoning", "setting": setting}
+    loop = Loop(scenario, CONTROLLERS["boids-goal"].with_parameters(chosen), [1, 2])
+    believed, state = rows(loop.controller.minds["estimator"]["belief"]), loop.world.state
     for _ in range(scenario.n_ticks):
         loop.step()
-        off = loop.controller.estimator.pose - loop.world.state.pose
+        off = believed.pose - state.pose
         assert np.abs(off[:, :2]).max() < 1e-2
         assert np.abs(np.angle(np.exp(1j * off[:, 2]))).max() < 1e-3
-    assert loop.world.state.right.sum() > 10
-    assert loop.world.state.wrong.sum() <= 1
+    assert state.right.sum() > 10
+    assert state.wrong.sum() <= 1
 
 
 def test_an_estimator_takes_in_a_tick_as_its_kernels_say():
     scenario = find_scenario("waypoints-25")
-    loop = WaypointsLoop(scenario, find_controller("boids-adaptive"), [3])
-    estimator = loop.controller.estimator
+    loop = Loop(scenario, CONTROLLERS["boids-adaptive"], [3])
+    minds = rows(loop.controller.minds["estimator"])
+    found = {"pose": minds.belief.pose, "P": minds.belief.P, "factors": loop.controller.shared[0]}
     for _ in range(40):
-        before = {name: getattr(estimator, name).copy() for name in ("pose", "P", "factors")}
-        heard, g = loop.world.feedback.heard, np.ones((25, 1), np.float32)
-        feedback = loop.step()
-        s = stores(25) | before | {"numbers": estimator._numbers}
-        names = ("numbers", "room", "big", "G", "K", "pose", "P", "factors")
-        correct_by_sight(heard.seen, heard.range, heard.bearing, g, *(s[name] for name in names))
-        readings, velocity = feedback.readings, np.zeros((25, 2))
-        predict(readings.motion, s["numbers"], np.zeros((2, 3, 3)), s["pose"], s["P"], velocity)
-        carry_factors(readings.motion, DT, s["pose"], s["factors"])
-        privately(s, readings.at_home, readings.fix, scenario.sensors.home_noise**2)
-        for name in before:
-            assert_array_equal(getattr(estimator, name), s[name], name)
-        assert_array_equal(estimator.velocity, velocity)
+        s = stores(25)
+        for name, array in found.items():
+            s[name][:] = array
+        s["crowd"].exchange.weight[:] = 1.0
+        correct_by_sight(s["crowd"], s["factors"], loop.world.sightings[0], s["numbers"])
+        loop.step()
+        readings = loop.world.state.readings
+        moved(s, readings.motion)
+        privately(s, readings.at_home, readings.home_fix, scenario.sensors.home_noise**2)
+        for name, array in found.items():
+            assert_array_equal(array, s[name], name)
+        assert_array_equal(minds.belief.velocity, s["crowd"].belief.velocity)
     assert np.abs(s["factors"]).max() > 0.0

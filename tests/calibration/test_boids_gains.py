@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from baselines.evaluation.waypoint_episode import WaypointEpisode
+from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 pytest.importorskip("optuna")
 from calibration import boids_gains
@@ -35,8 +35,8 @@ def test_a_search_for_gains_is_kept_and_goes_on(tmp_path, monkeypatch):
     asked = []
 
     def price(dataset, workers, each, seeds):
-        asked.append(each.recipe.motion)
-        return [each.recipe.motion.homing for _ in seeds]
+        asked.append(each.controller.motion)
+        return [each.controller.motion.homing for _ in seeds]
 
     monkeypatch.setattr(boids_gains, "costs", price)
     (first,) = boids_gains.search_gains(tmp_path, 3, 0, 1, lambda _: None)

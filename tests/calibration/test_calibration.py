@@ -11,12 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from baselines.evaluation.episode import Episode
 from calibration.ranges import (
     ARENAS,
     RANGES,
+    controller_with,
     defaults,
-    recipe_with,
     rounded,
     scenario_with,
 )
@@ -33,6 +32,7 @@ from calibration.targets import (
     score,
     term,
 )
+from swarm_forage_env.foraging.episode import ForagingEpisode
 
 pytest.importorskip("optuna")
 from calibration.runner import sensitivity
@@ -42,7 +42,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 DEFAULTS = defaults()
 
-EPISODE = Episode(
+EPISODE = ForagingEpisode(
     scenario="es1",
     controller="nc",
     seed=0,
@@ -140,9 +140,9 @@ def test_both_ends_of_every_range_make_scenarios_and_controllers(each):
         for arena in ARENAS:
             scenario = scenario_with(values, arena, {})
             assert scenario.task.area_distance == values[f"{arena}.area_distance"]
-        recipe = recipe_with(values, "ssgiff:beta=0.5")
-        assert recipe.parameters["estimator.pause"] == values["estimator.pause"]
-        assert recipe.parameters["weighting.beta"] == 0.5
+        controller = controller_with(values, "ssgiff:beta=0.5")
+        assert controller.parameters["estimator.pause"] == values["estimator.pause"]
+        assert controller.parameters["weighting.beta"] == 0.5
 
 
 @pytest.mark.parametrize("each", RANGES, ids=lambda each: each.name)

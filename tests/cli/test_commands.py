@@ -53,6 +53,25 @@ def test_json_is_all_that_goes_to_stdout(command):
     assert len(stderr.splitlines()) == 2, "one line at the start and one at the end"
 
 
+def test_an_old_name_of_a_controller_gets_one_line_with_the_new_one(command):
+    status, stdout, stderr = command(
+        "evaluate", "es1", "dsgiff-wary", "--episodes=1", "--format=json", *SHORT
+    )
+    assert status == 0
+    assert json.loads(stdout)[0]["controller"] == "dsgiff-wary"
+    told = [line for line in stderr.splitlines() if "is now 'dsgiff-penalised'" in line]
+    assert len(told) == 1
+    assert told[0].startswith("swarm-forage: controller 'dsgiff-wary' is now")
+    assert len(stderr.splitlines()) == 3
+
+
+def test_threads_change_no_number(command):
+    told = "evaluate", "es1", "ssgikf", "--episodes=4", "--format=json", *SHORT
+    one = json.loads(command(*told, "--out=one")[1])
+    two = json.loads(command(*told, "--out=two", "--threads=2")[1])
+    assert [each | {"wall_s": 0} for each in one] == [each | {"wall_s": 0} for each in two]
+
+
 def test_csv_holds_the_same_episodes_and_they_are_not_run_again(command):
     told = "evaluate", "es1", "nc", "--episodes=2", *SHORT
     episodes = json.loads(command(*told, "--format=json")[1])

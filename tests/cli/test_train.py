@@ -47,7 +47,7 @@ def test_training_ends_with_the_policy_and_how_to_test_it(command, tmp_path):
     assert score == "es1: 0.0 round trips (0.0 to 0.0) on 2 held-back seeds"
     assert policy == "policy: mine/best.safetensors"
     assert how == (
-        "test it: swarm-forage evaluate es1 dsgiff-brisk"
+        "test it: swarm-forage evaluate es1 dsgiff-frequent"
         " learned-weighting:weighting.policy=mine/best.safetensors --seed=1000"
         " --set=task.duration=5 --physics=kinematic"
     )

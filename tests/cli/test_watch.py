@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from swarm_forage_env.rendering.layout import Layout
-from swarm_forage_env.rendering.scene import stage_of
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.task import stage_of
 
 SHORT = ("--set", "task.duration=12", "--size", "400")
 
@@ -81,7 +81,7 @@ def test_what_cannot_be_shown_is_refused_in_one_line(command, options, complaint
 def test_waypoints_are_refused(command):
     status, _, err = command("watch", "waypoints-05", "boids-adaptive")
     assert status == 2
-    assert "only scenarios in which robots forage are drawn" in err
+    assert "the task waypoints has no drawing; take one in which robots forage" in err
 
 
 def test_no_display_is_told_with_the_way_out(command, monkeypatch):

@@ -19,6 +19,7 @@ from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env import ConfigError, UnknownNameError, parallel_env
 from swarm_forage_env.envs.registration import NAMES
+from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import SCENARIOS
 
@@ -126,8 +127,8 @@ RULE, MOTION = SGIFF(), SubsumptionParameters()
 RECIPE = LayeredController("inside", SocialOdometryParameters(double=True), RULE, MOTION)
 
 
-def weigh(layout, row):
-    return RULE(layout.encounter(row[None]))[0]
+def weigh(rule, layout, row):
+    return rule(layout.encounter(row[None]))[0]
 
 
 def steer(motion, layout, row):
@@ -138,19 +139,21 @@ def steer(motion, layout, row):
 @pytest.mark.parametrize("learn", ["weighting", "motion", "both"])
 def test_a_hand_written_layer_from_outside_leaves_the_swarm_as_it_is(learn, busy):
     """The proof that the learner gets its own layer, and its team-mates keep theirs."""
-    loop, motion = Loop(busy, RECIPE, [7]), MOTION.start(busy, [7])
+    loop = Loop(busy, RECIPE, [7])
+    rule = FORAGING.array_weighting(RECIPE.weighting.layer(busy))
+    motion = FORAGING.array_motion(RECIPE.motion.layer(busy), busy, [7])
     env = gym.make(SINGLE, scenario=busy, learn=learn, controller=RECIPE).unwrapped
     layout, exchanges = env.observation_layout, 0
     row, _ = env.reset(seed=7)
     for tick in range(1500):
         action = []
         if learn != "motion":
-            action.extend(weigh(layout, row))
+            action.extend(weigh(rule, layout, row))
         if learn != "weighting":
             action.extend(steer(motion, layout, row))
         row, *_, info = env.step(np.array(action, np.float32))
         loop.step()
-        exchanges += int(loop.controller.estimator.encounter.valid[0])
+        exchanges += int(loop.exchange.valid[0])
         assert (env.world.state.pose == loop.world.state.pose).all(), f"they part at tick {tick}"
     assert exchanges > 3
     assert info["round_trips"] == loop.world.state.round_trips[0]

@@ -32,7 +32,7 @@ def test_an_unknown_name_is_answered_with_the_nearest(options, says):
     [
         ({"learn": 3}, "learn=3"),
         ({"residual": 2}, "residual=2"),
-        ({"residual": True, "scenario": "waypoints-05"}, "residual=True: cannot be had for robots"),
+        ({"residual": True, "scenario": "waypoints-05"}, "residual=True: cannot be had in the task waypoints"),
         ({"physics": ["rigid"]}, "physics="),
         ({"shaping": -1.0}, "shaping=-1.0: input should be greater than or equal to 0"),
         ({"shaping": float("nan")}, "shaping=nan"),

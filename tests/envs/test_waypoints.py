@@ -4,7 +4,6 @@ The proof of the cuts is that of foraging: the baseline's own rule, driven from 
 `env.step` from the observation alone, reproduces the built-in run bit for bit.
 """
 
-from dataclasses import fields
 from itertools import product
 
 import numpy as np
@@ -13,14 +12,16 @@ from numpy.testing import assert_array_equal
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from baselines.controller import LayeredController
-from baselines.estimators.localisation import LocalisationParameters
+from baselines.estimators import ESTIMATORS as ESTIMATOR_PARTS
 from baselines.motion.boids import BoidsParameters
-from baselines.weighting.full import Full
+from baselines.weighting.filter import Filter
 from swarm_forage_env import ConfigError, UnknownNameError, parallel_env
-from swarm_forage_env.envs.waypoints import WAYPOINT_CUTS
-from swarm_forage_env.interface import WORDS
-from swarm_forage_env.loop import WaypointsLoop
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.waypoints.observations import WORDS
+from swarm_forage_env.waypoints.policies import LEARNABLE
+from swarm_forage_env.waypoints.task import WAYPOINTS
+from swarm_forage_env.waypoints.views import estimated_pose_of
 
 SEED, TICKS = 7, 150
 INFOS = {"goals", "false_goals", "position_error_m"}
@@ -28,7 +29,7 @@ ESTIMATORS = ("dead_reckoning", "covariance_intersection", "decentralised_ekf")
 SETTINGS = ("authors", "corrected")
 GAINS = ("goal", "static", "adaptive")
 
-every_layer = pytest.mark.parametrize("learn", list(WAYPOINT_CUTS))
+every_layer = pytest.mark.parametrize("learn", list(LEARNABLE))
 
 
 @every_layer
@@ -68,7 +69,7 @@ def test_whatever_is_believed_is_inside_the_space(estimator, setting, sampler):
 def assert_same_run(learn, recipe, decide):
     """Drive one layer by `decide(layout, observations)`; how many corrections there were."""
     scenario = find_scenario("waypoints-10")
-    loop = WaypointsLoop(scenario, recipe, [SEED])
+    loop = Loop(scenario, recipe, [SEED])
     env = parallel_env(scenario, learn=learn, controller=recipe)
     observations, _ = env.reset(seed=SEED)
     corrections = 0
@@ -77,20 +78,30 @@ def assert_same_run(learn, recipe, decide):
         actions = decide(env.observation_layout, matrix)
         observations, *_ = env.step(dict(zip(env.agents, actions, strict=True)))
         loop.step()
-        corrections += np.count_nonzero(loop.controller.estimator.encounter.valid)
+        corrections += np.count_nonzero(loop.exchange.valid)
         assert (env.world.state.pose == loop.world.state.pose).all(), f"they part at tick {tick}"
-    ours, theirs = env._batch.cut._loop.controller.estimator, loop.controller.estimator
-    for name in ("pose", "P", "factors", "velocity", "reckoned"):
-        assert_array_equal(getattr(ours, name), getattr(theirs, name), name)
-    for each in fields(env.world.state):
-        mine, other = getattr(env.world.state, each.name), getattr(loop.world.state, each.name)
-        assert_array_equal(mine, other, each.name)
+    ours, theirs = env._env.loop.controller, loop.controller
+    for name in ("belief", "reckoned"):
+        assert_array_equal(ours.minds["estimator"][name], theirs.minds["estimator"][name], name)
+    assert_array_equal(ours.shared, theirs.shared, "factors")
+    for name in set(loop.world.robots.dtype.names) - {"action"}:
+        assert_array_equal(env.world.robots[name], loop.world.robots[name], name)
     return corrections
 
 
 def inside(gains, estimator, setting):
-    localisation = LocalisationParameters(estimator=estimator, setting=setting)
-    return LayeredController("inside", localisation, Full(), BoidsParameters(gains=gains))
+    localisation = ESTIMATOR_PARTS[estimator](setting=setting)
+    return LayeredController("inside", localisation, Filter(), BoidsParameters(gains=gains))
+
+
+def motion_of(recipe):
+    scenario = find_scenario("waypoints-10")
+    return WAYPOINTS.array_motion(recipe.motion.layer(scenario), scenario, [SEED])
+
+
+def weighting_of(recipe):
+    own = recipe.estimator.layer(find_scenario("waypoints-10")).own_weighting
+    return WAYPOINTS.array_weighting(own)
 
 
 every_recipe = pytest.mark.parametrize(
@@ -101,7 +112,7 @@ every_recipe = pytest.mark.parametrize(
 @every_recipe
 def test_boids_from_outside_are_the_boids_inside(gains, estimator, setting):
     recipe = inside(gains, estimator, setting)
-    motion = recipe.motion.start(find_scenario("waypoints-10"), [SEED])
+    motion = motion_of(recipe)
     corrections = assert_same_run(
         "motion", recipe, lambda layout, matrix: motion(layout.situation(matrix))
     )
@@ -110,7 +121,8 @@ def test_boids_from_outside_are_the_boids_inside(gains, estimator, setting):
 
 @every_recipe
 def test_a_full_correction_from_outside_is_the_one_inside(gains, estimator, setting):
-    recipe, rule = inside(gains, estimator, setting), Full()
+    recipe = inside(gains, estimator, setting)
+    rule = weighting_of(recipe)
     corrections = assert_same_run(
         "weighting", recipe, lambda layout, matrix: rule(layout.encounter(matrix))
     )
@@ -119,8 +131,9 @@ def test_a_full_correction_from_outside_is_the_one_inside(gains, estimator, sett
 
 @pytest.mark.parametrize(("estimator", "setting"), list(product(ESTIMATORS, SETTINGS)))
 def test_both_layers_from_outside_are_those_inside(estimator, setting):
-    recipe, rule = inside("adaptive", estimator, setting), Full()
-    motion = recipe.motion.start(find_scenario("waypoints-10"), [SEED])
+    recipe = inside("adaptive", estimator, setting)
+    rule = weighting_of(recipe)
+    motion = motion_of(recipe)
 
     def decide(layout, matrix):
         g, pull = rule(layout.encounter(matrix)), motion(layout.situation(matrix))
@@ -189,7 +202,7 @@ def test_infos_count_claims_and_measure_the_belief_against_the_truth():
     while env.agents:
         *_, infos = env.step(full(env))
     logs, state = list(infos.values()), env.world.state
-    believed = env._batch.cut._loop.controller.estimator.pose
+    believed = estimated_pose_of(env._env.loop.controller.minds)
     assert [log["goals"] for log in logs] == state.right.tolist()
     assert [log["false_goals"] for log in logs] == state.wrong.tolist()
     assert state.right.sum() > 0
@@ -231,7 +244,7 @@ def test_a_learner_of_everything_is_heard_by_those_who_see_it():
         for k, agent in enumerate(env.agents)
     }
     observations, *_ = env.step(actions)
-    seen = env.world.feedback.heard.seen
+    seen = env.world.sightings["seen"][0]
     assert seen.any()
     names = env.observation_layout.names
     start = names.index("heard.words.0.0")
@@ -262,7 +275,7 @@ def test_the_state_holds_the_truth_and_the_beliefs():
     for _ in range(10):
         env.step(dict.fromkeys(env.agents, np.array([0.3, 0.4], np.float32)))
     state = dict(zip(env.state_layout.names, env.state(), strict=True))
-    believed = env._batch.cut._loop.controller.estimator.pose
+    believed = estimated_pose_of(env._env.loop.controller.minds)
     for k, agent in enumerate(env.possible_agents):
         x, y, theta = env.world.state.pose[k]
         named = {
@@ -309,7 +322,7 @@ def test_an_unknown_name_is_answered_with_the_nearest(options, says):
         ({"duration": 0.1}, "must be at least one tick"),
         ({"decision_period": 201}, "must be at most the 200 ticks"),
         ({"controller": "boids-static:setting=best"}, "setting="),
-        ({"controller": "boids-static:estimator=social_odometry"}, "is for robots that forage"),
+        ({"controller": "boids-static:estimator=social_odometry"}, "its estimator is not made for the task waypoints"),
     ],
 )
 def test_a_value_that_cannot_be_used_is_refused(options, says):

@@ -4,8 +4,8 @@ import pytest
 from matplotlib.text import Text
 
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.episode import Episode
-from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
+from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
+from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -26,7 +26,7 @@ def configure(controller="ssgikf", physics="kinematic", **settings):
     values = {"task.duration": 20.0}
     values |= {name.replace("_", ".", 1): value for name, value in settings.items()}
     scenario = find_scenario("es1", values)
-    return ExperimentConfig(controller, scenario, find_recipe(controller), physics)
+    return ExperimentConfig(controller, scenario, find_layered_controller(controller), physics)
 
 
 @pytest.fixture(name="configure")
@@ -37,7 +37,7 @@ def _configure():
 @pytest.fixture
 def episode():
     """A made-up one."""
-    return Episode(
+    return ForagingEpisode(
         scenario="es1",
         controller="ssgikf",
         seed=3,
@@ -71,7 +71,10 @@ def measures():
         "machine": {"python": "3.11", "cores": 2},
         "speeds": cases,
         "stages": [{"case": "es1 x 30", "physics": "kinematic", "shares": shares}],
-        "dictionaries": {"rigid": 2e5, "kinematic": 1e5},
+        "threads": [
+            {"physics": "kinematic", "threads": 2, "gain": 1.8},
+            {"physics": "rigid", "threads": 2, "gain": 1.2},
+        ],
         "start_up_s": {"import": 0.5, "help": 0.5, "list": 3.0},
         "memory": {"ticks": 1000, "peak_mb": 200.0, "growth_mb": 0.0},
         "peak_memory_mb": 300.0,

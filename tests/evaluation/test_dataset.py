@@ -12,10 +12,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation.dataset import Dataset, schema
-from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
-from baselines.evaluation.kinds import FORAGING
+from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.foraging.episode import FORAGING_EPISODE
+from swarm_forage_env.foraging.scenario import Scenario
 
 
 @pytest.fixture
@@ -43,8 +43,8 @@ def test_the_largest_seed_is_kept(dataset, configuration, episode):
 
 
 def test_a_name_cannot_lead_out_of_the_folder(dataset, episode):
-    recipe = find_recipe("nc")
-    configuration = ExperimentConfig("nc", Scenario(name="../../a=b/ä"), recipe)
+    controller = find_layered_controller("nc")
+    configuration = ExperimentConfig("nc", Scenario(name="../../a=b/ä"), controller)
     dataset.keep(configuration, [episode])
     assert dataset.find(configuration, 3)
     assert pq.read_table(dataset.folder)["scenario"].to_pylist() == ["../../a=b/ä"]
@@ -54,7 +54,7 @@ def test_a_name_cannot_lead_out_of_the_folder(dataset, episode):
 def test_pyarrow_reads_the_folder_as_one_table(dataset, configure, file, episode):
     dataset.keep(configure("ssgiff:beta=0.02"), [replace(episode, seed=9)])
     table = pq.read_table(dataset.folder).sort_by("seed")
-    assert set(table.column_names) == {*schema(FORAGING).names, "scenario", "controller"}
+    assert set(table.column_names) == {*schema(FORAGING_EPISODE).names, "scenario", "controller"}
     columns = table.to_pydict()
     assert columns["controller"] == ["ssgikf", "ssgiff"]
     assert columns["seed"] == [3, 9]
@@ -95,7 +95,7 @@ def flipped(content, row):
 
 def table_of(**columns):
     def damage(content, row):
-        changed = pa.Table.from_pylist([row | columns], schema(FORAGING))
+        changed = pa.Table.from_pylist([row | columns], schema(FORAGING_EPISODE))
         sink = pa.BufferOutputStream()
         pq.write_table(changed, sink)
         return sink.getvalue().to_pybytes()
@@ -105,13 +105,15 @@ def table_of(**columns):
 
 def without_column(content, row):
     sink = pa.BufferOutputStream()
-    pq.write_table(pa.Table.from_pylist([row], schema(FORAGING)).drop_columns("messages"), sink)
+    pq.write_table(
+        pa.Table.from_pylist([row], schema(FORAGING_EPISODE)).drop_columns("messages"), sink
+    )
     return sink.getvalue().to_pybytes()
 
 
 def two_rows(content, row):
     sink = pa.BufferOutputStream()
-    pq.write_table(pa.Table.from_pylist([row, row], schema(FORAGING)), sink)
+    pq.write_table(pa.Table.from_pylist([row, row], schema(FORAGING_EPISODE)), sink)
     return sink.getvalue().to_pybytes()
 
 

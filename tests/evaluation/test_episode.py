@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from baselines.evaluation.episode import run_episodes
-from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.loop import Loop
 
 
 def run(configuration, seeds):
     episodes = run_episodes(
-        configuration.scenario, configuration.recipe, seeds, configuration.physics
+        configuration.scenario, configuration.controller, seeds, configuration.physics
     )
     return [replace(episode, wall_s=0.0) for episode in episodes]
 
@@ -44,7 +44,7 @@ def test_the_localisation_error_is_sampled_once_a_second(configure):
     """The same mean, from the poses and beliefs themselves."""
     configuration = configure(task_duration=60.0)
     scenario = configuration.scenario
-    loop = ControlLoop(scenario, configuration.recipe, [3], configuration.physics)
+    loop = Loop(scenario, configuration.controller, [3], configuration.physics)
     errors = []
     for tick in range(1, scenario.n_ticks + 1):
         loop.step()
@@ -56,7 +56,7 @@ def test_the_localisation_error_is_sampled_once_a_second(configure):
 
 
 def believed_minus_true(loop):
-    situation, truth = loop.controller.estimator.situation, loop.world.areas
+    situation, truth = loop.situation, loop.world.areas
     for i, (x, y, heading) in enumerate(loop.world.state.pose):
         turn = np.array([[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]])
         for area in np.flatnonzero(situation.known[i]):

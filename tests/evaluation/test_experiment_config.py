@@ -7,7 +7,11 @@ import sys
 
 import pytest
 
-from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe, parse_settings
+from baselines.evaluation.experiment_config import (
+    ExperimentConfig,
+    find_layered_controller,
+    parse_settings,
+)
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
 
@@ -26,7 +30,7 @@ def test_everything_but_the_seed_changes_the_key(configure):
 
 
 def test_a_default_that_is_spelt_out_changes_nothing(configure):
-    beta = configure("ssgiff").recipe.parameters["weighting.beta"]
+    beta = configure("ssgiff").controller.parameters["weighting.beta"]
     assert configure(f"ssgiff:beta={beta}").key == configure("ssgiff").key
     assert configure("ssgiff:weighting.beta=0.02").key == configure("ssgiff:beta=0.020").key
 
@@ -38,8 +42,18 @@ def test_what_was_changed_is_told_as_json(configure):
     assert json.loads(configuration.settings)["scenario"]["radio"]["loss_far"] == 0.6
 
 
+def test_another_layer_is_told_by_its_name_and_makes_another_key(configure):
+    plain, other = configure("boids-goal"), configure("boids-goal:estimator=dead_reckoning")
+    assert json.loads(other.parameters) == {"estimator": "dead_reckoning"}
+    assert json.loads(plain.settings)["controller"]["estimator"] == "decentralised_ekf"
+    assert json.loads(other.settings)["controller"]["estimator"] == "dead_reckoning"
+    assert other.key != plain.key
+
+
 def test_a_named_scenario_and_controller_change_nothing():
-    configuration = ExperimentConfig("ssgiff", find_scenario("es2"), find_recipe("ssgiff"))
+    configuration = ExperimentConfig(
+        "ssgiff", find_scenario("es2"), find_layered_controller("ssgiff")
+    )
     assert (configuration.overrides, configuration.parameters) == ("{}", "{}")
 
 
@@ -102,7 +116,7 @@ def test_a_setting_given_twice_is_refused():
 
 def test_another_process_tells_the_same_overrides():
     """A worker has imported no scenarios when it is handed its configuration."""
-    configuration = ExperimentConfig("nc", find_scenario("es2"), find_recipe("nc"))
+    configuration = ExperimentConfig("nc", find_scenario("es2"), find_layered_controller("nc"))
     program = "import pickle, sys; print(pickle.load(sys.stdin.buffer).overrides)"
     told = subprocess.run(
         [sys.executable, "-c", program],

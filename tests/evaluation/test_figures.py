@@ -158,7 +158,7 @@ def test_a_table_crosses_motion_with_localisation_and_names_what_it_leaves_out(k
 @pytest.fixture
 def evaluated(dataset, configuration):
     """One episode of es1 over 20 s, truly run."""
-    run = run_episodes(configuration.scenario, configuration.recipe, [3], "kinematic")
+    run = run_episodes(configuration.scenario, configuration.controller, [3], "kinematic")
     dataset.keep(configuration, run)
     return str(dataset.folder), run[0]
 

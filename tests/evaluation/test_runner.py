@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.runner import MAX_ROWS, Plan, evaluate
 
 
@@ -29,6 +30,17 @@ def test_the_number_of_workers_changes_nothing(configure, tmp_path, workers):
     ]
 
 
+def test_the_number_of_threads_changes_nothing(configure, dataset):
+    configuration = configure(physics="rigid")
+    (first,) = Plan([configuration], range(4), dataset).blocks(workers=1, threads=9)[:1]
+    assert len(first.seeds) == 2, "blocks are for all workers, however many threads"
+    alone, shared = (
+        run_episodes(configuration.scenario, configuration.controller, range(4), "rigid", threads)
+        for threads in (1, 3)
+    )
+    assert timeless(shared) == timeless(alone)
+
+
 def test_what_is_kept_is_not_run_again(configure, dataset, monkeypatch):
     first = evaluate([configure()], range(3), dataset)
     progress = []
@@ -49,7 +61,7 @@ def test_every_episode_is_kept(configure, dataset):
 
 
 def test_one_configuration_under_two_names_runs_once(configure, dataset):
-    beta = configure("ssgiff").recipe.parameters["weighting.beta"]
+    beta = configure("ssgiff").controller.parameters["weighting.beta"]
     progress = []
     episodes = evaluate(
         [configure("ssgiff"), configure(f"ssgiff:beta={beta}")],

@@ -9,16 +9,18 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
-from baselines.evaluation.kinds import FORAGING, WAYPOINTS, kind_of
+from baselines.evaluation.episode import kind_of_episode, run_episodes
+from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from baselines.evaluation.tables import report, to_csv, to_json
-from baselines.evaluation.waypoint_episode import (
+from swarm_forage_env.foraging.episode import FORAGING_EPISODE
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.task import task_of
+from swarm_forage_env.waypoints.episode import (
+    WAYPOINT_EPISODE,
     WaypointEpisode,
     WaypointErrorMeter,
-    run_waypoint_episodes,
 )
-from swarm_forage_env.loop import WaypointsLoop
-from swarm_forage_env.scenarios import find_scenario
 
 METRICS = {
     "covariance_norm",
@@ -32,12 +34,12 @@ METRICS = {
 def configuration_of(controller="boids-adaptive", scenario="waypoints-10", **task):
     numbers = {f"task.{name}": value for name, value in task.items()}
     chosen = find_scenario(scenario, numbers)
-    return ExperimentConfig(controller, chosen, find_recipe(controller), "kinematic")
+    return ExperimentConfig(controller, chosen, find_layered_controller(controller), "kinematic")
 
 
 def run(configuration, seeds):
-    episodes = run_waypoint_episodes(
-        configuration.scenario, configuration.recipe, seeds, configuration.physics
+    episodes = run_episodes(
+        configuration.scenario, configuration.controller, seeds, configuration.physics
     )
     return [replace(episode, wall_s=0.0) for episode in episodes]
 
@@ -94,37 +96,36 @@ def test_without_a_claim_there_is_no_rate_of_success():
 def test_the_numbers_are_those_of_the_world_and_the_beliefs():
     configuration = configuration_of(scenario="waypoints-10-authors")
     scenario = configuration.scenario
-    loop = WaypointsLoop(scenario, configuration.recipe, [3, 4], "kinematic")
+    loop = Loop(scenario, configuration.controller, [3, 4], "kinematic")
     norms, errors = [], []
+    belief, robots = loop.controller.minds["estimator"]["belief"], loop.world.robots
     for _ in range(scenario.n_ticks):
         loop.step()
-        estimator = loop.controller.estimator
-        norms.append(np.linalg.norm(estimator.P, 2, axis=(1, 2)))
-        off = estimator.pose[:, :2] - loop.world.state.pose[:, :2]
-        errors.append(np.linalg.norm(off, axis=1))
-    loop.world.judge(estimator.claim)
+        norms.append(np.linalg.norm(belief["P"], 2, axis=(2, 3)))
+        off = belief["pose"][:, :, :2] - robots["pose"][:, :, :2]
+        errors.append(np.linalg.norm(off, axis=2))
+    loop.world.judge(loop.situation.arrived)
     for world, episode in enumerate(run(configuration, [3, 4])):
-        rows = slice(10 * world, 10 * world + 10)
-        right, wrong = loop.world.state.right[rows].sum(), loop.world.state.wrong[rows].sum()
+        right, wrong = robots["right"][world].sum(), robots["wrong"][world].sum()
         assert episode.goals_per_robot == right / 10
         assert episode.false_goals_per_robot == wrong / 10
         assert episode.success_rate == right / (right + wrong)
         samples = 10 * (200 + 2)
-        norm, off = np.array(norms)[:, rows], np.array(errors)[:, rows]
+        norm, off = np.array(norms)[:, world], np.array(errors)[:, world]
         assert episode.covariance_norm == pytest.approx(norm.sum() / samples)
         assert episode.position_error_m == pytest.approx(off.sum() / samples)
         assert episode.largest_error_m == pytest.approx(off.max())
-    assert loop.world.state.right.sum() > 5
+    assert robots["right"].sum() > 5
 
 
 def test_claims_of_the_last_tick_count():
     configuration = configuration_of(scenario="waypoints-50")
-    loop = WaypointsLoop(configuration.scenario, configuration.recipe, range(8), "kinematic")
+    loop = Loop(configuration.scenario, configuration.controller, range(8), "kinematic")
     for _ in range(200):
         loop.step()
-    state = loop.world.state
-    before = (state.right + state.wrong).sum()
-    last = loop.controller.estimator.claim.sum()
+    robots = loop.world.robots
+    before = (robots["right"] + robots["wrong"]).sum()
+    last = loop.situation.arrived.sum()
     episodes = run(configuration, range(8))
     claims = sum(each.goals_per_robot + each.false_goals_per_robot for each in episodes)
     assert last > 0
@@ -132,16 +133,16 @@ def test_claims_of_the_last_tick_count():
 
 
 def test_a_meter_adds_up_each_world_for_itself():
-    loop = WaypointsLoop(find_scenario("waypoints-05"), find_recipe("boids-goal"), [0, 1])
-    estimator = loop.controller.estimator
-    estimator.pose[:] = loop.world.state.pose
-    estimator.pose[5:7, 0] += [0.3, -0.6]
-    estimator.P[:5] = np.diag([1.0, 3.0, 2.0])
-    estimator.P[5:] = np.diag([0.5, 0.2, 0.1])
+    loop = Loop(find_scenario("waypoints-05"), find_layered_controller("boids-goal"), [0, 1])
+    minds = loop.controller.minds["estimator"]
+    minds["belief"]["pose"] = loop.world.robots["pose"]
+    minds["belief"]["pose"][1, :2, 0] += [0.3, -0.6]
+    minds["covariance_norm"][0], minds["covariance_norm"][1] = 3.0, 0.5
     meter = WaypointErrorMeter(2)
     meter.sample(loop)
     meter.sample(loop)
-    np.testing.assert_allclose(meter.sums, [[30.0, 0.0], [5.0, 1.8]], atol=1e-9)
+    np.testing.assert_allclose(meter.norms, [30.0, 5.0], atol=1e-9)
+    np.testing.assert_allclose(meter.errors, [0.0, 1.8], atol=1e-9)
     np.testing.assert_allclose(meter.largest, [0.0, 0.6])
 
 
@@ -172,11 +173,11 @@ def test_an_episode_of_foraging_in_its_place_is_set_aside(dataset, waypoint_epis
 
 
 def test_the_kind_of_a_scenario_is_that_of_its_episodes(waypoint_episode, episode):
-    assert kind_of(find_scenario("waypoints-05")) is WAYPOINTS
-    assert kind_of(waypoint_episode) is WAYPOINTS
-    assert kind_of(find_scenario("es1")) is FORAGING
-    assert kind_of(episode) is FORAGING
-    for kind in (WAYPOINTS, FORAGING):
+    assert task_of(find_scenario("waypoints-05")).episode is WAYPOINT_EPISODE
+    assert kind_of_episode(waypoint_episode) is WAYPOINT_EPISODE
+    assert task_of(find_scenario("es1")).episode is FORAGING_EPISODE
+    assert kind_of_episode(episode) is FORAGING_EPISODE
+    for kind in (WAYPOINT_EPISODE, FORAGING_EPISODE):
         assert {kind.score, *kind.columns} <= set(kind.episode.__dataclass_fields__)
 
 

@@ -34,5 +34,5 @@ def test_rules_stand_side_by_side_and_share_the_scale():
 
 
 def test_what_a_message_costs_is_added_to_what_the_partner_went():
-    plain, wary = (shown(drawn(name))[0] for name in ("ssgiff", "dsgiff-wary"))
+    plain, wary = (shown(drawn(name))[0] for name in ("ssgiff", "dsgiff-penalised"))
     np.testing.assert_allclose(wary[:-20], plain[20:])  # 4 m

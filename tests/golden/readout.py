@@ -18,7 +18,6 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.gymnasium_env import LearnerEnv
-from swarm_forage_env.foraging.metrics import total
 from swarm_forage_env.foraging.views import received
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows

@@ -9,23 +9,50 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy import stats
 
-from swarm_forage_env.kernels.frames import wrap
-from swarm_forage_env.kernels.steering import seek
-from swarm_forage_env.kernels.waypoints import (
+from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.equations.steering import seek
+from swarm_forage_env.record import rows as as_rows
+from swarm_forage_env.waypoints.dynamics import (
     draw_devices,
-    drive_within_limits,
-    fix_at_home,
-    judge_claims,
+    drive,
+    judge_claim,
     limited,
-    measure_motion,
     place_at_home,
-    see_each_other,
     turn_then_go,
 )
-from swarm_forage_env.scenario import record
-from swarm_forage_env.waypoints_scenario import Create
+from swarm_forage_env.waypoints.records import (
+    ENCODER,
+    GOAL,
+    LANDMARK,
+    LIDAR,
+    RobotState,
+    Sighting,
+    WorldState,
+)
+from swarm_forage_env.waypoints.scenario import WaypointsScenario
+from swarm_forage_env.waypoints.sensors import fix_at_home, measure_motion
+from swarm_forage_env.waypoints.tick import sense_first
+from swarm_forage_env.waypoints.world import write_numbers
 
-LIMITS = record(**Create().model_dump())
+
+def world_with(**numbers):
+    """The numbers of the default scenario, with some of them changed."""
+    worlds = as_rows(WorldState.array((1,)))
+    write_numbers(WaypointsScenario(), worlds[0])
+    for name, value in numbers.items():
+        worlds[0][name] = value
+    return worlds[0]
+
+
+def robots_with(rows, **columns):
+    """Robots of which some fields are given."""
+    robots = as_rows(RobotState.array((rows,)))
+    for name, values in columns.items():
+        robots[name] = values
+    return robots
+
+
+WORLD = world_with()
 DT = 0.5
 
 SPEEDS = st.floats(0.01, 0.5)
@@ -48,20 +75,20 @@ METRES = st.floats(-10.0, 10.0)
         (0.3, 0.04, 0.04, (0.4, math.pi / 4.0)),
     ],
 )
-def test_a_pull_changes_speed_by_its_share_and_course_by_its_angle_within_limits(
+def test_an_acceleration_changes_speed_by_its_share_and_course_by_its_angle_within_limits(
     speed, ahead, left, expected
 ):
-    assert limited(speed, ahead, left, LIMITS, DT) == pytest.approx(expected)
+    assert limited(speed, ahead, left, WORLD) == pytest.approx(expected)
 
 
 @given(SPEEDS)
-def test_no_pull_keeps_speed_and_course(speed):
-    assert limited(speed, 0.0, 0.0, LIMITS, DT) == (speed, 0.0)
+def test_no_acceleration_keeps_speed_and_course(speed):
+    assert limited(speed, 0.0, 0.0, WORLD) == (speed, 0.0)
 
 
 @given(SPEEDS, SHARES, SHARES)
-def test_no_pull_leads_out_of_the_limits(speed, ahead, left):
-    fast, turn = limited(speed, ahead, left, LIMITS, DT)
+def test_no_acceleration_leads_out_of_the_limits(speed, ahead, left):
+    fast, turn = limited(speed, ahead, left, WORLD)
     assert 0.01 <= fast <= 0.5
     assert -1.0 <= turn <= 1.0
 
@@ -88,37 +115,45 @@ def test_a_tick_covers_its_speed_times_its_time_in_the_new_direction(x, y, theta
     assert -math.pi <= after[2] < math.pi
 
 
-def test_every_robot_drives_by_its_own_pull_and_its_motion_is_what_it_did():
+def test_every_robot_drives_by_its_own_command_and_its_motion_is_what_it_did():
     pose = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, math.pi / 2]])
-    motion = np.array([[0.5, 0.3], [0.2, 0.0]])
-    pull = np.array([[0.0, 0.0], [0.04, 0.04]], np.float32)
-    drive_within_limits(pull, LIMITS, DT, pose, motion)
-    assert_allclose(motion, [[0.5, 0.0], [0.3, math.pi / 4]], atol=1e-7)
+    robots = robots_with(2, pose=pose, motion=[[0.5, 0.3], [0.2, 0.0]])
+    robots.command.acceleration[:] = [[0.0, 0.0], [0.04, 0.04]]
+    for robot in robots:
+        drive(robot, WORLD)
+    assert_allclose(robots.motion, [[0.5, 0.0], [0.3, math.pi / 4]], atol=1e-7)
     heading = math.pi / 2 + math.pi / 8
     there = [1.0 + 0.15 * math.cos(heading), 1.0 + 0.15 * math.sin(heading), heading]
-    assert_allclose(pose, [[0.25, 0.0, 0.0], there], atol=1e-7)
+    assert_allclose(robots.pose, [[0.25, 0.0, 0.0], there], atol=1e-7)
 
 
 def test_wheels_and_gyro_have_their_own_bias_and_noise(fresh, believable):
     rows = 20_000
-    motion = np.tile([0.4, -0.3], (rows, 1))
-    deviation, bias = np.tile([0.05, 0.02], (rows, 1)), np.tile([0.01, -0.05], (rows, 1))
-    found = np.empty((rows, 2), np.float32)
-    measure_motion(motion, deviation, bias, fresh(rows), found)
-    errors = (found - motion - bias) / deviation
+    robots = robots_with(rows, motion=[0.4, -0.3], deviation=[0.05, 0.02], bias=[0.01, -0.05])
+    robots.streams[:, ENCODER] = fresh(rows)
+    for robot in robots:
+        measure_motion(robot)
+    errors = (robots.readings.motion - robots.motion - robots.bias) / robots.deviation
     for error in errors.T:
         believable(stats.kstest(error, stats.norm.cdf).pvalue)
     assert abs(np.corrcoef(errors.T)[0, 1]) < 4.0 / math.sqrt(rows)
 
 
-def sights(pose, n_robots, streams, reach=1.0, range_noise=0.01, bearing_noise=0.02):
-    """Who is seen, at which range and bearing."""
+def sights(pose, n_robots, streams, **numbers):
+    """Who is seen, at which range and bearing, in worlds of so many robots."""
     pose = np.array(pose, float)
+    robots = RobotState.array((len(pose) // n_robots, n_robots))
+    robots["pose"] = pose.reshape(*robots.shape, 3)
+    robots["streams"][..., LIDAR] = streams.reshape(robots.shape)
+    found = Sighting.array((*robots.shape, n_robots))
+    for name in ("seen", "range", "bearing"):
+        found[name] = 1
+    worlds = WorldState.array((len(robots),))
+    worlds[:] = np.array(world_with(**numbers))
+    sense_first(robots, found, worlds, 0, len(robots))
+    streams[:] = robots["streams"][..., LIDAR].reshape(-1)
     shape = len(pose), n_robots
-    seen, far = np.ones(shape, np.bool_), np.ones(shape, np.float32)
-    bearing = np.ones(shape, np.float32)
-    see_each_other(pose, n_robots, reach, range_noise, bearing_noise, streams, seen, far, bearing)
-    return seen, far, bearing
+    return tuple(found[name].reshape(shape) for name in ("seen", "range", "bearing"))
 
 
 def test_range_and_bearing_are_normal_about_the_truth_for_each_robot_alone(fresh, believable):
@@ -214,11 +249,13 @@ def test_what_is_not_seen_holds_zeros_and_draws_nothing_when_far(fresh):
     assert np.all(streams != before)
 
 
-def fixes(pose, streams, reach=1.0, noise=0.001):
-    pose = np.array(pose, float)
-    at_home, fix = np.zeros(len(pose), np.bool_), np.ones((len(pose), 3), np.float32)
-    fix_at_home(pose, reach, noise, streams, at_home, fix)
-    return at_home, fix
+def fixes(pose, streams, noise=0.001):
+    robots = robots_with(len(pose), pose=pose)
+    robots.readings.home_fix[:] = 1.0
+    robots.streams[:, LANDMARK] = streams
+    for robot in robots:
+        fix_at_home(robot, world_with(home_noise=noise))
+    return robots.readings.at_home, robots.readings.home_fix
 
 
 def test_home_tells_the_pose_within_reach_and_zeros_beyond(fresh):
@@ -241,13 +278,14 @@ def test_the_fix_is_normal_about_the_pose(fresh, believable):
 
 def judged(claim, pose, goal, streams, tolerance=0.2, half_side=5.0):
     """Counters of right and wrong claims, rewards and goals afterwards."""
-    rows = len(claim)
-    right, wrong = np.full(rows, 3, np.int32), np.full(rows, 4, np.int32)
-    reward, goal = np.full(rows, 9.0, np.float32), np.array(goal, float)
-    pose = np.array(pose, float)
-    claim = np.array(claim)
-    judge_claims(claim, pose, tolerance, half_side, streams, goal, right, wrong, reward)
-    return right.tolist(), wrong.tolist(), reward.tolist(), goal
+    robots = robots_with(len(claim), pose=pose, goal=goal, right=3, wrong=4, reward=9.0)
+    robots.command.claim[:] = claim
+    robots.streams[:, GOAL] = streams
+    world = world_with(tolerance=tolerance, half_side=half_side)
+    for robot in robots:
+        judge_claim(robot, world)
+    streams[:] = robots.streams[:, GOAL]
+    return robots.right.tolist(), robots.wrong.tolist(), robots.reward.tolist(), robots.goal
 
 
 def test_a_claim_is_right_within_the_tolerance_and_only_claimers_get_new_goals(fresh):
@@ -280,18 +318,23 @@ def test_new_goals_are_uniform_in_the_square(fresh, believable):
 
 def test_robots_start_about_home_and_their_first_goals_are_ahead_in_x_and_y(fresh, believable):
     rows = 5000
-    pose, goal = np.empty((rows, 3)), np.empty((rows, 2))
-    place_at_home(1.0, 1.0, 5.0, fresh(rows, 1), fresh(rows, 2), pose, goal)
-    for axis, half in zip(pose.T, (1.0, 1.0, math.pi), strict=True):
+    robots, places = robots_with(rows), fresh(rows, 1)
+    robots.streams[:, GOAL] = fresh(rows, 2)
+    for i, robot in enumerate(robots):
+        place_at_home(robot, WORLD, places, i)
+    for axis, half in zip(robots.pose.T, (1.0, 1.0, math.pi), strict=True):
         believable(stats.kstest(axis, stats.uniform(-half, 2.0 * half).cdf).pvalue)
-    for axis in goal.T:
+    for axis in robots.goal.T:
         believable(stats.kstest(axis, stats.uniform(1.0, 4.0).cdf).pvalue)
+    assert_array_equal(robots.motion, np.tile([0.5, 0.0], (rows, 1)))
 
 
 def devices(noise, bias, spread, streams):
-    deviation, error = np.empty((len(streams), 2)), np.empty((len(streams), 2))
-    draw_devices(np.array(noise), np.array(bias), spread, streams, deviation, error)
-    return deviation, error
+    robots = robots_with(len(streams))
+    world = world_with(noise=noise, bias=bias, spread=spread)
+    for i, robot in enumerate(robots):
+        draw_devices(robot, world, streams, i)
+    return robots.deviation, robots.bias
 
 
 def test_devices_differ_in_noise_by_the_spread_and_in_bias_by_its_deviation(fresh, believable):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from baselines.evaluation.episode import Episode
+from swarm_forage_env.foraging.episode import ForagingEpisode
 
 
 def make(experiment, seed, trips=100, **numbers):
@@ -22,7 +22,7 @@ def make(experiment, seed, trips=100, **numbers):
         "on_path_over_time": (0.0, 0.25, 0.5, 0.75),
         "recruited_at_s": (100.0, 200.0, 300.0, 400.0),
     }
-    return Episode(experiment.scenario, experiment.controller, seed, **values | numbers)
+    return ForagingEpisode(experiment.scenario, experiment.controller, seed, **values | numbers)
 
 
 def episodes(experiment, trips, **numbers):

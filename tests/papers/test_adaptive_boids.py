@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from baselines.evaluation.waypoint_episode import WaypointEpisode
 from baselines.papers import adaptive_boids, boids_foraging
 from baselines.papers.adaptive_boids import (
     ESTIMATORS,
@@ -22,6 +21,7 @@ from baselines.papers.adaptive_boids import (
     published,
 )
 from baselines.papers.paper import PAPERS
+from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 EPISODE = WaypointEpisode(
     "waypoints-10-authors", "boids-goal", 0, "kinematic", 10, 100.0,
@@ -102,4 +102,4 @@ def test_every_experiment_of_a_paper_can_be_set_up(paper):
     made = PAPERS[name]()
     for experiment in made.experiments:
         configuration = experiment.configuration(None)
-        assert configuration.recipe.runs_on(configuration.scenario)
+        assert configuration.controller.supports(configuration.scenario)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-import baselines.recipes  # noqa: F401 the controllers, also where no package is installed
+import baselines.controllers  # noqa: F401 the controllers, also where no package is installed
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 NEEDS = {"rllib": ("ray",), "torchrl": ("torchrl", "benchmarl")}

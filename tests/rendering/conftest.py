@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-import baselines.recipes  # noqa: F401 the controllers, also where no package is installed
+import baselines.controllers  # noqa: F401 the controllers, also where no package is installed
 from swarm_forage_env.scenarios import find_scenario
 
 

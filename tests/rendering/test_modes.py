@@ -8,8 +8,8 @@ from numpy.testing import assert_array_equal
 from pettingzoo.test import render_test
 
 from swarm_forage_env import env, parallel_env
-from swarm_forage_env.envs.cuts import CUTS
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.rendering import view
 
 few = {"task.n_robots": 4, "task.duration": 3.0}
@@ -25,7 +25,7 @@ def test_pettingzoo_accepts_both_render_modes():
     render_test(lambda **mode: env(**few, **mode))
 
 
-@pytest.mark.parametrize("learn", list(CUTS))
+@pytest.mark.parametrize("learn", list(LEARNABLE))
 def test_a_frame_is_an_array_of_colours_whatever_is_learned(learn):
     made = parallel_env("es1", learn=learn, render_mode="rgb_array", **few)
     made.reset(seed=1)
@@ -78,7 +78,7 @@ def test_nothing_is_loaded_until_somebody_looks(process_free_of_pygame):
 
 
 def test_waypoints_have_no_picture():
-    with pytest.raises(ConfigError, match="'waypoints-05': only scenarios in which robots forage"):
+    with pytest.raises(ConfigError, match="'waypoints-05': the task waypoints has no drawing"):
         parallel_env("waypoints-05", render_mode="rgb_array")
 
 

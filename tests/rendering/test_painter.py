@@ -10,9 +10,10 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
-from swarm_forage_env.rendering.scene import LOST, TALKING, TO_THE_NEST, Scene, stage_of
 from swarm_forage_env.rendering.view import frame_of
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.scene import LOST, TALKING, TO_THE_NEST, Scene
+from swarm_forage_env.task import stage_of
 
 STAGE = stage_of(find_scenario("es1"), "ssgikf")
 

@@ -1,39 +1,36 @@
 """A scene holds what is true, what is believed and who was heard, in the world frame."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.loop import ControlLoop
-from swarm_forage_env.metrics import localisation_error
-from swarm_forage_env.rendering.scene import (
+from swarm_forage_env.foraging.metrics import localisation_error
+from swarm_forage_env.foraging.task import FORAGING
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.scene import (
     EXPLORING,
     LOST,
     TALKING,
     TO_THE_NEST,
     TO_THE_PREY,
-    scene_of,
-    stage_of,
 )
-from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.task import stage_of
 
 
 @pytest.fixture
 def loop(busy):
     """Two worlds of ten robots after two and a half minutes."""
-    found = ControlLoop(busy, find_controller("ssgikf"), [1, 2])
+    found = Loop(busy, find_controller("ssgikf"), [1, 2])
     for _ in range(1500):
         found.step()
     return found
 
 
 def scenes(loop):
-    beliefs = loop.controller.estimator.situation
-    return [scene_of(loop.world, beliefs, which) for which in range(2)]
+    return [loop.scene(which) for which in range(2)]
 
 
 def test_a_stage_holds_the_numbers_of_its_scenario():
@@ -58,7 +55,7 @@ def test_a_scene_is_the_truth_about_its_own_world(loop):
 
 
 def test_beliefs_are_as_far_off_as_the_localisation_error_says(loop):
-    beliefs, world = loop.controller.estimator.situation, loop.world
+    beliefs, world = loop.situation, loop.world
     error = localisation_error(world.state.pose, beliefs.areas, beliefs.known, world.areas)
     known = np.concatenate([scene.known for scene in scenes(loop)])
     believed = np.concatenate([scene.believed for scene in scenes(loop)])
@@ -71,13 +68,13 @@ def test_beliefs_are_as_far_off_as_the_localisation_error_says(loop):
 
 
 def test_messages_are_pairs_of_sender_and_receiver_of_one_world(loop):
-    heard = loop.world.feedback.heard
-    while not (heard.valid[:10].any() and heard.valid[10:].any()):
-        heard = loop.step().heard
+    heard = loop.world.robots["heard"]
+    while not heard["n"].any(axis=1).all():
+        loop.step()
     for which, scene in enumerate(scenes(loop)):
-        rows = slice(10 * which, 10 * which + 10)
-        receivers, slots = np.nonzero(heard.valid[rows])
-        senders = heard.sender[rows][receivers, slots]
+        n_slots = heard["sender"].shape[2]
+        receivers, slots = np.nonzero(np.arange(n_slots) < heard["n"][which][:, None])
+        senders = heard["sender"][which][receivers, slots]
         pairs = set(zip(senders.tolist(), receivers.tolist(), strict=True))
         assert {tuple(pair) for pair in scene.messages.tolist()} == pairs
         assert len(scene.messages) == len(pairs)
@@ -88,19 +85,20 @@ def test_messages_are_pairs_of_sender_and_receiver_of_one_world(loop):
 
 
 def test_a_robot_is_doing_what_it_believes_to_do(loop):
-    state, situation = loop.world.state, loop.controller.estimator.situation
-    goal, talking = np.full(20, -1, np.int8), np.zeros(20, np.bool_)
-    goal[:3], talking[2] = [0, 1, 1], True
-    state.lost_events[:10], state.known[:10] = 0, False
-    state.lost_events[[3, 4, 0]] = 1
-    state.known[4, 1] = True
-    scene = scene_of(loop.world, replace(situation, goal=goal, talking=talking))
+    robots, situation = loop.world.robots[0], loop.controller.minds["estimator"]["situation"][0]
+    situation["goal"], situation["is_talking"] = -1, False
+    situation["goal"][:3], situation["is_talking"][2] = [0, 1, 1], True
+    robots["lost_events"], robots["known"] = 0, 0
+    robots["lost_events"][[3, 4, 0]] = 1
+    robots["known"][4, 1] = 1
+    scene = loop.scene()
     assert scene.doing[:5].tolist() == [TO_THE_NEST, TO_THE_PREY, TALKING, LOST, EXPLORING]
 
 
-def test_without_beliefs_a_robot_goes_where_the_task_sends_it(loop):
-    loop.world.state.leg[:3] = 0, 1, 2
-    scene = scene_of(loop.world, None)
+def test_without_beliefs_a_robot_goes_where_the_task_sends_it(busy):
+    loop = Loop(busy, FORAGING.no_layers, [1])
+    loop.world.robots["leg"][0, :3] = 0, 1, 2
+    scene = loop.scene()
     assert scene.doing[:3].tolist() == [EXPLORING, TO_THE_PREY, TO_THE_NEST]
     assert not scene.known.any()
     assert not scene.believed.any()
@@ -118,5 +116,5 @@ def test_a_scene_stays_as_it_is(loop):
 
 
 def test_waypoints_are_not_drawn():
-    with pytest.raises(ConfigError, match="'waypoints-05': only scenarios in which robots forage"):
+    with pytest.raises(ConfigError, match="'waypoints-05': the task waypoints has no drawing"):
         stage_of(find_scenario("waypoints-05"), "boids-adaptive")

@@ -5,11 +5,11 @@ import pytest
 
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.rendering import window as windows
 from swarm_forage_env.rendering.layout import Layout
-from swarm_forage_env.rendering.scene import scene_of, stage_of
 from swarm_forage_env.rendering.window import Window
+from swarm_forage_env.task import stage_of
 
 
 class Clock:
@@ -41,10 +41,10 @@ def clock(monkeypatch):
 
 @pytest.fixture(scope="module")
 def scenes(busy):
-    loop = ControlLoop(busy, find_controller("ssgikf"), [1])
+    loop = Loop(busy, find_controller("ssgikf"), [1])
     found = []
     for _ in range(60):
-        found.append(scene_of(loop.world, loop.controller.estimator.situation))
+        found.append(loop.scene())
         loop.step()
     return found
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.foraging.scenario import Scenario
 from training.checkpoint import BEST_POLICY, CHECKPOINT
 from training.experiment import Experiment
 from training.learned_weighting import NETWORK, unflatten, weighting_network_shapes

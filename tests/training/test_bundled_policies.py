@@ -4,8 +4,8 @@ import pytest
 
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.scenarios import find_foraging
-from training.controllers import RECIPES
+from swarm_forage_env.scenarios import find_scenario
+from training.controllers import NAMED
 from training.experiment import TEST_SEEDS
 from training.policy_file import BUNDLED, load_policy
 
@@ -32,9 +32,9 @@ def test_the_folder_of_bundled_policies_holds_policies_and_their_cards_only():
     assert files == {f"{name}{end}" for name in NAMES for end in (".safetensors", ".json")}
 
 
-@pytest.mark.parametrize("name", [recipe.name for recipe in RECIPES])
+@pytest.mark.parametrize("name", [controller.name for controller in NAMED])
 def test_every_learned_controller_beats_robots_that_do_not_communicate(name):
-    scenario, seeds = find_foraging("es1"), TEST_SEEDS[:3]
+    scenario, seeds = find_scenario("es1"), TEST_SEEDS[:3]
     learned, alone = (
         [each.round_trips for each in run_episodes(scenario, find_controller(who), seeds)]
         for who in (name, "nc")
@@ -48,7 +48,7 @@ def test_every_learned_controller_beats_robots_that_do_not_communicate(name):
 def test_the_learned_motion_makes_more_trips_than_subsumption_in_small_and_large_arenas(
     name, changes, gain
 ):
-    scenario, seeds = find_foraging(name, changes), TEST_SEEDS[:2]
+    scenario, seeds = find_scenario(name, changes), TEST_SEEDS[:2]
     learned, own = (
         sum(each.round_trips for each in run_episodes(scenario, find_controller(who), seeds))
         for who in ("learned-motion", "ssgiff")
@@ -60,7 +60,7 @@ def test_the_learned_motion_makes_more_trips_than_subsumption_in_small_and_large
     ("name", "changes", "worlds"), [("es1", {}, 2), ("es3", {"task.duration": "2400"}, 1)]
 )
 def test_both_together_make_more_trips_than_either_alone(name, changes, worlds):
-    scenario, seeds = find_foraging(name, changes), TEST_SEEDS[:worlds]
+    scenario, seeds = find_scenario(name, changes), TEST_SEEDS[:worlds]
     both, weighting, motion = (
         sum(each.round_trips for each in run_episodes(scenario, find_controller(who), seeds))
         for who in ("learned-both", "learned-weighting", "learned-motion")

@@ -71,7 +71,7 @@ def test_the_policy_kept_is_the_best_on_the_held_back_worlds(experiment):
 
 def test_the_search_starts_from_the_hand_written_rule(experiment):
     mine = experiment()
-    rollouts = CandidateRollouts(mine.scenarios_by_name, mine.recipe, mine.physics)
+    rollouts = CandidateRollouts(mine.scenarios_by_name, mine.base_controller, mine.physics)
     start = initial_mean(0, "weighting")[None].astype(np.float32)
     rule = np.zeros_like(start)
     rule[0, -2] = 0.001 / 0.01 - 1.0  # as ssgiff:beta=0.001
@@ -87,7 +87,7 @@ def test_the_search_starts_from_the_hand_written_rule(experiment):
 )
 def test_the_search_goes_on_from_a_learned_layer(experiment, layer, numbers_of):
     mine = experiment(layer=layer, controller="learned-both", budget=1, every=1)
-    shipped = numbers_of(load_policy(mine.recipe.layers[layer].policy))
+    shipped = numbers_of(load_policy(mine.base_controller.layers[layer].policy))
     _, start = initial_network(mine, layer)
     np.testing.assert_array_equal(start, shipped)
     policy = train(mine, silent)
@@ -125,7 +125,9 @@ def test_a_motion_is_searched_and_runs_as_a_controller(experiment):
 
 def test_a_candidate_motion_makes_the_trips_of_its_own_numbers(experiment):
     mine = experiment(layer="motion")
-    rollouts = CandidateRollouts(mine.scenarios_by_name, mine.recipe, mine.physics, layer="motion")
+    rollouts = CandidateRollouts(
+        mine.scenarios_by_name, mine.base_controller, mine.physics, layer="motion"
+    )
     two = np.random.default_rng(0).normal(0.0, 0.2, (2, 60)).astype(np.float32)
     both = rollouts.round_trips(two, range(6))["es1"]
     alone = [rollouts.round_trips(each[None], range(6))["es1"][0] for each in two]

@@ -1,19 +1,21 @@
 """DAgger: it learns from the true errors of estimates, and survives being killed."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
 
 from baselines.evaluation.episode import run_episodes
-from baselines.references.reference import Reference
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.loop import ControlLoop
-from swarm_forage_env.scenarios import find_foraging
+from swarm_forage_env.foraging.array_rules import ArrayWeighting
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.scenarios import find_scenario
 from training import dagger
 from training.actor_critic import WeightingActor
+from training.candidate_rollouts import CandidateWeighting
 from training.dagger import (
     HIDDEN,
     DAggerTraining,
@@ -26,18 +28,18 @@ from training.dagger import (
 )
 from training.learned_weighting import (
     LearnedWeighting,
-    NetworkWeighting,
     flatten,
     network_of,
+    network_weighting,
     weighting_network_shapes,
 )
-from training.policy_file import encounter_layout, load_policy
+from training.policy_file import load_policy, observation_layout
 
 OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 120.0}
-SCENARIO = find_foraging("es1", BUSY)
-LAYOUT = encounter_layout(SCENARIO)
+SCENARIO = find_scenario("es1", BUSY)
+LAYOUT = observation_layout("weighting", SCENARIO)
 SEEDS = 10_000, 10_001, 10_002
 
 
@@ -87,20 +89,17 @@ def test_the_gain_of_an_oracle_by_hand():
 
 
 def test_recording_changes_nothing():
-    recipe = find_controller("ssgiff")
-    weighting = RecordingWeighting(random_numbers(), LAYOUT)
-    seen = ControlLoop(
-        SCENARIO,
-        Reference(recipe.name, recipe.estimator, weighting, recipe.motion),
-        SEEDS,
-        "kinematic",
+    controller = find_controller("ssgiff")
+    recording = RecordingWeighting(random_numbers(), LAYOUT)
+    candidate = CandidateWeighting(random_numbers())
+    seen, alone = (
+        Loop(SCENARIO, replace(controller, weighting=weighting), SEEDS, "kinematic")
+        for weighting in (recording, candidate)
     )
-    alone = ControlLoop(SCENARIO, recipe, SEEDS, "kinematic")
-    alone.controller.weighting = NetworkWeighting(random_numbers()[None])
     for _ in range(SCENARIO.n_ticks):
         seen.step()
         alone.step()
-    assert len(seen.controller.weighting.exchanges) > 20
+    assert sum(map(len, recording.recorded)) > 20
     np.testing.assert_array_equal(seen.world.state.pose, alone.world.state.pose)
     assert alone.world.state.round_trips.any()
 
@@ -161,7 +160,7 @@ def test_a_fit_finds_out_who_is_right(imitating):
 
 
 def test_training_ends_with_the_best_policy_as_a_controller(imitating):
-    mine = imitating(controller="dsgiff-brisk")
+    mine = imitating(controller="dsgiff-frequent")
     policy = train(mine, silent)
     curve = policy.card.curve
     assert [point.step for point in curve] == [0, 1, 2]
@@ -195,11 +194,11 @@ def test_the_network_in_training_is_the_one_that_runs(imitating, exchanges, monk
     seen = LAYOUT.encounter(exchanges.observed)
     with torch.no_grad():
         g, _ = actor(torch.from_numpy(exchanges.observed))
-    rule = LearnedWeighting(policy=str(policy.source))
+    rule = ArrayWeighting(LearnedWeighting(policy=str(policy.source)).layer(SCENARIO))
     met = seen.own_known & seen.heard_known
     np.testing.assert_allclose(np.where(met, rule(seen), 0.0), g.numpy(), atol=1e-5)
     numbers = flatten(actor.to_numpy(), weighting_network_shapes(actor.sizes))
-    np.testing.assert_array_equal(NetworkWeighting(numbers[None])(seen), rule(seen))
+    np.testing.assert_array_equal(ArrayWeighting(network_weighting(numbers))(seen), rule(seen))
 
 
 def test_a_training_stopped_anywhere_and_started_again_ends_the_same(

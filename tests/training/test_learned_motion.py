@@ -7,43 +7,51 @@ import pytest
 import torch
 from numpy.testing import assert_allclose, assert_array_equal
 
-from swarm_forage_env.envs.batch import Batch
-from swarm_forage_env.envs.layout import Sheet
-from swarm_forage_env.envs.terms import Terms
+from baselines.motion.subsumption import SubsumptionParameters
+from swarm_forage_env.envs.make import make_array_env
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Encounter
+from swarm_forage_env.foraging.array_rules import ArrayMotion, ArrayWeighting
+from swarm_forage_env.foraging.views import WeightingInput
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.spaces import ObservationWriter
 from training.actor_critic import LayerActorCriticPolicy, MotionActor, WeightingActor
 from training.learned_motion import (
     LearnedMotion,
     NetworkMotion,
     field_columns,
-    situation_layout,
     wheel_speeds,
 )
-from training.learned_weighting import NetworkWeighting, flatten, weighting_network_shapes
+from training.learned_weighting import flatten, network_weighting, weighting_network_shapes
+from training.policy_file import observation_layout
 
 SCENARIO = find_scenario(
     "es1", {"task.n_robots": 4, "task.area_distance": 0.62, "robot.cruise_speed": 0.12}
 )
 
 
+LAYOUT = observation_layout("motion", SCENARIO)
+
+
+def environment(learn, seeds):
+    return make_array_env(seeds, {"learn": learn, "physics": "kinematic"}, SCENARIO, "ssgiff")
+
+
 @pytest.fixture(scope="module")
 def observed():
     """Observations of a run in which robots wander, meet and know areas."""
-    batch = Batch(SCENARIO, Terms(learn="motion", physics="kinematic"), "ssgiff", [1, 2])
-    seen = [batch.reset([1, 2])]
-    motion = batch.cut._loop.controller.motion
+    env = environment("motion", [1, 2])
+    seen = [env.reset([1, 2])]
+    motion = ArrayMotion(SubsumptionParameters().layer(SCENARIO), SCENARIO, [1, 2])
     for _ in range(600):
-        situation = batch.observation_layout.situation(seen[-1])
-        seen.append(batch.step(motion(situation))[0])
+        situation = env.observation_layout.situation(seen[-1])
+        seen.append(env.step(motion(situation))[0])
     return np.concatenate(seen)
 
 
 @pytest.fixture
 def actor():
     torch.manual_seed(0)
-    actor = MotionActor(situation_layout(SCENARIO))
+    actor = MotionActor(LAYOUT)
     with torch.no_grad():
         for array in actor.parameters():
             array += 0.3 * torch.randn(array.shape)
@@ -51,7 +59,7 @@ def actor():
 
 
 def test_the_run_holds_all_that_a_network_is_shown(observed):
-    situation = situation_layout(SCENARIO).situation(observed)
+    situation = LAYOUT.situation(observed)
     assert situation.heard.sum(axis=1).max() > 1
     assert situation.talking.any()
     assert {-1, 0, 1} <= set(situation.goal.tolist())
@@ -60,7 +68,7 @@ def test_the_run_holds_all_that_a_network_is_shown(observed):
 def test_training_and_evaluation_agree(observed, actor):
     n_worlds = len(observed) // SCENARIO.task.n_robots
     running = NetworkMotion(actor.to_numpy(), SCENARIO, n_worlds)
-    wheels = running(situation_layout(SCENARIO).situation(observed))
+    wheels = running(LAYOUT.situation(observed))
     with torch.no_grad():
         means, moves = actor(torch.from_numpy(observed))
     assert_allclose(wheels, means.clip(-1.0, 1.0).numpy(), atol=1e-5)
@@ -73,14 +81,13 @@ def test_training_and_evaluation_agree(observed, actor):
 def test_a_row_has_the_same_wheels_to_the_last_bit_whatever_rows_stand_beside_it(
     observed, actor, rows
 ):
-    weights, columns = actor.to_numpy(), field_columns(situation_layout(SCENARIO), "situation")
+    weights, columns = actor.to_numpy(), field_columns(LAYOUT, "situation")
     expected = wheel_speeds(weights, observed, columns, np)
     assert_array_equal(wheel_speeds(weights, observed[-rows:], columns, np), expected[-rows:])
 
 
 def test_the_order_of_the_messages_plays_no_part(observed, actor):
-    layout = situation_layout(SCENARIO)
-    situation = layout.situation(observed)
+    situation = LAYOUT.situation(observed)
     slots = situation.heard.shape[1]
     order = np.argsort(np.random.default_rng(0).random((len(observed), slots)), axis=1)
     shuffled = replace(
@@ -89,15 +96,14 @@ def test_the_order_of_the_messages_plays_no_part(observed, actor):
         beam=np.take_along_axis(situation.beam, order[:, :, None], 1),
     )
     assert (shuffled.heard != situation.heard).any()
-    weights, columns = actor.to_numpy(), field_columns(layout, "situation")
-    moved = Sheet(layout, len(observed)).write({"situation": shuffled})
+    weights, columns = actor.to_numpy(), field_columns(LAYOUT, "situation")
+    moved = ObservationWriter(LAYOUT, len(observed)).write({"situation": shuffled})
     before = wheel_speeds(weights, observed, columns, np)
     assert_allclose(wheel_speeds(weights, moved, columns, np), before, atol=1e-5)
 
 
 def test_what_is_heard_plays_a_part(observed, actor):
-    layout = situation_layout(SCENARIO)
-    columns, weights = field_columns(layout, "situation"), actor.to_numpy()
+    columns, weights = field_columns(LAYOUT, "situation"), actor.to_numpy()
     deaf = observed.copy()
     deaf[:, columns["heard"]] = 0.0
     hears = observed[:, columns["heard"]].any(axis=1)
@@ -108,7 +114,7 @@ def test_what_is_heard_plays_a_part(observed, actor):
 
 
 def test_a_robot_that_talks_stands_still(observed, actor):
-    situation = situation_layout(SCENARIO).situation(observed)
+    situation = LAYOUT.situation(observed)
     n_worlds = len(observed) // SCENARIO.task.n_robots
     wheels = NetworkMotion(actor.to_numpy(), SCENARIO, n_worlds)(situation)
     assert not wheels[situation.talking].any()
@@ -116,8 +122,7 @@ def test_a_robot_that_talks_stands_still(observed, actor):
 
 
 def test_features_are_finite_where_everything_is_far_or_nothing_is_known(actor):
-    layout = situation_layout(SCENARIO)
-    box, columns = layout.box(), field_columns(layout, "situation")
+    box, columns = LAYOUT.box(), field_columns(LAYOUT, "situation")
     for corner in (box.low, box.high, np.zeros_like(box.low)):
         assert np.isfinite(wheel_speeds(actor.to_numpy(), corner[None], columns, np)).all()
 
@@ -129,13 +134,12 @@ def test_the_motion_of_an_unknown_policy_is_refused_when_it_is_started():
 
 def test_the_weighting_that_is_trained_is_the_one_that_runs():
     rng = np.random.default_rng(0)
-    batch = Batch(SCENARIO, Terms(learn="weighting"), "ssgiff", [1])
-    layout = batch.observation_layout
+    layout = environment("weighting", [1]).observation_layout
     n = 50
     path = lambda: rng.uniform(0.0, 9.0, (n, 2)).astype(np.float32)  # noqa: E731 short
     yes = np.ones((n, 2), np.bool_)
     one = rng.uniform(0.02, 1.0, n).astype(np.float32)
-    encounter = Encounter(
+    encounter = WeightingInput(
         np.ones(n, np.bool_),
         path(),
         path(),
@@ -153,21 +157,23 @@ def test_the_weighting_that_is_trained_is_the_one_that_runs():
     with torch.no_grad():
         for array in actor.parameters():
             array += 0.3 * torch.randn(array.shape)
-        given, matters = actor(torch.from_numpy(Sheet(layout, n).write({"encounter": encounter})))
+        given, matters = actor(
+            torch.from_numpy(ObservationWriter(layout, n).write({"encounter": encounter}))
+        )
     numbers = flatten(actor.to_numpy(), weighting_network_shapes(actor.sizes))
-    assert_allclose(given.numpy(), NetworkWeighting(numbers[None])(encounter), atol=1e-5)
+    assert_allclose(given.numpy(), ArrayWeighting(network_weighting(numbers))(encounter), atol=1e-5)
     assert matters.all()
 
 
 @pytest.mark.parametrize("learn", ["weighting", "motion", "both"])
 def test_acts_without_effect_teach_the_actor_nothing(learn):
     layers = ("weighting", "motion") if learn == "both" else (learn,)
-    batch = Batch(SCENARIO, Terms(learn=learn), "ssgiff", [1])
-    layout, space = batch.observation_layout, batch.action_layout.box()
+    env = environment(learn, [1])
+    layout, space = env.observation_layout, env.action_layout.box()
     policy = LayerActorCriticPolicy(
         layout.box(), space, lambda _: 1e-3, layout=layout, layers=layers
     )
-    idle = torch.from_numpy(batch.reset([1]))
+    idle = torch.from_numpy(env.reset([1]))
     names = list(layout.names)
     if "motion" in layers:
         idle[:, names.index("situation.talking")] = 1.0

@@ -8,17 +8,19 @@ import pytest
 
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.interface import Encounter
-from swarm_forage_env.scenarios import find_foraging
-from training.candidate_rollouts import CandidateRollouts
+from swarm_forage_env.foraging.array_rules import ArrayWeighting
+from swarm_forage_env.foraging.views import WeightingInput
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.scenarios import find_scenario
+from training.candidate_rollouts import CandidateRollouts, CandidateWeighting
 from training.learned_weighting import (
     FEATURES,
     HIDDEN,
     SCALES,
     LearnedWeighting,
-    NetworkWeighting,
     flatten,
     network_of,
+    network_weighting,
     unflatten,
     weighting_network_shapes,
 )
@@ -34,7 +36,7 @@ def random_networks(count, seed=0):
 def encounters(rows, seed=0):
     rng = np.random.default_rng(seed)
     p = rng.exponential(5.0, (2, rows, 2)).astype(np.float32)
-    return Encounter(
+    return WeightingInput(
         valid=rng.random(rows) < 0.5,
         own_p=p[0],
         heard_p=p[1],
@@ -49,14 +51,18 @@ def encounters(rows, seed=0):
     )
 
 
+def weigh(network, seen):
+    return ArrayWeighting(network_weighting(network))(seen)
+
+
 def test_the_network_has_under_500_numbers():
     assert N_NUMBERS == 50
 
 
 def test_zero_weights_are_sgiff():
     seen = encounters(500)
-    g = NetworkWeighting(np.zeros((1, N_NUMBERS)))(seen)
-    expected = SGIFF(beta=0.01)(seen)
+    g = weigh(np.zeros(N_NUMBERS), seen)
+    expected = ArrayWeighting(SGIFF(beta=0.01).layer(find_scenario("es1")))(seen)
     np.testing.assert_allclose(g[seen.valid], expected[seen.valid], rtol=1e-4, atol=1e-7)
     assert not g[~seen.valid].any()
 
@@ -82,7 +88,7 @@ def test_the_network_computes_its_equation():
     direct = arrays["direct.weight"]
     odds = hidden @ arrays["output.weight"] + x @ direct[:-1] + arrays["output.bias"]
     odds += (1.0 + direct[-1]) * (seen.own_p - seen.heard_p)
-    g = NetworkWeighting(numbers)(seen)[seen.valid]
+    g = weigh(numbers[0], seen)[seen.valid]
     np.testing.assert_allclose(g, 1.0 / (1.0 + np.exp(-odds[seen.valid])), rtol=1e-4, atol=1e-6)
 
 
@@ -93,8 +99,8 @@ def test_extreme_encounters_give_shares():
         own_p=np.array([[0, 0], [1e30, 0], [0, 1e30], [1e30, 1e30]], np.float32),
         heard_p=np.array([[0, 1e30], [0, 0], [1e30, 0], [1e30, 0]], np.float32),
     )
-    for networks in (np.zeros((1, N_NUMBERS)), random_networks(1)):
-        g = NetworkWeighting(networks)(seen)
+    for network in (np.zeros(N_NUMBERS), *random_networks(1)):
+        g = weigh(network, seen)
         assert np.all((g >= 0.0) & (g <= 1.0))
 
 
@@ -103,19 +109,25 @@ def test_numbers_and_arrays_are_two_forms_of_one_network():
     np.testing.assert_array_equal(flatten(unflatten(numbers, SHAPES), SHAPES), numbers)
 
 
-def test_each_row_is_weighed_by_its_own_network():
-    seen, networks = encounters(60), random_networks(3)
-    of_row = np.arange(60) % 3
-    together = NetworkWeighting(networks, of_row)(seen)
-    for k in range(3):
-        alone = NetworkWeighting(networks[k : k + 1])(seen)
-        np.testing.assert_array_equal(together[of_row == k], alone[of_row == k])
-    assert not np.array_equal(together, alone)
-
-
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 60.0}
-SCENARIOS = {name: find_foraging(name, BUSY) for name in ("es1", "real")}
+SCENARIOS = {name: find_scenario(name, BUSY) for name in ("es1", "real")}
 SEEDS = 10_000, 10_001
+
+
+def test_each_world_is_weighed_by_its_own_network():
+    networks = 3.0 * random_networks(3)
+    controllers = [
+        dataclasses.replace(find_controller("dsgiff"), weighting=CandidateWeighting(each))
+        for each in networks
+    ]
+    together = Loop(SCENARIOS["es1"], controllers, [5, 5, 5], "kinematic")
+    apart = [Loop(SCENARIOS["es1"], each, [5], "kinematic") for each in controllers]
+    for _ in range(SCENARIOS["es1"].n_ticks):
+        for loop in (together, *apart):
+            loop.step()
+    poses = np.stack([loop.world.robots["pose"][0] for loop in apart])
+    np.testing.assert_array_equal(together.world.robots["pose"], poses)
+    assert (poses[0] != poses[1]).any()
 
 
 def trips_of(networks, seeds, workers=1):
@@ -146,9 +158,10 @@ def test_the_rule_weighs_as_the_network_in_its_file(policy_file):
     from training.policy_file import load_policy
 
     rule, seen = LearnedWeighting(policy=str(policy_file)), encounters(50)
-    expected = NetworkWeighting(network_of(load_policy(policy_file))[None])(seen)
-    np.testing.assert_array_equal(rule(seen), expected)
-    np.testing.assert_array_equal(rule.beside(None)(seen), expected)
+    layer = rule.layer(find_scenario("es1"))
+    assert layer.heard_p_share == 1.0
+    expected = weigh(network_of(load_policy(policy_file)), seen)
+    np.testing.assert_array_equal(ArrayWeighting(layer)(seen), expected)
     assert expected.any()
 
 
@@ -159,7 +172,7 @@ def test_another_policy_under_the_same_name_is_another_configuration(policy_file
     recipe = dataclasses.replace(
         find_controller("ssgiff"), weighting=LearnedWeighting(policy=str(policy_file))
     )
-    first = ExperimentConfig("x", find_foraging("es1"), recipe).key
+    first = ExperimentConfig("x", find_scenario("es1"), recipe).key
     policy = load_policy(policy_file)
     save_policy(policy_file, {k: 2.0 * w for k, w in policy.weights.items()}, policy.card)
-    assert ExperimentConfig("x", find_foraging("es1"), recipe).key != first
+    assert ExperimentConfig("x", find_scenario("es1"), recipe).key != first

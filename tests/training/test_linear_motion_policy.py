@@ -1,23 +1,25 @@
 """The linear motion policy: features by hand, zeros are subsumption, candidates are independent."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from baselines.motion.subsumption import RUN
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.foraging.records import Heard
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import rows
 from swarm_forage_env.scenarios import find_scenario
+from training.candidate_rollouts import CandidateMotion
 from training.learned_weighting import unflatten
 from training.linear_motion_policy import (
     FEATURES,
     N_WEIGHTS,
     NETWORK,
     SHAPES,
-    LinearMotionPolicy,
     goal_features,
     message_features,
     policy_output,
@@ -35,11 +37,13 @@ def numbers(seed, spread=0.2):
     return np.random.default_rng(seed).normal(0.0, spread, N_WEIGHTS).astype(np.float32)
 
 
-def loop_with(seeds, candidates=None, of_row=None):
-    loop = ControlLoop(SCENARIO, find_controller("ssgiff"), seeds, "kinematic")
-    if candidates is not None:
-        loop.controller.motion = LinearMotionPolicy(candidates, SCENARIO, seeds, of_row)
-    return loop
+def loop_with(seeds, *candidates):
+    """A loop of subsumption, or of one candidate for all worlds or for each."""
+    plain = find_controller("ssgiff")
+    controllers = [replace(plain, motion=CandidateMotion(each)) for each in candidates]
+    if len(candidates) < len(seeds):
+        (controllers,) = controllers or [plain]
+    return Loop(SCENARIO, controllers, seeds, "kinematic")
 
 
 def felt(sense, *given):
@@ -69,11 +73,12 @@ def test_what_is_close_on_the_left_is_felt_on_the_left():
     assert mirrored["obstacle_right"] == pytest.approx(x["obstacle_left"])
 
 
-@pytest.mark.parametrize("order", [[0, 1, 2, 3], [2, 3, 1, 0]])
+@pytest.mark.parametrize("order", [[0, 1, 2], [2, 1, 0], [1, 2, 0]])
 def test_the_nearest_sender_is_heard_whatever_the_order(order):
-    heard = np.array([True, True, False, True])
-    beam = np.array([[0.3, 0, 0], [0.05, math.pi / 2, 0], [0, 0, 0], [0.1, 3, 0]], np.float32)
-    x = felt(message_features, heard[order], beam[order])
+    heard = Heard.array((1,), slots=4).view(np.recarray)[0]
+    beam = np.array([[0.3, 0, 0], [0.05, math.pi / 2, 0], [0.1, 3, 0]], np.float32)
+    heard.n, heard.range_bearing[:3] = 3, beam[order]
+    x = felt(message_features, heard, 4.0)
     expected = (0.15 / 0.2, 0.0, 0.75)
     assert (x["robot_left"], x["robot_ahead"], x["robots"]) == pytest.approx(expected, abs=1e-6)
 
@@ -89,7 +94,7 @@ def test_an_output_is_the_tanh_of_its_row():
 
 
 def test_zeros_are_subsumption_to_the_last_bit():
-    own, linear = loop_with([1, 2]), loop_with([1, 2], np.zeros((1, N_WEIGHTS)))
+    own, linear = loop_with([1, 2]), loop_with([1, 2], np.zeros(N_WEIGHTS))
     for _ in range(1500):
         own.step()
         linear.step()
@@ -98,10 +103,9 @@ def test_zeros_are_subsumption_to_the_last_bit():
 
 
 def test_a_candidate_does_in_a_block_what_it_does_alone():
-    two = np.stack([numbers(0), numbers(1)])
-    of_row = np.repeat([0, 1, 1], SCENARIO.task.n_robots)
-    block = loop_with([5, 5, 6], two, of_row)
-    alone = [loop_with([5], two[:1]), loop_with([5], two[1:]), loop_with([6], two[1:])]
+    one, other = numbers(0), numbers(1)
+    block = loop_with([5, 5, 6], one, other, other)
+    alone = [loop_with([5], one), loop_with([5], other), loop_with([6], other)]
     for _ in range(400):
         for loop in (block, *alone):
             loop.step()
@@ -112,29 +116,29 @@ def test_a_candidate_does_in_a_block_what_it_does_alone():
 
 @pytest.mark.parametrize("told", [-3.0, 3.0])
 def test_straight_runs_get_longer_or_shorter(told):
-    w = np.zeros((1, N_WEIGHTS))
-    w[0, 4 * N] = told
+    w = np.zeros(N_WEIGHTS)
+    w[4 * N] = told
     loop = loop_with([1], w)
     for _ in range(20):
         loop.step()
-    motion, situation = loop.controller.motion, loop.controller.estimator.situation
-    motion._memory[:, RUN] = 1.0
-    motion(situation)
-    walks = (situation.goal < 0) & (motion._memory[:, RUN] < 1.0)
+    memory, goal = rows(loop.controller.minds["motion"]), loop.situation.goal
+    memory.run = 1.0
+    loop.step()
+    walks = (goal < 0) & (memory.run < 1.0)
     step = SCENARIO.robot.cruise_speed * SCENARIO.tick
     assert walks.any()
-    assert_allclose(1.0 - motion._memory[walks, RUN], step / 10.0 ** math.tanh(told), rtol=1e-6)
+    assert_allclose(1.0 - memory.run[walks], step / 10.0 ** math.tanh(told), rtol=1e-6)
 
 
 def test_a_new_episode_forgets_how_far_robots_have_searched():
-    loop = loop_with([1, 2], numbers(0)[None])
+    loop = loop_with([1, 2], numbers(0))
     for _ in range(50):
         loop.step()
-    motion = loop.controller.motion
-    assert (motion._searched > 0.0).all()
-    motion.reset(1, 7)
-    assert (motion._searched[:4] > 0.0).all()
-    assert not motion._searched[4:].any()
+    searched = loop.controller.minds["motion"]["searched"]
+    assert (searched > 0.0).all()
+    loop.controller.reset(1, 7)
+    assert (searched[0] > 0.0).all()
+    assert not searched[1].any()
 
 
 @pytest.fixture
@@ -153,10 +157,8 @@ def kept(tmp_path, make_card):
 
 def test_a_linear_policy_in_a_file_runs_as_a_learned_motion(kept):
     file = kept(*SHAPES)
-    named = ControlLoop(
-        SCENARIO, find_controller(f"learned-motion:policy={file}"), [3], "kinematic"
-    )
-    loop = loop_with([3], numbers(0)[None])
+    named = Loop(SCENARIO, find_controller(f"learned-motion:policy={file}"), [3], "kinematic")
+    loop = loop_with([3], numbers(0))
     for _ in range(300):
         named.step()
         loop.step()

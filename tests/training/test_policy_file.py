@@ -8,8 +8,8 @@ import pytest
 
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.scenario import Scenario
-from swarm_forage_env.scenarios import find_foraging
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.scenarios import find_scenario
 from training import policy_file as policies
 from training.learned_weighting import network_of
 from training.policy_file import layer_card, load_policy, save_policy
@@ -158,11 +158,11 @@ def test_an_array_of_no_layer_is_refused(policy_file):
         (("network",), "perceptron", "network 'perceptron', not 'log-odds'"),
         (("sizes",), {"width": 2}, "the sizes width: must be hidden"),
         (("observes", 1, "name"), "encounter.own_q.nest",
-         "observation slot 1 of its weighting was encounter.own_q.nest [m] in training and is"
+         "observation feature 1 of its weighting was encounter.own_q.nest [m] in training and is"
          " encounter.own_p.nest [m] here"),
         (("observes", 1, "unit"), "cm", "was encounter.own_p.nest [cm] in training"),
-        (("observes",), [], "slot 0 of its weighting was missing in training"),
-        (("gives", 1, "name"), "g.home", "action slot 1 of its weighting was g.home [weight]"),
+        (("observes",), [], "feature 0 of its weighting was missing in training"),
+        (("gives", 1, "name"), "g.home", "action feature 1 of its weighting was g.home [weight]"),
     ],
 )  # fmt: skip
 def test_a_policy_made_for_something_else_is_refused_with_what_differs(
@@ -192,12 +192,12 @@ def test_a_policy_for_another_layer_is_refused(policy_file):
         network_of(load_policy(policy_file))
 
 
-def test_the_slots_of_the_motion_follow_the_scenario(policy_file):
-    trained = layer_card("motion", find_foraging("es1"), "any", {"hidden": 1})
+def test_the_features_of_the_motion_follow_the_scenario(policy_file):
+    trained = layer_card("motion", find_scenario("es1"), "any", {"hidden": 1})
     changed(policy_file, layers={**load_policy(policy_file).card.layers, "motion": trained})
     policy = load_policy(policy_file)
     assert policy.card.layer == "both"
-    policy.check_fits("motion", find_foraging("es2"))
-    fewer = find_foraging("es1", {"radio.slots": 2})
+    policy.check_fits("motion", find_scenario("es2"))
+    fewer = find_scenario("es1", {"radio.slots": 2})
     with pytest.raises(ConfigError, match=r"was situation.heard.2 .* is situation.beam.0.range"):
         policy.check_fits("motion", fewer)

@@ -9,13 +9,12 @@ import torch
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.loop import ControlLoop
+from swarm_forage_env.loop import Loop
 from training import ppo, sb3_setup
 from training.actor_critic import MotionActor
 from training.behaviour_cloning import clone_behaviour, record_demonstrations
 from training.checkpoint import BEST_POLICY, CHECKPOINT
-from training.learned_motion import situation_layout
-from training.policy_file import load_policy
+from training.policy_file import load_policy, observation_layout
 from training.progress import ProgressLogger
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62"}
@@ -150,8 +149,8 @@ def test_a_copy_does_what_it_was_shown(motion, monkeypatch):
     monkeypatch.setattr("training.behaviour_cloning.EPOCHS", 10)
     experiment = motion()
     scenario = experiment.scenarios_by_name["es1"]
-    layout = situation_layout(scenario)
-    loop = ControlLoop(scenario, experiment.recipe, range(20), "kinematic")
+    layout = observation_layout("motion", scenario)
+    loop = Loop(scenario, experiment.base_controller, range(20), "kinematic")
     pairs = record_demonstrations(loop, layout)
     observed, wheels = pairs
     assert not wheels[layout.situation(observed).talking].any()

@@ -10,7 +10,7 @@ from numpy.testing import assert_array_equal
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor
 
-import baselines.recipes  # noqa: F401 the controllers, also where no package is installed
+import baselines.controllers  # noqa: F401 the controllers, also where no package is installed
 from swarm_forage_env import parallel_env
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from training.vec_env import SwarmVecEnv

@@ -6,8 +6,8 @@ from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 
 from baselines.evaluation.bench.cases import Case, Tick, uniform_poses
 from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.physics.rigid import FRICTION, MASS, SUBSTEPS
-from swarm_forage_env.scenario import Scenario
 
 POSE = BodyFields.POSITION | BodyFields.ANGLE
 POSE_AND_VELOCITY = POSE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
@@ -43,7 +43,7 @@ def _bodies(case: Case) -> Float64[Array, "worlds bodies 6"]:
     wheels = rng.uniform(-robot.cruise_speed, robot.cruise_speed, (case.n_worlds, n_robots, 2))
     speed, pose = wheels.mean(axis=2), uniform_poses(case.scenario, case.n_worlds)
     bodies = np.zeros((case.n_worlds, n_robots + 1, 6))
-    bodies[:, :n_robots, :3] = pose.reshape(case.n_worlds, n_robots, 3)
+    bodies[:, :n_robots, :3] = pose
     heading = bodies[:, :n_robots, 2]
     bodies[:, :n_robots, 3] = speed * np.cos(heading)
     bodies[:, :n_robots, 4] = speed * np.sin(heading)

@@ -1,18 +1,25 @@
-"""Benchmark cases: the worlds that are timed, and their warm-up."""
+"""Benchmark cases: the worlds that are timed, through which interface, and their warm-up."""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from baselines.evaluation.experiment_config import find_recipe
-from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.loop import ControlLoop
-from swarm_forage_env.scenario import Scenario
-from swarm_forage_env.scenarios import find_foraging
+from baselines.evaluation.experiment_config import find_layered_controller
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.scenarios import find_scenario
 
 CONTROLLER = "ssgikf"
+
+HELD = 20
+"""Ticks for which a random action is held, so that robots get about."""
+
+Tick = Callable[[], object]
+"""Something that is timed: one tick of a block."""
 
 
 @dataclass(frozen=True)
@@ -32,23 +39,87 @@ class Case:
         """Number of robots in the block."""
         return self.n_worlds * self.scenario.task.n_robots
 
-    def start(self, physics: str, quick: bool) -> ControlLoop:
+    def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
+        """Run the warm-up and return what is timed."""
+        return self.start(physics, quick, threads).step
+
+    def start(self, physics: str, quick: bool, threads: int = 1) -> Loop:
         """Run the warm-up and return the loop whose ticks are timed."""
-        loop = ControlLoop(self.scenario, find_recipe(CONTROLLER), range(self.n_worlds), physics)
+        controller = find_layered_controller(CONTROLLER)
+        loop = Loop(self.scenario, controller, range(self.n_worlds), physics, threads)
         if self.is_spread:
-            loop.world.state.pose[:] = uniform_poses(self.scenario, self.n_worlds)
-        for _ in range(self.warm_up // 5 if quick else self.warm_up):
+            world: Any = loop.world
+            world.robots["pose"] = uniform_poses(self.scenario, self.n_worlds)
+            world.sense_first()
+        for _ in range(self.n_warm_up(quick)):
             loop.step()
         return loop
 
+    def n_warm_up(self, quick: bool) -> int:
+        """Ticks of the warm-up, a fifth of them for a quick run."""
+        return self.warm_up // 5 if quick else self.warm_up
+
+
+class BatchCase(Case):
+    """A case in which a policy drives the robots through the environment on arrays."""
+
+    def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
+        """Run the warm-up and return a step of the environment under random actions."""
+        from swarm_forage_env.envs.make import make_array_env
+
+        options = {"learn": "motion", "physics": physics, "threads": threads}
+        env = make_array_env(range(self.n_worlds), options, self.scenario, CONTROLLER)
+        actions = random_wheels(self.rows)
+        count = 0
+
+        def step() -> None:
+            nonlocal count
+            if count % env.n_cycles == 0:
+                env.reset(range(self.n_worlds))
+            env.step(actions[count // HELD % len(actions)])
+            count += 1
+
+        for _ in range(self.n_warm_up(quick)):
+            step()
+        return step
+
+
+class DictionaryCase(Case):
+    """A case in which a policy drives the robots through PettingZoo's dictionaries."""
+
+    def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
+        """Run the warm-up and return a step of the environment under random actions."""
+        from swarm_forage_env import parallel_env
+
+        env: Any = parallel_env(self.scenario, controller=CONTROLLER, physics=physics)
+        agents = env.possible_agents
+        actions = [dict(zip(agents, each, strict=True)) for each in random_wheels(len(agents))]
+        count = 0
+
+        def step() -> None:
+            nonlocal count
+            if not env.agents:
+                env.reset(seed=count)
+            env.step(actions[count // HELD % len(actions)])
+            count += 1
+
+        for _ in range(self.n_warm_up(quick)):
+            step()
+        return step
+
+
+def random_wheels(rows: int) -> Float32[Array, "actions rows 2"]:
+    """Speeds of the wheels of all robots in several ticks, at random."""
+    return np.random.default_rng(2).uniform(-1.0, 1.0, (16, rows, 2)).astype(np.float32)
+
 
 def all_cases() -> list[Case]:
-    """All benchmark cases: the scenarios of the budgets, and es3 at 1, 10 and 100 times its size.
+    """All benchmark cases: those of the budgets, and es3 at 1, 10 and 100 times its size.
 
     A large swarm would take hours to leave its start circle: the last three start all over
     the arena, and warm up for 300 ticks.
     """
-    es1, es3 = find_foraging("es1"), find_foraging("es3")
+    es1, es3 = find_scenario("es1"), find_scenario("es3")
     spread = [
         Case(name, enlarged(es3, factor), is_spread=True, warm_up=300)
         for name, factor in (("es3 spread", 1), ("es3 x 10", 10), ("es3 x 100", 100))
@@ -56,7 +127,10 @@ def all_cases() -> list[Case]:
     return [
         Case("es1", es1),
         Case("es1 x 30", es1, n_worlds=30),
-        Case("es2", find_foraging("es2")),
+        Case("es1 x 64", es1, n_worlds=64),
+        BatchCase("es1 x 64, arrays", es1, n_worlds=64),
+        DictionaryCase("es1, dicts", es1),
+        Case("es2", find_scenario("es2")),
         Case("es3", es3),
         *spread,
     ]
@@ -75,10 +149,11 @@ def enlarged(scenario: Scenario, factor: int) -> Scenario:
     }
     name = f"{scenario.name} x {factor}"
     robots = {"name": name, "task.n_robots": factor * task.n_robots}
-    return find_foraging(scenario, {**lengths, **robots})
+    found: Scenario = find_scenario(scenario, {**lengths, **robots})
+    return found
 
 
-def uniform_poses(scenario: Scenario, n_worlds: int) -> Float64[Array, "rows 3"]:
+def uniform_poses(scenario: Scenario, n_worlds: int) -> Float64[Array, "worlds robots 3"]:
     """Random poses of robots all over the arena, none touching another."""
     rng = np.random.default_rng(0)
     arena, n_robots = scenario.arena, scenario.task.n_robots
@@ -91,8 +166,4 @@ def uniform_poses(scenario: Scenario, n_worlds: int) -> Float64[Array, "rows 3"]
     pose = np.empty((n_worlds, n_robots, 3))
     pose[..., :2] = middle + free * rng.uniform(-0.5, 0.5, (n_worlds, n_robots, 2))
     pose[..., 2] = rng.uniform(-math.pi, math.pi, (n_worlds, n_robots))
-    return pose.reshape(-1, 3)
-
-
-Tick = Callable[[], object]
-"""Something that is timed: one tick of a block."""
+    return pose

@@ -9,23 +9,26 @@ from typing import Any
 from baselines.evaluation.bench import processes
 from baselines.evaluation.bench.budgets import check
 from baselines.evaluation.bench.cases import all_cases
-from baselines.evaluation.bench.speed import case_speeds, dictionary_speed
+from baselines.evaluation.bench.speed import case_speeds, thread_gain
 from baselines.evaluation.bench.stages import stage_shares
 
 ENGINES = ("rigid", "kinematic")
 STAGED = ("es1 x 30", "es3", "es3 x 100")
 """Cases whose stages are timed."""
 
-MEMORY_TICKS, QUICK_MEMORY_TICKS = 100_000, 5_000
+THREADED = "es1 x 64"
+"""The case that is run on several threads."""
+
+MEMORY_TICKS, QUICK_MEMORY_TICKS = 1_000_000, 5_000
 
 Tell = Callable[[str], None]
 
 
-def measure(quick: bool, tell: Tell) -> dict[str, Any]:
+def measure(quick: bool, threads: int, tell: Tell) -> dict[str, Any]:
     """Run every benchmark; `tell` receives the name of each before it starts."""
     found: dict[str, Any] = {"quick": quick, "machine": _machine()}
     found |= _processes(quick, tell)
-    found["speeds"], found["stages"] = [], []
+    found["speeds"], found["stages"], found["threads"] = [], [], []
     for case in all_cases():
         tell(f"speed of {case.name}")
         found["speeds"].append(case_speeds(case, quick))
@@ -33,10 +36,10 @@ def measure(quick: bool, tell: Tell) -> dict[str, Any]:
             tell(f"stages of {case.name}, {physics}")
             shares = stage_shares(case, physics, quick)
             found["stages"].append({"case": case.name, "physics": physics, "shares": shares})
-    found["dictionaries"] = {}
-    for physics in ENGINES:
-        tell(f"PettingZoo dictionaries, {physics}")
-        found["dictionaries"][physics] = dictionary_speed(physics, quick)
+        for physics in ENGINES if case.name == THREADED else ():
+            tell(f"{threads} threads, {physics}")
+            gain = thread_gain(case, physics, threads, quick)
+            found["threads"].append({"physics": physics, "threads": threads, "gain": gain})
     found["peak_memory_mb"] = processes.peak_memory()
     found["budgets"] = check(found)
     return found

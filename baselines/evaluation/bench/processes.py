@@ -15,11 +15,11 @@ COMMAND = "from training.cli import main; main()"
 
 FIRST_RUN = """
 from baselines.evaluation.bench.cases import all_cases
-from baselines.evaluation.experiment_config import ExperimentConfig, find_recipe
+from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from baselines.evaluation.runner import warm_up
 es1 = all_cases()[0].scenario
 for physics in ("rigid", "kinematic"):
-    warm_up(ExperimentConfig("ssgikf", es1, find_recipe("ssgikf"), physics))
+    warm_up(ExperimentConfig("ssgikf", es1, find_layered_controller("ssgikf"), physics))
 """
 """Compiles every kernel of an evaluation."""
 

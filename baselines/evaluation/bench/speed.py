@@ -1,11 +1,11 @@
-"""Speed in robot-steps per second: of whole ticks, of bare pymunk, and of the PettingZoo API."""
+"""Speed in robot-steps per second: of whole ticks, of bare pymunk, and on several threads."""
 
 import statistics
 import time
 from typing import Any
 
 from baselines.evaluation.bench.bare import bare_pymunk
-from baselines.evaluation.bench.cases import CONTROLLER, Case, Tick
+from baselines.evaluation.bench.cases import Case, Tick
 
 REPEATS, LENGTH = 5, 0.5
 """How often a measure is repeated, and about how long each takes [s]; the median counts."""
@@ -23,8 +23,8 @@ def seconds_per_tick(tick: Tick, quick: bool) -> float:
 
 def case_speeds(case: Case, quick: bool) -> dict[str, Any]:
     """Robot-steps per second of a block under both engines, and of bare pymunk."""
-    rigid = seconds_per_tick(case.start("rigid", quick).step, quick)
-    kinematic = seconds_per_tick(case.start("kinematic", quick).step, quick)
+    rigid = seconds_per_tick(case.tick("rigid", quick), quick)
+    kinematic = seconds_per_tick(case.tick("kinematic", quick), quick)
     bare = seconds_per_tick(bare_pymunk(case), quick)
     return {
         "case": case.name,
@@ -36,30 +36,12 @@ def case_speeds(case: Case, quick: bool) -> dict[str, Any]:
     }
 
 
-def dictionary_speed(physics: str, quick: bool) -> float:
-    """Robot-steps per second of es1 through PettingZoo's dictionaries, actions from outside."""
-    from swarm_forage_env import parallel_env
-
-    env: Any = parallel_env("es1", learn="motion", controller=CONTROLLER, physics=physics)
-    env.reset(seed=0)
-    for number, agent in enumerate(env.possible_agents):
-        env.action_space(agent).seed(number)
-    actions = [
-        {agent: env.action_space(agent).sample() for agent in env.possible_agents}
-        for _ in range(16)
-    ]
-    count = 0
-
-    def step() -> None:
-        nonlocal count
-        if not env.agents:
-            env.reset(seed=count)
-        env.step(actions[count // 20 % 16])
-        count += 1
-
-    speed = len(env.possible_agents) / seconds_per_tick(step, quick)
-    env.close()
-    return speed
+def thread_gain(case: Case, physics: str, threads: int, quick: bool) -> float:
+    """How much faster a block is on several threads than on one."""
+    one, several = (
+        seconds_per_tick(case.tick(physics, quick, each), quick) for each in (1, threads)
+    )
+    return one / several
 
 
 def _timed(tick: Tick, count: int) -> float:

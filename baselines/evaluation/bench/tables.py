@@ -18,7 +18,8 @@ def report(found: Mapping[str, Any]) -> Group:
     return Group(
         Text(f"Million robot-steps per second, one core{hurried}", style="bold"),
         _speeds(found), _note(
-            "es3 spread, x 10, x 100: robots start all over an arena of so many times the size."
+            "arrays, dicts: through the environment on arrays, or PettingZoo's dictionaries;"
+            " es3 spread, x 10, x 100: robots start all over an arena of so many times the size."
         ),
         Text("\nShare of a tick [%]", style="bold"),
         _stages(found),

@@ -9,7 +9,6 @@ from typing import Protocol
 from matplotlib.figure import Figure
 
 from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
-from baselines.evaluation.kinds import FORAGING
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.registry import Registry
 
@@ -59,7 +58,7 @@ class PlotOptions:
         ConfigError for sources that are no such datasets.
         """
         found = read_groups(self.sources, self.scenarios, self.controllers)
-        if len({group.kind.score for group in found}) > 1:
+        if len({group.task.name for group in found}) > 1:
             raise ConfigError(
                 f"{', '.join(self.sources)}: holds episodes of foraging and of waypoints; choose"
                 " with --scenario"
@@ -70,7 +69,7 @@ class PlotOptions:
     def foraging_groups(self) -> list[EpisodeGroup]:
         """The episode groups, for figures of foraging; ConfigError for waypoints."""
         found = self.groups
-        if found[0].kind is not FORAGING:
+        if found[0].task.name != "foraging":
             raise ConfigError(
                 f"{', '.join(self.sources)}: episodes of waypoints have no nest and prey, which"
                 f" '{self.kind}' shows; boxplot, curve and table do for them"

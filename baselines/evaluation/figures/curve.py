@@ -14,7 +14,7 @@ from baselines.evaluation.line_plots import Means, mean_panels
 from baselines.evaluation.listing import units
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.scenario import resolve
+from swarm_forage_env.parameters import resolve
 
 LOGGER = logging.getLogger("swarm-forage")
 
@@ -146,7 +146,7 @@ def _axis(x: str, group: EpisodeGroup) -> str:
     """Axis label of a setting, with its unit if the controller still exists."""
     try:
         configuration = group.configuration()
-        unit = (units(configuration.scenario) | units(configuration.recipe)).get(x, "")
+        unit = (units(configuration.scenario) | units(configuration.controller)).get(x, "")
     except (ConfigError, UnknownNameError):
         unit = ""
     name = x.rpartition(".")[2].replace("n_robots", "robots").replace("_", " ")

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
-from baselines.evaluation.episode import Episode
 from baselines.evaluation.figures.base import (
     FIGURES,
     SELECTION,
@@ -21,6 +20,7 @@ from baselines.evaluation.line_plots import (
     path_over_time,
     recruited_over_time,
 )
+from swarm_forage_env.foraging.episode import ForagingEpisode
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class ShareOverTime:
 
     words: str
     axis: str
-    curve: Callable[[Sequence[Episode]], Curve]
+    curve: Callable[[Sequence[ForagingEpisode]], Curve]
     options = SELECTION
 
     def draw(self, options: PlotOptions) -> Figure:

@@ -16,8 +16,9 @@ from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions
 from baselines.evaluation.heat_maps import Density, density_panels
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.loop import ControlLoop
-from swarm_forage_env.scenario import Scenario
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.task import task_of
 
 LOGGER = logging.getLogger("swarm-forage")
 
@@ -45,7 +46,7 @@ class PathMaps:
         densities = {}
         for title, (configuration, seed, trips) in jobs.items():
             scenario = configuration.scenario
-            if not isinstance(scenario, Scenario):
+            if task_of(scenario).name != "foraging":
                 raise ConfigError(
                     f"scenario '{scenario.name}': paths are shown of robots that forage, as in es1"
                 )
@@ -110,23 +111,23 @@ def _run(
     configuration: ExperimentConfig, scenario: Scenario, seed: int, trips: int | None
 ) -> Density:
     """Run the episode and count the robots in each cell over all ticks."""
-    loop = ControlLoop(scenario, configuration.recipe, [seed], configuration.physics)
+    loop = Loop(scenario, configuration.controller, [seed], configuration.physics)
     size = scenario.arena.length, scenario.arena.width
     n_cells = [max(1, round(side / CELL)) for side in size]
     counts = np.zeros(n_cells)
     for _ in range(scenario.n_ticks):
         loop.step()
-        place = loop.world.state.pose[:, :2] / size + 0.5
+        place = loop.world.robots["pose"][0, :, :2] / size + 0.5
         cells = np.clip((place * n_cells).astype(np.int64), 0, np.array(n_cells) - 1)
         np.add.at(counts, (cells[:, 0], cells[:, 1]), 1.0)
-    made = int(loop.world.state.round_trips.sum())
+    made = int(loop.world.robots["round_trips"].sum())
     if trips is not None and made != trips:
         raise ConfigError(
             f"seed {seed} gave {made} round trips, the dataset holds {trips}: it was made with"
             " other libraries or on another machine; evaluate into another folder"
         )
     cell_area = size[0] * size[1] / counts.size
-    areas = {name: tuple(map(float, at)) for name, at in zip(AREAS, loop.world.areas, strict=True)}
+    areas = {name: tuple(map(float, at)) for name, at in zip(AREAS, scenario.areas, strict=True)}
     radius = scenario.task.area_radius
     return Density(counts.T / (scenario.n_ticks * cell_area), size, areas, radius)  # type: ignore[arg-type]
 

@@ -1,5 +1,6 @@
 """Heat map of mean scores by motion and localisation, a panel for each setup."""
 
+import json
 import logging
 
 from matplotlib.figure import Figure
@@ -20,8 +21,8 @@ from swarm_forage_env.errors import ConfigError
 
 LOGGER = logging.getLogger("swarm-forage")
 
-LOCALISATION = "estimator.estimator"
-"""The parameter that chooses the filter under a motion."""
+LOCALISATION = "estimator"
+"""The layer that a row of the table varies."""
 
 
 class MotionByLocalisation:
@@ -31,7 +32,8 @@ class MotionByLocalisation:
 
     def draw(self, options: PlotOptions) -> Figure:
         """Draw a row for each motion, a column for each localisation."""
-        combined = [group for group in options.groups if LOCALISATION in group.numbers]
+        varied = {each.label(LOCALISATION) for each in options.groups if names_localisation(each)}
+        combined = [each for each in options.groups if each.label(LOCALISATION) in varied]
         if not combined:
             raise ConfigError(
                 "no controller here names its localisation; evaluate some that do, as in"
@@ -51,6 +53,11 @@ class MotionByLocalisation:
 
 
 FIGURES.register("table")(MotionByLocalisation())
+
+
+def names_localisation(group: EpisodeGroup) -> bool:
+    """Whether the controller was evaluated with another localisation than its own."""
+    return LOCALISATION in json.loads(group.parameters)
 
 
 def _table(

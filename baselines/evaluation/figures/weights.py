@@ -1,18 +1,21 @@
 """Heat maps of a confidence weighting: g over the own and the heard path since an area."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from baselines.controller import LayeredController
 from baselines.estimators.social_odometry import SocialOdometryParameters
-from baselines.evaluation.experiment_config import find_recipe
+from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.evaluation.figures.base import FIGURES, PlotOptions
 from baselines.evaluation.heat_maps import weight_panels
 from baselines.evaluation.plot_style import TITLE_LETTERS
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Encounter
+from swarm_forage_env.foraging.array_rules import ArrayWeighting
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.foraging.views import WeightingInput
 
 LONGEST, STEPS = 12.0, 61
 """Paths of the robot and of its partner are shown up to here [m], at so many points."""
@@ -57,21 +60,35 @@ FIGURES.register("weights")(WeightMaps())
 
 def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
     """The weight g over the partner's path (rows) and the own path (columns)."""
-    recipe = find_recipe(name)
-    if type(recipe.estimator) is not SocialOdometryParameters:
+    controller = find_layered_controller(name)
+    if type(controller.estimator) is not SocialOdometryParameters:
         raise ConfigError(
-            f"controller '{recipe.name}': its confidence is no path; 'weights' shows rules that"
-            " weigh paths, such as ssgikf, ssgiff or learned-weighting"
+            f"controller '{controller.name}': its confidence is no path; 'weights' shows rules"
+            " that weigh paths, such as ssgikf, ssgiff or learned-weighting"
         )
     grid = np.linspace(0.0, LONGEST, STEPS)
     own, heard = (each.ravel() for each in np.meshgrid(grid, grid))
-    g = recipe.weighting(_encounters(own, heard + recipe.message_path, disagreement))
+    exchange = _exchanges(own, heard + controller.message_path, disagreement)
+    g = _rule(controller)(exchange)
     return np.asarray(g[:, PREY], np.float64).reshape(STEPS, STEPS)
 
 
-def _encounters(
+def _rule(controller: LayeredController) -> Callable[[WeightingInput], Array]:
+    """The weighting of a controller as a function of exchanges; ConfigError if it is none."""
+    scenario, weighting = Scenario(), controller.weighting
+    if hasattr(weighting, "layer"):
+        layer = weighting.layer(scenario) or controller.estimator.layer(scenario).own_weighting
+        if layer is not None:
+            return ArrayWeighting(layer)
+    if not callable(weighting):
+        raise ConfigError(f"controller '{controller.name}': it does not weigh by paths alone")
+    rule: Callable[[WeightingInput], Array] = weighting
+    return rule
+
+
+def _exchanges(
     own: Float64[Array, " rows"], heard: Float64[Array, " rows"], disagreement: float
-) -> Encounter:
+) -> WeightingInput:
     """Synthetic exchanges about the prey, one for each pair of paths [m]."""
     rows = len(own)
     numbers: Mapping[str, Array] = {
@@ -83,7 +100,7 @@ def _encounters(
         "range": np.full(rows, RANGE),
         "frames": np.full(rows, MESSAGES),
     }
-    return Encounter(
+    return WeightingInput(
         valid=np.ones(rows, np.bool_),
         own_known=np.ones((rows, 2), np.bool_),
         heard_known=np.ones((rows, 2), np.bool_),

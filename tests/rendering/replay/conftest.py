@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.loop import ControlLoop
-from swarm_forage_env.rendering.scene import Scene, scene_of, stage_of
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.scene import Scene
+from swarm_forage_env.task import stage_of
 
 TICKS = 1500
 
@@ -23,11 +24,11 @@ def stage(busy):
 @pytest.fixture(scope="session")
 def scenes(busy):
     """Two and a half minutes of ten robots."""
-    loop = ControlLoop(busy, find_controller("ssgikf"), [1])
-    found = [scene_of(loop.world, loop.controller.estimator.situation)]
+    loop = Loop(busy, find_controller("ssgikf"), [1])
+    found = [loop.scene()]
     for _ in range(TICKS):
         loop.step()
-        found.append(scene_of(loop.world, loop.controller.estimator.situation))
+        found.append(loop.scene())
     return found
 
 

@@ -6,17 +6,36 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from baselines.estimators.uncertainty import (
+from baselines.estimators.path_covariance import (
+    CovarianceBelief,
     add_noise,
-    carry,
     error_constant,
+    grow_covariances,
+    propagate,
     spectral_norm,
-    spread,
 )
-from swarm_forage_env.kernels.diff_drive import advance, wheels_to_arc
+from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
+from swarm_forage_env.record import rows
 
 AXLE = 0.053
 PLACE = ([0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2])
+
+
+@pytest.fixture
+def grow(numbers_of):
+    """The covariances of a robot grow by a step, with this error constant."""
+
+    def step(belief, odometry, k):
+        numbers = numbers_of({"axle": AXLE, "error_constant": k})
+        grow_covariances(belief, np.array(odometry, np.float32), numbers)
+
+    return step
+
+
+def nobody():
+    """What a robot believes that has not moved."""
+    return rows(CovarianceBelief.array((1,)))[0]
 
 
 def matrix(moments):
@@ -39,23 +58,22 @@ def test_a_step_is_that_of_the_matrices_of_the_paper(drho, zeta):
         [[c / 2 - e * s, c / 2 + e * s], [s / 2 + e * c, s / 2 - e * c], [1 / AXLE, -1 / AXLE]]
     )
     found = moments(before)
-    carry(found, drho, zeta)
+    propagate(found, drho, zeta)
     add_noise(found, drho, zeta, q[0, 0], q[1, 1], AXLE)
     assert_allclose(matrix(found), A @ before @ A.T + W @ q @ W.T, rtol=1e-12, atol=1e-15)
 
 
-def test_the_covariance_is_that_of_many_noisy_walks():
+def test_the_covariance_is_that_of_many_noisy_walks(grow):
     ticks, walks, error = 60, 4000, 1e-4
     rng = np.random.default_rng(2)
     right, left = np.full(ticks, 0.004), np.full(ticks, 0.0039)
     k = error**2 / 3.0 / 0.00395
     odometry = np.array([wheels_to_arc(*u, AXLE) for u in zip(left, right, strict=True)])
-    true, found = np.zeros(3), np.zeros((1, 2, 6))
-    p, nowhere = np.zeros((1, 2)), np.full(1, -1, np.int8)
+    belief = nobody()
     for step in odometry:
-        true = np.array(advance(*true, *step))
-        reading = step[None].astype(np.float32)
-        spread(reading, AXLE, k, true[None].copy(), nowhere, found, p)
+        belief.pose[:] = advance(*belief.pose, *step)
+        grow(belief, step, k)
+    found = matrix(belief.moments[0])
     ends = np.zeros((walks, 3))
     for walk in range(walks):
         noise = rng.uniform(-error, error, size=(ticks, 2))
@@ -64,10 +82,11 @@ def test_the_covariance_is_that_of_many_noisy_walks():
             arc = wheels_to_arc(left[step] + noise[step, 0], right[step] + noise[step, 1], AXLE)
             pose = advance(*pose, *arc)
         ends[walk] = pose
-    scale = np.sqrt(np.diag(matrix(found[0, 0])))
+    scale = np.sqrt(np.diag(found))
     sampled = np.cov(ends.T) / np.outer(scale, scale)
-    assert_allclose(matrix(found[0, 0]) / np.outer(scale, scale), sampled, atol=0.1)
-    assert p[0, 0] == pytest.approx(math.sqrt(np.linalg.eigvalsh(np.cov(ends.T)[:2, :2])[1]), 0.05)
+    assert_allclose(found / np.outer(scale, scale), sampled, atol=0.1)
+    worst = math.sqrt(np.linalg.eigvalsh(np.cov(ends.T)[:2, :2])[1])
+    assert belief.p[0] == pytest.approx(worst, 0.05)
 
 
 def test_the_error_constant_matches_the_encoders_at_the_cruise_speed():
@@ -82,10 +101,10 @@ def test_the_norm_is_the_largest_eigenvalue():
         assert spectral_norm(P[0, 0], P[0, 1], P[1, 1]) == pytest.approx(np.linalg.norm(P, 2))
 
 
-def test_nothing_is_uncertain_on_the_area():
-    found, p = np.ones((1, 2, 6)), np.ones((1, 2))
-    reading = np.full((1, 2), 0.01, np.float32)
-    spread(reading, AXLE, 1e-5, np.zeros((1, 3)), np.zeros(1, np.int8), found, p)
-    assert (found[0, 0] == 0.0).all()
-    assert p[0, 0] == 0.0
-    assert p[0, 1] > 1.0
+def test_nothing_is_uncertain_on_the_area(grow):
+    belief = nobody()
+    belief.moments[:], belief.p[:], belief.on_area = 1.0, 1.0, NEST
+    grow(belief, (0.01, 0.01), 1e-5)
+    assert (belief.moments[NEST] == 0.0).all()
+    assert belief.p[NEST] == 0.0
+    assert belief.p[PREY] > 1.0

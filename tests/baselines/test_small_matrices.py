@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
-from baselines.estimators.matrices import (
+from baselines.estimators.small_matrices import (
     cholesky3,
+    copy3,
     determinant3,
     identity3,
     inverse3,
@@ -37,6 +38,11 @@ def filled(helper, *given_):
 @pytest.mark.parametrize("scale", [1.0, 0.1, -2.5, 0.0])
 def test_the_identity_times_a_number(scale):
     assert_array_equal(filled(identity3, scale), scale * np.eye(3))
+
+
+@given(MATRICES)
+def test_a_copy_is_the_matrix(A):  # noqa: N803
+    assert_array_equal(filled(copy3, A), A)
 
 
 @given(MATRICES, MATRICES)

@@ -1,0 +1,191 @@
+"""Oracles know the truth, and nobody else does."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from baselines.oracles.controllers import NAMED, Oracle
+from baselines.oracles.global_average import average
+from baselines.oracles.oracle import OracleWeighting, moved
+from swarm_forage_env import ConfigError, parallel_env
+from swarm_forage_env.controllers import find_controller, is_privileged
+from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import rows
+from swarm_forage_env.registry import CONTROLLERS, REFERENCES
+from swarm_forage_env.scenarios import find_scenario
+
+NAMES = [controller.name for controller in NAMED]
+BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.05}
+
+
+def start(name, seeds=(0,), physics="kinematic", **overrides):
+    scenario = find_scenario("es1", BUSY | overrides)
+    return Loop(scenario, find_controller(name, references=True), seeds, physics)
+
+
+def run(name, ticks, seeds=(0,), physics="kinematic", **overrides):
+    loop = start(name, seeds, physics, **overrides)
+    for _ in range(ticks):
+        loop.step()
+    return loop
+
+
+def beliefs(loop):
+    return rows(loop.controller.minds["estimator"]["belief"])
+
+
+def run_deceived(name, ticks, far):
+    """Robots sure of wrong places, which stand elsewhere whenever their controller has the word.
+
+    They are that far from where they truly are.
+    """
+    loop = start(name, **{"radio.max_range": 0.5, "radio.exchange_time": 0.1})
+    controller, pose, b = loop.controller, loop.world.robots["pose"], beliefs(loop)
+    rng = np.random.default_rng(1)
+    b.location[:], b.known[:] = rng.normal(size=b.location.shape), True
+    away = far * rng.normal(size=pose.shape)
+    for _ in range(ticks):
+        true = pose.copy()
+        pose += away
+        controller.consult()
+        controller.decide(0, 1)
+        pose[:] = true
+        loop.world.tick(0, 1)
+        true = pose.copy()
+        pose += away
+        controller.observe(0, 1)
+        pose[:] = true
+    return loop
+
+
+FORAGERS = [name for name in CONTROLLERS if CONTROLLERS[name].supports(Scenario())]
+
+
+@pytest.mark.parametrize("name", [*FORAGERS, *REFERENCES])
+def test_only_a_reference_acts_on_the_truth(name):
+    told, deceived = (run_deceived(name, 25, far) for far in (0.0, 1.0))
+    same = np.array_equal(told.world.robots["pose"], deceived.world.robots["pose"])
+    assert same == (name not in NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_reference_does_not_change_the_truth(name):
+    loop = run(name, 200)
+    truth = ["pose", "heading", "wheels", "streams", "leg", "round_trips", "readings", "heard"]
+    before = loop.world.robots[truth].copy()
+    loop.controller.consult()
+    loop.controller.decide(0, 1)
+    loop.controller.observe(0, 1)
+    assert_array_equal(loop.world.robots[truth], before)
+
+
+def test_the_two_registries_share_no_name():
+    assert set(NAMES) == set(REFERENCES)
+    assert not set(REFERENCES) & set(CONTROLLERS)
+    assert all(is_privileged(REFERENCES[name]) for name in REFERENCES)
+    assert not any(is_privileged(CONTROLLERS[name]) for name in CONTROLLERS)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("learn", ["weighting", "motion", "both", "everything"])
+def test_no_environment_takes_a_reference_by_name_or_as_an_object(name, learn):
+    for controller in (name, REFERENCES[name]):
+        with pytest.raises(ConfigError, match=f"controller '{name}' is a reference that knows"):
+            parallel_env("es1", learn=learn, controller=controller)
+
+
+def test_a_reference_is_not_suggested_where_it_is_refused():
+    with pytest.raises(UnknownNameError) as error:
+        find_controller("no-eror")
+    assert "no-error" not in str(error.value)
+    with pytest.raises(UnknownNameError, match="did you mean 'no-error'"):
+        find_controller("no-eror", references=True)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_reference_takes_parameters_and_stays_a_reference(name):
+    controller = find_controller(f"{name}:deaf_when_lost=7", references=True)
+    assert isinstance(controller, Oracle)
+    assert is_privileged(controller)
+    assert controller.parameters["estimator.deaf_when_lost"] == 7.0
+    assert controller != find_controller(name, references=True)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_world_in_a_block_is_the_world_alone_also_after_a_reset(name):
+    alone, block = run(name, 80, [5]), run(name, 20, [7, 8])
+    block.reset([3, 5])
+    for _ in range(80):
+        block.step()
+    assert_array_equal(alone.world.state.pose, block.world.state.pose[10:])
+    assert_array_equal(beliefs(alone).location, beliefs(block).location[10:])
+
+
+def test_without_error_the_believed_pose_is_the_true_one_also_when_pushed():
+    loop = run("no-error", 120, physics="rigid")
+    assert_array_equal(beliefs(loop).pose, loop.world.state.pose)
+
+
+def test_without_error_p_is_the_true_path():
+    loop = start("no-error")
+    before, p = loop.world.state.pose.copy(), beliefs(loop).p.copy()
+    loop.step()
+    after = loop.world.state.pose
+    way = np.hypot(*(after - before)[:, :2].T)
+    turn = np.abs((after - before)[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    expected = way + 0.5 * 0.053 * np.abs(turn)
+    assert_allclose(beliefs(loop).p[:, 0] - p[:, 0], expected, atol=1e-12)
+
+
+def test_the_oracle_takes_the_estimate_that_is_nearer_the_area():
+    loop = start("oracle-weighting")
+    b, e = beliefs(loop), rows(loop.controller.minds["estimator"]["exchange"])
+    nest = moved(np.tile(loop.world.areas, (10, 1, 1)), loop.world.state.pose, b.pose)
+    b.location[:] = nest + np.array([0.2, 0.0])
+    b.heard_weight[:] = 2.0
+    e.is_valid[:], e.heard_known[:], e.own_known[:] = True, True, True
+    off = np.linspace(0.0, 0.38, 10)
+    b.heard_sum[:] = 2.0 * (nest + [[0.0, 1.0]] * off[:, None, None])
+    e.heard_known[0, 0] = False
+    g = OracleWeighting().start_knowing(loop.controller, loop.world)(loop.exchange)
+    assert_array_equal(g[:, 1], off < 0.2)
+    assert g[0, 0] == 0.0
+    assert set(np.unique(g)) == {0.0, 1.0}
+
+
+def test_global_communication_gives_everyone_the_mean_of_those_who_know(numbers_of):
+    loop = start("global")
+    b, pose = beliefs(loop), loop.world.state.pose
+    b.known[:] = 0
+    places = np.array([[0.3, 0.1], [0.5, -0.3]])
+    for robot, place in enumerate(places):
+        b.location[robot, 0] = moved(
+            np.tile(place, (1, 2, 1)), pose[robot : robot + 1], b.pose[robot : robot + 1]
+        )[0, 0]
+        b.known[robot, 0], b.p[robot, 0] = True, 1.0 + robot
+    b.p[2:] = 9.0
+    b.ignore_ticks[5] = 3
+    average(
+        loop.world.state, rows(loop.controller.minds["estimator"]), numbers_of({"talk_ticks": 1})
+    )
+    hearing = np.arange(10) != 5
+    assert_array_equal(b.known[:, 0], hearing)
+    assert not b.known[:, 1].any()
+    world = moved(b.location, b.pose, pose)[hearing, 0]
+    assert_allclose(world, np.tile(places.mean(axis=0), (9, 1)), atol=1e-12)
+    assert_allclose(b.p[hearing, 0], 1.5)
+    assert b.p[5, 0] == 9.0
+
+
+def test_global_communication_averages_once_per_exchange_time():
+    loop = start("global", **{"radio.exchange_time": 0.5})
+    beliefs(loop).known[:] = 0
+    beliefs(loop).known[0, 0] = True
+    knowing = []
+    for _ in range(10):
+        loop.controller.observe(0, 1)
+        knowing.append(int(beliefs(loop).known[:, 0].sum()))
+    assert knowing[0] == 1
+    assert knowing.index(10) <= 4
