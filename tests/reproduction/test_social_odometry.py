@@ -11,12 +11,13 @@ import pytest
 
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import run_episodes
-from baselines.evaluation.experiment_config import find_recipe
+from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import compare, mean_interval
 from baselines.papers.claim_result import above
 from baselines.papers.experiments import Experiment, on_path, recruitment_time, round_trips
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.task import task_of
 
 pytestmark = pytest.mark.reproduces
 
@@ -97,8 +98,8 @@ class Opposite:
     def heard_p_share(self):
         return self.rule.heard_p_share
 
-    def __call__(self, encounter):
-        return 1.0 - self.rule(encounter)
+    def __call__(self, exchange):
+        return 1.0 - self.rule(exchange)
 
 
 @pytest.mark.parametrize("controller", [SSGIKF, SSGIFF])
@@ -107,10 +108,11 @@ def test_the_opposite_gain_is_worse(controller):
 
     With ten messages a tick, so that what is heard is worth weighing.
     """
-    recipe, scenario = find_recipe(controller), find_scenario("es1", {"radio.frames": 10})
-    opposite = replace(recipe, weighting=Opposite(recipe.weighting))
+    scenario = find_scenario("es1", {"radio.frames": 10})
+    found = find_layered_controller(controller)
+    rule = task_of(scenario).array_weighting(found.weighting.layer(scenario))
     told, deceived = (
         [run.round_trips for run in run_episodes(scenario, each, SEEDS["es1"], "kinematic")]
-        for each in (recipe, opposite)
+        for each in (found, replace(found, weighting=Opposite(rule)))
     )
     assert above(compare(told, deceived))
