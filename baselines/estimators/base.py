@@ -1,8 +1,9 @@
-"""The registry of estimators; their protocol is `swarm_forage_env.interface.Estimator`."""
+"""The registry of estimators: parts with an `EstimatorLayer`."""
 
 from typing import Any
 
 from swarm_forage_env.registry import Registry
 
 ESTIMATORS: Registry[Any] = Registry("estimator")
-"""Parameters by name; each is a `Part` with a method `start(scenario, n_worlds)`."""
+"""Estimators by name; each is a `Part` whose fields are its parameters, with a method
+`layer(scenario)`."""
