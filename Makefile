@@ -46,7 +46,7 @@ test: $(READY)  ## the tests, without those marked slow, reproduces or wheel
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m '$(SHORT)'
 
 test-wheel: $(READY)  ## the wheel alone and with each extra alone, installed from the index
-	$(BIN)/pytest -m wheel tests/packaging
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m wheel tests/packaging
 
 test-browser: $(READY)  ## the replay in Chromium, which must be there (`make test`: if it is)
 	@for name in chromium chromium-browser google-chrome google-chrome-stable; do \
