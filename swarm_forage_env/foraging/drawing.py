@@ -45,7 +45,7 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
     pose = robots.pose.copy()
     known, p = np.zeros((n, 2), np.bool_), np.zeros((n, 2), np.float32)
     believed, situations = np.zeros((n, 2, 2)), None
-    if "estimator" in minds.dtype.names:
+    if "estimator" in (minds.dtype.names or ()):
         situations = rows(minds["estimator"]["situation"][which])
         known, p = situations.known != 0, situations.p.copy()
         believed = believed_places(pose, situations.areas, known)
