@@ -103,7 +103,8 @@ class Plan:
 
     def _room(self, key: str) -> int:
         """Number of worlds of this configuration that a thread of a block has room for."""
-        return max(1, MAX_ROWS // self._named[key].scenario.task.n_robots)
+        n_robots: int = self._named[key].scenario.task.n_robots
+        return max(1, MAX_ROWS // n_robots)
 
 
 def evaluate(
