@@ -135,7 +135,7 @@ def add(x, k):
 
 def applied(change):
     numbers = np.array([1.0, 2.0, 3.0])
-    bind(apply, change=change)(numbers)
+    bind(apply, {"change": change})(numbers)
     return numbers.tolist()
 
 
@@ -148,7 +148,7 @@ def test_compositions_of_one_template_do_not_mix(fresh_cache):
 
 @compiled
 def test_the_same_composition_shares_its_machine_code(fresh_cache):
-    first, again, other = (bind(apply, change=change) for change in (double, double, add))
+    first, again, other = (bind(apply, {"change": change}) for change in (double, double, add))
     for function in (first, again, other):
         function(np.ones(3))
     assert not sum(first.stats.cache_hits.values())
@@ -159,7 +159,7 @@ def test_the_same_composition_shares_its_machine_code(fresh_cache):
 
 
 def test_a_bound_template_keeps_its_name_and_its_docstring():
-    bound = bind(apply, change=double)
+    bound = bind(apply, {"change": double})
     if not numba.config.DISABLE_JIT:
         assert bound.__name__ == "apply"
         assert bound.__doc__ == apply.__doc__

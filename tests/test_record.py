@@ -5,7 +5,7 @@ import pytest
 
 from swarm_forage_env.arrays import Array, Float64, Int8
 from swarm_forage_env.compiler import entry_point
-from swarm_forage_env.record import Record, field, numbers_record, rows
+from swarm_forage_env.record import Record, field, numbers_record, one_record, rows
 
 
 class Wheel(Record):
@@ -30,12 +30,12 @@ class Trailer(Record):
     start_speed: float = field(np.float64, start=1.0)
 
 
-def test_a_dtype_has_the_fields_in_their_order():
+def test_a_dtype_has_the_fields_last_ones_first():
     dtype = Vehicle.dtype(slots=3)
-    assert dtype.names == ("pose", "goal", "left", "right", "met")
+    assert dtype.names == ("met", "right", "left", "goal", "pose")
     assert dtype["pose"] == np.dtype((np.float64, (3,)))
     assert dtype["goal"] == np.int8
-    assert dtype["left"].names == ("speed", "is_stuck")
+    assert dtype["left"].names == ("is_stuck", "speed")
 
 
 def test_a_field_says_its_unit_and_its_scale():
@@ -45,10 +45,17 @@ def test_a_field_says_its_unit_and_its_scale():
     assert Vehicle.fields["goal"].start == -1
 
 
-def test_fields_of_base_classes_come_first():
-    assert Lorry.dtype(slots=1).names == (*Vehicle.dtype(slots=1).names, "load")
+def test_fields_of_base_classes_are_listed_first_and_their_columns_come_last():
+    assert [*Lorry.fields] == [*Vehicle.fields, "load"]
     assert "load" not in Vehicle.fields
-    assert [*Lorry.fields][:-1] == [*Vehicle.fields]
+    assert Lorry.dtype(slots=1).names == ("load", *Vehicle.dtype(slots=1).names)
+
+
+def test_a_first_value_may_be_an_array():
+    class Cornered(Record):
+        corner: Float64[Array, "2"] = field(np.float64, 2, start=(1.0, 2.0))
+
+    assert Cornered.array((2, 3))["corner"].tolist() == [[[1.0, 2.0]] * 3] * 2
 
 
 @pytest.mark.parametrize("slots", [0, 1, 4])
@@ -128,10 +135,17 @@ def test_rows_are_the_records_of_all_worlds_with_columns_for_attributes():
 
 def test_numbers_are_kept_in_double_precision_in_the_shape_of_their_values():
     dtype = numbers_record(beta=0.5, is_double=True, corners=[[0.0, 1.0], [2.0, 3.0]])
-    assert dtype.names == ("beta", "is_double", "corners")
+    assert {*dtype.names} == {"beta", "is_double", "corners"}
     assert dtype["beta"] == np.float64
     assert dtype["is_double"] == np.float64
     assert dtype["corners"].shape == (2, 2)
+
+
+def test_one_record_holds_the_numbers():
+    record = one_record({"beta": 0.5, "corners": [[0.0, 1.0], [2.0, 3.0]]})
+    assert record.shape == (1,)
+    assert record["beta"].tolist() == [0.5]
+    assert record["corners"].tolist() == [[[0.0, 1.0], [2.0, 3.0]]]
 
 
 def test_a_record_without_numbers_still_has_a_field():

@@ -15,7 +15,7 @@ from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.record import numbers_record, rows
+from swarm_forage_env.record import one_record, rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 
@@ -27,10 +27,7 @@ def numbers_of():
     """The parameters of a layer as a record."""
 
     def make(numbers):
-        record = np.zeros(1, numbers_record(**numbers)).view(np.recarray)
-        for name, value in numbers.items():
-            record[name] = value
-        return record[0]
+        return one_record(numbers).view(np.recarray)[0]
 
     return make
 

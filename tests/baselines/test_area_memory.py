@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from swarm_forage_env.foraging.metrics import localisation_error
 
 from baselines.estimators.area_memory import area_under
 from baselines.estimators.belief import NOWHERE
 from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows

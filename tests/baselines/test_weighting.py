@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
-from swarm_forage_env.compiler import bind
 from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.compiler import bind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import override
 from swarm_forage_env.scenarios import find_scenario

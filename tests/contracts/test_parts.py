@@ -7,7 +7,6 @@ from dataclasses import fields, replace
 import baselines.recipes  # noqa: F401 enters the controllers
 import numpy as np
 import pytest
-from swarm_forage_env.foraging.scenario import Part, Scenario
 from swarm_forage_env.waypoints_scenario import WaypointsScenario
 
 from baselines.controller import made_for
@@ -15,6 +14,7 @@ from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.foraging.scenario import Part, Scenario
 from swarm_forage_env.interface import Encounter, Feedback
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.physics import ENGINES

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.proximity import (
     PROXIMITY_ANGLES,
+    SENSING_RANGE,
     ray_to_disc,
     ray_to_walls,
     response,
@@ -77,11 +78,14 @@ def test_overlapping_discs_are_at_no_distance():
     assert ray_to_disc(0.0, 0.06, LEFT, RADIUS) == 0.0
 
 
+def ray_at(x, y, direction):
+    """Distance to the walls along a direction of the world frame."""
+    return ray_to_walls(x, y, math.cos(direction), math.sin(direction), ARENA, RADIUS)
+
+
 def seen_walls(x, y, theta):
     """Distance to the walls along each ray."""
-    return np.array(
-        [ray_to_walls(x, y, theta + angle, ARENA, RADIUS) for angle in PROXIMITY_ANGLES]
-    )
+    return np.array([ray_at(x, y, theta + angle) for angle in PROXIMITY_ANGLES])
 
 
 @pytest.mark.parametrize("ray", range(8))
@@ -99,6 +103,8 @@ def test_a_wall_on_any_side_is_at_its_gap_for_the_sensor_that_faces_it(ray, gap,
         aslant = math.cos(PROXIMITY_ANGLES[other] - PROXIMITY_ANGLES[ray])
         if aslant > 0.5:
             expected = (gap + RADIUS) / aslant - RADIUS
+            if expected > SENSING_RANGE + 1e-9:
+                expected = math.inf
             assert distance[other] == pytest.approx(expected, abs=1e-9)
         else:
             assert distance[other] > 2.0 * gap
@@ -112,12 +118,17 @@ def test_in_a_corner_each_sensor_sees_the_nearer_wall():
     assert distance[6] == pytest.approx(0.045 / math.cos(math.radians(50.0)) - RADIUS)
 
 
-@pytest.mark.parametrize("direction", [0.0, math.pi / 2, math.pi, -math.pi / 2])
-def test_a_ray_along_an_axis_meets_the_wall_it_faces(direction):
-    length, width = ARENA
-    expected = {
-        0.0: 0.5 * length - 0.2, math.pi / 2: 0.5 * width - 0.1,
-        math.pi: 0.5 * length + 0.2, -math.pi / 2: 0.5 * width + 0.1,
-    }  # fmt: skip
-    distance = ray_to_walls(0.2, 0.1, direction, ARENA, RADIUS)
-    assert distance == pytest.approx(expected[direction] - RADIUS)
+@pytest.mark.parametrize(
+    ("x", "y", "direction"),
+    [(0.8, 0.1, 0.0), (0.2, 0.55, math.pi / 2), (-0.8, 0.1, math.pi), (0.2, -0.55, -math.pi / 2)],
+)
+def test_a_ray_along_an_axis_meets_the_wall_it_faces(x, y, direction):
+    gap = (0.5 * ARENA - np.abs([x, y])).min() - RADIUS
+    assert ray_at(x, y, direction) == pytest.approx(gap)
+    assert ray_at(x, y, direction + math.pi) == math.inf
+    assert ray_at(x, y, direction + math.pi / 2) == math.inf
+
+
+@pytest.mark.parametrize(("gap", "is_seen"), [(0.0499, True), (0.0501, False)])
+def test_a_wall_is_seen_within_the_reach_of_a_sensor(gap, is_seen):
+    assert (ray_at(0.5 * ARENA[0] - RADIUS - gap, 0.0, 0.0) < math.inf) == is_seen

@@ -1,6 +1,7 @@
 """What an episode is judged by, in cases worked by hand."""
 
 import numpy as np
+
 from swarm_forage_env.foraging.metrics import (
     believed_places,
     localisation_error,

@@ -150,7 +150,8 @@ def test_a_sensor_reads_the_nearest_of_all_robots_and_walls(block, places, corne
     for i, (x, y, theta) in enumerate(pose):
         c, s = math.cos(theta), math.sin(theta)
         for ray, angle in enumerate(PROXIMITY_ANGLES):
-            away = [ray_to_walls(x, y, theta + angle, ARENA, RADIUS)]
+            u, v = math.cos(theta + angle), math.sin(theta + angle)
+            away = [ray_to_walls(x, y, u, v, ARENA, RADIUS)]
             for dx, dy in np.delete(pose[:, :2], i, axis=0) - (x, y):
                 away.append(ray_to_disc(c * dx + s * dy, c * dy - s * dx, ray, RADIUS))
             assert seen[i, ray] == pytest.approx(response(min(away)), abs=1e-6)

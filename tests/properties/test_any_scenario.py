@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from swarm_forage_env.foraging.scenario import Scenario
 
 from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import WORDS, Command
 from swarm_forage_env.loop import ControlLoop
 from swarm_forage_env.physics import ENGINES

@@ -1,9 +1,9 @@
 """Scenarios of the user's own, from TOML files."""
 
 import pytest
-from swarm_forage_env.foraging.scenario import Scenario
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.scenarios import find_scenario
 
 

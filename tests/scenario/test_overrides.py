@@ -6,10 +6,10 @@ from bisect import bisect_left
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from swarm_forage_env.foraging.scenario import Part, Scenario, leaves, override, resolve
 from swarm_forage_env.world import World
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.foraging.scenario import Part, Scenario, leaves, override, resolve
 from swarm_forage_env.scenarios import find_scenario
 
 

@@ -5,9 +5,9 @@ import re
 
 import numpy as np
 import pytest
-from swarm_forage_env.foraging.scenario import Arena, Radio, Robot, Scenario, Sensors, Task
 
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.scenario import Arena, Radio, Robot, Scenario, Sensors, Task
 from swarm_forage_env.scenarios import find_scenario
 
 TABLE = {

@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import gymnasium
 from pydantic import Field
-from swarm_forage_env.foraging.scenario import Part, Share
 
 from baselines.controller import Recipe
 from baselines.estimators.social_odometry import SocialOdometryParameters
@@ -15,6 +14,7 @@ from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting.base import WEIGHTING_RULES
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.foraging.scenario import Part, Share
 from swarm_forage_env.interface import Encounter
 from swarm_forage_env.registry import CONTROLLERS
 
