@@ -112,11 +112,12 @@ def evaluate(
     seeds: Sequence[int],
     dataset: Dataset,
     workers: int = 1,
+    threads: int = 1,
     progress: Callable[[int], None] = lambda _: None,
 ) -> list[Any]:
     """Run or find the episodes of all configurations under all seeds, and keep them."""
     plan = Plan(configurations, seeds, dataset)
-    for done in plan.run(workers):
+    for done in plan.run(workers, threads):
         progress(done)
     return plan.results()
 
