@@ -14,7 +14,6 @@ from swarm_forage_env.interface import Kernel, MotionLayer, WeightingLayer
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import one_record
 
-
 gain: Kernel
 steer: Kernel
 """Free names of the templates: functions of a layer."""

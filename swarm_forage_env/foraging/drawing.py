@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Int8, Int32
-from swarm_forage_env.foraging.metrics import believed_places, on_path_now
+from swarm_forage_env.foraging.metrics import believed_places, knows_both_areas_now
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
 from swarm_forage_env.foraging.world import ForagingWorld
@@ -58,7 +58,7 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
         p=p,
         messages=_messages(robots.heard),
         round_trips=robots.round_trips.copy(),
-        on_path=float(on_path_now(robots.known, 1)[0]),
+        on_path=float(knows_both_areas_now(robots.known, 1)[0]),
     )
 
 

@@ -12,7 +12,6 @@ from swarm_forage_env.waypoints.records import Exchange, Readings, Situation
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.views import MotionInput, WeightingInput
 
-
 gain: Kernel
 steer: Kernel
 """Free names of the templates: functions of a layer."""

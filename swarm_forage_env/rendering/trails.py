@@ -17,7 +17,7 @@ JUST_NOW = 0.5
 """Messages are drawn for so long [s]: one tick alone would be missed between two pictures."""
 
 
-class Memory:
+class Trails:
     """The recent past of one world, taken in scene by scene."""
 
     def __init__(self) -> None:

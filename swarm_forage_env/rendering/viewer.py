@@ -1,4 +1,4 @@
-"""View: the one door through which every environment shows itself."""
+"""Viewer: the one door through which every environment shows itself."""
 
 from importlib.util import find_spec
 from pathlib import Path
@@ -33,7 +33,7 @@ def check_render_mode(render_mode: object) -> None:
         )
 
 
-class View:
+class Viewer:
     """Shows the scenes of one stage, in a window or as frames.
 
     Nothing is opened before the first scene is drawn.
