@@ -1,4 +1,4 @@
-"""The panel around the arena: names, clock and counts above; legend and selected robot below."""
+"""Head-up display: names, clock and counts above the arena; legend and selected robot below."""
 
 import numpy as np
 import pygame
@@ -21,7 +21,7 @@ HELP = "space pause   . step   + - speed   tab or click select   t b m toggle   
 
 
 class HeadUpDisplay:
-    """Writes on a picture, outside the arena."""
+    """The text and the legend of a picture, outside the arena."""
 
     def __init__(self, stage: Stage, layout: Layout, picture: pygame.Surface) -> None:
         """Letters, and all that stays the same, ready to copy."""

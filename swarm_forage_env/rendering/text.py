@@ -1,4 +1,4 @@
-"""TextRenderer: lines of text, drawn large and made smaller, so that letters keep their distances."""
+"""Text of pictures: lines drawn large and made smaller, so that letters keep their distances."""
 
 import pygame
 

@@ -1,4 +1,4 @@
-"""What pictures show of the time before: where robots came from, and who was heard just now."""
+"""Trails: where the robots of a picture came from, and who was heard just now."""
 
 from collections import deque
 

@@ -1,4 +1,4 @@
-"""Viewer: the one door through which every environment shows itself."""
+"""Viewer: what the render() of every environment draws with."""
 
 from importlib.util import find_spec
 from pathlib import Path
