@@ -39,7 +39,7 @@ demo: $(READY)  ## evaluate three baselines on es1: table, boxplot, dataset
 
 score-plot: $(READY)  ## the boxplot of the README: docs/images/score.png
 	$(BIN)/swarm-forage evaluate es1 nc ssgikf dsgikf ssgiff:beta=0.001 ssgiff dsgiff \
-		dsgiff-brisk:beta=0.003 learned-weighting learned-motion learned-both \
+		dsgiff-frequent:beta=0.003 learned-weighting learned-motion learned-both \
 		--workers $(WORKERS) --out runs/score-plot --plot docs/images/score.png
 
 test: $(READY)  ## the tests, without those marked slow, reproduces or wheel
