@@ -50,7 +50,7 @@ def test_the_discounted_shaping_of_an_episode_depends_on_its_ends_only(
     """sum_t d^t w (d Phi_t+1 - Phi_t) = w (d^T Phi_T - Phi_0)."""
     discount, weight = 0.97, 2.5
     options = {"reward": reward, "decision_period": period}
-    plain, env = rewards_of(busy, constant, **options)
+    plain, _ = rewards_of(busy, constant, **options)
     shaped, again = rewards_of(busy, constant, shaping=weight, discount=discount, **options)
     powers = discount ** np.arange(len(plain))
     added = ((shaped - plain) * powers[:, None]).sum(axis=0)

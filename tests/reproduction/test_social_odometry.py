@@ -11,11 +11,12 @@ import pytest
 
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import run_episodes
-from baselines.evaluation.experiment_config import find_recipe
+from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import compare, mean_interval
 from baselines.papers.claim_result import above
 from baselines.papers.experiments import Experiment, on_path, recruitment_time, round_trips
+from swarm_forage_env.foraging.array_rules import ArrayWeighting
 from swarm_forage_env.scenarios import find_scenario
 
 pytestmark = pytest.mark.reproduces
@@ -97,8 +98,8 @@ class Opposite:
     def heard_p_share(self):
         return self.rule.heard_p_share
 
-    def __call__(self, encounter):
-        return 1.0 - self.rule(encounter)
+    def __call__(self, exchange):
+        return 1.0 - self.rule(exchange)
 
 
 @pytest.mark.parametrize("controller", [SSGIKF, SSGIFF])
@@ -107,10 +108,14 @@ def test_the_opposite_gain_is_worse(controller):
 
     With ten messages a tick, so that what is heard is worth weighing.
     """
-    recipe, scenario = find_recipe(controller), find_scenario("es1", {"radio.frames": 10})
-    opposite = replace(recipe, weighting=Opposite(recipe.weighting))
+    right, scenario = (
+        find_layered_controller(controller),
+        find_scenario("es1", {"radio.frames": 10}),
+    )
+    rule = ArrayWeighting(right.weighting.layer(scenario))
+    opposite = replace(right, weighting=Opposite(rule))
     told, deceived = (
         [run.round_trips for run in run_episodes(scenario, each, SEEDS["es1"], "kinematic")]
-        for each in (recipe, opposite)
+        for each in (right, opposite)
     )
     assert above(compare(told, deceived))
