@@ -36,7 +36,7 @@ ROW = 2
 
 
 def made_for_foraging(part):
-    """Whether a part may be a layer of robots that forage; waypoints have contracts of their own."""
+    """Whether a part may be a layer of foragers; waypoints have contracts of their own."""
     return "foraging" in getattr(part, "tasks", ("foraging",))
 
 
@@ -220,7 +220,8 @@ def assert_same_mind(honest, fooled):
     """Assert that the robot believes the same, and is shown the same exchange if one ended."""
     mine, theirs = honest.minds["estimator"][0, ROW], fooled.minds["estimator"][0, ROW]
     for name in mine.dtype.names:
-        if name in ("message", "is_composed") or (name == "exchange" and not mine[name]["is_valid"]):
+        is_stale = name == "exchange" and not mine[name]["is_valid"]
+        if name in ("message", "is_composed") or is_stale:
             continue
         assert mine[name] == theirs[name], name
     assert honest.minds["motion"][0, ROW] == fooled.minds["motion"][0, ROW]
