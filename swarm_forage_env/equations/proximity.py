@@ -56,4 +56,4 @@ def ray_to_walls(
     """
     to_x = 0.5 * arena[0] - (x if c > 0.0 else -x)
     to_y = 0.5 * arena[1] - (y if s > 0.0 else -y)
-    return max(min(to_x / abs(c), to_y / abs(s)) - radius, 0.0)
+    return float(max(min(to_x / abs(c), to_y / abs(s)) - radius, 0.0))

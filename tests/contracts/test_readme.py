@@ -34,7 +34,7 @@ RULE = next(block for block in blocks("python") if block.startswith("@WEIGHTING_
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=["train", "gymnasium", "evaluate"])
 def test_an_example_runs_and_its_robots_make_round_trips(script):
-    run = run_alone("import baselines.recipes\n" + script)
+    run = run_alone("import baselines.controllers\n" + script)
     assert run.returncode == 0, run.stderr
     assert float(run.stdout.split()[-1]) > 0.0
 

@@ -183,7 +183,7 @@ def test_the_installed_command_lists_scenarios_and_controllers(environment, tmp_
 
 
 def test_world_and_controllers_need_no_extra(environment, tmp_path):
-    code = without(EXTRAS, "import baselines.recipes" + STEPS.format(made=MADE))
+    code = without(EXTRAS, "import baselines.controllers" + STEPS.format(made=MADE))
     stepped = run_plain(environment, "-c", code, cwd=tmp_path)
     assert stepped.stdout == STEPPED, stepped.stderr
 

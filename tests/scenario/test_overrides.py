@@ -6,10 +6,11 @@ from bisect import bisect_left
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from swarm_forage_env.world import World
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.foraging.scenario import Part, Scenario, leaves, override, resolve
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.parameters import Part, leaves, override, resolve
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -168,7 +169,7 @@ def test_the_largest_swarm_that_is_not_refused_finds_room(seed, ratio, radius):
     start_radius = min(ratio * radius, 0.8)
     refused = bisect_left(range(1, 400), True, key=lambda n: not crowd(n, start_radius, radius))
     largest = range(1, 400)[refused - 1]
-    world = World(crowd(largest, start_radius, radius), [seed], "kinematic")
+    world = ForagingWorld([crowd(largest, start_radius, radius)], [seed], "kinematic")
     assert world.n_robots == largest
     assert largest < 400
 
