@@ -1,8 +1,10 @@
-"""The registry of motion rules; their protocol is `swarm_forage_env.interface.Motion`."""
+"""The registry of motion rules; what one consists of is in `swarm_forage_env.interface`."""
 
 from typing import Any
 
 from swarm_forage_env.registry import Registry
 
 MOTIONS: Registry[Any] = Registry("motion")
-"""Parameters by name; each is a `Part` with a method `start(scenario, seeds)`."""
+"""Parameters by name; each is a `Part`. A compiled motion has a method `layer(scenario)`, which
+returns a `MotionLayer`; of a motion in NumPy `start(scenario, seeds)` gives a function of a
+`MotionInput`."""

@@ -1,9 +1,10 @@
-"""The registry of weighting rules; their protocol is `swarm_forage_env.interface.Weighting`."""
+"""The registry of weighting rules; what a rule consists of is in `swarm_forage_env.interface`."""
 
 from typing import Any
 
 from swarm_forage_env.registry import Registry
 
 WEIGHTING_RULES: Registry[Any] = Registry("weighting rule")
-"""Rules by name; each is a `Part` whose fields are its parameters and which is called with an
-Encounter."""
+"""Rules by name; each is a `Part` whose fields are its parameters. A compiled rule has a method
+`layer(scenario)`, which returns a `WeightingLayer`; a rule in NumPy is called with a
+`WeightingInput`."""
