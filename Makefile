@@ -39,14 +39,14 @@ demo: $(READY)  ## evaluate three baselines on es1: table, boxplot, dataset
 
 score-plot: $(READY)  ## the boxplot of the README: docs/images/score.png
 	$(BIN)/swarm-forage evaluate es1 nc ssgikf dsgikf ssgiff:beta=0.001 ssgiff dsgiff \
-		dsgiff-brisk:beta=0.003 learned-weighting learned-motion learned-both \
+		dsgiff-frequent:beta=0.003 learned-weighting learned-motion learned-both \
 		--workers $(WORKERS) --out runs/score-plot --plot docs/images/score.png
 
 test: $(READY)  ## the tests, without those marked slow, reproduces or wheel
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m '$(SHORT)'
 
 test-wheel: $(READY)  ## the wheel alone and with each extra alone, installed from the index
-	$(BIN)/pytest -m wheel tests/packaging
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m wheel tests/packaging
 
 test-browser: $(READY)  ## the replay in Chromium, which must be there (`make test`: if it is)
 	@for name in chromium chromium-browser google-chrome google-chrome-stable; do \

@@ -5,23 +5,22 @@ import logging
 import os
 import signal
 import sys
-import warnings
 from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from enum import StrEnum
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 
 from baselines.evaluation.commands_plot import plot as plot_figure
 from baselines.evaluation.commands_watch import watch
-from baselines.evaluation.console import say
+from baselines.evaluation.console import old_names_told, say
 from baselines.papers.commands_reproduce import reproduce
-from swarm_forage_env.errors import ConfigError, RenamedWarning, UnknownNameError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 if TYPE_CHECKING:
     from baselines.evaluation.runner import Plan
@@ -259,23 +258,6 @@ def stoppable(keeps: bool = True) -> Iterator[None]:
         raise typer.Exit(130) from None
     finally:
         signal.signal(signal.SIGTERM, before)
-
-
-@contextmanager
-def old_names_told() -> Iterator[None]:
-    """Tell of each old name that a command is given in one line on stderr."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("default", RenamedWarning)
-        show = warnings.showwarning
-
-        def tell(message: Warning | str, category: type[Warning], *where: Any) -> None:  # noqa: ANN401 as Python's
-            if issubclass(category, RenamedWarning):
-                say(str(message))
-            else:
-                show(message, category, *where)
-
-        warnings.showwarning = cast(Any, tell)
-        yield
 
 
 def _refuse(complaint: str, status: int) -> int:

@@ -10,7 +10,6 @@ from baselines.running import RunningLayers
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Part, leaves, override, resolve, validated
-from swarm_forage_env.registry import Registry
 from swarm_forage_env.task import task_of
 
 REGISTRIES = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
@@ -48,7 +47,11 @@ class LayeredController:
     @property
     def layer_names(self) -> dict[str, str]:
         """The name of each layer: that of its part in the registry, or else of its class."""
-        return {layer: _name_of(REGISTRIES[layer], part) for layer, part in self.layers.items()}
+        classes = {layer: type(part) for layer, part in self.layers.items()}
+        return {
+            layer: REGISTRIES[layer].name_of(each) or each.__name__
+            for layer, each in classes.items()
+        }
 
     @property
     def message_path(self) -> float:
@@ -133,9 +136,3 @@ class LayeredController:
             if task not in getattr(part, "tasks", ("foraging",)):
                 return layer
         return None
-
-
-def _name_of(registry: Registry[Any], part: Part) -> str:
-    """The name under which the class of a part is registered, or else its own."""
-    names = [name for name in registry if registry[name] is type(part)]
-    return names[0] if names else type(part).__name__

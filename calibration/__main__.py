@@ -55,6 +55,9 @@ def calibrate(  # noqa: PLR0913 the options of a command
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Processes to run episodes in.")] = 2,
+    threads: Annotated[
+        int, typer.Option(min=1, help="Threads that the worlds of a process are spread over.")
+    ] = 1,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -88,6 +91,7 @@ def calibrate(  # noqa: PLR0913 the options of a command
     if paper is Paper.BOIDS:
         given = {
             "--hours": hours is not None,
+            "--threads": threads != 1,
             "--set": bool(settings),
             "--physics": physics != "kinematic",
             "--report": bool(report),
@@ -99,7 +103,11 @@ def calibrate(  # noqa: PLR0913 the options of a command
         return
     trials = SOCIAL_TRIALS if trials is None else trials
     runner = CalibrationRunner(
-        Dataset(out / "episodes"), physics, workers, settings=parse_settings(settings or [])
+        Dataset(out / "episodes"),
+        physics,
+        workers,
+        threads,
+        settings=parse_settings(settings or []),
     )
     identity = runner.identity
     runner.dataset.open()

@@ -44,6 +44,7 @@ class CalibrationRunner:
     dataset: Dataset
     physics: str = "kinematic"
     workers: int = 1
+    threads: int = 1
     seed: int = FIT_SEED
     worlds: Mapping[str, int] = field(default_factory=lambda: WORLDS)
     settings: Mapping[str, str] = field(default_factory=dict)
@@ -58,7 +59,7 @@ class CalibrationRunner:
         """The episodes of an arena by controller, run or found."""
         configurations = [self.configuration(values, arena, each) for each in CONTROLLERS]
         seeds = range(self.seed, self.seed + self.worlds[arena])
-        episodes = evaluate(configurations, seeds, self.dataset, self.workers)
+        episodes = evaluate(configurations, seeds, self.dataset, self.workers, self.threads)
         return {
             (arena, name): [each for each in episodes if each.controller == name]
             for name in CONTROLLERS

@@ -38,7 +38,8 @@ def kernel(function: FunctionT) -> FunctionT:
 
 def entry_point(function: FunctionT) -> FunctionT:
     """Compile a function that Python calls on structured arrays; its machine code is kept."""
-    return cast(FunctionT, _compiled(getattr(function, "py_func", function)))
+    plain = getattr(cast(Any, function), "py_func", function)
+    return cast(FunctionT, _compiled(cast(Any, plain)))
 
 
 def bind(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel

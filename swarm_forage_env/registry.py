@@ -74,6 +74,10 @@ class Registry(Generic[PartT]):
             return True
         return isinstance(name, str) and self._compose is not None and JOINT in name
 
+    def name_of(self, part: PartT) -> str | None:
+        """The name that a part is entered under; None if it is not entered."""
+        return next((name for name, each in self._parts.items() if each is part), None)
+
     def loaded(self) -> list[PartT]:
         """The parts entered so far, without looking for plug-ins."""
         return list(self._parts.values())

@@ -86,7 +86,7 @@ class Scene:
     """Completed trips nest -> prey -> nest of each robot so far."""
 
     on_path: float
-    """Share of the robots that is on the path now, as `metrics.on_path_now` defines it."""
+    """Share of the robots that is on the path now, as `metrics.knows_both_areas_now` defines it."""
 
     @property
     def total(self) -> int:

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 import pytest
 
-from swarm_forage_env.compiler import bind, cache_folder, entry_point, fingerprint, kernel
+from swarm_forage_env.compiler import _bound, bind, cache_folder, entry_point, fingerprint, kernel
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -107,8 +107,9 @@ def odd(n):
 
 @pytest.fixture
 def fresh_cache(tmp_path, monkeypatch):
-    """A folder for machine code in which there is none yet."""
+    """A folder for machine code in which there is none yet, and nothing is kept in memory."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    _bound.cache_clear()
     return cache_folder()
 
 
@@ -140,17 +141,27 @@ def applied(change):
 
 
 def test_compositions_of_one_template_do_not_mix(fresh_cache):
-    for _ in range(2):  # the second time the machine code comes from the disk
+    for _ in range(2):
+        _bound.cache_clear()  # the second time the machine code comes from the disk
         assert applied(double) == [2.0, 4.0, 6.0]
         assert applied(negate) == [-1.0, -2.0, -3.0]
         assert applied(add) == [1.0, 3.0, 5.0]
 
 
+def test_the_same_composition_is_compiled_once_in_a_process():
+    first = bind(apply, {"change": double, "not named": add})
+    assert bind(apply, {"change": double}) is first
+    assert bind(apply, {"change": add}) is not first
+
+
 @compiled
-def test_the_same_composition_shares_its_machine_code(fresh_cache):
-    first, again, other = (bind(apply, {"change": change}) for change in (double, double, add))
-    for function in (first, again, other):
-        function(np.ones(3))
+def test_the_same_composition_shares_its_machine_code_on_disk(fresh_cache):
+    made = []
+    for change in (double, double, add):
+        _bound.cache_clear()
+        made.append(bind(apply, {"change": change}))
+        made[-1](np.ones(3))
+    first, again, other = made
     assert not sum(first.stats.cache_hits.values())
     assert sum(again.stats.cache_hits.values()) == 1
     assert not sum(again.stats.cache_misses.values())
@@ -176,6 +187,7 @@ def test_a_kernel_runs_without_the_interpreters_lock():
 def test_a_cache_that_cannot_be_written_keeps_nobody_from_working(tmp_path, monkeypatch):
     (tmp_path / "swarm-forage").write_text("a file where the folder should be")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    _bound.cache_clear()
     assert applied(double) == [2.0, 4.0, 6.0]
 
 

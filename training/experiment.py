@@ -20,6 +20,7 @@ from swarm_forage_env.parameters import leaves
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.task import task_of
 from training.learned_motion import LearnedMotion
 from training.learned_weighting import LearnedWeighting
 from training.linear_motion_policy import linear_policy_of
@@ -247,8 +248,8 @@ def versions(*more: str) -> dict[str, str]:
 
 def _foraging_scenario(name: str, changes: Mapping[str, str]) -> Scenario:
     """The scenario of a name, changed; ConfigError for one of another task."""
-    found = find_scenario(name, changes)
-    if not isinstance(found, Scenario):
+    found: Scenario = find_scenario(name, changes)
+    if task_of(found).name != "foraging":
         raise ConfigError(f"scenario '{found.name}': must be one in which robots forage, as es1")
     return found
 

@@ -28,6 +28,7 @@ from swarm_forage_env.foraging.views import MotionInput
 from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.spaces import ObservationLayout, ObservationWriter
+from swarm_forage_env.task import task_of
 from training import linear_motion_policy
 from training.policy_file import (
     Policy,
@@ -161,7 +162,7 @@ class LearnedMotion(Part):
     def check_usable(self, scenario: Any = None) -> None:  # noqa: ANN401 of any task
         """ConfigError or UnknownNameError if the policy is missing or does not fit."""
         policy = load_policy(self.policy)
-        if isinstance(scenario, Scenario):
+        if scenario is not None and task_of(scenario).name == "foraging":
             policy.check_fits("motion", scenario)
         if _is_linear(policy):
             linear_motion_policy.linear_policy_of(policy)

@@ -154,7 +154,7 @@ def update_exchange(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> boo
     if slot < heard.n:
         message = crowd[belief.partner].message
         accumulate_message(belief, message, heard, slot, numbers.message_path)
-    has_ended = belief.exchange_ticks_left == 0
+    has_ended = bool(belief.exchange_ticks_left == 0)
     if has_ended:
         remember_partner(belief, int(numbers.refractory_ticks))
         belief.partner = NOBODY

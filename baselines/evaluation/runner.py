@@ -103,7 +103,8 @@ class Plan:
 
     def _room(self, key: str) -> int:
         """Number of worlds of this configuration that a thread of a block has room for."""
-        return max(1, MAX_ROWS // self._named[key].scenario.task.n_robots)
+        n_robots: int = self._named[key].scenario.task.n_robots
+        return max(1, MAX_ROWS // n_robots)
 
 
 def evaluate(
@@ -111,11 +112,12 @@ def evaluate(
     seeds: Sequence[int],
     dataset: Dataset,
     workers: int = 1,
+    threads: int = 1,
     progress: Callable[[int], None] = lambda _: None,
 ) -> list[Any]:
     """Run or find the episodes of all configurations under all seeds, and keep them."""
     plan = Plan(configurations, seeds, dataset)
-    for done in plan.run(workers):
+    for done in plan.run(workers, threads):
         progress(done)
     return plan.results()
 

@@ -18,7 +18,7 @@ from baselines.evaluation.recorders import (
 )
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.rendering.memory import TRAIL
+from swarm_forage_env.rendering.trails import TRAIL
 from swarm_forage_env.rendering.video import FORMATS
 from swarm_forage_env.rendering.window import Window, checked_speed
 from swarm_forage_env.scene import Scene, Stage

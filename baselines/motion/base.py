@@ -1,9 +1,10 @@
-"""The registry of motion rules: parts with a `MotionLayer`, or that start a `MotionRule`."""
+"""The registry of motion rules; what one consists of is in `swarm_forage_env.interface`."""
 
 from typing import Any
 
 from swarm_forage_env.registry import Registry
 
 MOTIONS: Registry[Any] = Registry("motion")
-"""Rules by name; each is a `Part` whose fields are its parameters. Its method `layer(scenario)`
-gives its function, or `start(scenario, seeds)` a rule in NumPy."""
+"""Parameters by name; each is a `Part`. A compiled motion has a method `layer(scenario)`, which
+returns a `MotionLayer`; of a motion in NumPy `start(scenario, seeds)` gives a function of a
+`MotionInput`."""

@@ -1,9 +1,10 @@
-"""The registry of weighting rules: parts with a `WeightingLayer`, or a `WeightingRule` in NumPy."""
+"""The registry of weighting rules; what a rule consists of is in `swarm_forage_env.interface`."""
 
 from typing import Any
 
 from swarm_forage_env.registry import Registry
 
 WEIGHTING_RULES: Registry[Any] = Registry("weighting rule")
-"""Rules by name; each is a `Part` whose fields are its parameters. Its method `layer(scenario)`
-gives its function, or it is called with what the weighting layer sees."""
+"""Rules by name; each is a `Part` whose fields are its parameters. A compiled rule has a method
+`layer(scenario)`, which returns a `WeightingLayer`; a rule in NumPy is called with a
+`WeightingInput`."""

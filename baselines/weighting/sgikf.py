@@ -1,7 +1,5 @@
 """The Social Generalised Induced Kalman Filter."""
 
-import numpy as np
-
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.records import Exchange
@@ -15,7 +13,7 @@ from swarm_forage_env.record import Numbers
 def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
     """The gain g = p_i / (p_i + p_j) of an area; 1/2 where both are 0. Source: TR, Eq. 33."""
     own, total = exchange.own_p[area], exchange.own_p[area] + exchange.heard_p[area]
-    return own / total if total > 0.0 else np.float32(0.5)
+    return float(own / total) if total > 0.0 else 0.5
 
 
 @WEIGHTING_RULES.register("sgikf")

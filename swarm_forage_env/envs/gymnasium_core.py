@@ -12,7 +12,7 @@ from swarm_forage_env.envs.actions import Actions
 from swarm_forage_env.envs.make import make_array_env
 from swarm_forage_env.envs.render import EnvRenderer, Frame, title_of
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.view import check_render_mode
+from swarm_forage_env.rendering.viewer import check_render_mode
 from swarm_forage_env.spaces import Layout
 
 

@@ -17,7 +17,7 @@ from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes, title
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
-from swarm_forage_env.rendering.view import RENDER_MODES, check_render_mode
+from swarm_forage_env.rendering.viewer import RENDER_MODES, check_render_mode
 
 Observations = dict[str, Float32[Array, " numbers"]]
 Infos = dict[str, dict[str, float]]

@@ -5,7 +5,7 @@ from typing import Any
 from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.view import RENDER_MODES, View
+from swarm_forage_env.rendering.viewer import RENDER_MODES, Viewer
 from swarm_forage_env.task import stage_of, task_of
 
 Frame = UInt8[Array, "height width 3"]
@@ -34,7 +34,7 @@ class EnvRenderer:
         """Nothing is opened before the first scene is drawn."""
         self._env = env
         self._mode = mode
-        self._views: list[View] = []
+        self._views: list[Viewer] = []
         if mode is None:
             return
         n_worlds = env.world.n_worlds
@@ -44,7 +44,7 @@ class EnvRenderer:
                 " render_mode='rgb_array', or num_envs=1"
             )
         stage = stage_of(env.world.scenario, moved_by)
-        self._views = [View(stage, mode) for _ in range(n_worlds)]
+        self._views = [Viewer(stage, mode) for _ in range(n_worlds)]
 
     def draw(self) -> list[Frame | None]:
         """The frame of each world as it stands; None where it is on the screen.

@@ -10,9 +10,13 @@ from swarm_forage_env.foraging.control import is_weighed
 from swarm_forage_env.foraging.records import Exchange, Heard, Readings, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.views import MotionInput, WeightingInput
-from swarm_forage_env.interface import MotionLayer, WeightingLayer
+from swarm_forage_env.interface import Kernel, MotionLayer, WeightingLayer
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import one_record
+
+gain: Kernel
+steer: Kernel
+"""Free names of the templates: functions of a layer."""
 
 
 def weigh_rows(exchanges: Array, numbers: Array, out: Float32[Array, "rows areas"]) -> None:

@@ -11,7 +11,18 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.records import Action, Exchange
-from swarm_forage_env.interface import CORRECT, KEEP
+from swarm_forage_env.interface import CORRECT, KEEP, Kernel
+
+is_listening: Kernel
+compose: Kernel
+take_in: Kernel
+listen: Kernel
+describe: Kernel
+steer: Kernel
+gain: Kernel
+merge: Kernel
+has_something_to_say: Kernel
+"""Free names of the templates: functions of the chosen layers."""
 
 REACH = 2.0
 """Wheels that a correction of 1 adds: full speed back becomes full speed ahead."""
@@ -70,7 +81,7 @@ def decide(
 @kernel
 def is_weighed(exchange: Exchange, area: int) -> bool:
     """Both robots of the exchange know where the area is, so that there is something to weigh."""
-    return exchange.own_known[area] != 0 and exchange.heard_known[area] != 0
+    return bool(exchange.own_known[area]) and bool(exchange.heard_known[area])
 
 
 @kernel

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Int8, Int32
-from swarm_forage_env.foraging.metrics import believed_places, on_path_now
+from swarm_forage_env.foraging.metrics import believed_places, knows_both_areas_now
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
 from swarm_forage_env.foraging.world import ForagingWorld
@@ -45,7 +45,7 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
     pose = robots.pose.copy()
     known, p = np.zeros((n, 2), np.bool_), np.zeros((n, 2), np.float32)
     believed, situations = np.zeros((n, 2, 2)), None
-    if "estimator" in minds.dtype.names:
+    if "estimator" in (minds.dtype.names or ()):
         situations = rows(minds["estimator"]["situation"][which])
         known, p = situations.known != 0, situations.p.copy()
         believed = believed_places(pose, situations.areas, known)
@@ -58,7 +58,7 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
         p=p,
         messages=_messages(robots.heard),
         round_trips=robots.round_trips.copy(),
-        on_path=float(on_path_now(robots.known, 1)[0]),
+        on_path=float(knows_both_areas_now(robots.known, 1)[0]),
     )
 
 

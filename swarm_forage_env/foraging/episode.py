@@ -9,9 +9,9 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.foraging.metrics import (
+    knows_both_areas_now,
+    knows_both_areas_share,
     localisation_error,
-    on_path_now,
-    on_path_share,
     recruited_at,
     recruitment_time,
     total,
@@ -106,7 +106,7 @@ class OnPathMeter:
         """Take a sample if a hundredth of the episode ends with this tick."""
         if tick * SERIES_LENGTH // self._n_ticks > (tick - 1) * SERIES_LENGTH // self._n_ticks:
             world = loop.world
-            self._samples.append(on_path_now(world.state.known, world.n_worlds))
+            self._samples.append(knows_both_areas_now(world.state.known, world.n_worlds))
 
     def series(self, world: int) -> tuple[float, ...]:
         """The samples of one world."""
@@ -135,7 +135,7 @@ class ForagingMeter:
         world, tick = self._loop.world, self._loop.world.scenario.tick
         state, n, first_visit = world.state, world.n_worlds, world.robots["first_visit"]
         recruited = recruitment_time(state.first_visit, n, tick)
-        on_path = on_path_share(state.path_ticks, n, world.scenario.n_ticks)
+        on_path = knows_both_areas_share(state.path_ticks, n, world.scenario.n_ticks)
         trips, lost = total(state.round_trips, n), total(state.lost_events, n)
         messages = total(state.messages, n)
         return [

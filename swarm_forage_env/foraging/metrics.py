@@ -29,7 +29,7 @@ def recruitment_time(
     return np.where((visits >= 0).all(axis=1), visits.max(axis=1) * tick, np.inf)
 
 
-def on_path_share(
+def knows_both_areas_share(
     path_ticks: Int64[Array, " rows"], n_worlds: int, n_ticks: int
 ) -> Float64[Array, " worlds"]:
     """Share of the robots that is on the path, mean over the second half of the episode.
@@ -43,7 +43,9 @@ def on_path_share(
     return np.asarray(path_ticks.reshape(n_worlds, -1).mean(axis=1) / counted)
 
 
-def on_path_now(known: Int8[Array, "rows areas"], n_worlds: int) -> Float64[Array, " worlds"]:
+def knows_both_areas_now(
+    known: Int8[Array, "rows areas"], n_worlds: int
+) -> Float64[Array, " worlds"]:
     """Share of the robots that is on the path at this moment, as `on_path_share` defines it."""
     return np.asarray(known.all(axis=1).reshape(n_worlds, -1).mean(axis=1))
 

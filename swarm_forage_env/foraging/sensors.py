@@ -73,7 +73,7 @@ def is_near_walls(robot: RobotState, world: WorldState) -> bool:
     """A wall may be within the range of a proximity sensor."""
     margin = world.radius + SENSING_RANGE
     x, y = abs(robot.pose[0]), abs(robot.pose[1])
-    return x > 0.5 * world.arena[0] - margin or y > 0.5 * world.arena[1] - margin
+    return bool(x > 0.5 * world.arena[0] - margin or y > 0.5 * world.arena[1] - margin)
 
 
 @kernel

@@ -14,7 +14,7 @@ from swarm_forage_env.foraging.tick import set_wheels
 @kernel
 def path_of(robot: RobotState, dt: float) -> float:
     """How far the centre of a robot goes in dt [s] at its wheel speeds [m]."""
-    return 0.5 * abs(robot.wheels[0] + robot.wheels[1]) * dt
+    return float(0.5 * abs(robot.wheels[0] + robot.wheels[1]) * dt)
 
 
 @kernel
@@ -22,7 +22,7 @@ def may_touch_wall(robot: RobotState, world: WorldState) -> bool:
     """The body can reach a wall within the tick."""
     far = world.radius + path_of(robot, world.dt)
     x, y = abs(robot.pose[0]), abs(robot.pose[1])
-    return x >= 0.5 * world.arena[0] - far or y >= 0.5 * world.arena[1] - far
+    return bool(x >= 0.5 * world.arena[0] - far or y >= 0.5 * world.arena[1] - far)
 
 
 @kernel

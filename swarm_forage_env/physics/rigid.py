@@ -55,7 +55,7 @@ class Rigid:
                 space.step(self._scenarios[w].tick / SUBSTEPS)
             read.clear()
             get_space_bodies(space, _READ, read)
-            read_bodies(self._read[w], robots, worlds, w)
+            read_bodies(self._read[w], robots, worlds, int(w))
 
     def reset(self, world: int) -> None:
         """Start from a new space: the old one keeps the impulses of its last contacts."""

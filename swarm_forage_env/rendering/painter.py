@@ -7,11 +7,11 @@ import pygame
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.rendering import palette
+from swarm_forage_env.rendering.hud import HeadUpDisplay
 from swarm_forage_env.rendering.layout import P_RING, Layout
-from swarm_forage_env.rendering.memory import Memory
 from swarm_forage_env.rendering.palette import mixed, trail_colour
-from swarm_forage_env.rendering.panel import Panel
-from swarm_forage_env.rendering.strokes import dashed_circle, draw_arc, draw_belief, draw_robot
+from swarm_forage_env.rendering.shapes import dashed_circle, draw_arc, draw_belief, draw_robot
+from swarm_forage_env.rendering.trails import Trails
 from swarm_forage_env.scene import Scene, Stage
 
 FINENESS = 3
@@ -39,18 +39,18 @@ class Painter:
         self.layout = layout
         self._stage = stage
         self._fine = FINENESS if layout.width <= 640 else 2
-        self._memory = Memory()
+        self._trails = Trails()
         pygame.font.init()
         self._large = pygame.font.Font(None, round(1.1 * layout.text * self._fine))
         self._floor = self._empty_floor()
         self._canvas = self._floor.copy()
         self._picture = pygame.Surface((layout.width, layout.height), depth=32)
-        self._panel = Panel(stage, layout, self._picture)
+        self._panel = HeadUpDisplay(stage, layout, self._picture)
         self._smooth = pygame.Surface(self._with_walls(layout.arena), depth=32)
 
     def take(self, scene: Scene) -> None:
         """Take in a scene, drawn or not: trails and messages go back to it."""
-        self._memory.take(scene)
+        self._trails.take(scene)
 
     def paint(self, scene: Scene, show: Show, aside: str = "") -> pygame.Surface:
         """The picture of the scene that was taken in last; valid until the next is painted."""
@@ -136,7 +136,7 @@ class Painter:
 
     def _draw_trails(self, scene: Scene) -> None:
         """Where each robot came from, paler the longer ago, in the colour of what it did."""
-        places, doing = self._memory.trails()
+        places, doing = self._trails.trails()
         spots = self._spot(np.concatenate([places, scene.pose[None, :, :2]]))
         points, width = len(doing), max(1, round(1.3 * self._pixel))
         for k in range(points):
@@ -150,7 +150,7 @@ class Painter:
     def _draw_messages(self, scene: Scene) -> None:
         spots = self._spot(scene.pose[:, :2])
         width = max(2, round(1.4 * self._pixel))
-        for sender, receiver in self._memory.messages().tolist():
+        for sender, receiver in self._trails.messages().tolist():
             draw_arc(self._canvas, spots[sender], spots[receiver], width)
 
     def _draw_beliefs(self, scene: Scene, robot: int) -> None:

@@ -15,8 +15,8 @@ from string import Template
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import P_RING
-from swarm_forage_env.rendering.memory import JUST_NOW, TRAIL
 from swarm_forage_env.rendering.recording import Recording
+from swarm_forage_env.rendering.trails import JUST_NOW, TRAIL
 from swarm_forage_env.scene import EXPLORING, STATES, Scene, Stage
 
 BUDGET = 6_000_000
@@ -122,4 +122,4 @@ def _css(colour: palette.Colour) -> str:
 
 
 def _part(name: str) -> str:
-    return (resources.files(__package__) / "page" / name).read_text(encoding="utf-8")
+    return (resources.files(__package__) / "html" / name).read_text(encoding="utf-8")

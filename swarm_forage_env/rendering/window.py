@@ -12,7 +12,7 @@ import pygame
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
-from swarm_forage_env.rendering.view import save
+from swarm_forage_env.rendering.viewer import save
 from swarm_forage_env.scene import Scene, Stage
 
 FPS = 30

@@ -6,11 +6,15 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind
-from swarm_forage_env.interface import MotionLayer, WeightingLayer
+from swarm_forage_env.interface import Kernel, MotionLayer, WeightingLayer
 from swarm_forage_env.record import one_record
 from swarm_forage_env.waypoints.records import Exchange, Readings, Situation
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.views import MotionInput, WeightingInput
+
+gain: Kernel
+steer: Kernel
+"""Free names of the templates: functions of a layer."""
 
 
 def weigh_rows(exchanges: Array, numbers: Array, out: Float32[Array, "rows 1"]) -> None:

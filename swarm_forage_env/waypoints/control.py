@@ -7,7 +7,14 @@ A layer's functions receive records of the robot's interface only: never its pos
 """
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.interface import KEEP
+from swarm_forage_env.interface import KEEP, Kernel
+
+take_in: Kernel
+describe: Kernel
+steer: Kernel
+gain: Kernel
+merge: Kernel
+"""Free names of the templates: functions of the chosen layers."""
 
 Records = tuple[Array, Array]
 """Robots, worlds by robots, and sightings, worlds by robots by robots."""

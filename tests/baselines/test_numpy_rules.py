@@ -104,7 +104,7 @@ def pose_beliefs_rewards(loop, reported):
 @pytest.mark.skipif(MACHINE != RECORDED_ON, reason=f"recorded on {RECORDED_ON}")
 @pytest.mark.parametrize("physics", ENGINES)
 def test_a_weighting_from_outside_repeats_what_was_recorded_bit_for_bit(physics):
-    with np.load(GOLDEN / "foraging.npz") as data:
+    with np.load(GOLDEN / "float32_sgiff.npz") as data:
         case = f"es1-busy/{physics}/dsgiff#"
         key = next(each for each in data.files if each.startswith(f"{case}pose"))
         names, recorded = key.removeprefix(case).split(" "), data[key]

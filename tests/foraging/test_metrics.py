@@ -4,9 +4,9 @@ import numpy as np
 
 from swarm_forage_env.foraging.metrics import (
     believed_places,
+    knows_both_areas_now,
+    knows_both_areas_share,
     localisation_error,
-    on_path_now,
-    on_path_share,
     recruited_at,
     recruitment_time,
     total,
@@ -34,15 +34,15 @@ def test_recruitment_never_ends_while_one_visit_is_missing():
 def test_the_share_on_the_path_is_the_mean_over_the_second_half():
     # Ten ticks, of which five count; two robots on the path for all and for one of them.
     path_ticks = np.array([5, 1, 0, 0], np.int64)
-    np.testing.assert_allclose(on_path_share(path_ticks, 2, 10), [0.6, 0.0])
+    np.testing.assert_allclose(knows_both_areas_share(path_ticks, 2, 10), [0.6, 0.0])
 
 
 def test_the_second_half_of_an_odd_episode_is_the_longer_one():
-    np.testing.assert_allclose(on_path_share(np.array([6], np.int64), 1, 11), [1.0])
+    np.testing.assert_allclose(knows_both_areas_share(np.array([6], np.int64), 1, 11), [1.0])
 
 
 def test_no_ticks_is_no_share():
-    assert on_path_share(np.zeros(2, np.int64), 1, 0).tolist() == [0.0]
+    assert knows_both_areas_share(np.zeros(2, np.int64), 1, 0).tolist() == [0.0]
 
 
 def test_all_ticks_of_the_second_half_on_the_path_are_a_share_of_one(running, go):
@@ -50,7 +50,7 @@ def test_all_ticks_of_the_second_half_on_the_path_are_a_share_of_one(running, go
     for _ in range(15):
         state = go(world, known=True)
     assert state.path_ticks[0] == 8
-    assert on_path_share(state.path_ticks, 1, 15).tolist() == [1.0]
+    assert knows_both_areas_share(state.path_ticks, 1, 15).tolist() == [1.0]
 
 
 def test_robots_report_what_their_estimator_knows_and_the_next_tick_counts_it(running):
@@ -67,7 +67,7 @@ def test_robots_report_what_their_estimator_knows_and_the_next_tick_counts_it(ru
 
 def test_the_share_on_the_path_now_is_that_of_the_robots_who_know_both_areas():
     known = np.array([[True, True], [True, False], [True, True], [True, True]])
-    assert on_path_now(known, 2).tolist() == [0.5, 1.0]
+    assert knows_both_areas_now(known, 2).tolist() == [0.5, 1.0]
 
 
 def test_recruits_are_told_in_the_order_in_which_they_had_visited_both_areas():

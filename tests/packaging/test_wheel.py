@@ -53,7 +53,7 @@ STEPPED = "es1 weighting 10\nes1 motion 10\nes1 both 10\nes1 everything 10\nwayp
 LEARNED = "from swarm_forage_env import parallel_env\nparallel_env(controller='learned-weighting')"
 REMEDY = "needs 'safetensors': pip install 'swarm-forage[train]'"
 
-SHORT = "--set=duration=12", "--workers=1"
+SHORT = "--set=duration=3", "--workers=1"
 TINY = "--budget=1", "--every=1", "--worlds=1", "--held-back=1", *SHORT
 
 COMMANDS = {
@@ -141,7 +141,7 @@ def installed(wheel):
             python = new_environment(home)
             what = f"{wheel}[{extra}]" if extra else wheel
             pip = *PIP, "--python", python
-            terms = "--quiet", "--constraint", ROOT / "constraints.txt"
+            terms = "--quiet", "--no-compile", "--constraint", ROOT / "constraints.txt"
             found = run(*pip, "install", *terms, what, cwd=home)
             assert found.returncode == 0, found.stdout + found.stderr
             checked = run(*pip, "check", cwd=home)
@@ -227,5 +227,5 @@ def test_the_wheel_alone_brings_every_environment(installed, tmp_path):
 def test_an_extra_alone_brings_what_its_commands_need(installed, tmp_path, extra):
     command = installed(extra).with_name("swarm-forage")
     for arguments in COMMANDS[extra]:
-        ended = run_compiled(command, *arguments, cwd=tmp_path)
+        ended = run_plain(command, *arguments, cwd=tmp_path)
         assert ended.returncode == 0, f"{arguments}\n{ended.stderr}"

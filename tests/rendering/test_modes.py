@@ -10,7 +10,7 @@ from pettingzoo.test import render_test
 from swarm_forage_env import env, parallel_env
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.rendering import view
+from swarm_forage_env.rendering import viewer
 
 few = {"task.n_robots": 4, "task.duration": 3.0}
 
@@ -68,7 +68,7 @@ def test_a_window_without_a_display_is_refused_in_one_line(monkeypatch):
 
 
 def test_a_mode_without_pygame_says_what_to_install(monkeypatch):
-    monkeypatch.setattr(view, "find_spec", lambda name: None)
+    monkeypatch.setattr(viewer, "find_spec", lambda name: None)
     with pytest.raises(ConfigError, match=r"needs 'pygame': pip install 'swarm-forage\[render\]'"):
         parallel_env(render_mode="rgb_array")
 

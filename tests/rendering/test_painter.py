@@ -10,7 +10,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
-from swarm_forage_env.rendering.view import frame_of
+from swarm_forage_env.rendering.viewer import frame_of
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.scene import LOST, TALKING, TO_THE_NEST, Scene
 from swarm_forage_env.task import stage_of

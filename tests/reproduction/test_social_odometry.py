@@ -16,8 +16,8 @@ from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import compare, mean_interval
 from baselines.papers.claim_result import above
 from baselines.papers.experiments import Experiment, on_path, recruitment_time, round_trips
+from swarm_forage_env.foraging.array_rules import ArrayWeighting
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.task import task_of
 
 pytestmark = pytest.mark.reproduces
 
@@ -108,11 +108,14 @@ def test_the_opposite_gain_is_worse(controller):
 
     With ten messages a tick, so that what is heard is worth weighing.
     """
-    scenario = find_scenario("es1", {"radio.frames": 10})
-    found = find_layered_controller(controller)
-    rule = task_of(scenario).array_weighting(found.weighting.layer(scenario))
+    right, scenario = (
+        find_layered_controller(controller),
+        find_scenario("es1", {"radio.frames": 10}),
+    )
+    rule = ArrayWeighting(right.weighting.layer(scenario))
+    opposite = replace(right, weighting=Opposite(rule))
     told, deceived = (
         [run.round_trips for run in run_episodes(scenario, each, SEEDS["es1"], "kinematic")]
-        for each in (found, replace(found, weighting=Opposite(rule)))
+        for each in (right, opposite)
     )
     assert above(compare(told, deceived))

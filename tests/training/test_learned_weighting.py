@@ -169,10 +169,10 @@ def test_another_policy_under_the_same_name_is_another_configuration(policy_file
     from baselines.evaluation.experiment_config import ExperimentConfig
     from training.policy_file import load_policy, save_policy
 
-    recipe = dataclasses.replace(
+    controller = dataclasses.replace(
         find_controller("ssgiff"), weighting=LearnedWeighting(policy=str(policy_file))
     )
-    first = ExperimentConfig("x", find_scenario("es1"), recipe).key
+    first = ExperimentConfig("x", find_scenario("es1"), controller).key
     policy = load_policy(policy_file)
     save_policy(policy_file, {k: 2.0 * w for k, w in policy.weights.items()}, policy.card)
-    assert ExperimentConfig("x", find_scenario("es1"), recipe).key != first
+    assert ExperimentConfig("x", find_scenario("es1"), controller).key != first

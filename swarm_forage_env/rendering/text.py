@@ -1,4 +1,4 @@
-"""Lettering: lines of text, drawn large and made smaller, so that letters keep their distances."""
+"""Text of pictures: lines drawn large and made smaller, so that letters keep their distances."""
 
 import pygame
 
@@ -11,7 +11,7 @@ ROOM = 512
 """Lines kept for the next picture."""
 
 
-class Lettering:
+class TextRenderer:
     """Text of one height. The font comes with pygame-ce: the same everywhere."""
 
     def __init__(self, height: int) -> None:

@@ -1,13 +1,13 @@
-"""The panel around the arena: names, clock and counts above; legend and selected robot below."""
+"""Head-up display: names, clock and counts above the arena; legend and selected robot below."""
 
 import numpy as np
 import pygame
 
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import P_RING, Layout
-from swarm_forage_env.rendering.lettering import Lettering
 from swarm_forage_env.rendering.palette import Colour
-from swarm_forage_env.rendering.strokes import draw_arc, draw_belief, draw_robot
+from swarm_forage_env.rendering.shapes import draw_arc, draw_belief, draw_robot
+from swarm_forage_env.rendering.text import TextRenderer
 from swarm_forage_env.scene import STATES, Scene, Stage
 
 FINENESS = 4
@@ -20,15 +20,15 @@ HELP = "space pause   . step   + - speed   tab or click select   t b m toggle   
 """The keys of the live window."""
 
 
-class Panel:
-    """Writes on a picture, outside the arena."""
+class HeadUpDisplay:
+    """The text and the legend of a picture, outside the arena."""
 
     def __init__(self, stage: Stage, layout: Layout, picture: pygame.Surface) -> None:
         """Letters, and all that stays the same, ready to copy."""
         self._stage = stage
         self._layout = layout
         self._picture = picture
-        self._letters = Lettering(layout.text)
+        self._letters = TextRenderer(layout.text)
         self._blank = pygame.Surface(picture.get_size(), depth=32)
         self._blank.fill(palette.PAGE)
         self._legend()

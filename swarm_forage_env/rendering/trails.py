@@ -1,4 +1,4 @@
-"""What pictures show of the time before: where robots came from, and who was heard just now."""
+"""Trails: where the robots of a picture came from, and who was heard just now."""
 
 from collections import deque
 
@@ -17,7 +17,7 @@ JUST_NOW = 0.5
 """Messages are drawn for so long [s]: one tick alone would be missed between two pictures."""
 
 
-class Memory:
+class Trails:
     """The recent past of one world, taken in scene by scene."""
 
     def __init__(self) -> None:

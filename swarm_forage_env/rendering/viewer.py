@@ -1,4 +1,4 @@
-"""View: the one door through which every environment shows itself."""
+"""Viewer: what the render() of every environment draws with."""
 
 from importlib.util import find_spec
 from pathlib import Path
@@ -33,7 +33,7 @@ def check_render_mode(render_mode: object) -> None:
         )
 
 
-class View:
+class Viewer:
     """Shows the scenes of one stage, in a window or as frames.
 
     Nothing is opened before the first scene is drawn.
