@@ -36,7 +36,7 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
     """Foraging e-pucks, or robots that visit waypoints, of which a policy is one layer, or all.
 
     `learn` cuts the control loop: "weighting", "motion", "both" or "everything". The rest is
-    done by `controller`, a name with parameters if wanted (`ssgiff:beta=0.01`) or a recipe; by
+    done by `controller`, a name with parameters if wanted (`ssgiff:beta=0.01`) or a controller; by
     default `ssgikf`, and `boids-adaptive` for waypoints.
     `scenario` is a name, a TOML file or a Scenario; further keywords change single numbers of
     it, by dotted name: `parallel_env("es1", **{"radio.max_range": 0.2})`.
