@@ -204,7 +204,7 @@ EXAMPLES = ("radio.max_range", "task.tolerance")
 
 def _example(scenario: Any) -> str:  # noqa: ANN401 of any task
     """How a number of the scenario is changed."""
-    numbers = leaves(scenario.model_dump())
+    numbers = leaves(scenario.model_dump(exclude={"name"}))
     name = next(each for each in (*EXAMPLES, *numbers) if each in numbers)
     return f"{name}={_shown(numbers[name])}"
 

@@ -45,7 +45,7 @@ def test_its_scenario_belongs_to_its_task_and_takes_overrides_and_files(tmp_path
     file.write_text('base = "patrol-1"\n[task]\ndistance = 1.0\n', encoding="utf-8")
     assert find_scenario(file).task.distance == 1.0
     with pytest.raises(UnknownNameError, match=r"did you mean 'task\.distance'"):
-        find_scenario("patrol-1", {"task.distanse": 1.0})
+        find_scenario("patrol-1", {"task.distances": 1.0})
 
 
 def test_its_robots_visit_places_in_turn_on_any_number_of_threads_and_alone_alike():
@@ -154,10 +154,12 @@ def test_the_command_evaluates_it_and_goes_on_from_what_is_kept(capsys, tmp_path
     assert "Visits per robot against patrol-ahead" in table
 
 
-def test_the_command_lists_it_with_every_number():
+def test_the_command_lists_it_with_every_number(capsys):
     names = [each["name"] for each in listing.overview()["scenarios"]]
     assert {"es1", "patrol-1"} <= set(names)
     assert listing.describe("patrol-ahead")["layers"] == {
         "estimator": "patrol_mean", "weighting": "patrol_alone", "motion": "patrol_ahead",
     }  # fmt: skip
     assert list(listing.describe("patrol-1")["parameters"]) == ["patrol-1", "task"]
+    assert run(["list", "patrol-1"]) == 0
+    assert capsys.readouterr().out.endswith("Change one in evaluate with --set task.n_robots=4\n")
