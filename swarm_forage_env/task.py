@@ -51,13 +51,14 @@ class World(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Task:
     """One kind of world, with all that is particular to it."""
 
     name: str
     scenario: type[Part]
-    """What its scenarios are."""
+    """What its scenarios are: they have a `name`, a `tick` [s], `n_ticks`, and a part `task` with
+    `n_robots` and `duration` [s]."""
 
     world: Callable[[Sequence[Any], Sequence[int], str], World]
     """Makes a block of worlds from a scenario and a seed for each, and the engine's name."""
@@ -92,11 +93,11 @@ class Task:
     policies: Mapping[str, PolicyInterface]
     """What a policy can take the place of, by the name that `learn` takes."""
 
-    residuals: tuple[str, ...]
+    residuals: tuple[str, ...] = ()
     """Those of them that can be learned as a correction of the hand-written motion."""
 
-    no_layers: Controller
-    """What runs where a policy is everything."""
+    no_layers: Controller | None = None
+    """What runs where a policy is everything; None: the task has no such policy."""
 
     bounds: Callable[[Any, int, float], Any]
     """How large numbers get: from a scenario, so many ticks, and the path that a message costs."""

@@ -36,8 +36,8 @@ class ArrayEnv:
         self.config, self.n_cycles = config, n_steps(scenario, config)
         self.task = task_of(scenario)
         self._policy = self.task.policies[config.learn]
-        runs = self.task.no_layers if config.learn == "everything" else controller
-        self.loop = Loop(scenario, runs, seeds, config.physics, config.threads)
+        no_layers = self.task.no_layers if config.learn == "everything" else None
+        self.loop = Loop(scenario, no_layers or controller, seeds, config.physics, config.threads)
         self.world = self.loop.world
         self.n_learners = 1 if single_learner else self.world.n_robots
         self._hand_over()

@@ -55,8 +55,8 @@ def ray_to_walls(
     frame. Infinite beyond the reach of a sensor.
     """
     far = radius + SENSING_RANGE
-    to_x = 0.5 * arena[0] - math.copysign(x, x * c)
-    to_y = 0.5 * arena[1] - math.copysign(y, y * s)
+    to_x = 0.5 * arena[0] - (x if c > 0.0 else -x)
+    to_y = 0.5 * arena[1] - (y if s > 0.0 else -y)
     if to_x > abs(c) * far and to_y > abs(s) * far:
         return math.inf
     along_x = to_x / abs(c) if c != 0.0 else math.inf

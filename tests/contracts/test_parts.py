@@ -2,7 +2,6 @@
 
 import inspect
 import re
-from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.task import FORAGING
-from swarm_forage_env.foraging.views import WeightingInput
 from swarm_forage_env.interface import EstimatorLayer, MotionLayer, WeightingLayer
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import Part
@@ -36,7 +34,7 @@ ROW = 2
 
 
 def made_for_foraging(part):
-    """Whether a part may be a layer of foragers; waypoints have contracts of their own."""
+    """Whether a part is for robots that forage; waypoints have contracts of their own."""
     return "foraging" in getattr(part, "tasks", ("foraging",))
 
 
@@ -86,60 +84,32 @@ def test_two_parts_cannot_have_one_name():
         registry.register("a")(2)
 
 
-def weighting_rules():
-    """Every rule of foraging as a function of arrays, those of the estimators' own included."""
-    scenario, found = find_scenario("es1"), []
-    for name in WEIGHTING_RULES:
-        part = WEIGHTING_RULES[name]()
-        if made_for_foraging(part) and name != "filter":
-            rule = part if callable(part) else FORAGING.array_weighting(part.layer(scenario))
-            found.append(pytest.param(rule, id=name))
-    for name in ESTIMATORS:
-        if made_for_foraging(ESTIMATORS[name]):
-            own = ESTIMATORS[name]().layer(scenario).own_weighting
-            rule = FORAGING.array_weighting(own)
-            found.append(pytest.param(rule, id=f"filter-of-{name}"))
-    return found
+RULES = [
+    name
+    for name in WEIGHTING_RULES
+    if made_for_foraging(WEIGHTING_RULES[name]) and name != "filter"  # that of its estimator
+]
+OWN_RULES = [name for name in ESTIMATORS if made_for_foraging(ESTIMATORS[name])]
 
 
-def random_exchanges(rng, rows):
-    """Exchanges about areas that most robots know, of which each has just ended."""
-    p = rng.exponential(5.0, (2, rows, 2)).astype(np.float32)
-    known = rng.random((2, rows, 2)) < 0.8
-    p[~known] = 0.0
-    return WeightingInput(
-        valid=np.ones(rows, np.bool_),
-        own_p=p[0],
-        heard_p=p[1],
-        own_known=known[0],
-        heard_known=known[1],
-        disagreement=rng.random((rows, 2)).astype(np.float32),
-        own_distance=rng.random((rows, 2)).astype(np.float32),
-        heard_distance=rng.random((rows, 2)).astype(np.float32),
-        range=rng.random(rows).astype(np.float32),
-        frames=rng.integers(0, 60, rows).astype(np.float32),
-        goal=rng.integers(-1, 2, rows).astype(np.int8),
-    )
+@pytest.mark.parametrize("name", RULES)
+def test_every_weight_is_a_share_of_single_precision(name, on_arrays, weighs_by_shares):
+    weighs_by_shares(on_arrays(WEIGHTING_RULES[name]()))
 
 
-@pytest.mark.parametrize("rule", weighting_rules())
-def test_every_weight_is_a_share_of_single_precision(rule):
-    g = rule(random_exchanges(np.random.default_rng(0), 1000))
-    assert g.shape == (1000, 2)
-    assert g.dtype == np.float32
-    assert np.all((g >= 0.0) & (g <= 1.0))
-    assert np.count_nonzero(g) > 1000
-    assert 0.0 <= rule.heard_p_share <= 1.0
+@pytest.mark.parametrize("name", RULES)
+def test_every_weight_depends_on_the_own_row_only(name, on_arrays, weighs_by_the_own_row):
+    weighs_by_the_own_row(on_arrays(WEIGHTING_RULES[name]()))
 
 
-@pytest.mark.parametrize("rule", weighting_rules())
-def test_every_weight_depends_on_the_own_row_only(rule):
-    rng = np.random.default_rng(0)
-    mine, others = random_exchanges(rng, 5), random_exchanges(rng, 5)
-    mine.own_known[ROW] = mine.heard_known[ROW] = True
-    for field in fields(WeightingInput):
-        getattr(others, field.name)[ROW] = getattr(mine, field.name)[ROW]
-    assert_array_equal(rule(mine)[ROW], rule(others)[ROW])
+@pytest.mark.parametrize("name", OWN_RULES)
+def test_the_weight_of_every_filter_is_a_share_of_the_own_row(
+    name, weighs_by_shares, weighs_by_the_own_row
+):
+    own = ESTIMATORS[name]().layer(find_scenario("es1")).own_weighting
+    rule = FORAGING.array_weighting(own)
+    weighs_by_shares(rule)
+    weighs_by_the_own_row(rule)
 
 
 @pytest.fixture(scope="module")
@@ -219,10 +189,9 @@ def tell_only_what_is_heard(honest, fooled, heard, rng):
 def assert_same_mind(honest, fooled):
     """Assert that the robot believes the same, and is shown the same exchange if one ended."""
     mine, theirs = honest.minds["estimator"][0, ROW], fooled.minds["estimator"][0, ROW]
-    for name in mine.dtype.names:
-        is_stale = name == "exchange" and not mine[name]["is_valid"]
-        if name in ("message", "is_composed") or is_stale:
-            continue
+    is_stale = not mine["exchange"]["is_valid"]
+    skipped = {"message", "is_composed", "exchange" if is_stale else ""}
+    for name in set(mine.dtype.names) - skipped:
         assert mine[name] == theirs[name], name
     assert honest.minds["motion"][0, ROW] == fooled.minds["motion"][0, ROW]
     assert_array_equal(honest.shared[0, ROW], fooled.shared[0, ROW])

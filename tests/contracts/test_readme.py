@@ -1,5 +1,6 @@
-"""What README and the page on the environment show is run as it stands."""
+"""What README, CONTRIBUTING and the page on the environment show is run as it stands."""
 
+import importlib.util
 import os
 import re
 import subprocess
@@ -8,11 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from baselines.evaluation.episode import run_episodes
 from baselines.weighting import WEIGHTING_RULES
+from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 PAGE = (ROOT / "docs" / "environment.md").read_text(encoding="utf-8")
 
 
@@ -28,8 +32,11 @@ def run_alone(script):
     )
 
 
-SCRIPTS = [block for block in blocks("python") if block.startswith(("from ", "import "))]
-RULE = next(block for block in blocks("python") if block.startswith("@WEIGHTING_RULES"))
+SCRIPTS = [block for block in blocks("python") if "print(" in block]
+RULES = {
+    "average": next(block for block in blocks("python") if "WEIGHTING_RULES" in block),
+    "inverse_variance": blocks("python", CONTRIBUTING)[0],
+}
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=["train", "gymnasium", "evaluate"])
@@ -55,16 +62,41 @@ def test_the_scenario_file_is_read(tmp_path):
     assert scenario.arena == find_scenario("es1").arena
 
 
-def test_the_rule_to_add_is_a_rule(monkeypatch):
-    monkeypatch.setattr(WEIGHTING_RULES, "_parts", {})
-    imports = """
-from typing import ClassVar
-import numpy as np
-from baselines.weighting.base import WEIGHTING_RULES
-from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.interface import Encounter
-from swarm_forage_env.foraging.scenario import Part
-"""
-    scope = {"__name__": "average"}
-    exec(imports + RULE, scope)
-    assert list(WEIGHTING_RULES._parts) == ["average"]
+@pytest.fixture(params=RULES)
+def printed(request, tmp_path, monkeypatch):
+    """The name of a rule to add, whose file has just been imported as printed."""
+    name = request.param
+    file = tmp_path / f"{name}.py"
+    file.write_text(RULES[name], encoding="utf-8")
+    monkeypatch.setattr(WEIGHTING_RULES, "_parts", dict(WEIGHTING_RULES._parts))
+    spec = importlib.util.spec_from_file_location(name, file)
+    module = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, name, module)
+    spec.loader.exec_module(module)
+    return name
+
+
+def test_a_rule_to_add_keeps_the_contracts_as_printed(
+    printed, on_arrays, weighs_by_shares, weighs_by_the_own_row
+):
+    part = WEIGHTING_RULES[printed]
+    assert part.__doc__
+    assert "Source: " in part.__doc__
+    rule = on_arrays(part())
+    weighs_by_shares(rule)
+    weighs_by_the_own_row(rule)
+
+
+def test_a_rule_to_add_runs_in_a_composition_as_printed(printed):
+    controller = find_controller(f"social_odometry+{printed}+subsumption")
+    scenario = find_scenario("es1", {"duration": 300.0, "area_distance": 0.62})
+    (episode,) = run_episodes(scenario, controller, [0], "kinematic")
+    assert episode.controller == f"social_odometry+{printed}+subsumption"
+    assert episode.round_trips > 0
+
+
+@pytest.mark.parametrize("text", [README, CONTRIBUTING], ids=["README", "CONTRIBUTING"])
+def test_the_compositions_that_are_named_are_those_of_the_rules_to_add(text):
+    named = re.findall(r"social_odometry\+(\w+)\+subsumption", text)
+    assert set(named) <= {*RULES, *WEIGHTING_RULES}
+    assert set(named) & set(RULES)

@@ -46,7 +46,7 @@ def test_an_unknown_name_is_answered_with_the_nearest(options, says):
         ({"max_cycles": 0}, "max_cycles=0"),
         ({"render_mode": "ansi"}, "render_mode='ansi': must be 'human' or 'rgb_array', or left"),
         ({"controller": "ssgiff:beta"}, "'beta' must be parameter=value"),
-        ({"controller": 7}, "controller=7: must be a name or a recipe"),
+        ({"controller": 7}, "controller=7: must be a name or a controller"),
         ({"learn": "everything", "controller": "dsgiff"}, "'dsgiff': none runs where learn='every"),
         ({"learn": "weighting", "controller": "nc"}, "'nc': nobody talks, so that there is"),
         (

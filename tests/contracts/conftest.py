@@ -1,0 +1,75 @@
+"""The contracts of a weighting rule: registered rules keep them, and so do printed examples."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+import baselines.controllers  # noqa: F401 enters the controllers
+from swarm_forage_env.foraging.task import FORAGING
+from swarm_forage_env.foraging.views import WeightingInput
+from swarm_forage_env.scenarios import find_scenario
+
+ROW = 2
+
+
+def random_exchanges(rng, rows):
+    """Exchanges about areas that most robots know, of which each has just ended."""
+    p = rng.exponential(5.0, (2, rows, 2)).astype(np.float32)
+    known = rng.random((2, rows, 2)) < 0.8
+    p[~known] = 0.0
+    return WeightingInput(
+        valid=np.ones(rows, np.bool_),
+        own_p=p[0],
+        heard_p=p[1],
+        own_known=known[0],
+        heard_known=known[1],
+        disagreement=rng.random((rows, 2)).astype(np.float32),
+        own_distance=rng.random((rows, 2)).astype(np.float32),
+        heard_distance=rng.random((rows, 2)).astype(np.float32),
+        range=rng.random(rows).astype(np.float32),
+        frames=rng.integers(0, 60, rows).astype(np.float32),
+        goal=rng.integers(-1, 2, rows).astype(np.int8),
+    )
+
+
+@pytest.fixture(scope="session")
+def on_arrays():
+    """A rule of foraging as a function of arrays, compiled or not."""
+
+    def make(part):
+        scenario = find_scenario("es1")
+        return part if callable(part) else FORAGING.array_weighting(part.layer(scenario))
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def weighs_by_shares():
+    """Assert that every weight is a share, in single precision."""
+
+    def check(rule):
+        g = rule(random_exchanges(np.random.default_rng(0), 1000))
+        assert g.shape == (1000, 2)
+        assert g.dtype == np.float32
+        assert np.all((g >= 0.0) & (g <= 1.0))
+        assert np.count_nonzero(g) > 1000
+        assert 0.0 <= rule.heard_p_share <= 1.0
+
+    return check
+
+
+@pytest.fixture(scope="session")
+def weighs_by_the_own_row():
+    """Assert that a robot's weights are the same whatever other robots were told."""
+
+    def check(rule):
+        rng = np.random.default_rng(0)
+        mine, others = random_exchanges(rng, 5), random_exchanges(rng, 5)
+        mine.own_known[ROW] = mine.heard_known[ROW] = True
+        for field in fields(WeightingInput):
+            getattr(others, field.name)[ROW] = getattr(mine, field.name)[ROW]
+        assert_array_equal(rule(mine)[ROW], rule(others)[ROW])
+
+    return check

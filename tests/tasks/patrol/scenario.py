@@ -1,0 +1,34 @@
+"""A scenario of patrol, and the one that has a name."""
+
+from pydantic import Field
+
+from swarm_forage_env.parameters import Count, NotNegative, Part, Positive
+from swarm_forage_env.registry import SCENARIOS
+
+
+class PatrolTask(Part):
+    """The task: three places about the origin, to be visited in turn."""
+
+    n_robots: Count = Field(4, description="Robots (chosen)")
+    duration: Positive = Field(60.0, description="Length of an episode [s] (chosen)")
+    distance: Positive = Field(0.3, description="From the origin to each place [m] (chosen)")
+    radius: Positive = Field(0.05, description="A place is reached within this [m] (chosen)")
+
+
+class PatrolScenario(Part):
+    """Everything that fixes a world of patrol but its seed."""
+
+    name: str = Field("custom", min_length=1, description="Name in tables and data")
+    task: PatrolTask = PatrolTask()
+    speed: Positive = Field(0.1, description="Of a wheel at full speed [m/s] (chosen)")
+    axle: Positive = Field(0.05, description="Between the wheels [m] (chosen)")
+    noise: NotNegative = Field(0.02, description="Standard deviation of a reading [m] (chosen)")
+    tick: Positive = Field(0.1, description="Control period [s] (chosen)")
+
+    @property
+    def n_ticks(self) -> int:
+        """Ticks in an episode."""
+        return round(self.task.duration / self.tick)
+
+
+SCENARIOS.register("patrol-1")(PatrolScenario(name="patrol-1"))

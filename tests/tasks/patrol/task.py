@@ -1,0 +1,124 @@
+"""The task of patrol, as the rest of the house knows it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from patrol.control import ArrayMotion, decide
+from patrol.scenario import PatrolScenario
+from patrol.world import PatrolWorld
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.episode import EpisodeKind
+from swarm_forage_env.policy_interface import PolicyInterface
+from swarm_forage_env.record import rows
+from swarm_forage_env.spaces import Feature, Layout, feature_group
+from swarm_forage_env.task import TASKS, Task
+
+FAR = 1e3
+"""Nobody gets so far from a place [m]."""
+
+
+@dataclass(frozen=True)
+class MotionInput:
+    """What the motion layer sees."""
+
+    place: Float32[Array, "rows 2"]
+
+
+@dataclass(frozen=True)
+class PatrolEpisode:
+    """The results of one episode."""
+
+    scenario: str
+    controller: str
+    seed: int
+    physics: str
+    n_robots: int
+    duration_s: float
+    visits_per_robot: float
+    wall_s: float
+
+
+class PatrolMeter:
+    """Counts the visits of each world."""
+
+    def __init__(self, loop):
+        self._world = loop.world
+
+    def sample(self, tick):
+        """There is nothing to measure on the way."""
+
+    def results(self):
+        visits = self._world.robots["visits"].mean(axis=1)
+        return [{"visits_per_robot": float(each)} for each in visits]
+
+
+class PatrolState:
+    """Where each robot is, and how much of the episode is gone."""
+
+    infos = ("visits",)
+    counts = frozenset({"visits"})
+
+    def __init__(self, world, controller, agents, bounds):
+        self._world = world
+        places = [Feature(f"{agent}.{axis}", "m", -FAR, FAR) for agent in agents for axis in "xy"]
+        self.layout = Layout([*places, Feature("share_gone", "of the episode", 0.0, 1.0)])
+        self.space = self.layout.box()
+
+    def state(self, share_gone):
+        place = self._world.robots["pose"][:, :, :2].reshape(self._world.n_worlds, -1)
+        gone = np.full((len(place), 1), share_gone)
+        return np.concatenate([place, gone], axis=1, dtype=np.float32)
+
+    def log(self):
+        return self._world.robots["visits"].reshape(-1, 1).astype(float)
+
+
+def show(world, controller, out):
+    """Write what a policy in the place of the motion observes."""
+    out[:] = controller.minds["estimator"]["place"]
+
+
+def act(world, controller, action):
+    """Write what such a policy does."""
+    world.robots["action"]["wheels"][:, : action.shape[1]] = action
+
+
+WHEELS = Layout(Feature(f"wheels.{side}", "of full speed", -1.0, 1.0) for side in "lr")
+
+PATROL = Task(
+    name="patrol",
+    scenario=PatrolScenario,
+    world=PatrolWorld,
+    decide=decide,
+    physics="kinematic",
+    controller="patrol-ahead",
+    agent="guard",
+    commanded="wheels",
+    exchange=lambda world, minds: None,  # nobody talks, so that there is nothing to weigh
+    situation=lambda world, minds: MotionInput(rows(minds["estimator"])["place"].copy()),
+    array_weighting=lambda layer: None,
+    array_motion=ArrayMotion,
+    policies={
+        "motion": PolicyInterface(
+            WHEELS,
+            lambda bounds: {"situation": (feature_group("place", "xy", "m", (-FAR, FAR)),)},
+            show,
+            act,
+            ("motion",),
+            {"situation": MotionInput},
+        )
+    },
+    bounds=lambda scenario, n_ticks, message_path: scenario,
+    potential=lambda world: lambda: rows(world.robots)["visits"].astype(float),
+    global_state=PatrolState,
+    episode=EpisodeKind(
+        PatrolEpisode,
+        PatrolMeter,
+        "visits_per_robot",
+        "Visits per robot",
+        {"visits_per_robot": ("visits a\nrobot", 1.0)},
+    ),
+)
+
+TASKS.register(PATROL.name)(PATROL)

@@ -1,0 +1,163 @@
+"""A third task is one folder of its own: no file here knows of it, and everything runs it.
+
+The folder is `patrol`: three places that robots visit in turn. Its name is nowhere else.
+"""
+
+import json
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from baselines.cli import run
+from baselines.evaluation import listing
+from baselines.evaluation.episode import run_episodes
+from swarm_forage_env import parallel_env
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.task import stage_of, task_of, task_of_episode
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = ("swarm_forage_env", "baselines", "training", "calibration")
+
+pytestmark = pytest.mark.usefixtures("patrol")
+
+
+def running(seeds, threads=1):
+    return Loop(find_scenario("patrol-1"), find_controller("patrol-ahead"), seeds, threads=threads)
+
+
+def test_no_file_of_the_packages_names_it():
+    files = [file for package in PACKAGES for file in (ROOT / package).rglob("*.py")]
+    assert files
+    assert not [file for file in files if "patrol" in file.read_text(encoding="utf-8")]
+
+
+def test_its_scenario_belongs_to_its_task_and_takes_overrides_and_files(tmp_path):
+    scenario = find_scenario("patrol-1", {"task.n_robots": 2, "noise": 0.0})
+    assert task_of(scenario).name == "patrol"
+    assert (scenario.task.n_robots, scenario.noise) == (2, 0.0)
+    file = tmp_path / "mine.toml"
+    file.write_text('base = "patrol-1"\n[task]\ndistance = 1.0\n', encoding="utf-8")
+    assert find_scenario(file).task.distance == 1.0
+    with pytest.raises(UnknownNameError, match=r"did you mean 'task\.distance'"):
+        find_scenario("patrol-1", {"task.distanse": 1.0})
+
+
+def test_its_robots_visit_places_in_turn_on_any_number_of_threads_and_alone_alike():
+    block, threaded, alone = running([0, 1]), running([0, 1], threads=2), running([1])
+    for _ in range(600):
+        for loop in (block, threaded, alone):
+            loop.step()
+    assert (block.world.robots["visits"] >= 3).all()
+    assert block.world.is_over.all()
+    for name in ("pose", "visits", "streams", "readings"):
+        assert_array_equal(block.world.robots[name], threaded.world.robots[name])
+        assert_array_equal(block.world.robots[name][1], alone.world.robots[name][0])
+    assert (block.world.robots["pose"][0] != block.world.robots["pose"][1]).any()
+    block.reset([1, 0])
+    fresh = running([1, 0])
+    for name in ("pose", "goal", "readings"):
+        assert_array_equal(block.world.robots[name], fresh.world.robots[name])
+
+
+def test_its_motion_driven_from_outside_is_the_motion_inside():
+    loop = running([5])
+    env = parallel_env("patrol-1", learn="motion")
+    observations, infos = env.reset(seed=5)
+    assert env.agents == [f"guard_{k}" for k in range(4)]
+    assert infos == {agent: {"visits": 0.0} for agent in env.agents}
+    assert env.state().shape == env.state_space.shape == (9,)
+    part = find_controller("patrol-ahead").motion
+    steer = loop.task.array_motion(part.layer(loop.world.scenario), loop.world.scenario, [5])
+    earned = 0.0
+    while env.agents:
+        seen = env.observation_layout.situation(np.stack(list(observations.values())))
+        assert_array_equal(seen.place, loop.situation.place)
+        actions = dict(zip(env.agents, steer(seen), strict=True))
+        observations, rewards, _, truncations, infos = env.step(actions)
+        earned += sum(rewards.values())
+        loop.step()
+        assert_array_equal(env.world.robots["pose"], loop.world.robots["pose"])
+    assert all(truncations.values())
+    assert earned == sum(info["visits"] for info in infos.values()) > 0.0
+
+
+@pytest.mark.parametrize("kind", ["ES1-v0", "ES1-Joint-v0"])
+def test_gymnasium_runs_several_worlds_of_it(kind):
+    envs = gym.make_vec(f"swarm_forage_env:SwarmForage/{kind}", num_envs=2, scenario="patrol-1")
+    observations, _ = envs.reset(seed=3)
+    assert observations.shape == envs.observation_space.shape
+    envs.action_space.seed(0)
+    for _ in range(5):
+        observations, *_, infos = envs.step(envs.action_space.sample())
+    assert np.isfinite(observations).all()
+    assert infos["visits"].shape == (2,)
+
+
+def test_what_it_has_not_is_refused_in_our_words():
+    with pytest.raises(UnknownNameError, match="no layer to learn named 'everything'"):
+        parallel_env("patrol-1", learn="everything")
+    with pytest.raises(ConfigError, match="residual=True: cannot be had in the task patrol"):
+        parallel_env("patrol-1", residual=True)
+    with pytest.raises(ConfigError, match="its estimator is not made for the task patrol"):
+        parallel_env("patrol-1", controller="ssgikf")
+    with pytest.raises(ConfigError, match="its estimator is not made for the task foraging"):
+        parallel_env("es1", controller="patrol-ahead")
+    with pytest.raises(ConfigError, match="the task patrol has no drawing"):
+        stage_of(find_scenario("patrol-1"), "patrol-ahead")
+
+
+def test_a_shaped_reward_is_shaped_by_its_potential():
+    plain, shaped = (parallel_env("patrol-1", shaping=weight) for weight in (0.0, 2.0))
+    for env in (plain, shaped):
+        env.reset(seed=1)
+    ahead = {agent: np.float32([1.0, 1.0]) for agent in plain.agents}
+    for _ in range(100):
+        rewards, more = plain.step(ahead)[1], shaped.step(ahead)[1]
+        visits = plain.world.robots["visits"][0]
+        for k, agent in enumerate(ahead):
+            before = visits[k] - rewards[agent]
+            added = 2.0 * (0.99 * visits[k] - before)
+            assert more[agent] == pytest.approx(rewards[agent] + added)
+
+
+def test_its_episodes_are_of_a_kind_of_their_own():
+    episodes = run_episodes(find_scenario("patrol-1"), find_controller("patrol-ahead"), [0, 1])
+    assert [episode.seed for episode in episodes] == [0, 1]
+    assert all(episode.visits_per_robot >= 3.0 for episode in episodes)
+    assert task_of_episode(episodes[0]).name == "patrol"
+
+
+def evaluate(out, *options):
+    arguments = "evaluate", "patrol-1", "patrol-ahead", "patrol-ahead:turn=0.5", "--episodes=2"
+    return run([*arguments, "--workers=1", f"--out={out}", *options])
+
+
+def test_the_command_evaluates_it_and_goes_on_from_what_is_kept(capsys, tmp_path):
+    assert evaluate(tmp_path, "--format=json") == 0
+    episodes = json.loads(capsys.readouterr().out)
+    assert [(each["controller"], each["seed"]) for each in episodes] == [
+        ("patrol-ahead", 0), ("patrol-ahead", 1),
+        ("patrol-ahead:turn=0.5", 0), ("patrol-ahead:turn=0.5", 1),
+    ]  # fmt: skip
+    assert evaluate(tmp_path, "--format=json") == 0
+    assert json.loads(capsys.readouterr().out) == episodes
+    assert evaluate(tmp_path) == 0
+    table = capsys.readouterr().out
+    assert "patrol-1: 4 robots, 60 s, kinematic" in table
+    assert "visits" in table
+    assert "Visits per robot against patrol-ahead" in table
+
+
+def test_the_command_lists_it_with_every_number():
+    names = [each["name"] for each in listing.overview()["scenarios"]]
+    assert {"es1", "patrol-1"} <= set(names)
+    assert listing.describe("patrol-ahead")["layers"] == {
+        "estimator": "patrol_mean", "weighting": "patrol_alone", "motion": "patrol_ahead",
+    }  # fmt: skip
+    assert list(listing.describe("patrol-1")["parameters"]) == ["patrol-1", "task"]
