@@ -42,8 +42,9 @@ class RunningLayers:
         self._numbers = np.ascontiguousarray(self._layers["estimator"])
         self._bind()
         self._weigh = _rule(controllers[0].weighting, self, world)
-        is_compiled = self.motion.steer is not no_motion
-        self._steer = None if is_compiled else controllers[0].motion.start(world.scenario, seeds)
+        self._steer = None
+        if _is_numpy_motion(self.motion):
+            self._steer = controllers[0].motion.start(world.scenario, seeds)
 
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
@@ -106,13 +107,18 @@ def _check_alike(controllers: Sequence[Any], each: Sequence[Any]) -> None:
     """ConfigError if the controllers of a block differ in more than their numbers."""
     for controller, layers in zip(controllers, each, strict=True):
         for name, first, layer in zip(LAYERS, each[0], layers, strict=True):
-            part = getattr(controller, name)
-            is_other_rule = not hasattr(part, "layer") and part is not getattr(controllers[0], name)
-            if is_other_rule or _functions(layer) != _functions(first):
+            in_numpy = not hasattr(getattr(controller, name), "layer") or _is_numpy_motion(layer)
+            is_same = getattr(controller, name) is getattr(controllers[0], name)
+            if (in_numpy and not is_same) or _functions(layer) != _functions(first):
                 raise ConfigError(
                     f"controllers '{controllers[0].name}' and '{controller.name}' have another"
                     f" {name}: those of one block may differ in their numbers only"
                 )
+
+
+def _is_numpy_motion(layer: Any) -> bool:  # noqa: ANN401 any of the three
+    """Whether a layer leaves the motion to a rule in NumPy."""
+    return getattr(layer, "steer", None) is no_motion
 
 
 def _functions(layer: Any) -> list[Any]:  # noqa: ANN401 any of the three

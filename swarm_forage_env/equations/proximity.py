@@ -52,8 +52,13 @@ def ray_to_walls(
     """Distance [m] from the rim to the walls, along a direction of cosine c and sine s.
 
     (x, y) is the centre of the body [m], inside the arena [m], and the direction one of the world
-    frame.
+    frame. Infinite beyond the reach of a sensor.
     """
+    far = radius + SENSING_RANGE
     to_x = 0.5 * arena[0] - (x if c > 0.0 else -x)
     to_y = 0.5 * arena[1] - (y if s > 0.0 else -y)
-    return float(max(min(to_x / abs(c), to_y / abs(s)) - radius, 0.0))
+    if to_x > abs(c) * far and to_y > abs(s) * far:
+        return math.inf
+    along_x = to_x / abs(c) if c != 0.0 else math.inf
+    along_y = to_y / abs(s) if s != 0.0 else math.inf
+    return max(min(along_x, along_y) - radius, 0.0)

@@ -32,7 +32,7 @@ def weights(numbers_of):
 
     def give(rule, exchanges):
         layer = rule.layer(find_scenario("es1"))
-        bind(weigh, {"gain": layer.gain})(exchanges, numbers_of(layer.numbers))
+        bind(weigh, {"gain": layer.gain})(exchanges, numbers_of(layer.all_numbers))
         return exchanges.weight.copy()
 
     return give

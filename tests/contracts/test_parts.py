@@ -34,7 +34,7 @@ ROW = 2
 
 
 def made_for_foraging(part):
-    """Whether a part may be a layer of foragers; waypoints have contracts of their own."""
+    """Whether a part is for robots that forage; waypoints have contracts of their own."""
     return "foraging" in getattr(part, "tasks", ("foraging",))
 
 

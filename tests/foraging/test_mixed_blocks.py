@@ -135,3 +135,26 @@ def test_worlds_with_two_rules_written_in_numpy_are_refused():
     Loop(find_scenario("es1"), [first, first], [0, 1])
     with pytest.raises(ConfigError, match="another weighting"):
         Loop(find_scenario("es1"), [first, other], [0, 1])
+
+
+class Standing:
+    """A motion written in NumPy that says so by a layer of None."""
+
+    def layer(self, scenario):
+        return None
+
+    def start(self, scenario, seeds):
+        return self
+
+    def reset(self, world, seed):
+        """Nothing is remembered."""
+
+    def __call__(self, situation):
+        return np.zeros((len(situation.goal), 2), np.float32)
+
+
+def test_worlds_with_two_motions_written_in_numpy_are_refused():
+    first, other = (replace(NC, motion=Standing()) for _ in range(2))
+    Loop(find_scenario("es1"), [first, first], [0, 1]).step()
+    with pytest.raises(ConfigError, match="another motion"):
+        Loop(find_scenario("es1"), [first, other], [0, 1])

@@ -45,7 +45,7 @@ def test_its_scenario_belongs_to_its_task_and_takes_overrides_and_files(tmp_path
     file.write_text('base = "patrol-1"\n[task]\ndistance = 1.0\n', encoding="utf-8")
     assert find_scenario(file).task.distance == 1.0
     with pytest.raises(UnknownNameError, match=r"did you mean 'task\.distance'"):
-        find_scenario("patrol-1", {"task.distances": 1.0})
+        find_scenario("patrol-1", {"task.distancee": 1.0})
 
 
 def test_its_robots_visit_places_in_turn_on_any_number_of_threads_and_alone_alike():
