@@ -144,7 +144,7 @@ def update_exchange(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> boo
     for k in range(belief.met_ticks_left.shape[0]):
         belief.met_ticks_left[k] = max(belief.met_ticks_left[k] - 1, 0)
     if belief.partner == NOBODY:
-        if belief.ignore_ticks > 0:
+        if belief.ignore_ticks > 0 or heard.n == 0:
             return False
         belief.partner = find_partner(crowd, i, heard, numbers)
         if belief.partner == NOBODY:

@@ -166,7 +166,7 @@ def measure_range_bearing(
     frames = world.frames if is_at_rest else 1
     dx, dy = sender.pose[0] - robot.pose[0], sender.pose[1] - robot.pose[1]
     d, bearing = range_and_bearing(dx, dy, robot.pose[2])
-    _, back = range_and_bearing(-dx, -dy, sender.pose[2])
+    back = wrap(math.atan2(-dy, -dx) - sender.pose[2])
     measured = robot.heard.range_bearing
     if world.is_board:
         gap = max(d - 2.0 * world.radius, 0.0)
