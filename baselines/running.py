@@ -11,7 +11,7 @@ from swarm_forage_env.compiler import bind, kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP, RULE, EstimatorLayer, MotionLayer, WeightingLayer
 from swarm_forage_env.random_streams import streams
-from swarm_forage_env.record import numbers_record
+from swarm_forage_env.record import numbers_record, record_dtype
 from swarm_forage_env.task import task_of
 
 
@@ -86,7 +86,7 @@ class RunningLayers:
             ("estimator", self.estimator.mind.dtype(robots=n_robots)),
             ("motion", self.motion.memory.dtype(robots=n_robots)),
         ]
-        self.minds: Array = np.zeros((n_worlds, n_robots), np.dtype(mind, align=True))
+        self.minds: Array = np.zeros((n_worlds, n_robots), record_dtype(mind))
         pairs = (0,) if self.estimator.shared is None else (n_robots, *self.estimator.shared)
         self.shared: Array = np.zeros((n_worlds, n_robots, *pairs))
         self._estimators = self.minds["estimator"]
@@ -139,7 +139,7 @@ def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]])
         for estimator, weighting, motion in each
     ]
     kinds = [(layer, numbers_record(**numbers)) for layer, numbers in worlds[0].items()]
-    found = np.zeros(len(worlds), np.dtype(kinds, align=True))
+    found = np.zeros(len(worlds), record_dtype(kinds))
     for w, layers in enumerate(worlds):
         for layer, numbers in layers.items():
             for name, value in numbers.items():

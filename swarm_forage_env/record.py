@@ -9,6 +9,7 @@ Of a field of several numbers, booleans are int8: numba refuses nested boolean a
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -65,7 +66,7 @@ class Record:
     def dtype(cls, **sizes: int) -> np.dtype[Any]:
         """The structured dtype; `sizes` are those of named axes, as slots=4."""
         columns = [(name, *_column(each, sizes)) for name, each in cls.fields.items()]
-        return _packed(columns)
+        return record_dtype(columns)
 
     @classmethod
     def array(cls, shape: tuple[int, ...], **sizes: int) -> Array:
@@ -92,18 +93,25 @@ def _column(each: Field, sizes: Mapping[str, int]) -> tuple[Any, tuple[int, ...]
     return each.kind, shape
 
 
-def _packed(columns: list[Any]) -> np.dtype[Any]:
+def record_dtype(columns: list[Any]) -> np.dtype[Any]:
     """The dtype of a record, with the columns added last, as by a subclass, in front.
 
     Numba would take a record for a subtype of one that its columns begin with, and warn of it.
+    Equal dtypes are one object: numba compares others field by field at every call of a kernel.
     """
-    return np.dtype(columns[::-1], align=True)
+    return _the_one(np.dtype(columns[::-1], align=True))
+
+
+@cache
+def _the_one(dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """The first of all equal dtypes."""
+    return dtype
 
 
 def numbers_record(**numbers: Any) -> np.dtype[Any]:  # noqa: ANN401 floats or arrays of them
     """The dtype of a record of parameters: float64, each in the shape of its value."""
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
-    return _packed(columns or [("none", np.float64, ())])
+    return record_dtype(columns or [("none", np.float64, ())])
 
 
 def one_record(numbers: Mapping[str, Any]) -> Array:

@@ -38,6 +38,11 @@ def test_a_dtype_has_the_fields_last_ones_first():
     assert dtype["left"].names == ("is_stuck", "speed")
 
 
+def test_equal_dtypes_are_one_object():
+    assert Vehicle.dtype(slots=3) is Vehicle.dtype(slots=3)
+    assert Vehicle.dtype(slots=3) is not Vehicle.dtype(slots=4)
+
+
 def test_a_field_says_its_unit_and_its_scale():
     assert Wheel.fields["speed"].unit == "m/s"
     assert Wheel.fields["speed"].scale == 0.1

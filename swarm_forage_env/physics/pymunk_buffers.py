@@ -80,13 +80,23 @@ def write_bodies(  # noqa: PLR0913 a block of worlds, its buffers, and which of 
 
 
 @entry_point
-def read_bodies(
-    bodies: Float64[Array, " numbers"], robots: Array, worlds: Array, which: int
+def read_bodies(  # noqa: PLR0913 a block of worlds, its buffers, and which of them
+    bodies: Float64[Array, "worlds numbers"],
+    touching: Bool[Array, " worlds"],
+    first: int,
+    last: int,
+    robots: Array,
+    worlds: Array,
 ) -> None:
-    """Poses of one world from rows of x, y and angle, as the engine left them."""
-    swarm = robots[which]
-    for i in range(swarm.shape[0]):
-        pose = swarm[i].pose
-        pose[0], pose[1] = bodies[3 * i], bodies[3 * i + 1]
-        pose[2] = wrap(bodies[3 * i + 2])
-    worlds[which].has_moved = True
+    """Poses from rows of x, y and angle, as the engine left them in the worlds that it moved.
+
+    Only worlds first .. last - 1.
+    """
+    for w in range(first, last):
+        if touching[w]:
+            swarm = robots[w]
+            for i in range(swarm.shape[0]):
+                pose = swarm[i].pose
+                pose[0], pose[1] = bodies[w, 3 * i], bodies[w, 3 * i + 1]
+                pose[2] = wrap(bodies[w, 3 * i + 2])
+            worlds[w].has_moved = True

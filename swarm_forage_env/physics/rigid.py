@@ -1,5 +1,6 @@
 """The engine `rigid`: discs that push, slide and turn each other in a contact, by pymunk."""
 
+import threading
 from collections.abc import Sequence
 
 import numpy as np
@@ -39,6 +40,8 @@ class Rigid:
         self._written: Float64[Array, "worlds bodies 6"] = np.zeros((n_worlds, n_bodies, 6))
         # pymunk reallocates a buffer it finds full, which must not happen to NumPy's memory
         self._read: Float64[Array, "worlds numbers"] = np.zeros((n_worlds, 6 * n_bodies + 16))
+        self._one_at_a_time = threading.Lock()
+        """Held by the thread that is in pymunk, which lets go of Python's own at every call."""
         self._scenarios = tuple(scenarios)
         self._spaces = [_space(scenario) for scenario in scenarios]
         self._buffers = [
@@ -48,14 +51,15 @@ class Rigid:
     def move(self, robots: Array, worlds: Array, near: Array, first: int, last: int) -> None:
         """Move the worlds in which bodies may touch."""
         write_bodies(robots, worlds, near, first, last, self._written, self._touching)
-        for w in np.flatnonzero(self._touching[first:last]) + first:
-            space, (written, read) = self._spaces[w], self._buffers[w]
-            set_space_bodies(space, _WRITTEN, written)
-            for _ in range(SUBSTEPS):
-                space.step(self._scenarios[w].tick / SUBSTEPS)
-            read.clear()
-            get_space_bodies(space, _READ, read)
-            read_bodies(self._read[w], robots, worlds, int(w))
+        with self._one_at_a_time:
+            for w in np.flatnonzero(self._touching[first:last]) + first:
+                space, (written, read) = self._spaces[w], self._buffers[w]
+                set_space_bodies(space, _WRITTEN, written)
+                for _ in range(SUBSTEPS):
+                    space.step(self._scenarios[w].tick / SUBSTEPS)
+                read.clear()
+                get_space_bodies(space, _READ, read)
+        read_bodies(self._read, self._touching, first, last, robots, worlds)
 
     def reset(self, world: int) -> None:
         """Start from a new space: the old one keeps the impulses of its last contacts."""
