@@ -80,7 +80,7 @@ def write_bodies(  # noqa: PLR0913 a block of worlds, its buffers, and which of 
 
 
 @entry_point
-def read_bodies(  # noqa: PLR0913 a block of worlds, its buffers, and which of them
+def read_bodies(
     bodies: Float64[Array, "worlds numbers"],
     touching: Bool[Array, " worlds"],
     first: int,
