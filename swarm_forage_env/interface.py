@@ -153,3 +153,52 @@ class Controller(Protocol):
     def with_parameters(self, values: Mapping[str, Any]) -> "Controller":
         """The same controller with some parameters changed."""
         ...
+
+
+@dataclass(frozen=True)
+class NoLayers:
+    """The controller of robots whose policy is everything: no estimator, nothing hand-written."""
+
+    said: type[Record]
+    """What the policy says beside what it commands. Writer: the environment."""
+
+    carry_out: Callable[[Array, Array], None]
+    """Commands what the actions say; of the robots of some worlds and what they said."""
+
+    name: str = "policy"
+
+    def build(self, world: Any, seeds: Sequence[int], each: Sequence[Any]) -> "RunningPolicy":  # noqa: ANN401 of its task
+        """The running policy of a block of worlds."""
+        return RunningPolicy(world, self.said, self.carry_out)
+
+    def with_parameters(self, values: Mapping[str, Any]) -> "NoLayers":
+        """There are no parameters."""
+        return self
+
+
+class RunningPolicy:
+    """Carries out what a learner of everything does."""
+
+    def __init__(
+        self,
+        world: Any,  # noqa: ANN401 of its task
+        said: type[Record],
+        carry_out: Callable[[Array, Array], None],
+    ) -> None:
+        """Nobody has said anything yet."""
+        self._world, self._said, self._carry_out = world, said, carry_out
+        self.minds: Array = said.array((world.n_worlds, world.n_robots))
+
+    def observe(self, first: int, last: int) -> None:
+        """There is no estimator."""
+
+    def consult(self) -> None:
+        """There are no rules."""
+
+    def decide(self, first: int, last: int) -> None:
+        """Command what the action says, in the worlds first .. last - 1."""
+        self._carry_out(self._world.robots[first:last], self.minds[first:last])
+
+    def reset(self, world: int, seed: int) -> None:
+        """Forget what was said."""
+        self._said.restart(self.minds[world])

@@ -4,9 +4,12 @@
 folder whose module enters a `Task` in `TASKS`, and its scenarios in `SCENARIOS`.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
+
+import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float64
 from swarm_forage_env.episode import EpisodeKind
@@ -14,6 +17,8 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, Kernel
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.policy_interface import PolicyInterface
+from swarm_forage_env.random_streams import checked_seed
+from swarm_forage_env.record import rows
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.scene import Scene, Stage
 
@@ -49,6 +54,58 @@ class World(Protocol):
     def tick(self, first: int, last: int) -> None:
         """Carry out the commands in the worlds first .. last - 1."""
         ...
+
+
+class Block(ABC):
+    """Worlds of one task that run side by side: what `World` asks for and no task differs in."""
+
+    robots: Array
+    worlds: Array
+
+    def __init__(self, scenarios: Sequence[Any], seeds: Sequence[int]) -> None:
+        """One world for each seed, of one scenario each; all have the same number of robots."""
+        self.scenario, self.scenarios = scenarios[0], tuple(scenarios)
+        self.n_worlds, self.n_robots = len(seeds), _n_robots(scenarios)
+
+    @property
+    def rows(self) -> int:
+        """Robots in all worlds."""
+        return self.robots.size
+
+    @property
+    def state(self) -> Any:  # noqa: ANN401 a recarray
+        """The truth with a row for each robot of every world; `state.pose` is a column of it."""
+        return rows(self.robots)
+
+    @property
+    def is_over(self) -> Bool[Array, " worlds"]:
+        """The scenario's time is up in each world."""
+        n_ticks = [scenario.n_ticks for scenario in self.scenarios]
+        return np.asarray(self.worlds["ticks"] >= n_ticks)
+
+    def reset(self, seeds: Sequence[int]) -> None:
+        """Start every world anew, each from its seed."""
+        if len(seeds) != self.n_worlds:
+            raise ConfigError(f"seeds={list(seeds)}: must be {self.n_worlds}, one for each world")
+        for w, seed in enumerate(seeds):
+            self.restart(w, checked_seed(seed))
+        self.sense_first()
+
+    @abstractmethod
+    def restart(self, which: int, seed: int) -> None:
+        """Put one world's robots at their starting places and its streams at their seed."""
+
+    @abstractmethod
+    def sense_first(self, first: int = 0, last: int | None = None) -> None:
+        """Sense before the first tick, in the worlds first .. last - 1."""
+
+
+def _n_robots(scenarios: Sequence[Any]) -> int:
+    """How many robots there are in each world; ConfigError if not equally many."""
+    numbers = sorted({scenario.task.n_robots for scenario in scenarios})
+    if len(numbers) > 1:
+        raise ConfigError(f"task.n_robots={numbers}: must be the same in all worlds of a block")
+    return int(numbers[0])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,11 +6,12 @@ from swarm_forage_env.foraging.control import decide
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.global_state import ForagingState
-from swarm_forage_env.foraging.policies import LEARNABLE, NoLayers
+from swarm_forage_env.foraging.policies import LEARNABLE, Said, carry_out
 from swarm_forage_env.foraging.potential import ForagingPotential
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.views import exchange_of, situation_of
 from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.interface import NoLayers
 from swarm_forage_env.task import TASKS, Task
 
 FORAGING = Task(
@@ -28,7 +29,7 @@ FORAGING = Task(
     array_motion=ArrayMotion,
     policies=LEARNABLE,
     residuals=("motion", "both"),
-    no_layers=NoLayers(),
+    no_layers=NoLayers(Said, carry_out),
     bounds=Bounds,
     potential=ForagingPotential,
     global_state=ForagingState,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float64, Int32
+from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations import neighbours
 from swarm_forage_env.equations.neighbours import EMPTY
@@ -18,8 +18,8 @@ from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.surroundings import FIRST
 from swarm_forage_env.foraging.tick import sense_first, tick
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
-from swarm_forage_env.record import rows
+from swarm_forage_env.random_streams import NoiseSource, streams
+from swarm_forage_env.task import Block
 
 SLACK = 0.02
 """Neighbours are listed this much beyond the reach [m], so that resolving contacts adds none."""
@@ -38,7 +38,7 @@ place_in_circle = entry_point(scoring.place_in_circle)
 cells_of = entry_point(neighbours.cells_of)
 
 
-class ForagingWorld:
+class ForagingWorld(Block):
     """Worlds that run side by side, each from its own seed and under its own numbers.
 
     A world in a block goes through the same states as the same world alone, bit for bit.
@@ -51,8 +51,7 @@ class ForagingWorld:
 
         The scenarios have the same number of robots; one for each world.
         """
-        self.scenario, self.scenarios = scenarios[0], tuple(scenarios)
-        self.n_worlds, self.n_robots = len(seeds), _n_robots(scenarios)
+        super().__init__(scenarios, seeds)
         shape = (self.n_worlds, self.n_robots)
         n_slots = max(scenario.radio.slots for scenario in scenarios)
         self.robots = RobotState.array(shape, slots=n_slots)
@@ -76,34 +75,10 @@ class ForagingWorld:
         return self.robots
 
     @property
-    def rows(self) -> int:
-        """Robots in all worlds."""
-        return self.robots.size
-
-    @property
-    def state(self) -> Any:  # noqa: ANN401 a recarray
-        """The truth with a row for each robot of every world; `state.pose` is a column of it."""
-        return rows(self.robots)
-
-    @property
     def areas(self) -> Float64[Array, "areas 2"]:
         """Centres of nest and prey in the first world [m]."""
         centres: Float64[Array, "areas 2"] = self.worlds["areas"][0]
         return centres
-
-    @property
-    def is_over(self) -> Bool[Array, " worlds"]:
-        """The scenario's time is up in each world."""
-        n_ticks = [scenario.n_ticks for scenario in self.scenarios]
-        return np.asarray(self.worlds["ticks"] >= n_ticks)
-
-    def reset(self, seeds: Sequence[int]) -> None:
-        """Start every world anew, each from its seed."""
-        if len(seeds) != self.n_worlds:
-            raise ConfigError(f"seeds={list(seeds)}: must be {self.n_worlds}, one for each world")
-        for w, seed in enumerate(seeds):
-            self.restart(w, checked_seed(seed))
-        self.sense_first()
 
     def restart(self, which: int, seed: int) -> None:
         """Put one world's robots at their starting places and its streams at their seed."""
@@ -184,14 +159,6 @@ def write_numbers(scenario: Scenario, out_world: Any) -> None:  # noqa: ANN401 a
     }  # fmt: skip
     for name, value in numbers.items():
         out_world[name] = value
-
-
-def _n_robots(scenarios: Sequence[Scenario]) -> int:
-    """How many robots there are in each world; ConfigError if not equally many."""
-    numbers = sorted({scenario.task.n_robots for scenario in scenarios})
-    if len(numbers) > 1:
-        raise ConfigError(f"task.n_robots={numbers}: must be the same in all worlds of a block")
-    return numbers[0]
 
 
 def _first_poses(scenario: Scenario, seed: int) -> Float64[Array, "robots 3"]:

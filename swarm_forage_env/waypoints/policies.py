@@ -1,6 +1,5 @@
 """Policies in the waypoints world: what each `learn=` observes, gives and replaces."""
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -131,43 +130,10 @@ class Said(Record):
     """The robot is at its goal: another one, please."""
 
 
-class NoLayers:
-    """The controller of robots whose policy is everything: no estimator, nothing hand-written."""
-
-    name = "policy"
-
-    def build(self, world: Any, seeds: Sequence[int], each: Sequence[Any]) -> "RunningPolicy":  # noqa: ANN401 of its task
-        """The running policy of a block of worlds."""
-        return RunningPolicy(world)
-
-    def with_parameters(self, values: Mapping[str, Any]) -> "NoLayers":
-        """There are no parameters."""
-        return self
-
-
-class RunningPolicy:
-    """Carries out what a learner of everything does."""
-
-    def __init__(self, world: Any) -> None:  # noqa: ANN401 of its task
-        """Nobody has said anything yet."""
-        self._world = world
-        self.minds: Array = Said.array((world.n_worlds, world.n_robots))
-
-    def observe(self, first: int, last: int) -> None:
-        """There is no estimator."""
-
-    def consult(self) -> None:
-        """There are no rules."""
-
-    def decide(self, first: int, last: int) -> None:
-        """Command what the action says, in the worlds first .. last - 1."""
-        robots = self._world.robots[first:last]
-        robots["command"]["acceleration"] = robots["action"]["acceleration"]
-        robots["command"]["claim"] = self.minds["claim"][first:last]
-
-    def reset(self, world: int, seed: int) -> None:
-        """Forget what was said."""
-        Said.restart(self.minds[world])
+def carry_out(robots: Array, said: Array) -> None:
+    """Command what the policy of robots that visit waypoints says."""
+    robots["command"]["acceleration"] = robots["action"]["acceleration"]
+    robots["command"]["claim"] = said["claim"]
 
 
 def _weigh(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task

@@ -1,11 +1,12 @@
 """The task of visiting waypoints, as the rest of the house knows it."""
 
+from swarm_forage_env.interface import NoLayers
 from swarm_forage_env.task import TASKS, Task
 from swarm_forage_env.waypoints.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.waypoints.control import decide
 from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
 from swarm_forage_env.waypoints.global_state import WaypointsState
-from swarm_forage_env.waypoints.policies import LEARNABLE, NoLayers
+from swarm_forage_env.waypoints.policies import LEARNABLE, Said, carry_out
 from swarm_forage_env.waypoints.potential import WaypointsPotential
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.views import exchange_of, situation_of
@@ -26,7 +27,7 @@ WAYPOINTS = Task(
     array_motion=ArrayMotion,
     policies=LEARNABLE,
     residuals=(),
-    no_layers=NoLayers(),
+    no_layers=NoLayers(Said, carry_out),
     bounds=lambda scenario, n_ticks, message_path: scenario,
     potential=WaypointsPotential,
     global_state=WaypointsState,

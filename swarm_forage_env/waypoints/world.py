@@ -7,8 +7,8 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
-from swarm_forage_env.record import rows
+from swarm_forage_env.random_streams import NoiseSource, streams
+from swarm_forage_env.task import Block
 from swarm_forage_env.waypoints.records import RobotState, Sighting, WorldState
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.tick import judge_claims, sense_first, start_at_home, tick
@@ -20,7 +20,7 @@ SOURCES = (NoiseSource.ENCODER, NoiseSource.LANDMARK, NoiseSource.LIDAR, NoiseSo
 """What each column of a robot's streams is for."""
 
 
-class WaypointsWorld:
+class WaypointsWorld(Block):
     """Worlds that run side by side, each from its own seed and under its own numbers.
 
     A world in a block goes through the same states as the same world alone, bit for bit.
@@ -38,8 +38,7 @@ class WaypointsWorld:
                 f"physics='{physics}': {scenarios[0].name} has no contacts; only '{PHYSICS}'"
                 " drives it"
             )
-        self.scenario, self.scenarios = scenarios[0], tuple(scenarios)
-        self.n_worlds, self.n_robots = len(seeds), scenarios[0].task.n_robots
+        super().__init__(scenarios, seeds)
         shape = (self.n_worlds, self.n_robots)
         self.robots = RobotState.array(shape)
         """The truth about every robot; writing to it changes the worlds."""
@@ -56,32 +55,8 @@ class WaypointsWorld:
         """What a controller is handed: robots, of whose records a layer sees its own; sightings."""
         return self.robots, self.sightings
 
-    @property
-    def rows(self) -> int:
-        """Robots in all worlds."""
-        return self.robots.size
-
-    @property
-    def state(self) -> Any:  # noqa: ANN401 a recarray
-        """The truth with a row for each robot of every world; `state.pose` is a column of it."""
-        return rows(self.robots)
-
-    @property
-    def is_over(self) -> Bool[Array, " worlds"]:
-        """The scenario's time is up in each world."""
-        n_ticks = [scenario.n_ticks for scenario in self.scenarios]
-        return np.asarray(self.worlds["ticks"] >= n_ticks)
-
-    def reset(self, seeds: Sequence[int]) -> None:
-        """Start every world anew, each from its seed; robots begin with an exact fix."""
-        if len(seeds) != self.n_worlds:
-            raise ConfigError(f"seeds={list(seeds)}: must be {self.n_worlds}, one for each world")
-        for w, seed in enumerate(seeds):
-            self.restart(w, checked_seed(seed))
-        self.sense_first()
-
     def restart(self, which: int, seed: int) -> None:
-        """Put one world's robots at their starting places and its streams at their seed."""
+        """Put one world's robots at home with an exact fix, and its streams at their seed."""
         swarm = self.robots[which]
         kept = swarm["action"].copy()
         RobotState.restart(swarm)

@@ -101,10 +101,13 @@ def test_one_scenario_or_controller_for_each_world_is_asked_for(world_of):
         Loop(scenarios[0], controllers[:2], [0, 1, 2])
 
 
-def test_worlds_with_other_numbers_of_robots_are_refused():
-    scenarios = [find_scenario("es1", {"n_robots": n}) for n in (10, 8)]
+@pytest.mark.parametrize(
+    ("scenario", "controller"), [("es1", "nc"), ("waypoints-05", "boids-adaptive")]
+)
+def test_worlds_with_other_numbers_of_robots_are_refused(scenario, controller):
+    scenarios = [find_scenario(scenario, {"n_robots": n}) for n in (10, 8)]
     with pytest.raises(ConfigError, match="n_robots"):
-        Loop(scenarios, CONTROLLERS["nc"], [0, 1])
+        Loop(scenarios, CONTROLLERS[controller], [0, 1])
 
 
 def numpy_rule(exchange):
