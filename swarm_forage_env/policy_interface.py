@@ -1,17 +1,40 @@
 """Policy interface: what a policy in the place of a layer observes, and what it gives."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from swarm_forage_env.arrays import Array, Float32
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.spaces import FeatureGroup, Layout, ObservationLayout
 
 Groups = Mapping[str, tuple[FeatureGroup, ...]]
 
-ActOn = Callable[[Any, Any, Float32[Array, "worlds learners numbers"]], None]
-"""Writes the actions of the learners of every world, the first robots; of world, controller and
-actions."""
+ActOn = Callable[
+    [Any, Any, Int64[Array, " learners"], Float32[Array, "worlds learners numbers"]], None
+]
+"""Writes the actions of the learners of every world; of world, controller, which robots learn, and
+their actions."""
+
+
+@dataclass(frozen=True)
+class Steering:
+    """A form in which a policy steers: two numbers, and the command that they stand for."""
+
+    layout: Layout
+    """What the two numbers are, each in [-1, 1]."""
+
+    choices: tuple[tuple[float, float], ...]
+    """The discrete actions in this form, where no other number of them is asked for."""
+
+    write: Callable[[Float32[Array, "rows 2"], float], None] | None = None
+    """Writes the command in the place of the two numbers, under a sharpest turn; None: they are
+    the command."""
+
+
+SILENT: Float32[Array, "1 0"] = np.zeros((1, 0), np.float32)
+"""What is said by a policy that says nothing."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +48,8 @@ class PolicyInterface:
     """The parts of an observation, from the bounds of a scenario."""
 
     observe: Callable[[Any, Any, Float32[Array, "worlds robots numbers"]], None]
-    """Writes the observations of all robots; of world, controller and output."""
+    """Writes the observations of all robots to the first numbers of a row of the output, which may
+    be longer; of world, controller and output."""
 
     act: ActOn
     """Writes the actions of the learners."""
@@ -35,6 +59,18 @@ class PolicyInterface:
 
     inputs: Mapping[str, type[Any]]
     """What each part is as arrays, for code that reads observations by name."""
+
+    n_weights: int = 0
+    """How many numbers of an action are weights in [0, 1]; they come first."""
+
+    is_steering: bool = False
+    """The two numbers that follow are the command of the motion."""
+
+    said: Float32[Array, "choices numbers"] = field(default_factory=lambda: SILENT)
+    """What can be said in a discrete action: the rest of the numbers, a row for each choice."""
+
+    target: str | None = None
+    """The observed vector whose direction is observed too where observations are normalised."""
 
     def layout(self, bounds: Any) -> ObservationLayout:  # noqa: ANN401 of its task
         """What each number of an observation is, for a scenario of these bounds."""

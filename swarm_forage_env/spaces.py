@@ -34,6 +34,14 @@ class Feature:
     noise: str = ""
     """How it differs from the truth, for what is measured."""
 
+    scale: float | None = None
+    """Typical size in that unit, where the bounds are far beyond it; None: the bounds are typical."""
+
+    @property
+    def bound(self) -> float:
+        """The largest size."""
+        return max(abs(self.low), abs(self.high))
+
 
 @dataclass(frozen=True, slots=True)
 class FeatureGroup:
@@ -60,11 +68,12 @@ def feature_group(  # noqa: PLR0913 one line of a table
     noise: str = "",
     shape: tuple[int, ...] | None = None,
     dtype: type[np.generic] = np.float32,
+    scale: float | None = None,
 ) -> FeatureGroup:
     """A field with one slot for each end of its name; the shape is flat unless given."""
     low, high = bounds
     names = [f"{name}.{end}" if end else name for end in ends]
-    slots = tuple(Feature(each, unit, low, high, noise) for each in names)
+    slots = tuple(Feature(each, unit, low, high, noise, scale) for each in names)
     return FeatureGroup(name, (len(slots),) if shape is None else shape, dtype, slots)
 
 

@@ -6,7 +6,7 @@ folder whose module enters a `Task` in `TASKS`, and its scenarios in `SCENARIOS`
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,9 +16,9 @@ from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, Kernel
 from swarm_forage_env.parameters import Part
-from swarm_forage_env.policy_interface import PolicyInterface
+from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.random_streams import checked_seed
-from swarm_forage_env.record import rows
+from swarm_forage_env.record import Record, rows
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.scene import Scene, Stage
 
@@ -150,6 +150,10 @@ class Task:
     policies: Mapping[str, PolicyInterface]
     """What a policy can take the place of, by the name that `learn` takes."""
 
+    steerings: Mapping[str, Steering] = field(default_factory=dict)
+    """How a policy can steer, by the name that `action` takes; the first is the usual one. None:
+    as the action of its policies says."""
+
     residuals: tuple[str, ...] = ()
     """Those of them that can be learned as a correction of the hand-written motion."""
 
@@ -167,6 +171,12 @@ class Task:
 
     episode: EpisodeKind
     """What an episode is judged by."""
+
+    events: type[Record] | None = None
+    """What happened to each robot in a tick, for rewards of the user's own; None: not told."""
+
+    write_events: Callable[[World, Array, Array], None] | None = None
+    """Writes the events of a tick: of the world, its robots before the tick, and output."""
 
     stage: Callable[[Any, str], Stage] | None = None
     """What stands still in a picture, from a scenario and what moves the robots; None: the task

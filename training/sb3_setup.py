@@ -66,6 +66,8 @@ def make_vec_env(
                 n_worlds=n_worlds,
                 controller=experiment.base_controller,
                 learn=experiment.layer,
+                action="wheels",
+                normalise=False,
                 physics=experiment.physics,
                 decision_period=hyperparameters.decision_period,
                 discount=hyperparameters.discount,

@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
-from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.envs.actions import Actions, is_within
-from swarm_forage_env.envs.make import make_array_env
+from swarm_forage_env.arrays import Array, Bool, Float32
+from swarm_forage_env.envs.array_env import ArrayEnv, checked_seeds
+from swarm_forage_env.envs.render import EnvRenderer, Frame, title_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
-from swarm_forage_env.parameters import Count, Part, validated
-from swarm_forage_env.random_streams import checked_seed
+from swarm_forage_env.rendering.viewer import check_render_mode
 
 Infos = list[dict[str, Any]]
 
@@ -33,8 +32,11 @@ class SharedAttributesVecEnv(VecEnv):
         value: Any,  # noqa: ANN401 whatever the attribute holds
         indices: int | Iterable[int] | None = None,
     ) -> None:
-        """Set an attribute of the vector environment."""
-        setattr(self, attr_name, value)
+        """Refuse: what the worlds are was fixed when they were made."""
+        raise ConfigError(
+            f"set_attr('{attr_name}'): the environments share one block of worlds, whose options"
+            f" are fixed; make a new one with {attr_name}={value!r}"
+        )
 
     def env_method(
         self,
@@ -59,67 +61,61 @@ class SharedAttributesVecEnv(VecEnv):
 class SwarmVecEnv(SharedAttributesVecEnv):
     """W worlds of N robots as W * N environments: parameter sharing, one policy for all robots.
 
-    Environment k is robot k % N of world k // N. Options are those of `parallel_env`: what is
-    learned (`learn`, `residual`, `reward`, `shaping`, `discount`, `decision_period`, `physics`,
-    `max_cycles`) and numbers of the scenario by dotted name.
+    Environment k is learner k % L of world k // L, where L robots of a world learn: all, unless
+    `learners` says which. The keywords are those of `parallel_env`, `render_mode` included.
 
-    All worlds run out of time together and start anew from the next seeds of the sequence that
-    `seed` began. The last infos hold `terminal_observation`, `TimeLimit.truncated` (time-outs
-    are bootstrapped, as foraging has no end) and what `parallel_env` logs of a robot, as
-    `round_trips`. Actions out of bounds and NaN are refused with a ConfigError: PPO clips its
-    own.
+    A world starts anew from the next seed of its sequence when its episode ends, all worlds
+    together unless they are `stagger`ed. The last infos hold `terminal_observation`,
+    `TimeLimit.truncated` (time-outs are bootstrapped, as foraging has no end) and what
+    `parallel_env` logs of a robot, as `round_trips`. Actions out of bounds and NaN are refused
+    with a ConfigError: PPO clips its own.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 each is what a user of stable-baselines3 asks for by name
         self,
         scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
         n_worlds: int = 8,
         controller: str | Controller | None = None,
-        seed: int = 0,
+        seed: int | Sequence[int] = 0,
+        stagger: bool = False,
+        render_mode: str | None = None,
         **options: Any,  # noqa: ANN401 checked by EnvConfig and by the scenario
     ) -> None:
-        """Make the worlds; `reset` draws their seeds from a generator seeded by `seed`."""
-        _ = validated(_WorldCount, {"n_worlds": n_worlds})
-        self.env = make_array_env(range(n_worlds), options, scenario, controller)
-        self.scenario = self.env.world.scenario
-        self.max_cycles = self.env.n_cycles
-        self.observation_layout = self.env.observation_layout
-        self.action_layout = self.env.action_layout
-        self.render_mode = None
-        self._n_worlds = n_worlds
-        rows = self.env.world.robots.size
-        self._space = self.action_layout.box()
-        self._actions = Actions([f"environment {k}" for k in range(rows)], self.action_layout)
+        """Make the worlds; a `seed` starts the sequence of each: one number, or one for each."""
+        check_render_mode(render_mode)
+        self.env = env = ArrayEnv(scenario, n_worlds, controller, stagger, **options)
+        self.scenario = env.world.scenario
+        self.max_cycles = env.max_cycles
+        self.observation_layout = env.observation_layout
+        self.action_layout = env.action_layout
+        self.render_mode = render_mode
+        self._screen = EnvRenderer(env, render_mode, title_of(controller, env.config.learn))
         self._next: Float32[Array, "rows numbers"] | None = None
-        self._cycles = 0
-        super().__init__(rows, self.observation_layout.box(), self._space)
+        super().__init__(n_worlds * len(env.learners), env.observation_space, env.action_space)
         self.seed(seed)
 
-    def seed(self, seed: int | None = None) -> Sequence[int | None]:
-        """Seed the generator from which resets draw the seeds of the worlds."""
-        checked = None if seed is None else checked_seed(seed)
-        self._rng = np.random.default_rng(checked)
-        return [checked] * self.num_envs
+    def seed(self, seed: int | Sequence[int] | None = None) -> Sequence[int | None]:
+        """Seed the sequences from which resets draw the seeds of the worlds."""
+        seeds = checked_seeds(seed, self.env.n_worlds)
+        for world, own in enumerate(seeds):
+            self.env.generators[world] = np.random.default_rng(own)
+        return [own for own in seeds for _ in self.env.learners]
+
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:
+        """The generator of each world's seeds."""
+        return tuple(self.env.generators)
 
     def reset(self) -> Float32[Array, "rows numbers"]:
-        """Reset every world and return the observation of every robot."""
-        self._cycles = 0
+        """Reset every world and return the observation of every learner."""
         self.reset_infos: Infos = [{} for _ in range(self.num_envs)]
-        seeds = self._rng.integers(2**63, size=self._n_worlds)
-        return np.asarray(self.env.reset([int(seed) for seed in seeds]))
+        observations, _ = self.env.reset()
+        self._screen.follow()
+        return self._rows(observations)
 
-    def step_async(self, actions: Float32[Array, "rows numbers"]) -> None:
-        """Store the actions of all robots; ConfigError if they do not fit the action space."""
-        given = np.asarray(actions)
-        if given.shape != (self.num_envs, *self._space.shape):
-            raise ConfigError(
-                f"actions of shape {given.shape}: must be {(self.num_envs, *self._space.shape)}"
-            )
-        if given.dtype != np.float32 or not is_within(given, self._space.low, self._space.high):
-            given = self._actions.matrix(
-                {f"environment {k}": action for k, action in enumerate(given)}
-            )
-        self._next = given
+    def step_async(self, actions: Array) -> None:
+        """Store the actions of all learners; ConfigError if they do not fit the action space."""
+        self._next = self.env.actions.rows(np.asarray(actions))
 
     def step_wait(
         self,
@@ -127,22 +123,45 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         """Run one decision period and return observations, rewards, dones and infos."""
         if self._next is None:
             raise ConfigError("step_wait() without an action: call step_async(actions) first")
-        observations, rewards = self.env.step(self._next)
+        observations, rewards, _, over, told = self.env.advance(self._next)
         self._next = None
-        self._cycles += 1
-        over = self._cycles >= self.max_cycles
-        infos: Infos = [{} for _ in range(self.num_envs)]
-        if over:
-            for info, last, log in zip(infos, observations, self.env.log(), strict=True):
-                info["terminal_observation"] = last
+        self._screen.follow()
+        unshaped = np.asarray(told["unshaped_reward"]).ravel().tolist()
+        infos: Infos = [{"unshaped_reward": each} for each in unshaped]
+        if over.any():
+            self._note_ends(infos, observations, over)
+            observations, _ = self.env.reset(worlds=over)
+        dones = np.repeat(over, len(self.env.learners))
+        return self._rows(observations), rewards.ravel().astype(np.float32), dones, infos
+
+    def get_images(self) -> Sequence[Frame | None]:
+        """The frame of each world, once for each of its learners."""
+        return [frame for frame in self._screen.draw() for _ in self.env.learners]
+
+    def render(self, mode: str | None = None) -> Frame | None:
+        """The frame of the first world; None where it is on the screen."""
+        return self._screen.draw()[0]
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        self._screen.close()
+
+    def _note_ends(
+        self,
+        infos: Infos,
+        observations: Float32[Array, "worlds learners numbers"],
+        over: Bool[Array, " worlds"],
+    ) -> None:
+        """Write what the last step of the episodes that ended leaves behind."""
+        log, n = self.env.log(), len(self.env.learners)
+        for world in np.flatnonzero(over):
+            for k in range(n):
+                info = infos[world * n + k]
+                info["terminal_observation"] = observations[world, k]
                 info["TimeLimit.truncated"] = True
-                info |= zip(self.env.infos, log, strict=True)
-            observations = self.reset()
-        done = np.full(self.num_envs, over)
-        return observations, rewards.astype(np.float32), done, infos
+                info |= zip(self.env.infos, log[world, k].tolist(), strict=True)
 
-
-class _WorldCount(Part):
-    """Validation of the number of worlds of a vector environment."""
-
-    n_worlds: Count
+    def _rows(
+        self, observations: Float32[Array, "worlds learners numbers"]
+    ) -> Float32[Array, "rows numbers"]:
+        return observations.reshape(self.num_envs, -1)

@@ -1,28 +1,142 @@
-"""Actions as the policies give them, checked before anything moves."""
+"""Actions as the policies give them: their spaces, their checks, and what layers make of them."""
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
+from gymnasium.spaces import Box, Discrete
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.spaces import Layout
+from swarm_forage_env.policy_interface import PolicyInterface, Steering
+from swarm_forage_env.spaces import Feature, Layout
+from swarm_forage_env.task import Task
+
+MOST_CHOICES = 4096
+"""Discrete actions of a robot, at most: a network has one output for each."""
+
+LEVELS = 3
+"""Levels of a weight in a discrete action, beside steering."""
+
+Raw = Float32[Array, "rows numbers"]
+"""Actions as the layers take them: weights, the command of the motion, what is said."""
+
+
+class ActionForm:
+    """What an action is to a policy, and how it becomes what the layers take.
+
+    ConfigError or UnknownNameError for a form that the task does not have.
+    """
+
+    def __init__(self, task: Task, policy: PolicyInterface, config: EnvConfig) -> None:
+        """The form that the options of an environment ask for."""
+        self._policy, self._sharpest_turn = policy, config.sharpest_turn
+        self._steering = _steering(task, policy, config)
+        self._is_symmetric = config.normalise and policy.n_weights > 0
+        self.layout = self._layout()
+        """What each number of a continuous action is."""
+        self._raw_choices: Raw | None = None
+        self.space: Box | Discrete[Any] = self.layout.box()
+        if config.discrete:
+            choices = self._choices(config.discrete)
+            self.choices = choices
+            self._raw_choices = self.to_raw(choices)
+            self.space = Discrete(len(choices))
+
+    @property
+    def is_discrete(self) -> bool:
+        """An action is a choice, and not numbers."""
+        return self._raw_choices is not None
+
+    def raw_of(self, chosen: Array) -> Raw:
+        """What the layers take, of choices."""
+        assert self._raw_choices is not None
+        return np.asarray(self._raw_choices[chosen])
+
+    def to_raw(self, given: Float32[Array, "rows numbers"]) -> Raw:
+        """What the layers take, of numbers as the layout says."""
+        n, steering = self._policy.n_weights, self._steering
+        write = None if steering is None else steering.write
+        if not self._is_symmetric and write is None:
+            return given
+        raw = given.copy()
+        if self._is_symmetric:
+            raw[:, :n] = 0.5 * (given[:, :n] + 1.0)
+        if write is not None:
+            write(raw[:, n : n + 2], self._sharpest_turn)
+        return raw
+
+    def _layout(self) -> Layout:
+        raw, n = self._policy.action, self._policy.n_weights
+        weights: Sequence[Feature] = raw[:n]
+        if self._is_symmetric:
+            unit = "-1 keeps the own, 1 takes the heard"
+            weights = [Feature(each.name, unit, -1.0, 1.0) for each in weights]
+        if self._steering is None:
+            return Layout((*weights, *raw[n:]))
+        return Layout((*weights, *self._steering.layout, *raw[n + 2 :]))
+
+    def _choices(self, discrete: Any) -> Float32[Array, "choices numbers"]:  # noqa: ANN401 True or n, m
+        """Every discrete action as the numbers that it stands for; the last varies fastest."""
+        grid = None if discrete is True else discrete
+        parts = [*self._weights(grid), self._steers(grid), self._policy.said]
+        found = [np.concatenate(each) for each in product(*(p for p in parts if p.shape[1]))]
+        if len(found) > MOST_CHOICES:
+            raise ConfigError(
+                f"discrete={discrete!r}: makes {len(found)} actions; at most {MOST_CHOICES}; take"
+                " fewer, or discrete=False for numbers"
+            )
+        return np.array(found, np.float32)
+
+    def _weights(self, grid: tuple[int, int] | None) -> list[Float32[Array, "levels 1"]]:
+        """The levels of each weight."""
+        only = grid is not None and self._steering is None
+        levels = [grid[min(k, 1)] if only and grid else LEVELS for k in range(self._policy.n_weights)]
+        return [
+            np.linspace(feature.low, feature.high, n, dtype=np.float32)[:, None]
+            for feature, n in zip(self.layout, levels, strict=False)
+        ]
+
+    def _steers(self, grid: tuple[int, int] | None) -> Float32[Array, "choices 2"]:
+        """The choices of a way to steer."""
+        if self._steering is None:
+            return np.zeros((1, 0), np.float32)
+        if grid is None:
+            return np.array(self._steering.choices, np.float32)
+        levels = [np.linspace(-1.0, 1.0, n, dtype=np.float32) for n in grid]
+        return np.array(list(product(*levels)), np.float32)
+
+
+def _steering(task: Task, policy: PolicyInterface, config: EnvConfig) -> Steering | None:
+    """The form of steering that is asked for; None where a policy does not steer."""
+    if config.residual and config.action in (None, "wheels"):
+        return task.steerings["wheels"]
+    if config.residual:
+        raise ConfigError(
+            f"action='{config.action}': a correction is added to wheels; take action='wheels', or"
+            " residual=False"
+        )
+    if config.action is not None and config.action not in task.steerings:
+        raise UnknownNameError("form of action", config.action, task.steerings)
+    if not policy.is_steering or not task.steerings:
+        return None
+    return task.steerings[config.action or next(iter(task.steerings))]
 
 
 class Actions:
-    """Turns a dictionary of actions into a matrix, or says what is wrong with it."""
+    """Turns the actions of all learners into what the layers take, or says what is wrong."""
 
-    def __init__(self, agents: Sequence[str], layout: Layout) -> None:
-        """Actions of this layout, one for each of these agents."""
-        self._agents = tuple(agents)
-        self._layout = layout
-        box = layout.box()
-        self._low, self._high = box.low, box.high
-        self._shape = (len(agents), len(layout))
+    def __init__(self, agents: Sequence[str], form: ActionForm) -> None:
+        """Actions of this form, one for each of these agents."""
+        self._agents, self._form = tuple(agents), form
+        self._shape = (len(agents), *form.space.shape)
+        if isinstance(form.space, Box):
+            self._low, self._high = form.space.low, form.space.high
 
-    def matrix(self, actions: Mapping[str, Any]) -> Float32[Array, "rows numbers"]:
+    def matrix(self, actions: Mapping[str, Any]) -> Raw:
         """A row for each agent. ConfigError or UnknownNameError for what cannot be used."""
         try:
             given = np.array([actions[agent] for agent in self._agents])
@@ -33,23 +147,28 @@ class Actions:
             raise self._complaint(actions)
         return usable
 
-    def rows(self, given: Array) -> Float32[Array, "rows numbers"]:
+    def rows(self, given: Array) -> Raw:
         """The same from an array that has a row for each agent already."""
         usable = self._usable(given)
         if usable is None:
+            if given.shape[:1] != self._shape[:1]:
+                raise ConfigError(f"actions of shape {given.shape}: must be {self._shape}")
             raise self._complaint(dict(zip(self._agents, given, strict=True)))
         return usable
 
-    def _usable(self, given: Array) -> Float32[Array, "rows numbers"] | None:
-        """The numbers as float32, or None if they are not what the layout says."""
+    def _usable(self, given: Array) -> Raw | None:
+        """What the layers take, or None if the numbers are not what the space says."""
+        if given.shape != self._shape:
+            return None
+        if self._form.is_discrete:
+            n = len(self._form.choices)
+            if given.dtype.kind not in "iu" or not ((given >= 0) & (given < n)).all():
+                return None
+            return self._form.raw_of(given)
         if given.dtype != np.float32 and given.dtype.kind in "fiu":
             given = given.astype(np.float64)
-        if (
-            given.shape == self._shape
-            and given.dtype.kind == "f"
-            and is_within(given, self._low, self._high)
-        ):
-            return given.astype(np.float32, copy=False)
+        if given.dtype.kind == "f" and is_within(given, self._low, self._high):
+            return self._form.to_raw(given.astype(np.float32, copy=False))
         return None
 
     def _complaint(self, actions: Any) -> Exception:  # noqa: ANN401 whatever was passed
@@ -68,16 +187,19 @@ class Actions:
         return ConfigError("actions: must be arrays of one and the same kind of number")
 
     def _complaint_about(self, agent: str, action: Any) -> str:  # noqa: ANN401
+        layout = self._form.layout
+        if self._form.is_discrete:
+            n, found = len(self._form.choices), np.asarray(action)
+            if found.shape == () and found.dtype.kind in "iu" and 0 <= found < n:
+                return ""
+            return f"{action!r}: must be a whole number from 0 to {n - 1}"
         try:
             given = np.asarray(action, dtype=np.float64)
         except (TypeError, ValueError):
-            return f"{action!r}: must be numbers, {', '.join(self._layout.names)}"
+            return f"{action!r}: must be numbers, {', '.join(layout.names)}"
         if given.shape != self._shape[1:]:
-            return (
-                f"shape {given.shape}: must be {self._shape[1:]},"
-                f" for {', '.join(self._layout.names)}"
-            )
-        for feature, value in zip(self._layout, given, strict=True):
+            return f"shape {given.shape}: must be {self._shape[1:]}, for {', '.join(layout.names)}"
+        for feature, value in zip(layout, given, strict=True):
             if not feature.low <= value <= feature.high:
                 return (
                     f"{feature.name}={value:g}: must be from {feature.low:g} to {feature.high:g}"

@@ -1,24 +1,50 @@
-"""Options of an environment: learned layer, reward, episode length."""
+"""Options of an environment: learned layer, action, observation, reward, episode length."""
 
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.parameters import Count, NotNegative, Part, Share
+from swarm_forage_env.parameters import Count, NotNegative, Part, Positive, Share
+
+MOST_SHAPING = 1.5
 
 
 class EnvConfig(Part):
-    """What is learned, for what reward, and how the world runs."""
+    """What is learned, from what, for what reward, and how the world runs."""
 
     learn: str = Field("motion", description="Layer that the policy takes the place of")
+    learners: Any = Field(
+        None, description="Robots that learn: how many, or which by name or number; none: all"
+    )
     residual: bool = Field(
         False, description="Wheels of the policy are added to those of the hand-written motion"
     )
-    reward: str = Field("own", description="Who is credited with a round trip")
+    action: str | None = Field(
+        None, description="Form in which the policy steers: drive, or wheels; none: drive"
+    )
+    sharpest_turn: Annotated[Positive, Field(le=1.0)] = Field(
+        0.3, description="Sharpest turn of `drive`, as a share of the largest possible"
+    )
+    discrete: bool | tuple[Count, Count] = Field(
+        False, description="Actions are choices: a few, or n speeds times m turns"
+    )
+    observation: Any = Field(
+        "layer", description="What is observed: names, or classes of the user's, one or several"
+    )
+    normalise: bool = Field(
+        True, description="Observations and weights lie in [-1, 1]; false: SI units"
+    )
+    stack: Count = Field(1, description="Observations of so many decisions together")
+    reward: Any = Field("own", description="Who is credited with a round trip, or a callable")
     shaping: NotNegative = Field(0.0, description="Weight of the potential-based shaping; 0: none")
     discount: Share = Field(0.99, description="The learner's discount, for the shaping")
     decision_period: Count = Field(1, description="Ticks for which an action is held")
+    randomise: Mapping[str, Any] = Field(
+        default_factory=dict,
+        description="Numbers of the scenario drawn anew for each episode, from low to high",
+    )
     physics: str | None = Field(
         None, description="Engine that moves the robots; none: the one its scenario goes with"
     )
@@ -26,6 +52,16 @@ class EnvConfig(Part):
     max_cycles: Annotated[int, Field(ge=1)] | None = Field(
         None, description="Decisions in an episode; none: as many as fit into the scenario's time"
     )
+
+    @field_validator("shaping")
+    @classmethod
+    def _a_trip_still_pays(cls, weight: float) -> float:
+        if weight > MOST_SHAPING:
+            raise ValueError(
+                f"shaping={weight:g}: a completed trip pays 1 - 2 w / 3 in its tick, which would"
+                f" be below zero; must be at most {MOST_SHAPING}"
+            )
+        return weight
 
 
 def n_steps(scenario: Any, config: EnvConfig) -> int:  # noqa: ANN401 of any task
@@ -36,3 +72,33 @@ def n_steps(scenario: Any, config: EnvConfig) -> int:  # noqa: ANN401 of any tas
             f" {scenario.n_ticks} ticks of an episode"
         )
     return config.max_cycles or scenario.n_ticks // config.decision_period
+
+
+def chosen_robots(learners: Any, agents: Sequence[str]) -> list[int]:  # noqa: ANN401 whatever was given
+    """The numbers of the robots that learn, in order; ConfigError for what names none.
+
+    >>> chosen_robots(2, ["epuck_0", "epuck_1", "epuck_2"])
+    [0, 1]
+    >>> chosen_robots(["epuck_2", 0], ["epuck_0", "epuck_1", "epuck_2"])
+    [0, 2]
+    """
+    if learners is None:
+        return list(range(len(agents)))
+    if isinstance(learners, int) and not isinstance(learners, bool):
+        if 1 <= learners <= len(agents):
+            return list(range(learners))
+        raise ConfigError(f"learners={learners}: must be from 1 to the {len(agents)} robots")
+    named = [learners] if isinstance(learners, str) else learners
+    if not isinstance(named, Sequence) or not named:
+        raise ConfigError(f"learners={learners!r}: must be a number of robots, or a list of them")
+    return sorted({_number_of(robot, agents) for robot in named})
+
+
+def _number_of(robot: Any, agents: Sequence[str]) -> int:  # noqa: ANN401 whatever was given
+    if isinstance(robot, int) and not isinstance(robot, bool) and 0 <= robot < len(agents):
+        return robot
+    if robot in agents:
+        return list(agents).index(robot)
+    raise ConfigError(
+        f"learners: no robot {robot!r}; must be from {agents[0]} to {agents[-1]}, or its number"
+    )

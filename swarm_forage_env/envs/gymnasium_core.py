@@ -5,15 +5,13 @@ from typing import Any
 
 import numpy as np
 from gymnasium.error import ResetNeeded
-from gymnasium.spaces import Box
+from gymnasium.spaces import Box, Discrete, MultiDiscrete
 
-from swarm_forage_env.arrays import Array, Float32, Float64
-from swarm_forage_env.envs.actions import Actions
-from swarm_forage_env.envs.make import make_array_env
+from swarm_forage_env.arrays import Array, Bool, Float32, Float64
+from swarm_forage_env.envs.array_env import ArrayEnv, Infos
 from swarm_forage_env.envs.render import EnvRenderer, Frame, title_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import check_render_mode
-from swarm_forage_env.spaces import Layout
 
 
 class JointEnvCore:
@@ -28,51 +26,47 @@ class JointEnvCore:
         rest = dict(options)
         self.render_mode = rest.pop("render_mode", None)
         check_render_mode(self.render_mode)
-        parts = {name: rest.pop(name) for name in ("scenario", "controller") if name in rest}
-        seeds = (0,) * n_worlds
-        self.env = env = make_array_env(seeds, rest, **parts, single_learner=single_learner)
-        moved_by = title_of(parts.get("controller"), rest.get("learn", "motion"))
+        if single_learner:
+            rest.setdefault("learners", 1)
+        self.env = env = ArrayEnv(n_worlds=n_worlds, **rest)
+        moved_by = title_of(rest.get("controller"), env.config.learn)
         self._screen = EnvRenderer(env, self.render_mode, moved_by)
-        self.n_cycles = env.n_cycles
-        self._n_worlds, self._n_robots = n_worlds, env.world.n_robots
-        self.learners = env.agents[:1] if single_learner else env.agents
-        self.observation_space = _repeated(env.observation_layout, len(self.learners))
-        self.action_space = _repeated(env.action_layout, len(self.learners))
+        self._n_worlds = n_worlds
+        self.learners = env.learners
+        self.observation_space = repeated(env.observation_space, len(self.learners))
+        self.action_space = joint_actions(env.action_space, len(self.learners))
         self.action_shape = self.action_space.shape
-        self._is_team_reward = rest.get("reward") == "team"
-        names = self.learners
-        if n_worlds > 1:
-            names = [f"{name} of world {w}" for w in range(n_worlds) for name in self.learners]
-        self._actions = Actions(names, env.action_layout)
-        self._cycles: int | None = None
+        self._is_team_reward = env.config.reward == "team"
+        self._has_begun = False
+        self._unshaped: Infos = {}
 
     @property
     def over(self) -> bool:
         """The episode has ended, in all worlds alike."""
-        return self._cycles is not None and self._cycles >= self.n_cycles
+        return self._has_begun and bool(self.env.is_over.all())
 
-    def reset(self, seeds: Sequence[int]) -> Float32[Array, "worlds numbers"]:
+    def reset(
+        self, seeds: Sequence[int], options: Mapping[str, Any] | None = None
+    ) -> Float32[Array, "worlds numbers"]:
         """Start every world anew, each from its seed; what the learners observe."""
-        observations = self.env.reset(seeds)
-        self._cycles = 0
+        observations, self._unshaped = self.env.reset(seeds, options=options)
+        self._has_begun = True
         self._screen.follow()
-        return self._of_learners(observations)
+        return self._joined(observations)
 
     def step(
         self,
         actions: Any,  # noqa: ANN401 whatever was passed
-    ) -> tuple[Float32[Array, "worlds numbers"], Float64[Array, "worlds learners"]]:
+    ) -> tuple[
+        Float32[Array, "worlds numbers"], Float64[Array, "worlds learners"], Bool[Array, " worlds"]
+    ]:
         """One decision period; a refused action leaves everything as it was."""
-        if self._cycles is None:
+        if not self._has_begun:
             raise ResetNeeded("the episode has not begun: call reset() first")
-        if self.over:
-            raise ResetNeeded(f"step after the end, at {self._cycles} cycles: call reset() first")
-        rows = self._actions.rows(self._as_rows(actions))
-        observations, rewards = self.env.step(rows)
-        self._cycles += 1
+        rows = self.env.actions.rows(self._as_rows(actions))
+        observations, rewards, _, truncated, self._unshaped = self.env.advance(rows)
         self._screen.follow()
-        earned = rewards.reshape(self._n_worlds, -1)[:, : len(self.learners)]
-        return self._of_learners(observations), earned
+        return self._joined(observations), rewards, truncated
 
     def joint(self, rewards: Float64[Array, "worlds learners"]) -> Float64[Array, " worlds"]:
         """One reward for each world: the learners' sum, or for `team` what each of them gets."""
@@ -80,17 +74,18 @@ class JointEnvCore:
 
     def infos(self) -> dict[str, Float64[Array, " worlds"]]:
         """What is logged: counts are summed over the learners of a world, the rest averaged."""
-        log = self._of_robots(self.env.truth.log())
-        return {
-            name: log[:, :, k].sum(axis=1)
-            if name in self.env.truth.counts
-            else log[:, :, k].mean(axis=1)
+        log, counts = self.env.log(), self.env.truth.counts
+        found = {
+            name: log[:, :, k].sum(axis=1) if name in counts else log[:, :, k].mean(axis=1)
             for k, name in enumerate(self.env.infos)
         }
+        for name, value in self._unshaped.items():
+            found[name] = self.joint(value) if value.ndim == 2 else value
+        return found
 
     def render(self) -> list[Frame | None]:
         """The frame of each world; None where it is on the screen."""
-        if self._cycles is None:
+        if not self._has_begun:
             raise ResetNeeded("the episode has not begun: call reset() first")
         return self._screen.draw()
 
@@ -98,15 +93,11 @@ class JointEnvCore:
         """Close the window, if there is one."""
         self._screen.close()
 
-    def _of_robots(self, rows: Array) -> Array:
-        """A view of the learners' rows, world by world."""
-        return rows.reshape(self._n_worlds, self._n_robots, -1)[:, : len(self.learners)]
-
-    def _of_learners(
-        self, observations: Float32[Array, "rows numbers"]
+    def _joined(
+        self, observations: Float32[Array, "worlds learners numbers"]
     ) -> Float32[Array, "worlds numbers"]:
         """A row for each world, which keeps nothing else alive."""
-        return self._of_robots(observations).reshape(self._n_worlds, -1).copy()
+        return observations.reshape(self._n_worlds, -1)
 
     def _as_rows(self, actions: Any) -> Array:  # noqa: ANN401 whatever was passed
         """A row for each learner; ConfigError for another shape."""
@@ -125,10 +116,16 @@ class JointEnvCore:
                 f"action of shape {given.shape[1:]}: must be {shape[1:]}; for each robot that"
                 f" learns, {names}"
             )
-        return given.reshape(-1, len(self.env.action_layout))
+        return given.reshape(-1, *self.env.action_space.shape)
 
 
-def _repeated(layout: Layout, times: int) -> Box:
-    """A Box that holds a layout so many times."""
-    box = layout.box()
+def repeated(box: Box, times: int) -> Box:
+    """A Box that holds another so many times."""
     return Box(np.tile(box.low, times), np.tile(box.high, times), dtype=np.float32)
+
+
+def joint_actions(space: Box | Discrete[Any], n_learners: int) -> Any:  # noqa: ANN401 a space
+    """The space of the actions of all learners together: a Box, or a choice for each."""
+    if isinstance(space, Box):
+        return repeated(space, n_learners)
+    return space if n_learners == 1 else MultiDiscrete([space.n] * n_learners)

@@ -3,25 +3,19 @@
 from typing import Any, ClassVar
 
 import gymnasium as gym
-import numpy as np
-from gymnasium.spaces import Discrete, Space, Tuple
+from gymnasium.spaces import Space, Tuple
 from gymnasium.utils import EzPickle
 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.envs.gymnasium_core import JointEnvCore
 from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.envs.render import render_modes
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
-from swarm_forage_env.spaces import Layout
 
 METADATA: dict[str, Any] = {
     name: parallel_env.metadata[name] for name in ("render_modes", "render_fps")
 }
 """As of the PettingZoo environment."""
-
-MOST_CHOICES = 4096
-"""Discrete actions of a robot, at most: a network has one output for each."""
 
 
 class _SwarmEnv(gym.Env[Any, Any], EzPickle):
@@ -41,7 +35,7 @@ class _SwarmEnv(gym.Env[Any, Any], EzPickle):
         }
         self.world = core.env.world
         self.scenario = core.env.world.scenario
-        self.max_cycles = core.n_cycles
+        self.max_cycles = core.env.max_cycles
         self.observation_layout = core.env.observation_layout
         self.action_layout = core.env.action_layout
         self.observation_space: Space[Any] = core.observation_space
@@ -54,14 +48,14 @@ class _SwarmEnv(gym.Env[Any, Any], EzPickle):
         seed = None if seed is None else checked_seed(seed)
         super().reset(seed=seed)
         world_seed = drawn_seed(self.np_random) if seed is None else seed
-        (observation,) = self._core.reset([world_seed])
+        (observation,) = self._core.reset([world_seed], options)
         return self._shown(observation), self._info()
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:  # noqa: ANN401
         """One decision period; a refused action leaves everything as it was."""
-        observations, rewards = self._core.step([self._numbers(action)])
+        observations, rewards, truncated = self._core.step([action])
         observation = self._shown(observations[0])
-        return observation, self._reward(rewards), False, self._core.over, self._info()
+        return observation, self._reward(rewards), False, bool(truncated[0]), self._info()
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
         """The frame of this moment as rows of red, green and blue; None where it is on the screen.
@@ -79,9 +73,6 @@ class _SwarmEnv(gym.Env[Any, Any], EzPickle):
 
     def _shown(self, observation: Float32[Array, " numbers"]) -> Any:  # noqa: ANN401 of its space
         return observation
-
-    def _numbers(self, action: Any) -> Any:  # noqa: ANN401 whatever was passed
-        return action
 
     def _reward(self, rewards: Float64[Array, "1 learners"]) -> Any:  # noqa: ANN401 one, or a list
         return float(self._core.joint(rewards)[0])
@@ -112,53 +103,21 @@ class TupleEnv(_SwarmEnv):
     """All robots learn, in the form of level-based foraging and EPyMARL.
 
     Spaces, observations and actions are tuples and rewards a list, with an entry for each of
-    `n_agents` robots. Actions are Discrete: every number of an action takes one of `levels`
-    evenly spaced values from its lowest to its highest, and an action is a choice for all
-    numbers, the last one varying fastest (for wheels and three levels, 0 is full speed back and
-    8 full speed ahead). With `levels=None` an action is a Box. The other keywords are those of
+    `n_agents` robots. Actions are Discrete unless `discrete=False`. The other keywords are those of
     `parallel_env`. Gymnasium's vector environments do not take lists of rewards.
     """
 
-    def __init__(self, levels: int | None = 3, **options: Any) -> None:  # noqa: ANN401
+    def __init__(self, discrete: bool | tuple[int, int] = True, **options: Any) -> None:  # noqa: ANN401
         """Make the environment; `reset` starts an episode."""
-        super().__init__(**options)
-        EzPickle.__init__(self, levels=levels, **options)
+        super().__init__(discrete=discrete, **options)
+        env = self._core.env
         self.n_agents = len(self._core.learners)
-        self._choices = None if levels is None else _choices(self.action_layout, levels)
-        self._core.action_shape = (self.n_agents, len(self.action_layout))
-        each: Space[Any] = self.action_layout.box()
-        if self._choices is not None:
-            each = Discrete(len(self._choices))
-        self.action_space = Tuple([each] * self.n_agents)
-        self.observation_space = Tuple([self.observation_layout.box()] * self.n_agents)
+        self._core.action_shape = (self.n_agents, *env.action_space.shape)
+        self.action_space = Tuple([env.action_space] * self.n_agents)
+        self.observation_space = Tuple([env.observation_space] * self.n_agents)
 
     def _shown(self, observation: Float32[Array, " numbers"]) -> Any:  # noqa: ANN401 of its space
         return tuple(row.copy() for row in observation.reshape(self.n_agents, -1))
 
-    def _numbers(self, action: Any) -> Any:  # noqa: ANN401 whatever was passed
-        if self._choices is None:
-            return action
-        if not isinstance(action, list | tuple | np.ndarray) or action not in self.action_space:
-            raise ConfigError(
-                f"action={action!r}: must be {self.n_agents} whole numbers, one for each robot,"
-                f" from 0 to {len(self._choices) - 1}"
-            )
-        return self._choices[np.array(action, np.int64)]
-
     def _reward(self, rewards: Float64[Array, "1 learners"]) -> Any:  # noqa: ANN401 one, or a list
         return rewards[0].tolist()
-
-
-def _choices(layout: Layout, levels: Any) -> Float32[Array, "choices numbers"]:  # noqa: ANN401
-    """Every choice of a level for each number; ConfigError for too few or too many of them."""
-    if isinstance(levels, bool) or not isinstance(levels, int) or levels < 2:
-        raise ConfigError(f"levels={levels!r}: must be a whole number, at least 2, or None")
-    if levels ** len(layout) > MOST_CHOICES:
-        raise ConfigError(
-            f"levels={levels}: makes {levels ** len(layout)} actions of {len(layout)} numbers; at"
-            f" most {MOST_CHOICES}; take fewer, or levels=None for a Box"
-        )
-    values = [
-        np.linspace(feature.low, feature.high, levels, dtype=np.float32) for feature in layout
-    ]
-    return np.stack(np.meshgrid(*values, indexing="ij"), axis=-1).reshape(-1, len(layout))

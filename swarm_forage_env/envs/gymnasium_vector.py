@@ -1,6 +1,5 @@
 """Worlds in one block of arrays, as Gymnasium vector environments: one learner in each, or all."""
 
-from collections.abc import Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -9,17 +8,14 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
+from swarm_forage_env.envs.array_env import Seeds, checked_seeds
 from swarm_forage_env.envs.gymnasium_core import JointEnvCore
 from swarm_forage_env.envs.gymnasium_env import METADATA
 from swarm_forage_env.envs.render import render_modes
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.random_streams import checked_seed, drawn_seed
+from swarm_forage_env.random_streams import drawn_seed
 
 VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
-
-Seeds = int | Sequence[int | None] | None
-"""One seed, for worlds seed, seed + 1 and so on; or one for each world."""
-
 
 class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
     """Worlds side by side, equal to so many single environments, step for step and bit for bit.
@@ -46,7 +42,9 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         self.num_envs = _count("num_envs", num_envs)
         self._core = core = JointEnvCore(self.num_envs, self.single_learner, options)
         if max_episode_steps not in (None, -1):
-            core.n_cycles = min(core.n_cycles, _count("max_episode_steps", max_episode_steps))
+            core.env.max_cycles = min(
+                core.env.max_cycles, _count("max_episode_steps", max_episode_steps)
+            )
         self.render_mode = core.render_mode
         self.world = core.env.world
         self.scenario = core.env.world.scenario
@@ -55,7 +53,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
             "render_modes": render_modes(self.scenario),
             "autoreset_mode": self._mode,
         }
-        self.max_cycles = core.n_cycles
+        self.max_cycles = core.env.max_cycles
         self.observation_layout = core.env.observation_layout
         self.action_layout = core.env.action_layout
         self.single_observation_space = core.observation_space
@@ -70,13 +68,14 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         self, *, seed: Seeds = None, options: dict[str, Any] | None = None
     ) -> tuple[Float32[Array, "worlds numbers"], dict[str, Any]]:
         """Start every world anew; a seed fixes its episode and all that follow without one."""
-        _check_mask(options or {})
+        given = dict(options or {})
+        _check_mask(given.pop("reset_mask", True))
         world_seeds = []
-        for world, own in enumerate(self._seeds(seed)):
+        for world, own in enumerate(checked_seeds(seed, self.num_envs)):
             if own is not None:
                 self._rngs[world], self._rng_seeds[world] = seeding.np_random(own)
             world_seeds.append(drawn_seed(self._rngs[world]) if own is None else own)
-        return self._core.reset(world_seeds), self._infos()
+        return self._core.reset(world_seeds, given), self._infos()
 
     def step(
         self,
@@ -98,13 +97,12 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         if self._core.over and self._mode is AutoresetMode.NEXT_STEP:
             observations, infos = self.reset()
             return observations, np.zeros(self.num_envs), never, never.copy(), infos
-        observations, rewards = self._core.step(actions)
+        observations, rewards, truncated = self._core.step(actions)
         infos, over = self._infos(), self._core.over
         if over and self._mode is AutoresetMode.SAME_STEP:
             last = {"final_obs": _unbatched(observations), "final_info": infos}
             observations, infos = self.reset()
             infos |= self._masked(last)
-        truncated = np.full(self.num_envs, over)
         return observations, self._core.joint(rewards), never, truncated, infos
 
     @property  # type: ignore[misc]
@@ -136,17 +134,6 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         has = {f"_{name}": np.ones(self.num_envs, np.bool_) for name in infos}
         return infos | has
 
-    def _seeds(self, seed: Seeds) -> Sequence[int | None]:
-        """A checked seed or None for each world, before anything is changed."""
-        if seed is None:
-            return [None] * self.num_envs
-        if not isinstance(seed, Sequence | np.ndarray):
-            first = checked_seed(seed)
-            return [checked_seed(first + world) for world in range(self.num_envs)]
-        if len(seed) != self.num_envs:
-            raise ConfigError(f"seed={seed!r}: must be {self.num_envs}, one for each world")
-        return [None if own is None else checked_seed(own) for own in seed]
-
 
 class LearnerVectorEnv(_SwarmVectorEnv):
     """`LearnerEnv` side by side: in each world the first robot learns among team-mates."""
@@ -172,9 +159,9 @@ def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
         raise ConfigError(f"autoreset_mode={mode!r}: must be one of {known}") from None
 
 
-def _check_mask(options: dict[str, Any]) -> None:
-    """ConfigError for a reset of some worlds only; other options are let be."""
-    if not np.all(options.get("reset_mask", True)):
+def _check_mask(mask: Any) -> None:  # noqa: ANN401 whatever was passed
+    """ConfigError for a reset of some worlds only."""
+    if not np.all(mask):
         raise ConfigError(
             "options['reset_mask']: the worlds of a block start anew together; reset all of them"
         )

@@ -1,10 +1,10 @@
-"""From keywords to worlds: every API in this folder makes its environment on arrays here."""
+"""From keywords to parts: every API in this folder has its keywords read and checked here."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, NoReturn
 
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller
@@ -13,18 +13,25 @@ from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import Task, task_of
 
 
-def make_array_env(
-    seeds: Sequence[int],
-    options: Mapping[str, Any],
-    scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
-    controller: str | Controller | None = None,
-    single_learner: bool = False,
-) -> ArrayEnv:
-    """One world for each seed, under the keywords of `parallel_env`.
+@dataclass(frozen=True)
+class Parts:
+    """What an environment is made of."""
 
-    `options` are the fields of `EnvConfig` and changes of single numbers of the scenario. With a
-    `single_learner` the actions of the first robot of each world count, and the others keep
-    the controller's layers. UnknownNameError or ConfigError for what cannot be used.
+    scenario: Any
+    config: EnvConfig
+    controller: Controller
+    task: Task
+
+
+def checked_parts(
+    scenario: Any,  # noqa: ANN401 a name, a file or a scenario of any task
+    controller: str | Controller | None,
+    options: Mapping[str, Any],
+) -> Parts:
+    """What the keywords of `parallel_env` stand for.
+
+    `options` are the fields of `EnvConfig` and changes of single numbers of the scenario.
+    UnknownNameError or ConfigError for what cannot be used.
     """
     own = {name: options[name] for name in EnvConfig.model_fields if name in options}
     config = validated(EnvConfig, own)
@@ -41,10 +48,10 @@ def make_array_env(
     if config.learn == "weighting" and not getattr(found, "talks", True):
         _refuse(found, "nobody talks, so that there is nothing to weigh; choose one that does")
     if config.residual:
-        _check_residual(config, task, single_learner)
-    if single_learner:
+        _check_residual(config, task)
+    if config.learners is not None:
         _check_shares_a_language(config)
-    return ArrayEnv(chosen, config, found, seeds, single_learner)
+    return Parts(chosen, config, found, task)
 
 
 def _overridden(scenario: Any, overrides: Mapping[str, Any]) -> Any:  # noqa: ANN401 as above
@@ -62,21 +69,21 @@ def _refuse(controller: Controller, why: str) -> NoReturn:
     raise ConfigError(f"controller '{getattr(controller, 'name', controller)}': {why}")
 
 
-def _check_residual(config: EnvConfig, task: Task, single_learner: bool) -> None:
+def _check_residual(config: EnvConfig, task: Task) -> None:
     """ConfigError where there is no motion to add a policy's to."""
     if not task.residuals:
         raise ConfigError(f"residual=True: cannot be had in the task {task.name}; leave it out")
     if config.learn not in task.residuals:
         raise UnknownNameError("layer to learn as a residual", config.learn, task.residuals)
-    if single_learner:
-        raise ConfigError("residual=True: cannot be had for a single learner; leave it out")
+    if config.learners is not None:
+        raise ConfigError("residual=True: cannot be had where some robots learn; leave it out")
 
 
 def _check_shares_a_language(config: EnvConfig) -> None:
-    """ConfigError for a single learner of everything."""
+    """ConfigError for some learners of everything."""
     if config.learn == "everything":
         raise ConfigError(
-            "learn='everything': what a single learner would say means nothing to hand-written"
-            " team-mates; learn 'weighting', 'motion' or 'both', or all robots at once, as in"
-            " SwarmForage/ES1-Joint-v0"
+            "learn='everything': what a learner would say means nothing to hand-written team-mates;"
+            " learn 'weighting', 'motion' or 'both', or all robots at once, as in"
+            " SwarmForage/ES1-Joint-v1"
         )

@@ -5,18 +5,16 @@ from typing import Any
 
 import numpy as np
 from gymnasium.error import ResetNeeded
-from gymnasium.spaces import Box
-from gymnasium.utils import EzPickle
+from gymnasium.spaces import Space
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, parallel_to_aec
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.envs.actions import Actions
-from swarm_forage_env.envs.make import make_array_env
+from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes, title_of
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.interface import Controller
-from swarm_forage_env.random_streams import checked_seed, drawn_seed
+from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.rendering.viewer import RENDER_MODES, check_render_mode
 
 Observations = dict[str, Float32[Array, " numbers"]]
@@ -24,7 +22,7 @@ Infos = dict[str, dict[str, float]]
 
 
 METADATA: dict[str, Any] = {
-    "name": "swarm_forage_v0",
+    "name": "swarm_forage_v1",
     "render_modes": list(RENDER_MODES),
     "is_parallelizable": True,
     "render_fps": 10,
@@ -32,77 +30,75 @@ METADATA: dict[str, Any] = {
 """Of the class; an environment says which render modes its scenario has."""
 
 
-class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 PettingZoo's name
+class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo's name
     """Foraging e-pucks, or robots that visit waypoints, of which a policy is one layer, or all.
 
     `learn` cuts the control loop: "weighting", "motion", "both" or "everything". The rest is
     done by `controller`, a name with parameters if wanted (`ssgiff:beta=0.01`) or a controller; by
-    default `ssgikf`, and `boids-adaptive` for waypoints.
+    default `ssgikf`, and `boids-adaptive` for waypoints. `learners` says which robots learn.
     `scenario` is a name, a TOML file or a Scenario; further keywords change single numbers of
     it, by dotted name: `parallel_env("es1", **{"radio.max_range": 0.2})`.
+
+    Observations lie in [-1, 1], divided by typical sizes, unless `normalise=False` asks for SI
+    units. With `action="drive"` a policy gives a speed ahead and a turn, with "wheels" the speeds
+    of both; `discrete` makes it a choice among a few of them.
 
     With `residual` the policy corrects the hand-written motion instead of replacing it: its
     wheels, times two, are added to that motion's, at each tick of a decision period; a robot
     that is talking is left alone. Zeros are the hand-written motion.
 
-    `reward` is "own" or "team"; `shaping` weighs a potential with the learner's `discount`. An
-    action is held for `decision_period` ticks and the rewards of these ticks are added up.
-    Nobody dies; after `max_cycles` steps (by default the scenario's time) all are truncated
-    together. `observation_layout`, `action_layout` and `state_layout` say what each number is:
-    print them. Bounds hold for the longer of the scenario's time and `max_cycles` as given.
+    `reward` is "own", "team" or a callable; `shaping` weighs a potential with the learner's
+    `discount`. An action is held for `decision_period` ticks and the rewards of these ticks are
+    added up. Nobody dies; after `max_cycles` steps (by default the scenario's time) all are
+    truncated together. `observation_layout`, `action_layout` and `state_layout` say what each
+    number is: print them. All keywords: the fields of `swarm_forage_env.envs.config.EnvConfig`.
     """
 
     metadata: dict[str, Any] = METADATA
 
-    def __init__(  # noqa: PLR0913 PettingZoo's habit: all options are keywords
+    def __init__(
         self,
         scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
         learn: str = "motion",
         controller: str | Controller | None = None,
-        residual: bool = False,
-        reward: str = "own",
-        shaping: float = 0.0,
-        discount: float = 0.99,
-        decision_period: int = 1,
-        physics: str | None = None,
         render_mode: str | None = None,
-        max_cycles: int | None = None,
-        threads: int = 1,
-        **overrides: Any,  # noqa: ANN401 numbers of the scenario, checked there
+        **options: Any,  # noqa: ANN401 fields of EnvConfig, or numbers of the scenario
     ) -> None:
         """Make the environment; `reset` starts an episode."""
-        options = {
-            "learn": learn, "residual": residual, "reward": reward, "shaping": shaping,
-            "discount": discount, "decision_period": decision_period, "physics": physics,
-            "max_cycles": max_cycles, "threads": threads,
-        }  # fmt: skip
-        rest = {"controller": controller, "render_mode": render_mode}
-        EzPickle.__init__(self, scenario, **options, **rest, **overrides)
         check_render_mode(render_mode)
         self.render_mode = render_mode
-        self._env = env = make_array_env((0,), {**options, **overrides}, scenario, controller)
+        self.array_env = env = ArrayEnv(scenario, 1, controller, learn=learn, **options)
         self._screen = EnvRenderer(env, render_mode, title_of(controller, learn))
         self.world = env.world
-        self.scenario = env.world.scenario
         self.metadata = {**self.metadata, "render_modes": render_modes(self.scenario)}
-        self.max_cycles = env.n_cycles
-        self.possible_agents = env.agents
+        self.max_cycles = env.max_cycles
+        self.possible_agents = env.learners
         self.agents: list[str] = []
         self.observation_layout = env.observation_layout
         self.action_layout = env.action_layout
-        self.state_layout = env.truth.layout
-        self.state_space = env.truth.space
-        self.observation_spaces = dict.fromkeys(env.agents, env.observation_layout.box())
-        self.action_spaces = dict.fromkeys(env.agents, env.action_layout.box())
-        self._actions = Actions(env.agents, env.action_layout)
-        self._rng: np.random.Generator | None = None
+        self.state_layout = env.state_layout
+        self.state_space = env.state_space
+        self.observation_spaces = dict.fromkeys(env.learners, env.observation_space)
+        self.action_spaces = dict.fromkeys(env.learners, env.action_space)
+        self._infos_of_step: dict[str, Array] = {}
         self._cycles: int | None = None
+
+    @property
+    def scenario(self) -> Any:  # noqa: ANN401 of any task
+        """The scenario of the episode."""
+        return self.world.scenario
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """The generator of the seeds of episodes for which none is given."""
+        return self.array_env.generators[0]
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Observations, Infos]:
         """Start an episode; a seed fixes it and all that follow without one."""
-        observations = self._env.reset([self._draw_seed(seed)])
+        seeds = None if seed is None else [checked_seed(seed)]
+        (observations,), self._infos_of_step = self.array_env.reset(seeds, options=options)
         self.agents = self.possible_agents[:]
         self._cycles = 0
         self._screen.follow()
@@ -115,9 +111,11 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         cycles = self._started()
         if not self.agents:
             raise ResetNeeded(f"step after the end, at {cycles} cycles: call reset() first")
-        observations, rewards = self._env.step(self._actions.matrix(actions))
+        env = self.array_env
+        found = env.advance(env.actions.matrix(actions))
+        (observations,), (rewards,), _, (is_over,), self._infos_of_step = found
         self._cycles = cycles + 1
-        agents, over = self.agents, self._cycles >= self.max_cycles
+        agents, over = self.agents, bool(is_over) or self._cycles >= self.max_cycles
         if over:
             self.agents = []
         self._screen.follow()
@@ -131,14 +129,14 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
 
     def state(self) -> Float32[Array, " numbers"]:
         """The truth and all beliefs, as `state_layout` says; for centralised critics."""
-        share_gone = self._started() / self.max_cycles
-        return self._env.state(share_gone)
+        self._started()
+        return np.asarray(self.array_env.state()[0])
 
-    def observation_space(self, agent: str) -> Box:
+    def observation_space(self, agent: str) -> Space[Any]:
         """The space of an agent's observations, the same object each time."""
         return self._space_of(agent, self.observation_spaces)
 
-    def action_space(self, agent: str) -> Box:
+    def action_space(self, agent: str) -> Space[Any]:
         """The space of an agent's actions, the same object each time."""
         return self._space_of(agent, self.action_spaces)
 
@@ -154,30 +152,25 @@ class parallel_env(ParallelEnv, EzPickle):  # type: ignore[misc]  # noqa: N801 P
         """Close the window, if there is one."""
         self._screen.close()
 
-    def _space_of(self, agent: str, spaces: Mapping[str, Box]) -> Box:
+    def _space_of(self, agent: str, spaces: Mapping[str, Any]) -> Space[Any]:
         if agent not in spaces:
             raise UnknownNameError("agent", str(agent), spaces)
         return spaces[agent]
 
     def _infos(self) -> Infos:
-        names = self._env.infos
-        log = (dict(zip(names, row, strict=True)) for row in self._env.log())
-        return dict(zip(self.possible_agents, log, strict=True))
+        env, step = self.array_env, self._infos_of_step
+        names = (*env.infos, *step)
+        told = [np.broadcast_to(each[0], len(env.learners)) for each in step.values()]
+        rows = np.column_stack([env.log()[0], *told]).tolist()
+        return {
+            agent: dict(zip(names, row, strict=True))
+            for agent, row in zip(self.possible_agents, rows, strict=True)
+        }
 
     def _started(self) -> int:
         if self._cycles is None:
             raise ResetNeeded("the episode has not begun: call reset() first")
         return self._cycles
-
-    def _draw_seed(self, seed: int | None) -> int:
-        """The world's seed: the given one, else the next of the sequence that it began."""
-        if seed is not None:
-            seed = checked_seed(seed)
-            self._rng = np.random.default_rng(seed)
-            return seed
-        if self._rng is None:
-            self._rng = np.random.default_rng()
-        return drawn_seed(self._rng)
 
 
 def raw_env(scenario: Any = "es1", **options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env

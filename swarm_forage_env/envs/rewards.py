@@ -1,11 +1,21 @@
-"""Rewards: who is credited with what a robot earned, and how a potential shapes it."""
+"""Rewards: who is credited with what a robot earned, one of the user's own, and shaping.
+
+A reward of the user's own is an object that is called after each tick with the records of the
+robots before and after it and with its events, all of shape (worlds, robots):
+
+    def gentle(before, after, events):
+        return events["trip"] - 0.01 * events["contact"]
+"""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.registry import Registry
+from swarm_forage_env.task import Task, World
 
 Reward = Callable[[Float64[Array, "worlds robots"]], Float64[Array, "worlds robots"]]
 
@@ -40,3 +50,61 @@ def shaping(
     Source: Ng1999, Theorem 1.
     """
     return np.asarray(weight * (discount * after - before))
+
+
+class EarnedInTick:
+    """What every robot earned in a tick: the task's reward, or the user's own."""
+
+    def __init__(self, world: World, task: Task, reward: Any) -> None:  # noqa: ANN401 a name or a callable
+        """The reward of a name, or the given one; ConfigError or UnknownNameError for others."""
+        self._world, self._task = world, task
+        self._own = None if isinstance(reward, str) else _callable(reward, task)
+        self.credit = REWARDS[reward] if isinstance(reward, str) else own
+        if self._own is not None and task.events is not None:
+            self._events = task.events.array(world.robots.shape)
+            self._before = world.robots.copy()
+
+    def remember(self) -> None:
+        """Keep the records of the robots before a tick, if anybody asks for them."""
+        if self._own is not None:
+            self._before[...] = self._world.robots
+
+    def __call__(self) -> Float64[Array, "worlds robots"]:
+        """What every robot earned in the tick since `remember`."""
+        if self._own is None or self._task.write_events is None:
+            return np.asarray(self._world.robots["reward"], np.float64)
+        self._task.write_events(self._world, self._before, self._events)
+        found = self._own(self._before, self._world.robots, self._events)
+        return _checked(found, self._world.robots.shape)
+
+
+def _callable(reward: Any, task: Task) -> Callable[[Array, Array, Array], Any]:  # noqa: ANN401
+    """A reward of the user's own; ConfigError or UnknownNameError if it cannot be called."""
+    if not callable(reward):
+        known = ", ".join(f"'{name}'" for name in REWARDS)
+        raise ConfigError(
+            f"reward={reward!r}: must be {known}, or callable with the records before and after a"
+            " tick and its events"
+        )
+    if task.events is None:
+        raise ConfigError(f"reward={reward!r}: the task {task.name} tells no events; take a name")
+    found: Callable[[Array, Array, Array], Any] = reward
+    return found
+
+
+def _checked(found: Any, shape: tuple[int, ...]) -> Float64[Array, "worlds robots"]:  # noqa: ANN401
+    """A number for each robot; ConfigError for anything else."""
+    try:
+        earned = np.asarray(found, np.float64)
+    except (TypeError, ValueError):
+        raise ConfigError(f"reward: gave {found!r}, must be numbers of shape {shape}") from None
+    if earned.shape != shape:
+        raise ConfigError(f"reward: gave shape {earned.shape}, must be {shape}, worlds by robots")
+    if not np.isfinite(earned).all():
+        where = tuple(int(k) for k in np.argwhere(~np.isfinite(earned))[0])
+        raise ConfigError(
+            f"reward: gave {earned[where]} to robot {where[1]} of world {where[0]}; must be finite"
+        )
+    return earned
+
+

@@ -21,6 +21,24 @@ def wheels_to_arc(dU_l: float, dU_r: float, axle: float) -> tuple[float, float]:
 
 
 @kernel
+def drive_to_wheels(speed: float, turn: float, sharpest_turn: float) -> tuple[float, float]:
+    """Left and right wheel for a speed ahead and a turn, as shares of the cruise speed.
+
+        a = (speed + 1) / 2,  t = s turn
+        wheels = (a - t, a + t) / max(1, |a| + |t|)
+
+    speed and turn in [-1, 1]: -1 stands and 1 is the cruise speed, 1 turns left; s = sharpest_turn
+    is the sharpest turn, as a share of the largest difference between the wheels.
+
+    >>> drive_to_wheels(0.0, 0.0, 0.3)
+    (0.5, 0.5)
+    """
+    a, t = 0.5 * (speed + 1.0), sharpest_turn * turn
+    most = max(1.0, abs(a) + abs(t))
+    return (a - t) / most, (a + t) / most
+
+
+@kernel
 def advance(
     x: float, y: float, theta: float, drho: float, dtheta: float
 ) -> tuple[float, float, float]:

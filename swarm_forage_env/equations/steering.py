@@ -6,6 +6,23 @@ from swarm_forage_env.compiler import kernel
 
 
 @kernel
+def drive_to_pull(strength: float, turn: float, sharpest_turn: float) -> tuple[float, float]:
+    """Acceleration ahead and to the left for a strength and a turn, as shares of the highest.
+
+        m = (strength + 1) / 2,  phi = pi s turn
+        (m cos phi, m sin phi)
+
+    strength and turn in [-1, 1]: -1 goes straight on at the same speed, 1 turns left; s =
+    sharpest_turn is the sharpest turn, as a share of half a turn.
+
+    >>> drive_to_pull(1.0, 0.0, 0.3)
+    (1.0, 0.0)
+    """
+    m, phi = 0.5 * (strength + 1.0), math.pi * sharpest_turn * turn
+    return m * math.cos(phi), m * math.sin(phi)
+
+
+@kernel
 def seek(x: float, y: float, vx: float, vy: float, speed: float) -> tuple[float, float]:
     """The unit vector that turns a velocity towards a direction; zeros for no direction.
 

@@ -1,5 +1,6 @@
 """The global state of a foraging world, for centralised critics and for the logs."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.metrics import believed_places
-from swarm_forage_env.foraging.observations import AREAS, FLAG
+from swarm_forage_env.foraging.observations import AREAS, FLAG, PATH_SCALE, PLACE_SCALE
 from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.record import rows
@@ -58,13 +59,13 @@ class ForagingState:
         self.layout = _layout(agents, bounds)
         self.space: Box = self.layout.box()
 
-    def state(self, share_gone: float) -> Float32[Array, "worlds numbers"]:
+    def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
         """One row for each world, as the layout says."""
         world = self._world
         robots = self._robots().reshape(world.n_worlds, -1)
-        rest = np.append(world.areas.ravel(), min(share_gone, 1.0))
-        rests = np.broadcast_to(rest, (world.n_worlds, len(rest)))
-        return np.concatenate([robots, rests], axis=1, dtype=np.float32)
+        areas = world.worlds["areas"].reshape(world.n_worlds, -1)
+        gone = np.minimum(share_gone, 1.0)[:, None]
+        return np.concatenate([robots, areas, gone], axis=1, dtype=np.float32)
 
     def log(self) -> Float64[Array, "rows infos"]:
         """The numbers that are logged, a row for each robot, in the order of INFOS."""
@@ -120,14 +121,15 @@ def _layout(agents: list[str], bounds: Bounds) -> Layout:
 
 def _of_robot(agent: str, half: dict[str, float], bounds: Bounds) -> list[Feature]:
     """One robot's part of the state."""
-    lines = [(f"pose.{k}", "m", -half[k], half[k]) for k in half]
-    lines += [(f"heading.{k}", "ratio", -1.0, 1.0) for k in ("cos", "sin")]
-    for area in AREAS:
-        lines += [
-            (f"believed.{area}.{k}", "m", -half[k] - bounds.believed, half[k] + bounds.believed)
-            for k in half
-        ]
-    lines += [(f"known.{area}", "0 or 1", *FLAG) for area in AREAS]
-    lines += [(f"p.{area}", "m", 0.0, bounds.path) for area in AREAS]
-    lines += [(f"goal.{goal}", "0 or 1", *FLAG) for goal in GOALS]
-    return [Feature(f"{agent}.{name}", unit, low, high) for name, unit, low, high in lines]
+    far = bounds.believed
+    found = [Feature(f"pose.{k}", "m", -half[k], half[k]) for k in half]
+    found += [Feature(f"heading.{k}", "ratio", -1.0, 1.0) for k in ("cos", "sin")]
+    found += [
+        Feature(f"believed.{area}.{k}", "m", -half[k] - far, half[k] + far, scale=PLACE_SCALE)
+        for area in AREAS
+        for k in half
+    ]
+    found += [Feature(f"known.{area}", "0 or 1", *FLAG) for area in AREAS]
+    found += [Feature(f"p.{area}", "m", 0.0, bounds.path, scale=PATH_SCALE) for area in AREAS]
+    found += [Feature(f"goal.{goal}", "0 or 1", *FLAG) for goal in GOALS]
+    return [replace(each, name=f"{agent}.{each.name}") for each in found]

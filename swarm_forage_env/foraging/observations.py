@@ -13,6 +13,12 @@ WORDS = 12
 
 FLAG, SHARE, ANGLE = (0.0, 1.0), (0.0, 1.0), (-math.pi, math.pi)
 SPEED = (-1.0, 1.0)
+
+PLACE_SCALE, PATH_SCALE, APART_SCALE, BEAM_SCALE, FRAMES_SCALE = 1.0, 2.0, 0.5, 0.1, 8.0
+"""Typical sizes: of the way to an area [m], of p [m], of the distance between two estimates of one
+place [m], of the range of a sender [m], of the frames averaged in an exchange. The same in all
+scenarios, so that a policy can go from one to another."""
+
 AREAS = ("nest", "prey")
 WHEELS = ("left", "right")
 
@@ -25,17 +31,22 @@ def encounter_features(bounds: Bounds) -> tuple[FeatureGroup, ...]:
     away = (0.0, bounds.believed)
     return (
         feature_group("valid", ("",), "0 or 1", FLAG, shape=(), dtype=np.bool_),
-        feature_group("own_p", AREAS, "m", path),
-        feature_group("heard_p", AREAS, "m", path),
+        feature_group("own_p", AREAS, "m", path, scale=PATH_SCALE),
+        feature_group("heard_p", AREAS, "m", path, scale=PATH_SCALE),
         feature_group("own_known", AREAS, "0 or 1", FLAG, dtype=np.bool_),
         feature_group("heard_known", AREAS, "0 or 1", FLAG, dtype=np.bool_),
-        feature_group("disagreement", AREAS, "m", apart),
-        feature_group("own_distance", AREAS, "m", away),
-        feature_group("heard_distance", AREAS, "m", away),
-        feature_group("range", ("",), "m", (0.0, bounds.beam), range_noise(bounds.scenario), ()),
-        feature_group("frames", ("",), "frames", (0.0, bounds.frames), shape=()),
+        feature_group("disagreement", AREAS, "m", apart, scale=APART_SCALE),
+        feature_group("own_distance", AREAS, "m", away, scale=PLACE_SCALE),
+        feature_group("heard_distance", AREAS, "m", away, scale=PLACE_SCALE),
+        feature_group(
+            "range", ("",), "m", (0.0, bounds.beam), range_noise(bounds.scenario), (),
+            scale=BEAM_SCALE,
+        ),
+        feature_group(
+            "frames", ("",), "frames", (0.0, bounds.frames), shape=(), scale=FRAMES_SCALE
+        ),
         GOAL,
-    )
+    )  # fmt: skip
 
 
 def situation_features(bounds: Bounds, slots: int) -> tuple[FeatureGroup, ...]:
@@ -44,9 +55,9 @@ def situation_features(bounds: Bounds, slots: int) -> tuple[FeatureGroup, ...]:
     corners = [f"{area}.{axis}" for area in AREAS for axis in "xy"]
     return (
         *sensor_features(bounds),
-        feature_group("target", "xy", "m", place),
-        feature_group("areas", corners, "m", place, shape=(2, 2)),
-        feature_group("p", AREAS, "m", (0.0, bounds.path)),
+        feature_group("target", "xy", "m", place, scale=PLACE_SCALE),
+        feature_group("areas", corners, "m", place, shape=(2, 2), scale=PLACE_SCALE),
+        feature_group("p", AREAS, "m", (0.0, bounds.path), scale=PATH_SCALE),
         feature_group("known", AREAS, "0 or 1", FLAG, dtype=np.bool_),
         GOAL,
         feature_group("talking", ("",), "0 or 1", FLAG, shape=(), dtype=np.bool_),
@@ -98,7 +109,7 @@ def beam_features(bounds: Bounds, n_slots: int) -> FeatureGroup:
     slots: list[Feature] = []
     for k in range(n_slots):
         slots += (
-            Feature(f"beam.{k}.range", "m", 0.0, far, noise),
+            Feature(f"beam.{k}.range", "m", 0.0, far, noise, BEAM_SCALE),
             Feature(f"beam.{k}.bearing", "rad", *ANGLE, error),
             Feature(f"beam.{k}.bearing_back", "rad", *ANGLE, error),
         )

@@ -6,6 +6,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.observations import (
     AREAS,
@@ -19,7 +20,7 @@ from swarm_forage_env.foraging.observations import (
 )
 from swarm_forage_env.foraging.records import Exchange, RobotState, Situation
 from swarm_forage_env.foraging.views import MotionInput, WeightingInput
-from swarm_forage_env.policy_interface import Groups, PolicyInterface
+from swarm_forage_env.policy_interface import Groups, PolicyInterface, Steering
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.spaces import Feature, Layout
 
@@ -182,23 +183,23 @@ def carry_out(robots: Array, said: Array) -> None:
     robots["report"]["known"] = robots["first_visit"] >= 0
 
 
-def _weigh(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
-    world.robots["action"]["weight"][:, : action.shape[1]] = action
+def _weigh(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+    world.robots["action"]["weight"][:, learners] = action
 
 
-def _move(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
-    world.robots["action"]["wheels"][:, : action.shape[1]] = action
+def _move(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+    world.robots["action"]["wheels"][:, learners] = action
 
 
-def _do_both(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
-    _weigh(world, controller, action[:, :, : len(G)])
-    _move(world, controller, action[:, :, len(G) :])
+def _do_both(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+    _weigh(world, controller, learners, action[:, :, : len(G)])
+    _move(world, controller, learners, action[:, :, len(G) :])
 
 
-def _do_everything(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
-    _move(world, controller, action[:, :, :2])
-    controller.minds["is_speaking"] = action[:, :, 2] > 0.0
-    controller.minds["words"] = action[:, :, 3:]
+def _do_everything(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+    _move(world, controller, learners, action[:, :, :2])
+    controller.minds["is_speaking"][:, learners] = action[:, :, 2] > 0.0
+    controller.minds["words"][:, learners] = action[:, :, 3:]
 
 
 def _writer(kernel: Any) -> Any:  # noqa: ANN401 an entry point
@@ -229,20 +230,85 @@ def _raw(bounds: Bounds) -> Groups:
     return {"readings": reading_features(bounds), "heard": heard_features(bounds, n_slots)}
 
 
+@entry_point
+def write_wheels(rows: Float32[Array, "rows 2"], sharpest_turn: float) -> None:
+    """Write the wheels in the place of a speed ahead and a turn."""
+    for i in range(rows.shape[0]):
+        rows[i, 0], rows[i, 1] = drive_to_wheels(rows[i, 0], rows[i, 1], sharpest_turn)
+
+
+STEERINGS = {
+    "drive": Steering(
+        Layout(
+            (
+                Feature("drive.speed", "-1 stands, 1 is the cruise speed", *SPEED),
+                Feature("drive.turn", "of the sharpest turn, to the left", *SPEED),
+            )
+        ),
+        choices=((1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)),
+        write=write_wheels,
+    ),
+    "wheels": Steering(
+        Layout(SPEEDS),
+        choices=((1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (-1.0, 1.0), (1.0, -1.0)),
+    ),
+}
+"""How a policy can steer, by the name that `action` takes; the first is the usual one."""
+
+N_SYMBOLS = 4
+"""Messages among which a discrete action of everything chooses, beside silence."""
+
+
+def symbols() -> Float32[Array, "choices numbers"]:
+    """What a robot can say in a discrete action: nothing, or one of the words alone."""
+    said = np.zeros((1 + N_SYMBOLS, 1 + WORDS), np.float32)
+    said[0, 0], said[1:, 0] = -1.0, 1.0
+    said[1:, 1 : 1 + N_SYMBOLS] = np.eye(N_SYMBOLS)
+    return said
+
+
 _INPUTS = {"encounter": WeightingInput, "situation": MotionInput}
 
 LEARNABLE = {
     "weighting": PolicyInterface(
-        Layout(G), _encounter, _writer(write_exchanges), _weigh, ("weighting",), _INPUTS
+        Layout(G),
+        _encounter,
+        _writer(write_exchanges),
+        _weigh,
+        ("weighting",),
+        _INPUTS,
+        n_weights=len(G),
     ),
     "motion": PolicyInterface(
-        Layout(SPEEDS), _situation, _writer(write_situations), _move, ("motion",), _INPUTS
+        Layout(SPEEDS),
+        _situation,
+        _writer(write_situations),
+        _move,
+        ("motion",),
+        _INPUTS,
+        is_steering=True,
+        target="situation.target",
     ),
     "both": PolicyInterface(
-        Layout(G + SPEEDS), _both, _writer(write_both), _do_both, ("weighting", "motion"), _INPUTS
+        Layout(G + SPEEDS),
+        _both,
+        _writer(write_both),
+        _do_both,
+        ("weighting", "motion"),
+        _INPUTS,
+        n_weights=len(G),
+        is_steering=True,
+        target="situation.target",
     ),
     "everything": PolicyInterface(
-        Layout((*SPEEDS, SPEAK, *SAID)), _raw, _writer(write_readings), _do_everything, (), {}
+        Layout((*SPEEDS, SPEAK, *SAID)),
+        _raw,
+        _writer(write_readings),
+        _do_everything,
+        (),
+        {},
+        is_steering=True,
+        said=symbols(),
     ),
 }
 """What a policy can take the place of, by the name that `learn` takes."""

@@ -5,8 +5,9 @@ from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.control import decide
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
+from swarm_forage_env.foraging.events import Events, write_events
 from swarm_forage_env.foraging.global_state import ForagingState
-from swarm_forage_env.foraging.policies import LEARNABLE, Said, carry_out
+from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS, Said, carry_out
 from swarm_forage_env.foraging.potential import ForagingPotential
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.views import exchange_of, situation_of
@@ -28,12 +29,15 @@ FORAGING = Task(
     array_weighting=ArrayWeighting,
     array_motion=ArrayMotion,
     policies=LEARNABLE,
+    steerings=STEERINGS,
     residuals=("motion", "both"),
     no_layers=NoLayers(Said, carry_out),
     bounds=Bounds,
     potential=ForagingPotential,
     global_state=ForagingState,
     episode=FORAGING_EPISODE,
+    events=Events,
+    write_events=write_events,
     stage=stage_of,
     scene=scene_of,
 )

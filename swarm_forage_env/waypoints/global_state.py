@@ -7,7 +7,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.record import rows
 from swarm_forage_env.spaces import Feature, Layout
-from swarm_forage_env.waypoints.observations import ANYWHERE, UNIT
+from swarm_forage_env.waypoints.observations import ANYWHERE, PLACE_SCALE, UNIT
 from swarm_forage_env.waypoints.views import estimated_pose_of
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
@@ -42,14 +42,16 @@ class WaypointsState:
         names = ("pose.x", "pose.y", "heading.cos", "heading.sin", "goal.x", "goal.y")
         believed = ("believed.x", "believed.y")
         features = [
-            Feature(f"{agent}.{name}", "" if name.startswith("heading") else "m", *ANYWHERE)
+            Feature(f"{agent}.{name}", "", -1.0, 1.0)
+            if name.startswith("heading")
+            else Feature(f"{agent}.{name}", "m", *ANYWHERE, scale=PLACE_SCALE)
             for agent in agents
             for name in (*names, *believed)
         ]
         self.layout = Layout([*features, Feature("share_gone", "of the episode", *UNIT)])
         self.space = self.layout.box()
 
-    def state(self, share_gone: float) -> Float32[Array, "worlds numbers"]:
+    def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
         """One row for each world, as the layout says."""
         state, worlds, believed = self._world.state, self._world.n_worlds, self._believed()
         x, y, theta = state.pose.T
@@ -57,7 +59,7 @@ class WaypointsState:
             believed = np.zeros_like(state.goal)
         parts = [np.stack([x, y, np.cos(theta), np.sin(theta)], axis=1), state.goal, believed]
         robots = np.concatenate(parts, axis=1).reshape(worlds, -1)
-        gone = np.full((worlds, 1), min(share_gone, 1.0))
+        gone = np.minimum(share_gone, 1.0)[:, None]
         return np.concatenate([robots, gone], axis=1, dtype=np.float32)
 
     def log(self) -> Float64[Array, "rows infos"]:

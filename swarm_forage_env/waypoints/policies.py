@@ -6,7 +6,8 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import entry_point, kernel
-from swarm_forage_env.policy_interface import Groups, PolicyInterface
+from swarm_forage_env.equations.steering import drive_to_pull
+from swarm_forage_env.policy_interface import Groups, PolicyInterface, Steering
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.waypoints.observations import (
@@ -136,23 +137,23 @@ def carry_out(robots: Array, said: Array) -> None:
     robots["command"]["claim"] = said["claim"]
 
 
-def _weigh(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
-    world.robots["action"]["weight"][:, : action.shape[1]] = action
+def _weigh(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+    world.robots["action"]["weight"][:, learners] = action
 
 
-def _move(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
-    world.robots["action"]["acceleration"][:, : action.shape[1]] = action
+def _move(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+    world.robots["action"]["acceleration"][:, learners] = action
 
 
-def _do_both(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
-    _weigh(world, controller, action[:, :, :1])
-    _move(world, controller, action[:, :, 1:])
+def _do_both(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+    _weigh(world, controller, learners, action[:, :, :1])
+    _move(world, controller, learners, action[:, :, 1:])
 
 
-def _do_everything(world: Any, controller: Any, action: Array) -> None:  # noqa: ANN401 of its task
-    _move(world, controller, action[:, :, :2])
-    controller.minds["claim"] = action[:, :, 2] > 0.0
-    controller.minds["words"] = action[:, :, 3:]
+def _do_everything(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+    _move(world, controller, learners, action[:, :, :2])
+    controller.minds["claim"][:, learners] = action[:, :, 2] > 0.0
+    controller.minds["words"][:, learners] = action[:, :, 3:]
 
 
 def _observe_exchanges(world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
@@ -187,20 +188,86 @@ def _raw(scenario: WaypointsScenario) -> Groups:
     return {"readings": reading_features(scenario), "heard": sighting_features(scenario)}
 
 
+@entry_point
+def write_pulls(rows: Float32[Array, "rows 2"], sharpest_turn: float) -> None:
+    """Write the accelerations in the place of a strength and a turn."""
+    for i in range(rows.shape[0]):
+        rows[i, 0], rows[i, 1] = drive_to_pull(rows[i, 0], rows[i, 1], sharpest_turn)
+
+
+STEERINGS = {
+    "drive": Steering(
+        Layout(
+            (
+                Feature("drive.strength", "-1 goes straight on, 1 is the highest", *PULL),
+                Feature("drive.turn", "of the sharpest turn, to the left", *PULL),
+            )
+        ),
+        choices=((-1.0, 0.0), (1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (0.0, 0.0)),
+        write=write_pulls,
+    ),
+    "pull": Steering(
+        Layout(PULLS),
+        choices=((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (-1.0, 0.0)),
+    ),
+}
+"""How a policy can steer, by the name that `action` takes; the first is the usual one."""
+
+N_SYMBOLS = 2
+"""Messages among which a discrete action of everything chooses, beside silence."""
+
+
+def symbols() -> Float32[Array, "choices numbers"]:
+    """What a robot can say in a discrete action: a claim or none, and no word or one alone."""
+    said = np.zeros((2, 1 + N_SYMBOLS, 1 + WORDS), np.float32)
+    said[0, :, 0], said[1, :, 0] = -1.0, 1.0
+    said[:, 1:, 1 : 1 + N_SYMBOLS] = np.eye(N_SYMBOLS)
+    return said.reshape(-1, 1 + WORDS)
+
+
 _INPUTS = {"encounter": WeightingInput, "situation": MotionInput}
 
 LEARNABLE = {
     "weighting": PolicyInterface(
-        Layout((G,)), _encounter, _observe_exchanges, _weigh, ("weighting",), _INPUTS
+        Layout((G,)),
+        _encounter,
+        _observe_exchanges,
+        _weigh,
+        ("weighting",),
+        _INPUTS,
+        n_weights=1,
     ),
     "motion": PolicyInterface(
-        Layout(PULLS), _situation, _observe_situations, _move, ("motion",), _INPUTS
+        Layout(PULLS),
+        _situation,
+        _observe_situations,
+        _move,
+        ("motion",),
+        _INPUTS,
+        is_steering=True,
+        target="situation.goal",
     ),
     "both": PolicyInterface(
-        Layout((G, *PULLS)), _both, _observe_both, _do_both, ("weighting", "motion"), _INPUTS
+        Layout((G, *PULLS)),
+        _both,
+        _observe_both,
+        _do_both,
+        ("weighting", "motion"),
+        _INPUTS,
+        n_weights=1,
+        is_steering=True,
+        target="situation.goal",
     ),
     "everything": PolicyInterface(
-        Layout((*PULLS, CLAIM, *SAID)), _raw, _observe_readings, _do_everything, (), {}
+        Layout((*PULLS, CLAIM, *SAID)),
+        _raw,
+        _observe_readings,
+        _do_everything,
+        (),
+        {},
+        is_steering=True,
+        said=symbols(),
+        target="readings.goal",
     ),
 }
 """What a policy can take the place of, by the name that `learn` takes."""

@@ -5,8 +5,9 @@ from swarm_forage_env.task import TASKS, Task
 from swarm_forage_env.waypoints.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.waypoints.control import decide
 from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
+from swarm_forage_env.waypoints.events import Events, write_events
 from swarm_forage_env.waypoints.global_state import WaypointsState
-from swarm_forage_env.waypoints.policies import LEARNABLE, Said, carry_out
+from swarm_forage_env.waypoints.policies import LEARNABLE, STEERINGS, Said, carry_out
 from swarm_forage_env.waypoints.potential import WaypointsPotential
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.views import exchange_of, situation_of
@@ -26,12 +27,14 @@ WAYPOINTS = Task(
     array_weighting=ArrayWeighting,
     array_motion=ArrayMotion,
     policies=LEARNABLE,
-    residuals=(),
+    steerings=STEERINGS,
     no_layers=NoLayers(Said, carry_out),
     bounds=lambda scenario, n_ticks, message_path: scenario,
     potential=WaypointsPotential,
     global_state=WaypointsState,
     episode=WAYPOINT_EPISODE,
+    events=Events,
+    write_events=write_events,
 )
 
 TASKS.register(WAYPOINTS.name)(WAYPOINTS)

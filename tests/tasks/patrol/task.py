@@ -61,13 +61,13 @@ class PatrolState:
 
     def __init__(self, world, controller, agents, bounds):
         self._world = world
-        places = [Feature(f"{agent}.{axis}", "m", -FAR, FAR) for agent in agents for axis in "xy"]
+        places = [Feature(f"{agent}.{axis}", "m", -FAR, FAR, scale=5.0) for agent in agents for axis in "xy"]
         self.layout = Layout([*places, Feature("share_gone", "of the episode", 0.0, 1.0)])
         self.space = self.layout.box()
 
     def state(self, share_gone):
         place = self._world.robots["pose"][:, :, :2].reshape(self._world.n_worlds, -1)
-        gone = np.full((len(place), 1), share_gone)
+        gone = share_gone[:, None]
         return np.concatenate([place, gone], axis=1, dtype=np.float32)
 
     def log(self):
@@ -76,12 +76,12 @@ class PatrolState:
 
 def show(world, controller, out):
     """Write what a policy in the place of the motion observes."""
-    out[:] = controller.minds["estimator"]["place"]
+    out[:, :, :2] = controller.minds["estimator"]["place"]
 
 
-def act(world, controller, action):
+def act(world, controller, learners, action):
     """Write what such a policy does."""
-    world.robots["action"]["wheels"][:, : action.shape[1]] = action
+    world.robots["action"]["wheels"][:, learners] = action
 
 
 WHEELS = Layout(Feature(f"wheels.{side}", "of full speed", -1.0, 1.0) for side in "lr")
@@ -102,7 +102,7 @@ PATROL = Task(
     policies={
         "motion": PolicyInterface(
             WHEELS,
-            lambda bounds: {"situation": (feature_group("place", "xy", "m", (-FAR, FAR)),)},
+            lambda bounds: {"situation": (feature_group("place", "xy", "m", (-FAR, FAR), scale=5.0),)},
             show,
             act,
             ("motion",),

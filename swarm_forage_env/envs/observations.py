@@ -1,0 +1,314 @@
+"""Observations: what the learned layer is shown, additions to it, and ones of the user's own.
+
+An observation of the user's own is a class that names its features and writes them, in SI units,
+from the records of a block of worlds:
+
+    class Heading:
+        def features(self, scenario, agents):
+            return [Feature("heading", "rad", -math.pi, math.pi)]
+
+        def write(self, moment, out):
+            out[:, :, 0] = moment.robots["pose"][:, :, 2]
+
+`parallel_env("es1", observation=["layer", Heading])` shows it beside what the layer sees.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.policy_interface import PolicyInterface
+from swarm_forage_env.registry import Registry
+from swarm_forage_env.spaces import Feature, Layout
+
+LAYER = "layer"
+"""The name of what the learned layer is shown."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What an observation is written from: the records of a block of worlds as they stand."""
+
+    robots: Array
+    """The truth about every robot, worlds by robots, with what it senses and hears."""
+
+    worlds: Array
+    """Clock and numbers of every world."""
+
+    minds: Array | None
+    """What the estimators keep, worlds by robots; None where no hand-written estimator runs."""
+
+    time_left: Float64[Array, " worlds"]
+    """Share of the episode that is left."""
+
+    last_action: Float32[Array, "worlds robots numbers"]
+    """What the layers took last; zeros before it, and for robots that do not learn."""
+
+
+class Observation(Protocol):
+    """Some features of every robot."""
+
+    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+        """What each number is, in a scenario with these robots."""
+        ...
+
+    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
+        """Write the numbers of every robot."""
+        ...
+
+
+OBSERVATIONS: Registry[type[Observation]] = Registry("observation")
+"""Additions to what the learned layer is shown, by name."""
+
+
+@OBSERVATIONS.register("time_left")
+class TimeLeft:
+    """Share of the episode that is left."""
+
+    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+        """One number."""
+        return [Feature("time_left", "of the episode", 0.0, 1.0)]
+
+    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
+        """The same for all robots of a world."""
+        out[:, :, 0] = moment.time_left[:, None]
+
+
+@OBSERVATIONS.register("robot_id")
+class RobotId:
+    """The robot's number, as a share of all."""
+
+    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+        """One number."""
+        return [Feature("robot_id", "of all robots", 0.0, 1.0)]
+
+    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
+        """0 is the first robot and 1 the last."""
+        out[:, :, 0] = np.linspace(0.0, 1.0, out.shape[1])
+
+
+@OBSERVATIONS.register("one_hot")
+class OneHot:
+    """The robot's number as one number for each robot, one of which is 1."""
+
+    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+        """One number for each robot."""
+        return [Feature(f"is.{agent}", "0 or 1", 0.0, 1.0) for agent in agents]
+
+    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
+        """The identity matrix of every world."""
+        out[...] = np.eye(out.shape[1], dtype=np.float32)
+
+
+class PreviousAction:
+    """What the layers took last from the policy; zeros before the first action."""
+
+    def __init__(self, layout: Layout) -> None:
+        """Actions as the layers take them have this layout."""
+        self._layout = layout
+
+    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+        """The numbers of an action."""
+        return [
+            Feature(f"previous.{each.name}", each.unit, min(each.low, 0.0), each.high)
+            for each in self._layout
+        ]
+
+    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
+        """As they were."""
+        out[...] = moment.last_action
+
+
+PREVIOUS = "previous_action"
+
+
+def added(observation: Any, policy: PolicyInterface) -> tuple[bool, list[Observation]]:  # noqa: ANN401 names and classes
+    """Whether what the layer sees is shown, and what is shown beside it.
+
+    ConfigError or UnknownNameError for what is no observation.
+    """
+    given = list(observation) if isinstance(observation, list | tuple) else [observation]
+    if not given:
+        raise ConfigError("observation=[]: must name something; leave it out for the layer's own")
+    found: list[Observation] = []
+    for each in given:
+        if each == PREVIOUS:
+            found.append(PreviousAction(policy.action))
+        elif isinstance(each, str) and each != LAYER:
+            found.append(OBSERVATIONS[each]())
+        elif each != LAYER:
+            found.append(_own(each))
+    return LAYER in [each for each in given if isinstance(each, str)], found
+
+
+def _own(given: Any) -> Observation:  # noqa: ANN401 whatever was passed
+    """An observation of the user's own, made if it is a class; ConfigError for anything else."""
+    made = given() if isinstance(given, type) else given
+    if not (hasattr(made, "features") and hasattr(made, "write")):
+        raise ConfigError(
+            f"observation={given!r}: must be '{LAYER}', '{PREVIOUS}', a name of"
+            f" {', '.join(OBSERVATIONS)}, or a class with `features` and `write`"
+        )
+    found: Observation = made
+    return found
+
+
+def normalised(layout: Layout) -> Layout:
+    """The same features as shares of their typical sizes, within [-1, 1]."""
+    return Layout(
+        Feature(
+            each.name,
+            _unit_of(each),
+            -1.0 if each.low < 0.0 else 0.0,
+            1.0,
+            each.noise,
+        )
+        for each in layout
+    )
+
+
+def _unit_of(feature: Feature) -> str:
+    """What a normalised number is."""
+    if feature.scale is not None:
+        return f"x / (|x| + {feature.scale:g}), x in {feature.unit or '1'}"
+    return feature.unit if feature.bound == 1.0 else f"of {feature.bound:.4g} {feature.unit}"
+
+
+class Normaliser:
+    """Brings numbers in SI units into [-1, 1].
+
+        x / (|x| + s)       of typical size s
+        x / b               within bounds of +- b that are typical themselves
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        """Numbers of this layout; ConfigError for one of no typical size."""
+        for each in layout:
+            if each.scale is None and not 0.0 < each.bound < np.inf:
+                raise ConfigError(
+                    f"observation {each.name}: bounds of {each.low:g} to {each.high:g} tell no"
+                    " typical size; give the feature a scale, or take normalise=False"
+                )
+        self._bound = np.array(
+            [each.bound if each.scale is None else each.scale for each in layout], np.float32
+        )
+        self._squashes = np.array([each.scale is not None for each in layout])
+
+    def __call__(self, numbers: Float32[Array, "*any numbers"]) -> None:
+        """In place."""
+        normalise_rows(numbers.reshape(-1, len(self._bound)), self._bound, self._squashes)
+
+
+@entry_point
+def normalise_rows(
+    rows: Float32[Array, "rows numbers"], bound: Float32[Array, " numbers"], squashes: Array
+) -> None:
+    """Divide by the bound, or squash by the scale, in place."""
+    for i in range(rows.shape[0]):
+        for k in range(rows.shape[1]):
+            if squashes[k]:
+                rows[i, k] = rows[i, k] / (abs(rows[i, k]) + bound[k])
+            else:
+                rows[i, k] = rows[i, k] / bound[k]
+
+
+@entry_point
+def write_directions(out: Float32[Array, "worlds robots numbers"], at: int, to: int) -> None:
+    """Write the unit vector of the two numbers from `at` on; zeros for no direction."""
+    for w in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            x, y = out[w, i, at], out[w, i, at + 1]
+            size = np.hypot(x, y)
+            out[w, i, to] = x / size if size > 0.0 else 0.0
+            out[w, i, to + 1] = y / size if size > 0.0 else 0.0
+
+
+class Observer:
+    """Writes what every robot of a block of worlds observes, a fresh array each time."""
+
+    layout: Layout
+    """What each number is."""
+
+    def __init__(  # noqa: PLR0913 what the options of an environment ask for
+        self,
+        policy: PolicyInterface,
+        observation: Any,  # noqa: ANN401 names and classes
+        shown: Layout,
+        scenario: Any,  # noqa: ANN401 of any task
+        agents: Sequence[str],
+        normalise: bool,
+    ) -> None:
+        """What the layer is `shown`, if it is, and what is asked for beside it."""
+        self._policy = policy
+        has_layer, self._parts = added(observation, policy)
+        layout = shown if has_layer else Layout(())
+        self._n_shown = len(layout)
+        self._direction = -1
+        if normalise and has_layer and policy.target is not None:
+            self._direction = _first_of(policy.target, layout)
+            layout = Layout((*layout, *_directions(policy.target)))
+        self._spans = []
+        for part in self._parts:
+            features = part.features(scenario, agents)
+            self._spans.append((len(layout), len(layout) + len(features)))
+            layout = layout if not features else Layout((*layout, *features))
+        _check_names(layout)
+        self._normalise = Normaliser(layout) if normalise else None
+        self.layout = normalised(layout) if normalise else layout
+        self._n = len(layout)
+
+    def __call__(self, world: Any, controller: Any, moment: Moment) -> Float32[Array, "..."]:  # noqa: ANN401 of its task
+        """What every robot observes, worlds by robots by numbers."""
+        shape = (world.n_worlds, world.n_robots, self._n)
+        out = np.empty(shape, np.float32)
+        if self._n_shown:
+            self._policy.observe(world, controller, out)
+        if self._direction >= 0:
+            write_directions(out, self._direction, self._n_shown)
+        for part, (first, last) in zip(self._parts, self._spans, strict=True):
+            part.write(moment, out[:, :, first:last])
+            _check_finite(out[:, :, first:last], self.layout[first:last])
+        if self._normalise is not None:
+            self._normalise(out)
+        return out
+
+
+def stacked(layout: Layout, n: int) -> Layout:
+    """The layout of the last n observations, the oldest first."""
+    if n == 1:
+        return layout
+    ages = [f"{n - 1 - k} ago." if k < n - 1 else "" for k in range(n)]
+    return Layout(
+        Feature(age + each.name, each.unit, each.low, each.high, each.noise)
+        for age in ages
+        for each in layout
+    )
+
+
+def _first_of(target: str, layout: Layout) -> int:
+    """Where the observed vector of this name starts."""
+    return layout.names.index(f"{target}.x")
+
+
+def _directions(target: str) -> list[Feature]:
+    return [Feature(f"{target}.direction.{axis}", "ratio", -1.0, 1.0) for axis in "xy"]
+
+
+def _check_names(layout: Layout) -> None:
+    """ConfigError if there is nothing to observe, or two numbers have one name."""
+    names = layout.names
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice or not names:
+        raise ConfigError(f"observation: must have features of different names; twice: {twice}")
+
+
+def _check_finite(numbers: Array, features: Sequence[Feature]) -> None:
+    """ConfigError for NaN or infinity, which an observation of the user's own has written."""
+    if not np.isfinite(numbers).all():
+        k = int(np.argwhere(~np.isfinite(numbers))[0, 2])
+        raise ConfigError(f"observation {features[k].name}: is not finite; write a number")

@@ -1,0 +1,82 @@
+"""What happened to each robot in a tick, for rewards of the user's own."""
+
+import math
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Int32
+from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.equations.geometry import to_outer
+from swarm_forage_env.equations.ground import FLOOR, area_at
+from swarm_forage_env.foraging.records import RobotState, WorldState
+from swarm_forage_env.foraging.surroundings import COUNT, FIRST
+from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.record import Record, field
+
+TOUCH = 1e-3
+"""Bodies within this of each other, or of a wall, are in contact [m]."""
+
+
+class Events(Record):
+    """What happened to one robot in the last tick. Writer: `write_events`."""
+
+    trip: bool = field(np.bool_)
+    """It completed nest -> prey -> nest."""
+
+    visit: int = field(np.int8, start=FLOOR)
+    """The area that it came to stand on: 0 nest, 1 prey; -1 none, or it stood there before."""
+
+    loss: bool = field(np.bool_)
+    """It found itself lost, and forgot where the areas are."""
+
+    contact: bool = field(np.bool_)
+    """Its body touches another or a wall."""
+
+    message: int = field(np.int32)
+    """Messages that it heard."""
+
+
+@kernel
+def area_under(robot: RobotState, world: WorldState) -> int:
+    """The area under the middle ground sensor of a robot, as `score` counts visits."""
+    dx, dy = to_outer(world.ground_ahead, 0.0, robot.heading[0], robot.heading[1])
+    return area_at(robot.pose[0] + dx, robot.pose[1] + dy, world.areas, world.area_radius)
+
+
+@kernel
+def is_touching(swarm: Array, i: int, near: Int32[Array, " columns"], world: WorldState) -> bool:
+    """The body of robot i touches another or a wall."""
+    x, y = swarm[i].pose[0], swarm[i].pose[1]
+    reach = world.radius + TOUCH
+    if abs(x) >= 0.5 * world.arena[0] - reach or abs(y) >= 0.5 * world.arena[1] - reach:
+        return True
+    for k in range(FIRST, FIRST + near[COUNT]):
+        other = swarm[near[k]].pose
+        if math.hypot(other[0] - x, other[1] - y) <= 2.0 * world.radius + TOUCH:
+            return True
+    return False
+
+
+@entry_point
+def write_rows(
+    robots: Array,
+    before: Array,
+    worlds: Array,
+    near: Int32[Array, "worlds robots columns"],
+    out: Array,
+) -> None:
+    """Write the events of every robot of every world."""
+    for w in range(robots.shape[0]):
+        for i in range(robots.shape[1]):
+            robot, event = robots[w, i], out[w, i]
+            area = area_under(robot, worlds[w])
+            event.trip = robot.reward > 0.0
+            event.visit = area if area != area_under(before[w, i], worlds[w]) else FLOOR
+            event.loss = robot.report.is_lost
+            event.contact = is_touching(robots[w], i, near[w, i], worlds[w])
+            event.message = robot.heard.n
+
+
+def write_events(world: ForagingWorld, before: Array, out: Array) -> None:
+    """Write what happened to the robots of these worlds since they were as `before`."""
+    write_rows(world.robots, before, world.worlds, world.near, out)
