@@ -14,7 +14,8 @@ from training.policy_form import PolicyForm
 class CallablePolicy(PolicyFile):
     """A function of Python's: callable:package.module:function.
 
-    It maps what the robots of a world observe to their actions, both (robots, numbers). Its module is looked for on Python's path, and in the current folder. Importing it runs it.
+    It maps what the robots of a world observe to their actions, both (robots, numbers). Its module
+    is looked for on Python's path, and in the current folder. Importing it runs it.
     """
 
     @property

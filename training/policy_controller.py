@@ -250,6 +250,7 @@ class RunningPolicy:
     ) -> None:  # fmt: skip
         """The policy has not been asked yet."""
         self._world, self._inner, self._form, self._predict = world, inner, form, predict
+        self.minds = inner.minds
         self._rows = _usable_rows(form, "")
         n_worlds, n_robots = world.n_worlds, world.n_robots
         n_frames = n_worlds, n_robots, form.config.stack, len(form.observe.layout)
@@ -258,11 +259,6 @@ class RunningPolicy:
         self._held = np.zeros((n_worlds, n_robots, n_numbers), np.float32)
         self._everybody = np.arange(n_robots)
         self._own: dict[str, Bool[Array, "worlds robots"]] | None = None
-
-    @property
-    def minds(self) -> Array:
-        """What each robot keeps."""
-        return self._inner.minds
 
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
