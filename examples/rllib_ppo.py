@@ -34,6 +34,13 @@ PERIOD = 10
 DISCOUNT = 0.99
 """Of a decision."""
 
+NETWORKS = DefaultModelConfig(
+    fcnet_hiddens=[64, 64],
+    fcnet_activation="tanh",
+    head_fcnet_hiddens=[],
+    vf_share_layers=False,
+)
+
 HELD_OUT = range(1000, 1010)
 """Seeds of the episodes that the trained policy is judged by."""
 
@@ -50,12 +57,6 @@ def configure(seed: int, worlds: int, decisions: int, **options: Any) -> PPOConf
         "physics": "kinematic",
         **options,
     }
-    model = DefaultModelConfig(
-        fcnet_hiddens=[64, 64],
-        fcnet_activation="tanh",
-        head_fcnet_hiddens=[],
-        vf_share_layers=False,
-    )
     return (
         PPOConfig()
         .environment(SwarmMultiAgentEnv, env_config=terms, disable_env_checking=True)
@@ -67,7 +68,7 @@ def configure(seed: int, worlds: int, decisions: int, **options: Any) -> PPOConf
         .multi_agent(policies={"robot"}, policy_mapping_fn=lambda agent, *_, **__: "robot")
         .rl_module(
             rl_module_spec=MultiRLModuleSpec(
-                rl_module_specs={"robot": RLModuleSpec(model_config=model)}
+                rl_module_specs={"robot": RLModuleSpec(model_config=NETWORKS)}
             )
         )
         .training(

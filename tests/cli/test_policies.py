@@ -7,7 +7,7 @@ from stable_baselines3 import PPO
 
 from training.vec_env import SwarmVecEnv
 
-SHORT = "--set=task.duration=30", "--episodes=2", "--physics=kinematic"
+SHORT = "--set=task.duration=30", "--episodes=2", "--physics=kinematic", "--workers=1"
 
 
 @pytest.fixture
