@@ -35,7 +35,7 @@ class Feature:
     """How it differs from the truth, for what is measured."""
 
     scale: float | None = None
-    """Typical size in that unit, where the bounds are far beyond it; None: the bounds are typical."""
+    """Typical size in that unit, where the bounds are far beyond it; None: they are typical."""
 
     @property
     def bound(self) -> float:

@@ -166,6 +166,9 @@ class Task:
     potential: Callable[[Any], Callable[[], Float64[Array, " rows"]]]
     """Makes the potential of every robot of a block of worlds, for shaping."""
 
+    most_shaping: tuple[float, str] | None = None
+    """The largest weight of its potential that leaves the task as it is, and why; None: any."""
+
     global_state: Callable[[Any, Any, list[str], Any], Any]
     """Makes what centralised critics and logs are told, from world, controller, names, bounds."""
 
@@ -175,7 +178,7 @@ class Task:
     events: type[Record] | None = None
     """What happened to each robot in a tick, for rewards of the user's own; None: not told."""
 
-    write_events: Callable[[World, Array, Array], None] | None = None
+    write_events: Callable[[Any, Array, Array], None] | None = None
     """Writes the events of a tick: of the world, its robots before the tick, and output."""
 
     stage: Callable[[Any, str], Stage] | None = None

@@ -71,7 +71,7 @@ class SwarmVecEnv(SharedAttributesVecEnv):
     with a ConfigError: PPO clips its own.
     """
 
-    def __init__(  # noqa: PLR0913 each is what a user of stable-baselines3 asks for by name
+    def __init__(
         self,
         scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
         n_worlds: int = 8,

@@ -11,7 +11,14 @@ from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int64
 from swarm_forage_env.envs.actions import ActionForm, Actions
 from swarm_forage_env.envs.config import chosen_robots, n_steps
 from swarm_forage_env.envs.make import Parts, checked_parts
-from swarm_forage_env.envs.observations import LAYER, Moment, Normaliser, Observer, normalised, stacked
+from swarm_forage_env.envs.observations import (
+    LAYER,
+    Moment,
+    Normaliser,
+    Observer,
+    normalised,
+    stacked,
+)
 from swarm_forage_env.envs.rewards import EarnedInTick, shaping
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CORRECT, REPLACE, Controller
@@ -64,6 +71,7 @@ class ArrayEnv:
         self.n_worlds = validated(_Worlds, {"n_worlds": n_worlds}).n_worlds
         parts = checked_parts(scenario, controller, options)
         self.config, self.task, self._is_staggered = parts.config, parts.task, stagger
+        self.decision_period: int = parts.config.decision_period or 1
         self.max_cycles = n_steps(parts.scenario, parts.config)
         self._start(parts)
         self._describe(parts)
@@ -98,7 +106,7 @@ class ArrayEnv:
     def _describe(self, parts: Parts) -> None:
         """Make the spaces, and what writes observations and the state."""
         config, policy = parts.config, self._policy
-        ticks = max(parts.scenario.n_ticks, self.max_cycles * config.decision_period)
+        ticks = max(parts.scenario.n_ticks, self.max_cycles * self.decision_period)
         bounds = self.task.bounds(
             parts.scenario, ticks, getattr(parts.controller, "message_path", 0.0)
         )
@@ -114,10 +122,9 @@ class ArrayEnv:
         self._form = ActionForm(self.task, policy, config)
         self.action_layout = self._form.layout
         self.action_space: Box | Discrete[Any] = self._form.space
+        self.action_shape = self._form.shape
         self.actions = Actions(_names(self.learners, self.n_worlds), self._form)
-        self.truth = self.task.global_state(
-            self.world, self.loop.controller, self.agents, bounds
-        )
+        self.truth = self.task.global_state(self.world, self.loop.controller, self.agents, bounds)
         self._state = Normaliser(self.truth.layout) if config.normalise else None
         self.state_layout: Layout = (
             normalised(self.truth.layout) if config.normalise else self.truth.layout
@@ -155,7 +162,9 @@ class ArrayEnv:
             share = np.arange(1, self.n_worlds + 1) / self.n_worlds
             self._ends[:] = np.maximum(1, np.ceil(share * self.max_cycles))
         self._last_action[chosen] = 0.0
-        return self._observe(fresh=chosen), self._infos(np.zeros((self.n_worlds, len(self.learners))))
+        return self._observe(fresh=chosen), self._infos(
+            np.zeros((self.n_worlds, len(self.learners)))
+        )
 
     def step(
         self,
@@ -176,7 +185,7 @@ class ArrayEnv:
         if given.shape[:2] != (self.n_worlds, len(self.learners)):
             raise ConfigError(
                 f"actions of shape {given.shape}: must be"
-                f" {(self.n_worlds, len(self.learners), *self.action_space.shape)}"
+                f" {(self.n_worlds, len(self.learners), *self.action_shape)}"
             )
         return self.advance(self.actions.rows(given.reshape(-1, *given.shape[2:])))
 
@@ -213,7 +222,7 @@ class ArrayEnv:
     @property
     def is_over(self) -> Bool[Array, " worlds"]:
         """The episode of each world has ended: it must be reset."""
-        return (self._ends > 0) & (self._steps >= self._ends)
+        return np.asarray((self._ends > 0) & (self._steps >= self._ends))
 
     @property
     def share_gone(self) -> Float64[Array, " worlds"]:
@@ -230,12 +239,12 @@ class ArrayEnv:
     def log(self) -> Float64[Array, "worlds learners infos"]:
         """What is logged of each learner, in the order of `infos`; worked out when asked for."""
         found: Array = self.truth.log()
-        return self._of_learners(found.reshape(self.n_worlds, self.world.n_robots, -1))
+        return np.asarray(self._of_learners(found.reshape(self.n_worlds, self.world.n_robots, -1)))
 
     def _run(self) -> Float64[Array, "worlds robots"]:
         """What every robot earned in the ticks of a decision period."""
         earned = np.zeros((self.n_worlds, self.world.n_robots))
-        for _ in range(self.config.decision_period):
+        for _ in range(self.decision_period):
             self._earned.remember()
             self.loop.step()
             earned += self._earned()

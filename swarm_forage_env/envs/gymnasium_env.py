@@ -112,7 +112,7 @@ class TupleEnv(_SwarmEnv):
         super().__init__(discrete=discrete, **options)
         env = self._core.env
         self.n_agents = len(self._core.learners)
-        self._core.action_shape = (self.n_agents, *env.action_space.shape)
+        self._core.action_shape = (self.n_agents, *env.action_shape)
         self.action_space = Tuple([env.action_space] * self.n_agents)
         self.observation_space = Tuple([env.observation_space] * self.n_agents)
 

@@ -17,6 +17,7 @@ from swarm_forage_env.random_streams import drawn_seed
 
 VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
 
+
 class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
     """Worlds side by side, equal to so many single environments, step for step and bit for bit.
 

@@ -155,7 +155,8 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
     def _space_of(self, agent: str, spaces: Mapping[str, Any]) -> Space[Any]:
         if agent not in spaces:
             raise UnknownNameError("agent", str(agent), spaces)
-        return spaces[agent]
+        found: Space[Any] = spaces[agent]
+        return found
 
     def _infos(self) -> Infos:
         env, step = self.array_env, self._infos_of_step

@@ -8,6 +8,9 @@ from swarm_forage_env.foraging.world import ForagingWorld
 LEGS = 3
 """To the first nest, to the prey, back to the nest."""
 
+MOST_SHAPING = 1.5, "a completed trip pays 1 - 2 w / 3 in its tick, which would be below zero"
+"""The largest weight w of the potential: it falls from 1 to 1/3 where the next trip begins."""
+
 
 class ForagingPotential:
     """How far each robot is on its round trip: a function of the true state, in [0, 1].
