@@ -62,9 +62,9 @@ class ForagingState:
         """One row for each world, as the layout says."""
         world = self._world
         robots = self._robots().reshape(world.n_worlds, -1)
-        rest = np.append(world.areas.ravel(), min(share_gone, 1.0))
-        rests = np.broadcast_to(rest, (world.n_worlds, len(rest)))
-        return np.concatenate([robots, rests], axis=1, dtype=np.float32)
+        areas = world.worlds["areas"].reshape(world.n_worlds, -1)
+        gone = np.full((world.n_worlds, 1), min(share_gone, 1.0))
+        return np.concatenate([robots, areas, gone], axis=1, dtype=np.float32)
 
     def log(self) -> Float64[Array, "rows infos"]:
         """The numbers that are logged, a row for each robot, in the order of INFOS."""

@@ -28,6 +28,7 @@ FORAGING = Task(
     array_weighting=ArrayWeighting,
     array_motion=ArrayMotion,
     policies=LEARNABLE,
+    fixed=("task.n_robots", "radio.slots"),
     residuals=("motion", "both"),
     no_layers=NoLayers(Said, carry_out),
     bounds=Bounds,
