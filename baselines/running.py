@@ -31,6 +31,7 @@ class RunningLayers:
     ) -> None:
         """Put the layers of every world together; they differ in their numbers only."""
         self._world, self._task = world, task_of(world.scenario)
+        self._controllers = tuple(controllers)
         each = [
             _layers(controller, scenario)
             for controller, scenario in zip(controllers, world.scenarios, strict=True)
@@ -78,6 +79,22 @@ class RunningLayers:
             memory["stream"][:, 0] = streams([seed], n_robots, self.motion.noise)
         if self._steer is not None:
             self._steer.reset(world, seed)
+
+    def numbers_in(self, world: int, scenario: Any) -> Array:  # noqa: ANN401 of its task
+        """The numbers of one world's layers in another scenario: one record.
+
+        ConfigError if a layer is not made for it.
+        """
+        controller = self._controllers[world]
+        layers = _layers(controller, scenario)
+        own = self.estimator, self.weighting, self.motion
+        _check_alike((self._controllers[0], controller), (own, layers))
+        return _numbers([layers])
+
+    def renumber(self, world: int, numbers: Array) -> None:
+        """Go by these numbers in one world from now on."""
+        self._layers[world] = numbers[0]
+        self._numbers[world] = numbers["estimator"][0]
 
     def _allocate(self) -> None:
         """Make the records of every robot."""

@@ -30,6 +30,7 @@ FORAGING = Task(
     array_motion=ArrayMotion,
     policies=LEARNABLE,
     steerings=STEERINGS,
+    fixed=("task.n_robots", "radio.slots"),
     residuals=("motion", "both"),
     no_layers=NoLayers(Said, carry_out),
     bounds=Bounds,
