@@ -47,6 +47,11 @@ class RunningLayers:
         if _is_numpy_motion(self.motion):
             self._steer = controllers[0].motion.start(world.scenario, seeds)
 
+    @property
+    def has_rules(self) -> bool:
+        """A layer is a rule in NumPy, which is asked about all worlds at once."""
+        return self._steer is not None or self._weigh is not None
+
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
         self._observe(

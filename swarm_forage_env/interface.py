@@ -120,6 +120,11 @@ class RunningController(Protocol):
     minds: Array
     """What each robot keeps: records with the fields `estimator` and `motion`."""
 
+    @property
+    def has_rules(self) -> bool:
+        """A layer is a rule in NumPy, which is asked about all worlds at once."""
+        ...
+
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
         ...
@@ -200,6 +205,11 @@ class RunningPolicy:
         """Nobody has said anything yet."""
         self._world, self._said, self._carry_out = world, said, carry_out
         self.minds: Array = said.array((world.n_worlds, world.n_robots))
+
+    @property
+    def has_rules(self) -> bool:
+        """There are none."""
+        return False
 
     def observe(self, first: int, last: int) -> None:
         """There is no estimator."""

@@ -88,6 +88,10 @@ class Loop:
         self.controller.consult()
         self._run(self._step)
 
+    def step_worlds(self, first: int, last: int) -> None:
+        """One tick of the worlds first .. last - 1 alone, in which no rule in NumPy is asked."""
+        self._step(first, last)
+
     @property
     def exchange(self) -> Any:  # noqa: ANN401 of its task
         """What the weighting layer of every robot sees, a row for each."""

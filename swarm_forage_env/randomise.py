@@ -51,6 +51,10 @@ class Randomisation:
         for corner in _corners(self.ranges):
             self._at(corner)
 
+    def extremes(self) -> list[Any]:
+        """The scenario at the corners of the ranges, and as it is: how far numbers can get."""
+        return [self.scenario, *(self._at(corner) for corner in _corners(self.ranges))]
+
     def draw(self, seed: int) -> tuple[Any, dict[str, Number]]:
         """The scenario of the episode of this seed, and the numbers that were drawn for it.
 
@@ -98,7 +102,11 @@ def _corners(ranges: Mapping[str, tuple[Number, Number]]) -> Iterator[dict[str, 
     for name, pair in ranges.items():
         for end in pair:
             yield {name: end}
-    together = product(*ranges.values()) if len(ranges) <= MOST_TOGETHER else zip(*ranges.values())
+    together = (
+        product(*ranges.values())
+        if len(ranges) <= MOST_TOGETHER
+        else zip(*ranges.values(), strict=True)
+    )
     for ends in together:
         yield dict(zip(ranges, ends, strict=True))
 

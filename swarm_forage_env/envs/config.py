@@ -1,7 +1,7 @@
 """Options of an environment: learned layer, action, observation, reward, episode length."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -40,6 +40,9 @@ class EnvConfig(Part):
     discount: Share = Field(0.99, description="The learner's discount, for the shaping")
     decision_period: Count | None = Field(
         None, description="Ticks for which an action is held; none: as suits the layer"
+    )
+    step_on: Literal["tick", "exchange"] = Field(
+        "tick", description="A step is a decision period, or ends with an exchange of a learner"
     )
     randomise: Mapping[str, Any] = Field(
         default_factory=dict,

@@ -58,6 +58,8 @@ def _check_learns(config: EnvConfig, task: Task) -> None:
         raise UnknownNameError("layer to learn", config.learn, task.policies)
     if config.residual:
         _check_residual(config, task)
+    if config.step_on == "exchange":
+        _check_exchanges(config)
     if task.most_shaping is not None and config.shaping > task.most_shaping[0]:
         most, why = task.most_shaping
         raise ConfigError(f"shaping={config.shaping:g}: {why}; must be at most {most:g}")
@@ -88,6 +90,18 @@ def _check_residual(config: EnvConfig, task: Task) -> None:
         raise UnknownNameError("layer to learn as a residual", config.learn, task.residuals)
     if config.learners is not None:
         raise ConfigError("residual=True: cannot be had where some robots learn; leave it out")
+
+
+def _check_exchanges(config: EnvConfig) -> None:
+    """ConfigError where a step cannot end with an exchange."""
+    if config.learn != "weighting":
+        raise ConfigError("step_on='exchange': only learn='weighting' acts in exchanges alone")
+    if config.decision_period not in (None, 1):
+        raise ConfigError("step_on='exchange': goes with no decision_period; leave it out")
+    if not isinstance(config.reward, str):
+        raise ConfigError(
+            "step_on='exchange': worlds run on their own; take reward='own' or 'team'"
+        )
 
 
 def _check_shares_a_language(config: EnvConfig) -> None:

@@ -68,6 +68,6 @@ def test_all_robots_are_truncated_together_and_none_dies(sampler):
 
 
 def test_an_episode_lasts_the_scenario_time():
-    assert parallel_env("es1").max_cycles == 18_000
+    assert parallel_env("es1").max_cycles == 1_800
     assert parallel_env("es1", decision_period=7).max_cycles == 18_000 // 7
     assert parallel_env("es1", max_cycles=9).max_cycles == 9

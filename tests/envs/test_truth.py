@@ -72,6 +72,7 @@ def test_infos_are_what_the_world_knows(after_a_while):
             "messages": state.messages[k],
             "known_areas": known,
             "localisation_error_m": pytest.approx(error[k].sum() / max(known, 1)),
+            "unshaped_reward": pytest.approx(env.world.state.reward[k]),
         }
     assert sum(info["round_trips"] for info in infos.values()) > 0
 
