@@ -1,6 +1,7 @@
 """The running controller: the layers of all robots of a block of worlds, compiled together."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import fields
 from typing import Any
 
@@ -11,7 +12,7 @@ from swarm_forage_env.compiler import bind, kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP, RULE, EstimatorLayer, MotionLayer, WeightingLayer
 from swarm_forage_env.random_streams import streams
-from swarm_forage_env.record import numbers_record, record_dtype
+from swarm_forage_env.record import numbers_record, record_dtype, under_the_one_dtype
 from swarm_forage_env.task import task_of
 
 
@@ -22,6 +23,8 @@ class RunningLayers:
     listening; what was heard is merged afterwards, and steers from the next tick on. So one
     observation holds all that either layer, or both, are shown.
     """
+
+    minds: Array
 
     def __init__(
         self,
@@ -101,6 +104,35 @@ class RunningLayers:
         self._layers[world] = numbers[0]
         self._numbers[world] = numbers["estimator"][0]
 
+    def snapshot(self) -> dict[str, Any]:
+        """What every robot keeps, the numbers of every world, and what a motion in NumPy keeps."""
+        arrays = {name: getattr(self, name).copy() for name in KEPT}
+        return {**arrays, "_steer": deepcopy(self._steer)}
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on as when that snapshot was taken."""
+        for name in KEPT:
+            getattr(self, name)[...] = kept[name]
+        self._numbers[...] = self._layers["estimator"]
+        self._steer = deepcopy(kept["_steer"])
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but what is compiled, and what follows from the rest."""
+        names = ("_world", "_task", "_controllers", "_steer", *KEPT)
+        return {name: getattr(self, name) for name in names}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        """The controller as it was, its layers compiled together again."""
+        vars(self).update(state)
+        self.minds = under_the_one_dtype(state["minds"])
+        self._layers = under_the_one_dtype(state["_layers"])
+        first = self._controllers[0]
+        self.estimator, self.weighting, self.motion = _layers(first, self._world.scenario)
+        self._estimators = self.minds["estimator"]
+        self._numbers = np.ascontiguousarray(self._layers["estimator"])
+        self._bind()
+        self._weigh = _rule(first.weighting, self, self._world)
+
     def _allocate(self) -> None:
         """Make the records of every robot."""
         n_worlds, n_robots = self._world.n_worlds, self._world.n_robots
@@ -108,7 +140,7 @@ class RunningLayers:
             ("estimator", self.estimator.mind.dtype(robots=n_robots)),
             ("motion", self.motion.memory.dtype(robots=n_robots)),
         ]
-        self.minds: Array = np.zeros((n_worlds, n_robots), record_dtype(mind))
+        self.minds = np.zeros((n_worlds, n_robots), record_dtype(mind))
         pairs = (0,) if self.estimator.shared is None else (n_robots, *self.estimator.shared)
         self.shared: Array = np.zeros((n_worlds, n_robots, *pairs))
         self._estimators = self.minds["estimator"]
@@ -123,6 +155,9 @@ class RunningLayers:
 
 
 LAYERS = ("estimator", "weighting", "motion")
+
+KEPT = ("minds", "shared", "_layers")
+"""Arrays of a running controller from which all its others follow."""
 
 
 def _check_alike(controllers: Sequence[Any], each: Sequence[Any]) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.random_streams import NoiseSource
-from swarm_forage_env.record import Record
+from swarm_forage_env.record import Record, under_the_one_dtype
 from swarm_forage_env.record import field as record_field
 
 KEEP, REPLACE, CORRECT, RULE = range(4)
@@ -149,6 +149,14 @@ class RunningController(Protocol):
         """Go by these numbers in one world from now on."""
         ...
 
+    def snapshot(self) -> Any:  # noqa: ANN401 of the controller
+        """All that the next ticks depend on, as copies, picklable."""
+        ...
+
+    def restore(self, kept: Any) -> None:  # noqa: ANN401 as above
+        """Go on as when that snapshot was taken; arrays keep their place in memory."""
+        ...
+
 
 class Controller(Protocol):
     """A named controller with its parameters, before it meets a world."""
@@ -230,3 +238,16 @@ class RunningPolicy:
     def reset(self, world: int, seed: int) -> None:
         """Forget what was said."""
         self._said.restart(self.minds[world])
+
+    def snapshot(self) -> Array:
+        """What was said."""
+        return self.minds.copy()
+
+    def restore(self, kept: Array) -> None:
+        """Go on from what was said then."""
+        self.minds[...] = kept
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        """What was said has the one dtype again that its record has."""
+        vars(self).update(state)
+        self.minds = under_the_one_dtype(self.minds)

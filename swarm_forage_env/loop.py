@@ -6,8 +6,9 @@ At the cut a learner writes `world.robots["action"]`, which takes the place of a
 """
 
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -19,10 +20,28 @@ from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import World, check_fit, checked_worlds, consecutive, one_task
 
 
+@dataclass(frozen=True)
+class Snapshot:
+    """A block of worlds and its controller in mid-episode: what the next ticks depend on.
+
+    Later ticks do not change it. It can be pickled, and restored in another process.
+    """
+
+    kind: tuple[str, str, str, int, int]
+    """Task, engine and controller; how many worlds, and robots in each."""
+
+    world: Mapping[str, Any]
+    """What the worlds were."""
+
+    controller: Any
+    """What the robots believed and remembered, with the numbers of their layers."""
+
+
 class Loop:
     """A block of worlds and the controller of all their robots, in turn.
 
-    The result does not depend on the number of threads: each runs its own worlds.
+    The result does not depend on the number of threads: each runs its own worlds. A copy, by
+    `copy.deepcopy` or by pickle, goes on from the same tick, bit for bit.
     """
 
     def __init__(
@@ -40,8 +59,10 @@ class Loop:
         """
         scenarios = _one_each(scenario, seeds)
         self.task = one_task(scenarios)
-        self.world: World = self.task.world(scenarios, seeds, physics or self.task.physics)
+        self.physics = physics or self.task.physics
+        self.world: World = self.task.world(scenarios, seeds, self.physics)
         controllers = _one_each(controller, seeds)
+        self._name = str(controllers[0].name)
         build = controllers[0].build
         self.controller: RunningController = build(self.world, seeds, controllers)
         self.threads = checked_threads(threads)
@@ -92,6 +113,28 @@ class Loop:
         """One tick of the worlds first .. last - 1 alone, in which no rule in NumPy is asked."""
         self._step(first, last)
 
+    def snapshot(self) -> Snapshot:
+        """All that the next ticks depend on, to be restored any number of times."""
+        return Snapshot(self._kind, self.world.snapshot(), self.controller.snapshot())
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on as when the snapshot was taken, bit for bit, with the scenarios of then.
+
+        ConfigError if it is of a block of another kind or of other sizes.
+        """
+        if snapshot.kind != self._kind:
+            there, here = (_KIND.format(*kind) for kind in (snapshot.kind, self._kind))
+            raise ConfigError(f"a snapshot of {there}, cannot be restored in {here}")
+        scenarios = snapshot.world["scenarios"]
+        check_fit(self.world.scenarios, scenarios)
+        self.world.restore(snapshot.world)
+        self.controller.restore(snapshot.controller)
+
+    @property
+    def _kind(self) -> tuple[str, str, str, int, int]:
+        world = self.world
+        return self.task.name, self.physics, self._name, world.n_worlds, world.n_robots
+
     @property
     def exchange(self) -> Any:  # noqa: ANN401 of its task
         """What the weighting layer of every robot sees, a row for each."""
@@ -127,9 +170,16 @@ class Loop:
         """
         own, *others = self._chunks
         waiting = [pool(self.threads).submit(work, *chunk) for chunk in others]
-        work(*own)
-        for each in waiting:
-            each.result()
+        try:
+            work(*own)
+            for each in waiting:
+                each.result()
+        except BaseException:
+            wait(waiting)  # no thread may go on in these worlds when the error is told
+            raise
+
+
+_KIND = "the task {}, engine {}, controller {}, {} worlds of {} robots"
 
 
 @cache

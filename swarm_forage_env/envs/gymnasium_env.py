@@ -1,5 +1,6 @@
 """The environment as Gymnasium wants it: `LearnerEnv`, `JointEnv`, `TupleEnv`."""
 
+from copy import deepcopy
 from typing import Any, ClassVar
 
 import gymnasium as gym
@@ -63,6 +64,19 @@ class _SwarmEnv(gym.Env[Any, Any]):
         observations, rewards, truncated = self._core.step([action])
         observation = self._shown(observations[0])
         return observation, self._reward(rewards), False, bool(truncated[0]), self._info()
+
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        return self._core.snapshot(), deepcopy(self.np_random)
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken, bit for bit.
+
+        ConfigError if it is of an environment of other options.
+        """
+        core, generator = snapshot
+        self._core.restore(core)
+        self.np_random = deepcopy(generator)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
         """The frame of this moment as rows of red, green and blue; None where it is on the screen.

@@ -99,9 +99,7 @@ def _check_exchanges(config: EnvConfig) -> None:
     if config.decision_period not in (None, 1):
         raise ConfigError("step_on='exchange': goes with no decision_period; leave it out")
     if not isinstance(config.reward, str):
-        raise ConfigError(
-            "step_on='exchange': worlds run on their own; take reward='own' or 'team'"
-        )
+        raise ConfigError("step_on='exchange': goes with reward='own' or 'team' alone")
 
 
 def _check_shares_a_language(config: EnvConfig) -> None:

@@ -1,5 +1,7 @@
 """A learned motion: the same network in training and evaluation, whatever order it hears in."""
 
+import pickle
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +11,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env import ArrayEnv
+from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.foraging.views import WeightingInput
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.spaces import ObservationWriter
 from training.actor_critic import LayerActorCriticPolicy, MotionActor, WeightingActor
@@ -185,3 +189,18 @@ def test_acts_without_effect_teach_the_actor_nothing(learn):
     log_prob.sum().backward()
     parameters = [*policy.mlp_extractor.actors.parameters(), policy.log_std]
     assert all(each.grad is None or not each.grad.any() for each in parameters)
+
+
+def test_a_learned_motion_is_copied_with_what_it_writes_to():
+    controller = find_controller("learned-motion:policy=motion-es1")
+    loop, twin = (Loop(find_scenario("es1"), controller, [3, 4], "kinematic") for _ in range(2))
+    assert isinstance(loop.controller._steer, NetworkMotion)
+    for _ in range(30):
+        loop.step()
+        twin.step()
+    copies = deepcopy(loop), pickle.loads(pickle.dumps(loop))
+    for _ in range(60):
+        for each in (twin, *copies):
+            each.step()
+    for each in copies:
+        assert_array_equal(each.world.robots["pose"], twin.world.robots["pose"])
