@@ -15,6 +15,7 @@ import numpy as np
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, RunningController
+from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import World, task_of
 
@@ -36,13 +37,15 @@ class Loop:
         """One world for each seed, sensed and about to move.
 
         `scenario` and `controller` are one for all worlds or one for each; they may differ in
-        every number but how many robots there are.
+        every number but how many robots there are. Robots of different controllers in one world
+        are a `MixedController`.
         """
         scenarios = _one_each(scenario, seeds)
         self.task = task_of(scenarios[0])
         self.world: World = self.task.world(scenarios, seeds, physics or self.task.physics)
         controllers = _one_each(controller, seeds)
-        build = controllers[0].build
+        mixed = (each for each in controllers if isinstance(each, MixedController))
+        build = next(mixed, controllers[0]).build
         self.controller: RunningController = build(self.world, seeds, controllers)
         self.threads = checked_threads(threads)
         self._chunks = chunks(self.world.n_worlds, self.threads)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
 
-from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.controllers import Controllers, find_controllers
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.errors import ConfigError, UnknownNameError
@@ -17,7 +17,7 @@ def make_array_env(
     seeds: Sequence[int],
     options: Mapping[str, Any],
     scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
-    controller: str | Controller | None = None,
+    controller: Controllers | None = None,
     single_learner: bool = False,
 ) -> ArrayEnv:
     """One world for each seed, under the keywords of `parallel_env`.
@@ -31,7 +31,7 @@ def make_array_env(
     overrides = {name: value for name, value in options.items() if name not in own}
     chosen = _overridden(scenario, overrides)
     task = task_of(chosen)
-    found = find_controller(controller or task.controller)
+    found = find_controllers(controller, chosen)
     if config.learn not in task.policies:
         raise UnknownNameError("layer to learn", config.learn, task.policies)
     if controller is not None and config.learn == "everything":

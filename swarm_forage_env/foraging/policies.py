@@ -205,11 +205,13 @@ def _writer(kernel: Any) -> Any:  # noqa: ANN401 an entry point
     """What writes observations, by a kernel on the records of robots and minds."""
 
     def observe(world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
-        minds = controller.minds
-        own = minds["estimator"] if "estimator" in minds.dtype.names else minds
-        kernel(world.robots, own, world.scenario.slots, out)
+        kernel(world.robots, controller.minds["estimator"], world.scenario.slots, out)
 
     return observe
+
+
+def _observe_readings(world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
+    write_readings(world.robots, controller.minds, world.scenario.slots, out)
 
 
 def _encounter(bounds: Bounds) -> Groups:
@@ -242,7 +244,7 @@ LEARNABLE = {
         Layout(G + SPEEDS), _both, _writer(write_both), _do_both, ("weighting", "motion"), _INPUTS
     ),
     "everything": PolicyInterface(
-        Layout((*SPEEDS, SPEAK, *SAID)), _raw, _writer(write_readings), _do_everything, (), {}
+        Layout((*SPEEDS, SPEAK, *SAID)), _raw, _observe_readings, _do_everything, (), {}
     ),
 }
 """What a policy can take the place of, by the name that `learn` takes."""

@@ -1,0 +1,189 @@
+"""Mixed swarms: robots of different controllers in one world.
+
+Robots whose controllers speak one language, as those with the same estimator do, are a team, whose
+members understand each other. What others say means nothing to them: of those they hear only where
+they are.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import Controller, RunningController
+from swarm_forage_env.record import record_dtype
+from swarm_forage_env.task import task_of
+
+Team = list[int]
+"""Numbers of the robots that understand each other."""
+
+
+@dataclass(frozen=True)
+class MixedController:
+    """A controller for each robot."""
+
+    members: tuple[Controller, ...]
+    """In the order of the robots."""
+
+    @property
+    def name(self) -> str:
+        """How many robots there are of each: `4 ssgiff, 6 learned-motion`."""
+        counts = Counter(each.name for each in self.members)
+        return ", ".join(f"{n} {name}" for name, n in counts.items())
+
+    @property
+    def talks(self) -> bool:
+        """Whether any of its robots tells others anything to weigh."""
+        return any(getattr(each, "talks", True) for each in self.members)
+
+    @property
+    def message_path(self) -> float:
+        """The most that a message adds to the p that it tells [m]."""
+        return max(float(getattr(each, "message_path", 0.0)) for each in self.members)
+
+    def with_parameters(self, values: Mapping[str, Any]) -> "MixedController":
+        """The same with some parameters of every robot's controller changed."""
+        return replace(self, members=tuple(each.with_parameters(values) for each in self.members))
+
+    def build(
+        self,
+        world: Any,  # noqa: ANN401 of any task
+        seeds: Sequence[int],
+        each: Sequence[Any],
+    ) -> RunningController:
+        """The running controllers of a block of worlds, of which `each` may have its own."""
+        rows = [_members(controller, world.n_robots) for controller in each]
+        for row, scenario in zip(rows, world.scenarios, strict=True):
+            MixedController(tuple(row)).check_supports(scenario)
+        teams = [_teams(row, own) for row, own in zip(rows, world.scenarios, strict=True)]
+        for own in teams:
+            if own != teams[0]:
+                raise ConfigError(
+                    "controllers of one block: the same robots must understand each other in all"
+                    f" worlds, not {teams[0]} in one and {own} in another"
+                )
+        running: list[RunningController] = [
+            rows[0][team[0]].build_team(world, seeds, [_only(row, team) for row in rows])
+            for team in teams[0]
+        ]
+        if len(running) == 1:
+            return running[0]
+        return RunningTeams(running, teams[0], world.robots.shape)
+
+    def check_supports(self, scenario: Any) -> None:  # noqa: ANN401 of any task
+        """ConfigError if a controller is not made for such a world, or not for such company."""
+        n_robots = scenario.task.n_robots
+        if len(self.members) != n_robots:
+            raise ConfigError(
+                f"{len(self.members)} controllers given for the {n_robots} robots of"
+                f" '{scenario.name}': must be one for each"
+            )
+        for each in {id(each): each for each in self.members}.values():
+            if getattr(each, "is_privileged", False) or not hasattr(each, "build_team"):
+                raise ConfigError(
+                    f"controller '{each.name}': drives whole swarms only, no robots among others"
+                )
+            if hasattr(each, "check_supports"):
+                each.check_supports(scenario)
+        if task_of(scenario).is_joint and len(_teams(self.members, scenario)) > 1:
+            raise ConfigError(
+                f"controllers '{self.name}': the robots of '{scenario.name}' correct each other,"
+                " and all need the same estimator; mix weightings and motions"
+            )
+
+
+def _members(controller: Controller, n_robots: int) -> Sequence[Any]:
+    """The controller of every robot of a world."""
+    if isinstance(controller, MixedController):
+        return controller.members
+    return [controller] * n_robots
+
+
+def _teams(members: Sequence[Any], scenario: Any) -> list[Team]:  # noqa: ANN401 of any task
+    """The robots that understand each other, in the order of the first of each team."""
+    languages: list[Any] = []
+    known: dict[int, int] = {}
+    teams: list[Team] = []
+    for robot, controller in enumerate(members):
+        if id(controller) not in known:
+            language = controller.language(scenario)
+            if language not in languages:
+                languages.append(language)
+                teams.append([])
+            known[id(controller)] = languages.index(language)
+        teams[known[id(controller)]].append(robot)
+    return teams
+
+
+def _only(row: Sequence[Any], team: Team) -> list[Any]:
+    """The controllers of a team, None for everybody else."""
+    own = set(team)
+    return [each if robot in own else None for robot, each in enumerate(row)]
+
+
+class RunningTeams:
+    """Teams that share a block of worlds without understanding each other.
+
+    Every team keeps minds of its own for all robots; those of other teams' robots are never
+    written, so that they know and tell nothing.
+    """
+
+    def __init__(
+        self, running: Sequence[RunningController], teams: Sequence[Team], shape: tuple[int, ...]
+    ) -> None:
+        """So many teams; `minds` hold what all estimators have in common, and what policies say."""
+        self._running = running
+        self._estimators, policies = [], []
+        for each, team in zip(running, teams, strict=True):
+            if "estimator" in (each.minds.dtype.names or ()):
+                self._estimators.append((each.minds["estimator"], np.array(team)))
+            else:
+                policies.append(each)
+        shown = _common([minds.dtype for minds, _ in self._estimators])
+        said = [column for each in policies for column in _common([each.minds.dtype])]
+        self._shown = [name for name, _ in shown]
+        columns = [("estimator", record_dtype(shown)), *said]
+        self.minds: Array = np.zeros(shape, record_dtype(columns))
+        for each in policies:
+            each.minds = self.minds
+
+    def observe(self, first: int, last: int) -> None:
+        """Take in what the worlds first .. last - 1 gave back."""
+        for each in self._running:
+            each.observe(first, last)
+        shown = self.minds["estimator"][first:last]
+        for minds, team in self._estimators:
+            for name in self._shown:
+                shown[name][:, team] = minds[name][first:last, team]
+
+    def consult(self) -> None:
+        """Ask the rules written in NumPy, and write their actions."""
+        for each in self._running:
+            each.consult()
+
+    def decide(self, first: int, last: int) -> None:
+        """Write the next commands of the worlds first .. last - 1."""
+        for each in self._running:
+            each.decide(first, last)
+
+    def reset(self, world: int, seed: int) -> None:
+        """Forget everything about one world."""
+        for each in self._running:
+            each.reset(world, seed)
+        minds, _ = self._estimators[0]
+        for name in self._shown:
+            self.minds["estimator"][name][world] = minds[name][world]
+
+
+def _common(dtypes: Sequence[np.dtype[Any]]) -> list[tuple[str, np.dtype[Any]]]:
+    """The fields that records have in common."""
+    first, *others = dtypes
+    return [
+        (name, first[name])
+        for name in first.names or ()
+        if all(name in (each.names or ()) and each[name] == first[name] for each in others)
+    ]
