@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import baselines.oracles.controllers  # noqa: F401 enters the references
 from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting.sgiff import CENTIMETRES
 from swarm_forage_env.errors import ConfigError
@@ -13,7 +14,7 @@ from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.interface import CORRECT, KEEP, REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.mixed import MixedController
-from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
 
 BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02, "duration": 60.0}
@@ -285,6 +286,7 @@ def test_robots_of_a_policy_live_among_hand_written_ones():
         words += np.count_nonzero(seen == 0.25)
     assert words > 12
     assert not loop.situation.known[:2].any()
+    assert np.all(loop.situation.goal[:2] == -1)
     assert loop.situation.known[2:].any()
     crowd = loop.controller._running[1].minds["estimator"]
     assert not crowd["message"]["told"][0, :2].any()
@@ -304,6 +306,17 @@ def test_all_readers_are_shown_every_robots_own_mind():
             np.testing.assert_array_equal(getattr(shown, name)[own], getattr(kept, name)[own])
         assert shown.known[own].any()
     np.testing.assert_array_equal(loop.scene(1).known, loop.situation.known[N:])
+    reported = loop.world.state.report.known != 0
+    layered = np.tile(robots % 3 != 2, 2)
+    np.testing.assert_array_equal(reported[layered], loop.situation.known[layered])
+
+
+def test_a_team_keeps_nothing_of_other_teams_robots():
+    loop = run(mixed(named("dsgiff"), named("sikf")), [4], 300)
+    for kind, team in enumerate(loop.controller._running):
+        others = team.minds["estimator"][0, np.arange(N) % 2 != kind]
+        fresh = team.estimator.mind.array(others.shape, robots=N)
+        np.testing.assert_array_equal(others, fresh)
 
 
 def test_worlds_of_a_block_may_have_differing_mixtures_and_uniform_swarms(same):
@@ -327,6 +340,11 @@ def test_worlds_in_which_other_robots_understand_each_other_are_refused():
         Loop(busy(), swarms, [4, 5])
     with pytest.raises(ConfigError, match="'ssgikf' and 'ssgiff' have another weighting"):
         Loop(busy(), [mixed(named("ssgikf")), mixed(named("ssgiff"))], [4, 5])
+
+
+def test_an_oracle_drives_no_robots_among_others():
+    with pytest.raises(ConfigError, match="'global': drives whole swarms only"):
+        Loop(busy(), mixed(named("dsgiff"), REFERENCES["global"]), [4])
 
 
 def test_a_swarm_of_another_size_is_refused():
