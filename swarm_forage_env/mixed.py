@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array
+from swarm_forage_env.arrays import Array, Int64, UInt8
+from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, RunningController
 from swarm_forage_env.record import record_dtype
@@ -20,6 +21,8 @@ from swarm_forage_env.task import task_of
 
 Team = list[int]
 """Numbers of the robots that understand each other."""
+
+Bytes = UInt8[Array, "worlds robots bytes"]
 
 
 @dataclass(frozen=True)
@@ -137,28 +140,30 @@ class RunningTeams:
     ) -> None:
         """So many teams; `minds` hold what all estimators have in common, and what policies say."""
         self._running = running
-        self._estimators, policies = [], []
+        layered, policies = [], []
         for each, team in zip(running, teams, strict=True):
             if "estimator" in (each.minds.dtype.names or ()):
-                self._estimators.append((each.minds["estimator"], np.array(team)))
+                layered.append((each.minds, np.array(team)))
             else:
                 policies.append(each)
-        shown = _common([minds.dtype for minds, _ in self._estimators])
+        shown = _common([minds.dtype["estimator"] for minds, _ in layered])
         said = [column for each in policies for column in _common([each.minds.dtype])]
-        self._shown = [name for name, _ in shown]
         columns = [("estimator", record_dtype(shown)), *said]
         self.minds: Array = np.zeros(shape, record_dtype(columns))
         for each in policies:
             each.minds = self.minds
+        self._bytes = _bytes(self.minds)
+        self._shown = [
+            (_bytes(minds), team, _spans(shown, self.minds.dtype, minds.dtype))
+            for minds, team in layered
+        ]
 
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
         for each in self._running:
             each.observe(first, last)
-        shown = self.minds["estimator"][first:last]
-        for minds, team in self._estimators:
-            for name in self._shown:
-                shown[name][:, team] = minds[name][first:last, team]
+        for minds, team, spans in self._shown:
+            copy_spans(self._bytes, minds, team, spans, first, last)
 
     def consult(self) -> None:
         """Ask the rules written in NumPy, and write their actions."""
@@ -174,9 +179,47 @@ class RunningTeams:
         """Forget everything about one world."""
         for each in self._running:
             each.reset(world, seed)
-        minds, _ = self._estimators[0]
-        for name in self._shown:
-            self.minds["estimator"][name][world] = minds[name][world]
+        minds, _, spans = self._shown[0]
+        copy_spans(self._bytes, minds, np.arange(minds.shape[1]), spans, world, world + 1)
+
+
+@entry_point
+def copy_spans(
+    to: Bytes, source: Bytes, robots: Array, spans: Array, first: int, last: int
+) -> None:
+    """Copy parts of the records of some robots of the worlds first .. last - 1.
+
+    A span is where a part begins in either record, and how long it is [bytes].
+    """
+    for w in range(first, last):
+        for i in robots:
+            for k in range(spans.shape[0]):
+                at, begin = spans[k, 0], spans[k, 1]
+                for byte in range(spans[k, 2]):
+                    to[w, i, at + byte] = source[w, i, begin + byte]
+
+
+def _bytes(records: Array) -> Bytes:
+    """Records as bytes."""
+    return records.view(np.uint8).reshape(*records.shape, records.dtype.itemsize)
+
+
+def _spans(
+    shown: Sequence[tuple[str, np.dtype[Any]]], to: np.dtype[Any], source: np.dtype[Any]
+) -> Int64[Array, "parts 3"]:
+    """The spans of an estimator's fields in two records that have them."""
+    begins = [
+        [_offset(minds, "estimator") + _offset(minds["estimator"], name) for minds in (to, source)]
+        for name, _ in shown
+    ]
+    sizes = [kind.itemsize for _, kind in shown]
+    return np.column_stack([begins, sizes]).astype(np.int64)
+
+
+def _offset(record: np.dtype[Any], name: str) -> int:
+    """Where a field begins [bytes]."""
+    fields: Any = record.fields
+    return int(fields[name][1])
 
 
 def _common(dtypes: Sequence[np.dtype[Any]]) -> list[tuple[str, np.dtype[Any]]]:
