@@ -16,6 +16,7 @@ import numpy as np
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, RunningController
+from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import World, check_fit, checked_worlds, consecutive, one_task
 
@@ -55,15 +56,17 @@ class Loop:
         """One world for each seed, sensed and about to move.
 
         `scenario` and `controller` are one for all worlds or one for each; they may differ in
-        every number but how many robots there are.
+        every number but how many robots there are. Robots of different controllers in one world
+        are a `MixedController`.
         """
         scenarios = _one_each(scenario, seeds)
         self.task = one_task(scenarios)
         self.physics = physics or self.task.physics
         self.world: World = self.task.world(scenarios, seeds, self.physics)
         controllers = _one_each(controller, seeds)
-        self._name = str(controllers[0].name)
-        build = controllers[0].build
+        mixed = (each for each in controllers if isinstance(each, MixedController))
+        leader = next(mixed, controllers[0])
+        self._controllers, self._name, build = controllers, str(leader.name), leader.build
         self.controller: RunningController = build(self.world, seeds, controllers)
         self.threads = checked_threads(threads)
         self._chunks = chunks(self.world.n_worlds, self.threads)
@@ -129,6 +132,18 @@ class Loop:
         check_fit(self.world.scenarios, scenarios)
         self.world.restore(snapshot.world)
         self.controller.restore(snapshot.controller)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What makes the same loop again, and how it stands."""
+        made_by = self._controllers, self.physics, self.threads
+        return {"made_by": made_by, "snapshot": self.snapshot()}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        """The same loop again, compiled anew, which goes on where it was."""
+        controllers, physics, threads = state["made_by"]
+        scenarios = list(state["snapshot"].world["scenarios"])
+        Loop.__init__(self, scenarios, controllers, range(len(scenarios)), physics, threads)
+        self.restore(state["snapshot"])
 
     @property
     def _kind(self) -> tuple[str, str, str, int, int]:

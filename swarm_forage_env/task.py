@@ -302,6 +302,9 @@ class Task:
     residuals: tuple[str, ...] = ()
     """Those of them that can be learned as a correction of the hand-written motion."""
 
+    is_joint: bool = False
+    """Robots correct their estimates jointly, so that all of a swarm need the same estimator."""
+
     no_layers: Controller | None = None
     """What runs where a policy is everything; None: the task has no such policy."""
 
