@@ -307,7 +307,7 @@ def test_half_weights_from_exchange_to_exchange_are_half_weights_in_every_tick(b
         ({"learn": "motion"}, "only learn='weighting'"),
         ({"decision_period": 5}, "goes with no decision_period"),
         ({"reward": lambda before, after, events: events["trip"]}, "'own' or 'team' alone"),
-        ({"controller": "learned-motion"}, "whose motion is compiled"),
+        ({"controller": "learned-motion:policy=motion-es1"}, "whose motion is compiled"),
     ],
 )
 def test_steps_that_cannot_end_with_an_exchange_are_refused(options, says):

@@ -177,12 +177,13 @@ def test_kernels_know_the_records_of_a_copy_at_once(copied):
         (loop.world.robots, other.world.robots),
         (loop.world.worlds, other.world.worlds),
         (loop.controller.minds, other.controller.minds),
-        (loop.controller._layers, other.controller._layers),
+        (loop.controller._settings, other.controller._settings),
     ):
         assert copied_one.dtype is mine.dtype
         assert not np.shares_memory(mine, copied_one)
     assert other.task is loop.task
-    assert other.controller._decide is loop.controller._decide
+    mine, copied_ones = loop.controller._squads, other.controller._squads
+    assert [each.decide for each in copied_ones] == [each.decide for each in mine]
 
 
 GO_ON = """
