@@ -20,9 +20,6 @@ from swarm_forage_env.task import stage_of
 OF_STEP = ("unshaped_reward",)
 """What a step tells of each learner beside what the task logs."""
 
-FRAME_WIDTH = 320
-"""Width of a frame where none is asked for [px]: a video holds one for each step."""
-
 
 class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     """W worlds of N robots as one TorchRL environment of batch size (W,).
@@ -74,7 +71,17 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         """The worlds can be drawn."""
         return self.array_env.task.scene is not None
 
-    def render(self, mode: str = "rgb_array", width: int = FRAME_WIDTH) -> Frame | None:
+    def episodes(self, seen: TensorDictBase) -> dict[str, Tensor]:
+        """What is logged of the episodes that ended in a rollout: by name, one number each.
+
+        Of a world's robots a count, as `round_trips`, is the sum, and all else the mean.
+        """
+        info = seen["next", self.group, "info"][seen["next", "done"].squeeze(-1)]
+        counts = self.array_env.truth.counts
+        found = {name: info[name] for name in self.array_env.infos}
+        return {name: v.sum(-1) if name in counts else v.mean(-1) for name, v in found.items()}
+
+    def render(self, mode: str = "rgb_array", width: int | None = None) -> Frame | None:
         """The first world as it stands, rows of red, green and blue; None where in a window."""
         if self._view is None:
             check_render_mode(mode)

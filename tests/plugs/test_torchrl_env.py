@@ -121,6 +121,6 @@ def test_a_frame_shows_the_first_world(make):
     pytest.importorskip("pygame")
     env = make()
     env.reset()
-    frame = env.render(width=64)
-    assert (frame.shape[1:], frame.dtype) == ((64, 3), np.uint8)
+    frame = env.render(width=200)
+    assert (frame.shape[1:], frame.dtype) == ((200, 3), np.uint8)
     assert not make(scenario="waypoints-05").has_render
