@@ -31,6 +31,7 @@ class RunningLayers:
     ) -> None:
         """Put the layers of every world together; they differ in their numbers only."""
         self._world, self._task = world, task_of(world.scenario)
+        self._controllers = tuple(controllers)
         each = [
             _layers(controller, scenario)
             for controller, scenario in zip(controllers, world.scenarios, strict=True)
@@ -45,6 +46,11 @@ class RunningLayers:
         self._steer = None
         if _is_numpy_motion(self.motion):
             self._steer = controllers[0].motion.start(world.scenario, seeds)
+
+    @property
+    def has_rules(self) -> bool:
+        """A layer is a rule in NumPy, which is asked about all worlds at once."""
+        return self._steer is not None or self._weigh is not None
 
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
@@ -78,6 +84,22 @@ class RunningLayers:
             memory["stream"][:, 0] = streams([seed], n_robots, self.motion.noise)
         if self._steer is not None:
             self._steer.reset(world, seed)
+
+    def numbers_in(self, world: int, scenario: Any) -> Array:  # noqa: ANN401 of its task
+        """The numbers of one world's layers in another scenario: one record.
+
+        ConfigError if a layer is not made for it.
+        """
+        controller = self._controllers[world]
+        layers = _layers(controller, scenario)
+        own = self.estimator, self.weighting, self.motion
+        _check_alike((self._controllers[0], controller), (own, layers))
+        return _numbers([layers])
+
+    def renumber(self, world: int, numbers: Array) -> None:
+        """Go by these numbers in one world from now on."""
+        self._layers[world] = numbers[0]
+        self._numbers[world] = numbers["estimator"][0]
 
     def _allocate(self) -> None:
         """Make the records of every robot."""

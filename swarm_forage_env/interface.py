@@ -99,7 +99,11 @@ class WeightingRule(Protocol):
 
 
 class MotionRule(Protocol):
-    """A motion written in NumPy, for all robots of a block of worlds."""
+    """A motion written in NumPy, for all robots of a block of worlds.
+
+    It is told the scenario of the first world, once: of a scenario it may use what stays as long
+    as a world does (the task's `fixed`), and not what differs from world to world.
+    """
 
     def __call__(self, situation: Any) -> Float32[Array, "rows 2"]:  # noqa: ANN401 of its task
         """What every robot is commanded."""
@@ -116,6 +120,11 @@ class RunningController(Protocol):
     minds: Array
     """What each robot keeps: records with the fields `estimator` and `motion`."""
 
+    @property
+    def has_rules(self) -> bool:
+        """A layer is a rule in NumPy, which is asked about all worlds at once."""
+        ...
+
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
         ...
@@ -130,6 +139,14 @@ class RunningController(Protocol):
 
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world."""
+        ...
+
+    def numbers_in(self, world: int, scenario: Any) -> Any:  # noqa: ANN401 of its task
+        """The numbers of one world's layers in another scenario; ConfigError if one has none."""
+        ...
+
+    def renumber(self, world: int, numbers: Any) -> None:  # noqa: ANN401 as above
+        """Go by these numbers in one world from now on."""
         ...
 
 
@@ -189,6 +206,11 @@ class RunningPolicy:
         self._world, self._said, self._carry_out = world, said, carry_out
         self.minds: Array = said.array((world.n_worlds, world.n_robots))
 
+    @property
+    def has_rules(self) -> bool:
+        """There are none."""
+        return False
+
     def observe(self, first: int, last: int) -> None:
         """There is no estimator."""
 
@@ -198,6 +220,12 @@ class RunningPolicy:
     def decide(self, first: int, last: int) -> None:
         """Command what the action says, in the worlds first .. last - 1."""
         self._carry_out(self._world.robots[first:last], self.minds[first:last])
+
+    def numbers_in(self, world: int, scenario: Any) -> None:  # noqa: ANN401 of its task
+        """There are no numbers."""
+
+    def renumber(self, world: int, numbers: None) -> None:
+        """There are no numbers."""
 
     def reset(self, world: int, seed: int) -> None:
         """Forget what was said."""

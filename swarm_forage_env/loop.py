@@ -16,7 +16,7 @@ import numpy as np
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, RunningController
 from swarm_forage_env.scene import Scene
-from swarm_forage_env.task import World, task_of
+from swarm_forage_env.task import World, check_fit, checked_worlds, consecutive, one_task
 
 
 class Loop:
@@ -39,19 +39,46 @@ class Loop:
         every number but how many robots there are.
         """
         scenarios = _one_each(scenario, seeds)
-        self.task = task_of(scenarios[0])
+        self.task = one_task(scenarios)
         self.world: World = self.task.world(scenarios, seeds, physics or self.task.physics)
         controllers = _one_each(controller, seeds)
         build = controllers[0].build
         self.controller: RunningController = build(self.world, seeds, controllers)
         self.threads = checked_threads(threads)
         self._chunks = chunks(self.world.n_worlds, self.threads)
-        self._begin(seeds)
+        self._begin(range(self.world.n_worlds), seeds)
 
-    def reset(self, seeds: Sequence[int]) -> None:
-        """Start every world anew, each from its seed."""
-        self.world.reset(seeds)
-        self._begin(seeds)
+    def reset(
+        self,
+        seeds: Sequence[int],
+        worlds: Sequence[int] | None = None,
+        scenarios: Any = None,  # noqa: ANN401 of its task
+    ) -> None:
+        """Start worlds anew, each from its seed: those of these indices, or all.
+
+        With `scenarios`, one for all of these worlds or one for each, they have other numbers from
+        now on. The other worlds go on untouched. ConfigError, before anything changes, for what
+        does not fit.
+        """
+        which = checked_worlds(worlds, self.world.n_worlds)
+        if scenarios is None:
+            self.world.reset(seeds, which)
+        else:
+            self._reset_under(_one_each(scenarios, which), seeds, which)
+        self._begin(which, seeds)
+
+    def _reset_under(
+        self, scenarios: Sequence[Any], seeds: Sequence[int], which: Sequence[int]
+    ) -> None:
+        """Start some worlds anew, each from its seed under another scenario."""
+        check_fit([self.world.scenarios[w] for w in which], scenarios)
+        numbers = [
+            self.controller.numbers_in(w, scenario)
+            for w, scenario in zip(which, scenarios, strict=True)
+        ]
+        self.world.reset(seeds, which, scenarios)
+        for w, each in zip(which, numbers, strict=True):
+            self.controller.renumber(w, each)
 
     def step(self) -> None:
         """One tick of every world.
@@ -60,6 +87,10 @@ class Loop:
         """
         self.controller.consult()
         self._run(self._step)
+
+    def step_worlds(self, first: int, last: int) -> None:
+        """One tick of the worlds first .. last - 1 alone, in which no rule in NumPy is asked."""
+        self._step(first, last)
 
     @property
     def exchange(self) -> Any:  # noqa: ANN401 of its task
@@ -77,10 +108,12 @@ class Loop:
             raise ConfigError(f"the task {self.task.name} has no drawing")
         return self.task.scene(self.world, self.controller.minds, which)
 
-    def _begin(self, seeds: Sequence[int]) -> None:
-        for world, seed in enumerate(seeds):
+    def _begin(self, which: Sequence[int], seeds: Sequence[int]) -> None:
+        """Let the controller forget some worlds, and take in what is sensed first."""
+        for world, seed in zip(which, seeds, strict=True):
             self.controller.reset(world, seed)
-        self._run(self.controller.observe)
+        for first, last in consecutive(which):
+            self.controller.observe(first, last)
 
     def _step(self, first: int, last: int) -> None:
         self.controller.decide(first, last)
@@ -126,10 +159,10 @@ def checked_threads(threads: Any) -> int:  # noqa: ANN401 whatever was given
     raise ConfigError(f"threads={threads!r}: must be a whole number, at least 1")
 
 
-def _one_each(given: Any, seeds: Sequence[int]) -> list[Any]:  # noqa: ANN401 scenarios or controllers
-    """One for each seed; ConfigError for a list of another length."""
+def _one_each(given: Any, worlds: Sequence[int]) -> list[Any]:  # noqa: ANN401 scenarios or controllers
+    """One for each world; ConfigError for a list of another length."""
     if not isinstance(given, list | tuple):
-        return [given] * len(seeds)
-    if len(given) != len(seeds):
-        raise ConfigError(f"{len(given)} given for {len(seeds)} worlds: must be one for each")
+        return [given] * len(worlds)
+    if len(given) != len(worlds):
+        raise ConfigError(f"{len(given)} given for {len(worlds)} worlds: must be one for each")
     return list(given)

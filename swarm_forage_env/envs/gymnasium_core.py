@@ -116,7 +116,7 @@ class JointEnvCore:
                 f"action of shape {given.shape[1:]}: must be {shape[1:]}; for each robot that"
                 f" learns, {names}"
             )
-        return given.reshape(-1, *self.env.action_space.shape)
+        return given.reshape(-1, *self.env.action_shape)
 
 
 def repeated(box: Box, times: int) -> Box:

@@ -4,13 +4,13 @@ from typing import Any, ClassVar
 
 import gymnasium as gym
 from gymnasium.spaces import Space, Tuple
-from gymnasium.utils import EzPickle
 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.envs.gymnasium_core import JointEnvCore
 from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.envs.render import render_modes
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
+from swarm_forage_env.task import World
 
 METADATA: dict[str, Any] = {
     name: parallel_env.metadata[name] for name in ("render_modes", "render_fps")
@@ -18,7 +18,7 @@ METADATA: dict[str, Any] = {
 """As of the PettingZoo environment."""
 
 
-class _SwarmEnv(gym.Env[Any, Any], EzPickle):
+class _SwarmEnv(gym.Env[Any, Any]):
     """One world of a block, in which the first robot learns, or all do."""
 
     metadata: dict[str, Any] = METADATA
@@ -26,20 +26,27 @@ class _SwarmEnv(gym.Env[Any, Any], EzPickle):
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401 as parallel_env
         """Make the environment; `reset` starts an episode."""
-        EzPickle.__init__(self, **options)
         self._core = core = JointEnvCore(1, self.single_learner, options)
         self.render_mode = core.render_mode
         self.metadata = {
             **self.metadata,
-            "render_modes": render_modes(core.env.world.scenario),
+            "render_modes": render_modes(self.scenario),
         }
-        self.world = core.env.world
-        self.scenario = core.env.world.scenario
         self.max_cycles = core.env.max_cycles
         self.observation_layout = core.env.observation_layout
         self.action_layout = core.env.action_layout
         self.observation_space: Space[Any] = core.observation_space
         self.action_space: Space[Any] = core.action_space
+
+    @property
+    def world(self) -> World:
+        """The worlds of the robots: their records are the truth."""
+        return self._core.env.world
+
+    @property
+    def scenario(self) -> Any:  # noqa: ANN401 of any task
+        """The scenario of the first world's episode."""
+        return self.world.scenario
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -112,7 +119,7 @@ class TupleEnv(_SwarmEnv):
         super().__init__(discrete=discrete, **options)
         env = self._core.env
         self.n_agents = len(self._core.learners)
-        self._core.action_shape = (self.n_agents, *env.action_space.shape)
+        self._core.action_shape = (self.n_agents, *env.action_shape)
         self.action_space = Tuple([env.action_space] * self.n_agents)
         self.observation_space = Tuple([env.observation_space] * self.n_agents)
 

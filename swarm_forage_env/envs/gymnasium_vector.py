@@ -8,14 +8,16 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
-from swarm_forage_env.envs.array_env import Seeds, checked_seeds
+from swarm_forage_env.envs.episodes import Seeds, checked_seeds
 from swarm_forage_env.envs.gymnasium_core import JointEnvCore
 from swarm_forage_env.envs.gymnasium_env import METADATA
 from swarm_forage_env.envs.render import render_modes
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.random_streams import drawn_seed
+from swarm_forage_env.task import World
 
 VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
+
 
 class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
     """Worlds side by side, equal to so many single environments, step for step and bit for bit.
@@ -46,8 +48,6 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
                 core.env.max_cycles, _count("max_episode_steps", max_episode_steps)
             )
         self.render_mode = core.render_mode
-        self.world = core.env.world
-        self.scenario = core.env.world.scenario
         self.metadata = {
             **self.metadata,
             "render_modes": render_modes(self.scenario),
@@ -63,6 +63,16 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         self._rngs, self._rng_seeds = map(
             list, zip(*(seeding.np_random() for _ in range(self.num_envs)), strict=True)
         )
+
+    @property
+    def world(self) -> World:
+        """The worlds of the robots: their records are the truth."""
+        return self._core.env.world
+
+    @property
+    def scenario(self) -> Any:  # noqa: ANN401 of any task
+        """The scenario of the first world's episode."""
+        return self.world.scenario
 
     def reset(
         self, *, seed: Seeds = None, options: dict[str, Any] | None = None

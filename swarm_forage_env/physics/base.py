@@ -23,8 +23,8 @@ class Physics(Protocol):
         """
         ...
 
-    def reset(self, world: int) -> None:
-        """Forget what the engine remembers of one world's past."""
+    def reset(self, world: int, scenario: Scenario) -> None:
+        """Forget what the engine remembers of one world's past; go by this scenario from now on."""
         ...
 
 

@@ -42,7 +42,7 @@ class Rigid:
         self._read: Float64[Array, "worlds numbers"] = np.zeros((n_worlds, 6 * n_bodies + 16))
         self._one_at_a_time = threading.Lock()
         """Held by the thread that is in pymunk, which lets go of Python's own at every call."""
-        self._scenarios = tuple(scenarios)
+        self._scenarios = list(scenarios)
         self._spaces = [_space(scenario) for scenario in scenarios]
         self._buffers = [
             (_buffer(self._written[w]), _buffer(self._read[w])) for w in range(n_worlds)
@@ -61,9 +61,10 @@ class Rigid:
                 get_space_bodies(space, _READ, read)
         read_bodies(self._read, self._touching, first, last, robots, worlds)
 
-    def reset(self, world: int) -> None:
+    def reset(self, world: int, scenario: Scenario) -> None:
         """Start from a new space: the old one keeps the impulses of its last contacts."""
-        self._spaces[world] = _space(self._scenarios[world])
+        self._scenarios[world] = scenario
+        self._spaces[world] = _space(scenario)
 
 
 def _space(scenario: Scenario) -> pymunk.Space:

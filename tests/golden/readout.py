@@ -13,16 +13,17 @@ import numpy as np
 import baselines.controllers
 import baselines.oracles.controllers  # noqa: F401
 import training.controllers  # noqa: F401 all three enter their controllers
-from swarm_forage_env import parallel_env
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.gymnasium_env import LearnerEnv
+from swarm_forage_env.envs.registration import keywords_of
 from swarm_forage_env.foraging.views import received
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.swarm_forage_v0 import parallel_env
 from swarm_forage_env.task import task_of
 from swarm_forage_env.waypoints.views import estimated_pose_of
 
@@ -31,7 +32,12 @@ Readout = dict[str, bytes]
 WORDS = 12
 """Numbers in a message, as `words_of` writes them."""
 
-ENVIRONMENTS = {"parallel": parallel_env, "learner": LearnerEnv}
+ENVIRONMENTS = {
+    "parallel": parallel_env,
+    "learner": lambda scenario, **options: LearnerEnv(
+        scenario=scenario, **keywords_of(0, scenario), **options
+    ),
+}
 
 
 def controllers_of(scenario: str) -> list[str]:
@@ -235,7 +241,8 @@ class Environment:
         - infos: f8 (learners, names), names in order of the alphabet
         - state: f4 (numbers); not of a single learner
         """
-        logged = [[info[name] for name in sorted(info)] for info in infos.values()]
+        names = sorted(set(next(iter(infos.values()))) - {"unshaped_reward"})  # since version 1
+        logged = [[info[name] for name in names] for info in infos.values()]
         read = {
             "observations": packed("f4", np.stack(list(observations.values()))),
             "rewards": packed("f8", list(rewards.values())) + packed("u1", self.is_over),

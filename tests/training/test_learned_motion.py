@@ -8,7 +8,7 @@ import torch
 from numpy.testing import assert_allclose, assert_array_equal
 
 from baselines.motion.subsumption import SubsumptionParameters
-from swarm_forage_env.envs.make import make_array_env
+from swarm_forage_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.foraging.views import WeightingInput
@@ -33,18 +33,21 @@ LAYOUT = observation_layout("motion", SCENARIO)
 
 
 def environment(learn, seeds):
-    return make_array_env(seeds, {"learn": learn, "physics": "kinematic"}, SCENARIO, "ssgiff")
+    options = {"physics": "kinematic", "action": "wheels", "normalise": False}
+    return ArrayEnv(SCENARIO, len(seeds), "ssgiff", learn=learn, decision_period=1, **options)
 
 
 @pytest.fixture(scope="module")
 def observed():
     """Observations of a run in which robots wander, meet and know areas."""
     env = environment("motion", [1, 2])
-    seen = [env.reset([1, 2])]
+    rows = len(LAYOUT)
+    seen = [env.reset([1, 2])[0].reshape(-1, rows)]
     motion = ArrayMotion(SubsumptionParameters().layer(SCENARIO), SCENARIO, [1, 2])
     for _ in range(600):
         situation = env.observation_layout.situation(seen[-1])
-        seen.append(env.step(motion(situation))[0])
+        wheels = motion(situation).reshape(2, -1, 2)
+        seen.append(env.step(wheels)[0].reshape(-1, rows))
     return np.concatenate(seen)
 
 
@@ -173,7 +176,7 @@ def test_acts_without_effect_teach_the_actor_nothing(learn):
     policy = LayerActorCriticPolicy(
         layout.box(), space, lambda _: 1e-3, layout=layout, layers=layers
     )
-    idle = torch.from_numpy(env.reset([1]))
+    idle = torch.from_numpy(env.reset([1])[0][0])
     names = list(layout.names)
     if "motion" in layers:
         idle[:, names.index("situation.talking")] = 1.0
