@@ -55,7 +55,7 @@ GROUP = "epuck"
 OBSERVATION, ACTION, VALUE = (GROUP, "observation"), (GROUP, "action"), (GROUP, "state_value")
 REWARD, RETURN = (GROUP, "reward"), (GROUP, "episode_reward")
 N_WORLDS = 16
-LEARNING_RATE = 3e-4
+LEARNING_RATE = 1e-3
 
 
 def make_env(seed: int, **options: Any) -> TransformedEnv:
@@ -126,7 +126,7 @@ def make_loss(policy: ProbabilisticActor, critic: TensorDictModule) -> ClipPPOLo
         policy,
         critic,
         clip_epsilon=0.2,
-        entropy_coeff=0.001,
+        entropy_coeff=0.0,
         normalize_advantage=True,
         normalize_advantage_exclude_dims=(-1,),  # one scale for all robots; the last axis is of 1
     )

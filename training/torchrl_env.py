@@ -11,14 +11,11 @@ from torchrl.data import Bounded, Categorical, Composite, OneHot, TensorSpec, Un
 from torchrl.envs import EnvBase
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.envs.array_env import ArrayEnv, Infos, checked_seeds
+from swarm_forage_env.envs.array_env import ArrayEnv, Infos
+from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.render import Frame, title_of
-from swarm_forage_env.interface import Controller
 from swarm_forage_env.rendering.viewer import Viewer, check_render_mode
 from swarm_forage_env.task import stage_of
-
-OF_STEP = ("unshaped_reward",)
-"""What a step tells of each learner beside what the task logs."""
 
 
 class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
@@ -42,7 +39,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         self,
         scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
         n_worlds: int = 1,
-        controller: str | Controller | None = None,
+        controller: Any = None,  # noqa: ANN401 a name, a controller, or one for each robot
         seed: int | None = None,
         stagger: bool = False,
         return_state: bool = True,
@@ -124,7 +121,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         done = torch.from_numpy(env.is_over)[:, None]
         never = torch.zeros_like(done)
         info = dict(zip(env.infos, _float(env.log()).unbind(-1), strict=True))
-        info |= {name: _float(told[name]) for name in OF_STEP}
+        info |= {name: self._of_robots(numbers) for name, numbers in told.items()}
         group = {
             "observation": torch.from_numpy(observations),
             "info": TensorDict(info, per_robot, device=device),
@@ -137,11 +134,16 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
             found["state"] = torch.from_numpy(env.state())
         return TensorDict(found, self.batch_size, device=device)
 
+    def _of_robots(self, numbers: Array) -> Tensor:
+        """Numbers of each robot; of a world, those of all of its robots."""
+        found = _float(numbers)
+        return found if found.ndim > 1 else found[:, None].expand(self._per_robot)
+
     def _make_specs(self) -> None:
         """What goes in and comes out, with its bounds."""
         env, worlds, per_robot = self.array_env, self.batch_size, self._per_robot
         one = Unbounded(shape=per_robot)
-        info = {name: one.clone() for name in (*env.infos, *OF_STEP)}
+        info = {name: one.clone() for name in (*env.infos, *_of_step(env))}
         seen = _spec(env.observation_space, per_robot)
         observed = {"observation": seen, "info": Composite(info, shape=per_robot)}
         told: dict[str, TensorSpec] = {self.group: Composite(observed, shape=per_robot)}
@@ -164,6 +166,12 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
 
 
 _ENDS = ("done", "terminated", "truncated")
+
+
+def _of_step(env: ArrayEnv) -> tuple[str, ...]:
+    """The names of what a step tells beside what the task logs."""
+    acts = ("acts",) if env.config.step_on == "exchange" else ()
+    return ("unshaped_reward", *acts, *env.episodes.drawn)
 
 
 def _ends(done: Tensor, never: Tensor) -> dict[str, Any]:
