@@ -45,7 +45,7 @@ class SwarmForageClass(TaskClass):  # type: ignore[misc]
     """
 
     def get_env_fun(
-        self, num_envs: int, continuous_actions: bool, seed: int | None, device: Any
+        self, num_envs: int, continuous_actions: bool, seed: int | None, device: torch.device | str
     ) -> Callable[[], EnvBase]:
         """A function that makes one block of `num_envs` worlds.
 
@@ -188,7 +188,7 @@ class _FromFiles(Task):  # type: ignore[misc]
         return SwarmForageClass(self.name, _read(file))
 
 
-SwarmForageTask = _FromFiles(  # type: ignore[call-arg]
+SwarmForageTask = _FromFiles(
     "SwarmForageTask",
     {file.stem.upper(): None for file in sorted(FOLDER.glob("*.yaml"))},
     module=__name__,
@@ -198,7 +198,10 @@ SwarmForageTask = _FromFiles(  # type: ignore[call-arg]
 task_config_registry |= {f"swarm_forage/{task.name.lower()}": task for task in SwarmForageTask}
 
 
-def settings(task: TaskClass, **changes: Any) -> ExperimentConfig:
+def settings(
+    task: TaskClass,
+    **changes: Any,  # noqa: ANN401 fields of ExperimentConfig
+) -> ExperimentConfig:
     """BenchMARL's settings of an experiment with ours, the task's discount, and these changes.
 
     Ours are those of `conf/experiment/swarm_forage.yaml`.

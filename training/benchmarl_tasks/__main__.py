@@ -8,7 +8,7 @@ from omegaconf import DictConfig
 from training.benchmarl_tasks import EpisodeMetrics
 
 
-@hydra.main(version_base=None, config_path="conf", config_name="config")
+@hydra.main(version_base=None, config_path="conf", config_name="config")  # type: ignore[untyped-decorator]
 def main(config: DictConfig) -> None:
     """Run one experiment; results go to Hydra's folder of outputs."""
     task = HydraConfig.get().runtime.choices.task
