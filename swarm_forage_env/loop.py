@@ -6,8 +6,9 @@ At the cut a learner writes `world.robots["action"]`, which takes the place of a
 """
 
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -15,14 +16,33 @@ import numpy as np
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, RunningController
+from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import World, check_fit, checked_worlds, consecutive, one_task
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A block of worlds and its controller in mid-episode: what the next ticks depend on.
+
+    Later ticks do not change it. It can be pickled, and restored in another process.
+    """
+
+    kind: tuple[str, str, str, int, int]
+    """Task, engine and controller; how many worlds, and robots in each."""
+
+    world: Mapping[str, Any]
+    """What the worlds were."""
+
+    controller: Any
+    """What the robots believed and remembered, with the numbers of their layers."""
 
 
 class Loop:
     """A block of worlds and the controller of all their robots, in turn.
 
-    The result does not depend on the number of threads: each runs its own worlds.
+    The result does not depend on the number of threads: each runs its own worlds. A copy, by
+    `copy.deepcopy` or by pickle, goes on from the same tick, bit for bit.
     """
 
     def __init__(
@@ -36,13 +56,17 @@ class Loop:
         """One world for each seed, sensed and about to move.
 
         `scenario` and `controller` are one for all worlds or one for each; they may differ in
-        every number but how many robots there are.
+        every number but how many robots there are. Robots of different controllers in one world
+        are a `MixedController`.
         """
         scenarios = _one_each(scenario, seeds)
         self.task = one_task(scenarios)
-        self.world: World = self.task.world(scenarios, seeds, physics or self.task.physics)
+        self.physics = physics or self.task.physics
+        self.world: World = self.task.world(scenarios, seeds, self.physics)
         controllers = _one_each(controller, seeds)
-        build = controllers[0].build
+        mixed = (each for each in controllers if isinstance(each, MixedController))
+        leader = next(mixed, controllers[0])
+        self._controllers, self._name, build = controllers, str(leader.name), leader.build
         self.controller: RunningController = build(self.world, seeds, controllers)
         self.threads = checked_threads(threads)
         self._chunks = chunks(self.world.n_worlds, self.threads)
@@ -92,6 +116,40 @@ class Loop:
         """One tick of the worlds first .. last - 1 alone, in which no rule in NumPy is asked."""
         self._step(first, last)
 
+    def snapshot(self) -> Snapshot:
+        """All that the next ticks depend on, to be restored any number of times."""
+        return Snapshot(self._kind, self.world.snapshot(), self.controller.snapshot())
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on as when the snapshot was taken, bit for bit, with the scenarios of then.
+
+        ConfigError if it is of a block of another kind or of other sizes.
+        """
+        if snapshot.kind != self._kind:
+            there, here = (_KIND.format(*kind) for kind in (snapshot.kind, self._kind))
+            raise ConfigError(f"a snapshot of {there}, cannot be restored in {here}")
+        scenarios = snapshot.world["scenarios"]
+        check_fit(self.world.scenarios, scenarios)
+        self.world.restore(snapshot.world)
+        self.controller.restore(snapshot.controller)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What makes the same loop again, and how it stands."""
+        made_by = self._controllers, self.physics, self.threads
+        return {"made_by": made_by, "snapshot": self.snapshot()}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        """The same loop again, compiled anew, which goes on where it was."""
+        controllers, physics, threads = state["made_by"]
+        scenarios = list(state["snapshot"].world["scenarios"])
+        Loop.__init__(self, scenarios, controllers, range(len(scenarios)), physics, threads)
+        self.restore(state["snapshot"])
+
+    @property
+    def _kind(self) -> tuple[str, str, str, int, int]:
+        world = self.world
+        return self.task.name, self.physics, self._name, world.n_worlds, world.n_robots
+
     @property
     def exchange(self) -> Any:  # noqa: ANN401 of its task
         """What the weighting layer of every robot sees, a row for each."""
@@ -127,9 +185,16 @@ class Loop:
         """
         own, *others = self._chunks
         waiting = [pool(self.threads).submit(work, *chunk) for chunk in others]
-        work(*own)
-        for each in waiting:
-            each.result()
+        try:
+            work(*own)
+            for each in waiting:
+                each.result()
+        except BaseException:
+            wait(waiting)  # no thread may go on in these worlds when the error is told
+            raise
+
+
+_KIND = "the task {}, engine {}, controller {}, {} worlds of {} robots"
 
 
 @cache

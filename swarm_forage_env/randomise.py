@@ -102,11 +102,8 @@ def _corners(ranges: Mapping[str, tuple[Number, Number]]) -> Iterator[dict[str, 
     for name, pair in ranges.items():
         for end in pair:
             yield {name: end}
-    together = (
-        product(*ranges.values())
-        if len(ranges) <= MOST_TOGETHER
-        else zip(*ranges.values(), strict=True)
-    )
+    every, ends_alike = product(*ranges.values()), zip(*ranges.values(), strict=True)
+    together = every if len(ranges) <= MOST_TOGETHER else ends_alike
     for ends in together:
         yield dict(zip(ranges, ends, strict=True))
 

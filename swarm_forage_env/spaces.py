@@ -195,6 +195,7 @@ class ObservationWriter:
 
     def __init__(self, layout: ObservationLayout, rows: int) -> None:
         """The matrix of a layout for so many robots."""
+        self._layout = layout
         self._matrix = np.zeros((rows, len(layout)), np.float32)
         self._views = {
             part: [
@@ -202,6 +203,10 @@ class ObservationWriter:
             ]
             for part in layout.parts
         }
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy has a matrix of its own, and its parts are parts of that."""
+        return type(self), (self._layout, len(self._matrix))
 
     def write(self, parts: Mapping[str, Any]) -> Float32[Array, "rows numbers"]:
         """A fresh matrix of observations."""

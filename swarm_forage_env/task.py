@@ -6,6 +6,7 @@ folder whose module enters a `Task` in `TASKS`, and its scenarios in `SCENARIOS`
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import Any, Protocol
@@ -19,7 +20,7 @@ from swarm_forage_env.interface import Controller, Kernel
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.random_streams import checked_seed
-from swarm_forage_env.record import Record, rows
+from swarm_forage_env.record import Record, rows, under_the_one_dtype
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.scene import Scene, Stage
 
@@ -65,6 +66,14 @@ class World(Protocol):
 
     def tick(self, first: int, last: int) -> None:
         """Carry out the commands in the worlds first .. last - 1."""
+        ...
+
+    def snapshot(self) -> dict[str, Any]:
+        """All that the next ticks depend on, as copies, picklable; among it `scenarios`."""
+        ...
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on as when that snapshot was taken; arrays keep their place in memory."""
         ...
 
 
@@ -152,6 +161,30 @@ class Block(ABC):
     @abstractmethod
     def sense_first(self, first: int = 0, last: int | None = None) -> None:
         """Sense before the first tick, in the worlds first .. last - 1."""
+
+    def snapshot(self) -> dict[str, Any]:
+        """All that the next ticks depend on: copies of all arrays, and the scenarios."""
+        arrays = {name: each.copy() for name, each in self._arrays().items()}
+        return {"scenarios": self.scenarios, **arrays}
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on as when that snapshot was taken; arrays keep their place in memory, if their size
+        is the same."""
+        arrays = self._arrays()
+        for name, each in kept.items():
+            if name in arrays and arrays[name].shape == each.shape:
+                arrays[name][...] = each
+            else:
+                setattr(self, name, copy(each))
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        """Arrays of records have the one dtype again that kernels know."""
+        vars(self).update(state)
+        for name, each in self._arrays().items():
+            setattr(self, name, under_the_one_dtype(each))
+
+    def _arrays(self) -> dict[str, Array]:
+        return {name: each for name, each in vars(self).items() if isinstance(each, np.ndarray)}
 
 
 def _n_robots(scenarios: Sequence[Any]) -> int:
@@ -269,6 +302,9 @@ class Task:
     residuals: tuple[str, ...] = ()
     """Those of them that can be learned as a correction of the hand-written motion."""
 
+    is_joint: bool = False
+    """Robots correct their estimates jointly, so that all of a swarm need the same estimator."""
+
     no_layers: Controller | None = None
     """What runs where a policy is everything; None: the task has no such policy."""
 
@@ -300,11 +336,20 @@ class Task:
     scene: Callable[[Any, Array, int], Scene] | None = None
     """What is drawn of one world, from a block of them, the minds of its robots and which."""
 
+    def __reduce__(self) -> tuple[Callable[[str], "Task"], tuple[str]]:
+        """A copy is the task itself, in another process the one of that name."""
+        return task_named, (self.name,)
+
 
 TASKS: Registry[Task] = Registry(
     "task", ("swarm_forage_env.foraging.task", "swarm_forage_env.waypoints.task")
 )
 """Tasks by name; the two built-in ones are imported when any is asked for."""
+
+
+def task_named(name: str) -> Task:
+    """The task of that name; UnknownNameError if there is none."""
+    return TASKS[name]
 
 
 def task_of(scenario: Any) -> Task:  # noqa: ANN401 whatever was given

@@ -1,6 +1,7 @@
 """ArrayEnv, the batch API: W worlds of N robots as arrays. Every API in this folder wraps it."""
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from typing import Any, cast
 
 import numpy as np
@@ -87,8 +88,9 @@ class ArrayEnv:
         self._hand_over()
         self._potential = self.task.potential(self.world)
         self._earned = EarnedInTick(self.world, self.task, parts.config.reward)
-        self._stepper = self._made_stepper()
+        self._frames: Array | None = None
         self.episodes = Episodes(self.loop, parts.scenario, parts.config.randomise)
+        self._stepper = self._made_stepper()
         self._describe(parts)
         self._remember()
 
@@ -149,13 +151,12 @@ class ArrayEnv:
         self._policy.act(self.world, self.loop.controller, self._learns, action)
         self._last_action[:, self._learns] = action
         before = self._potential() if self.config.shaping > 0.0 else None
-        earned = self._stepper.run(self.loop, self._earned)
+        earned = self._stepper.run(self._earned)
         unshaped = self._earned.credit(earned)
         rewards = unshaped
         if before is not None:
             added = shaping(before, self._potential(), self.config.discount, self.config.shaping)
             rewards = self._earned.credit(earned + added.reshape(earned.shape))
-        self._stepper.count(self.loop, self.episodes)
         infos = self._infos(self._of_learners(unshaped))
         never = np.zeros(self.n_worlds, np.bool_)
         return self._observe(), self._of_learners(rewards), never, self.is_over, infos
@@ -172,6 +173,36 @@ class ArrayEnv:
         found: Array = self.truth.log()
         of_robots = found.reshape(self.n_worlds, self.world.n_robots, -1)
         return np.asarray(self._of_learners(of_robots))
+
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        kept = self.episodes.snapshot(), self._last_action.copy(), copy(self._frames)
+        return self.loop.snapshot(), kept
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken, bit for bit.
+
+        ConfigError if it is of a block of another kind or of other sizes.
+        """
+        loop, (episodes, last_action, frames) = snapshot
+        if last_action.shape != self._last_action.shape or np.shape(frames) != np.shape(
+            self._frames
+        ):
+            raise ConfigError("restore(): the snapshot is of an environment of other options")
+        self.loop.restore(loop)
+        self.episodes.restore(episodes)
+        self._last_action[...] = last_action
+        self._frames = copy(frames)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What makes the same environment again, and how it stands."""
+        return {"made_by": self._made_by, "snapshot": self.snapshot()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the environment again, and let it go on where it was."""
+        scenario, n_worlds, controller, stagger, options = state["made_by"]
+        ArrayEnv.__init__(self, scenario, n_worlds, controller, stagger, **options)
+        self.restore(state["snapshot"])
 
     def _made_loop(self, parts: Parts) -> Loop:
         """The worlds, and who runs the robots."""
@@ -191,8 +222,8 @@ class ArrayEnv:
     def _made_stepper(self) -> Stepper:
         """What a step is."""
         if self.config.step_on == "exchange":
-            return Exchanges(self.loop, self._learns.tolist())
-        return Ticks(self.config.decision_period or 1)
+            return Exchanges(self.loop, self.episodes, self._learns.tolist())
+        return Ticks(self.loop, self.episodes, self.config.decision_period or 1)
 
     def _describe(self, parts: Parts) -> None:
         """Make the spaces, and what writes observations and the state."""
@@ -257,7 +288,7 @@ class ArrayEnv:
         return self._of_learners(seen)
 
     def _infos(self, unshaped: Float64[Array, "worlds learners"]) -> Infos:
-        acts = self._stepper.acts(self.loop)
+        acts = self._stepper.acts()
         told = {} if acts is None else {"acts": self._of_learners(acts).astype(np.float64)}
         drawn = {name: numbers.copy() for name, numbers in self.episodes.drawn.items()}
         return {"unshaped_reward": unshaped, **told, **drawn}

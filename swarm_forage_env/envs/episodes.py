@@ -1,6 +1,7 @@
 """Episodes of a block of worlds: their seeds, their numbers, and when each ends."""
 
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -94,6 +95,14 @@ class Episodes:
         """Let these episodes end one after the other, evenly spread over an episode's time."""
         share = np.arange(1, len(self.ends) + 1) / len(self.ends)
         self.ends[:] = np.maximum(1, np.ceil(share * self.ends))
+
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """What a later `restore` needs."""
+        return deepcopy((self.drawn, self.generators, self.steps, self.ends))
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken."""
+        self.drawn, self.generators, self.steps, self.ends = deepcopy(snapshot)
 
     def _base_of(self, options: Mapping[str, Any]) -> Any:  # noqa: ANN401 of any task
         """The scenario of an episode under some options; ConfigError for what does not fit it."""

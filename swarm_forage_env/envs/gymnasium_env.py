@@ -1,8 +1,10 @@
 """The environment as Gymnasium wants it: `LearnerEnv`, `JointEnv`, `TupleEnv`."""
 
+from copy import copy, deepcopy
 from typing import Any, ClassVar
 
 import gymnasium as gym
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.spaces import Space, Tuple
 
 from swarm_forage_env.arrays import Array, Float32, Float64
@@ -23,6 +25,7 @@ class _SwarmEnv(gym.Env[Any, Any]):
 
     metadata: dict[str, Any] = METADATA
     single_learner: ClassVar[bool] = False
+    _spec: EnvSpec | None = None
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401 as parallel_env
         """Make the environment; `reset` starts an episode."""
@@ -37,6 +40,17 @@ class _SwarmEnv(gym.Env[Any, Any]):
         self.action_layout = core.env.action_layout
         self.observation_space: Space[Any] = core.observation_space
         self.action_space: Space[Any] = core.action_space
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What `gymnasium.make` made it of, and how long its episodes are."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = copy(spec)
+        if self._spec is not None and self._spec.max_episode_steps is None:
+            self._spec.max_episode_steps = self.max_cycles
 
     @property
     def world(self) -> World:
@@ -63,6 +77,19 @@ class _SwarmEnv(gym.Env[Any, Any]):
         observations, rewards, truncated = self._core.step([action])
         observation = self._shown(observations[0])
         return observation, self._reward(rewards), False, bool(truncated[0]), self._info()
+
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        return self._core.snapshot(), deepcopy(self.np_random)
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken, bit for bit.
+
+        ConfigError if it is of an environment of other options.
+        """
+        core, generator = snapshot
+        self._core.restore(core)
+        self.np_random = deepcopy(generator)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
         """The frame of this moment as rows of red, green and blue; None where it is on the screen.

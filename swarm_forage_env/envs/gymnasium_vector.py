@@ -1,5 +1,6 @@
 """Worlds in one block of arrays, as Gymnasium vector environments: one learner in each, or all."""
 
+from copy import deepcopy
 from typing import Any, ClassVar
 
 import numpy as np
@@ -124,6 +125,19 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
     def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
         """The seed of each of them."""
         return tuple(self._rng_seeds)
+
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        return self._core.snapshot(), deepcopy(self._rngs)
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken, bit for bit.
+
+        ConfigError if it is of an environment of other options.
+        """
+        core, generators = snapshot
+        self._core.restore(core)
+        self._rngs = deepcopy(generators)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
         """A frame of each world, as rows of red, green and blue.

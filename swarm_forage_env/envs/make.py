@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.controllers import Controllers, find_controllers
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller
@@ -25,7 +25,7 @@ class Parts:
 
 def checked_parts(
     scenario: Any,  # noqa: ANN401 a name, a file or a scenario of any task
-    controller: str | Controller | None,
+    controller: Controllers | None,
     options: Mapping[str, Any],
 ) -> Parts:
     """What the keywords of `parallel_env` stand for.
@@ -38,7 +38,7 @@ def checked_parts(
     overrides = {name: value for name, value in options.items() if name not in own}
     chosen = _overridden(scenario, overrides)
     task = task_of(chosen)
-    found = find_controller(controller or task.controller)
+    found = find_controllers(controller, chosen)
     _check_learns(config, task)
     if controller is not None and config.learn == "everything":
         _refuse(found, "none runs where learn='everything'; leave it out, or learn 'motion'")
@@ -99,9 +99,7 @@ def _check_exchanges(config: EnvConfig) -> None:
     if config.decision_period not in (None, 1):
         raise ConfigError("step_on='exchange': goes with no decision_period; leave it out")
     if not isinstance(config.reward, str):
-        raise ConfigError(
-            "step_on='exchange': worlds run on their own; take reward='own' or 'team'"
-        )
+        raise ConfigError("step_on='exchange': goes with reward='own' or 'team' alone")
 
 
 def _check_shares_a_language(config: EnvConfig) -> None:

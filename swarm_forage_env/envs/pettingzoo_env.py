@@ -137,6 +137,19 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         self._started()
         return np.asarray(self.array_env.state()[0])
 
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        return self.array_env.snapshot(), list(self.agents), self._cycles
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken, bit for bit.
+
+        ConfigError if it is of an environment of other options.
+        """
+        of_array, agents, self._cycles = snapshot
+        self.array_env.restore(of_array)
+        self.agents = list(agents)
+
     def observation_space(self, agent: str) -> Space[Any]:
         """The space of an agent's observations, the same object each time."""
         return self._space_of(agent, self.observation_spaces)

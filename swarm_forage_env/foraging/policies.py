@@ -212,9 +212,11 @@ class Writer:
 
     def __call__(self, world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
         """Write the observations of all robots."""
-        minds = controller.minds
-        own = minds["estimator"] if "estimator" in minds.dtype.names else minds
-        self.write(world.robots, own, world.scenario.slots, out)
+        self.write(world.robots, controller.minds["estimator"], world.scenario.slots, out)
+
+
+def _observe_readings(world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
+    write_readings(world.robots, controller.minds, world.scenario.slots, out)
 
 
 def _encounter(bounds: Bounds) -> Groups:
@@ -308,7 +310,7 @@ LEARNABLE = {
     "everything": PolicyInterface(
         Layout((*SPEEDS, SPEAK, *SAID)),
         _raw,
-        Writer(write_readings),
+        _observe_readings,
         _do_everything,
         (),
         {},

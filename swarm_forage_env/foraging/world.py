@@ -1,7 +1,7 @@
 """ForagingWorld: a block of worlds in which robots forage, as structured arrays."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -111,6 +111,15 @@ class ForagingWorld(Block):
         self._physics.move(self.robots, self.worlds, self.near, first, last)
         most = tick(self.robots, self.worlds, self.near, self._cells, first, last)
         self._check_room(most)
+
+    def snapshot(self) -> dict[str, Any]:
+        """All that the next ticks depend on: arrays, scenarios, and what the engine remembers."""
+        return super().snapshot() | {"_physics": self._physics.snapshot()}
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on as when that snapshot was taken."""
+        super().restore({name: each for name, each in kept.items() if name != "_physics"})
+        self._physics.restore(kept["_physics"], self.scenarios)
 
     def _check_room(self, most: int) -> None:
         if most > self.near.shape[2] - FIRST:

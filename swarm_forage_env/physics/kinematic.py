@@ -23,3 +23,9 @@ class Kinematic:
 
     def reset(self, world: int, scenario: Scenario) -> None:
         """There is nothing to forget."""
+
+    def snapshot(self) -> None:
+        """There is nothing to remember."""
+
+    def restore(self, kept: None, scenarios: Sequence[Scenario]) -> None:
+        """There is nothing to remember."""

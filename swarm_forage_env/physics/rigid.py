@@ -10,6 +10,7 @@ from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 from swarm_forage_env.arrays import Array, Bool, Float64
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.physics.base import ENGINES
+from swarm_forage_env.physics.contact_memory import ContactMemory, recall, remembered
 from swarm_forage_env.physics.pymunk_buffers import read_bodies, write_bodies
 
 SUBSTEPS = 2
@@ -65,6 +66,26 @@ class Rigid:
         """Start from a new space: the old one keeps the impulses of its last contacts."""
         self._scenarios[world] = scenario
         self._spaces[world] = _space(scenario)
+
+    def snapshot(self) -> list[ContactMemory]:
+        """What the space of each world remembers."""
+        return [remembered(space) for space in self._spaces]
+
+    def restore(self, kept: Sequence[ContactMemory], scenarios: Sequence[Scenario]) -> None:
+        """Go on in new spaces that remember the same."""
+        for world, (memory, scenario) in enumerate(zip(kept, scenarios, strict=True)):
+            self.reset(world, scenario)
+            recall(self._spaces[world], memory)
+
+    def __getstate__(self) -> tuple[list[Scenario], list[ContactMemory]]:
+        """Scenarios and memories: spaces, buffers and lock are made anew from them."""
+        return self._scenarios, self.snapshot()
+
+    def __setstate__(self, state: tuple[list[Scenario], list[ContactMemory]]) -> None:
+        """The engine as it was."""
+        scenarios, kept = state
+        Rigid.__init__(self, scenarios)
+        self.restore(kept, scenarios)
 
 
 def _space(scenario: Scenario) -> pymunk.Space:

@@ -88,18 +88,18 @@ class ForagingLoop(Loop):
         """A tick; every message is composed in it, also one that nobody will hear."""
         running = self.controller
         running.decide(first, last)
-        self._compose_all(running.minds["estimator"], running._numbers)
+        self._compose_all(running.minds["estimator"], running._settings)
         self.words = words_of(rows(running.minds["estimator"]["message"]))
         self.known = rows(self.world.robots).report.known.copy()
         self.world.tick(first, last)
         running.observe(first, last)
 
 
-def compose_all(minds: Array, numbers: Array) -> None:
+def compose_all(minds: Array, settings: Array) -> None:
     """Write the messages of all robots. Free name: compose."""
     for w in range(minds.shape[0]):
         for i in range(minds.shape[1]):
-            compose(minds[w, i], numbers[w])
+            compose(minds[w, i], settings[w, i].estimator)
 
 
 def words_of(messages: Any) -> Any:

@@ -106,7 +106,7 @@ def test_of_many_ranges_the_ends_are_tried_alone_and_all_together():
     ranges = dict.fromkeys(names, (0.01, 0.02))
     assert len(ranges) > MOST_TOGETHER
     Randomisation(ES1, {**ranges, "loss_near": (0.0, 0.01)}).draw(1)
-    with pytest.raises(ConfigError, match=r"loss_near=0\.02: must be at most loss_far=0.01"):
+    with pytest.raises(ConfigError, match=r"loss_near=0\.02: must be at most"):
         Randomisation(ES1, {**ranges, "loss_near": (0.02, 0.02)})
     with pytest.raises(ConfigError, match=r"^randomise, at radio\.loss_far=0\.005: "):
         Randomisation(ES1, {**ranges, "loss_far": (0.005, 0.5)})

@@ -1,5 +1,7 @@
 """A learned motion: the same network in training and evaluation, whatever order it hears in."""
 
+import pickle
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +11,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env import ArrayEnv
+from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.foraging.views import WeightingInput
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.mixed import MixedController
+from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.spaces import ObservationWriter
 from training.actor_critic import LayerActorCriticPolicy, MotionActor, WeightingActor
@@ -185,3 +191,50 @@ def test_acts_without_effect_teach_the_actor_nothing(learn):
     log_prob.sum().backward()
     parameters = [*policy.mlp_extractor.actors.parameters(), policy.log_std]
     assert all(each.grad is None or not each.grad.any() for each in parameters)
+
+
+def test_a_learned_motion_is_copied_with_what_it_writes_to():
+    controller = find_controller("learned-motion:policy=motion-es1")
+    loop, twin = (Loop(find_scenario("es1"), controller, [3, 4], "kinematic") for _ in range(2))
+    assert loop.controller.has_rules
+    for _ in range(30):
+        loop.step()
+        twin.step()
+    copies = deepcopy(loop), pickle.loads(pickle.dumps(loop))
+    for _ in range(60):
+        for each in (twin, *copies):
+            each.step()
+    for each in copies:
+        assert_array_equal(each.world.robots["pose"], twin.world.robots["pose"])
+
+
+class Network:
+    """A motion that runs a network of given weights."""
+
+    def __init__(self, weights):
+        self._weights = weights
+
+    def start(self, scenario, seeds):
+        return NetworkMotion(self._weights, scenario, len(seeds))
+
+
+def test_two_networks_and_a_hand_written_motion_in_one_swarm_steer_their_own_robots(actor):
+    weights = actor.to_numpy()
+    turned = {**weights, "wheels.weight": -weights["wheels.weight"]}
+    compiled = CONTROLLERS["ssgiff"]
+    one, other = (replace(compiled, motion=Network(each)) for each in (weights, turned))
+    loop = Loop(SCENARIO, MixedController((one, other, compiled, one)), [1, 2], "kinematic")
+    networks = [NetworkMotion(each, SCENARIO, 2) for each in (weights, turned)]
+    for _ in range(200):
+        expected = [network(loop.situation) for network in networks]
+        loop.step()
+        wheels = loop.world.state.command.wheels
+        assert_array_equal(wheels[[0, 3, 4, 7]], expected[0][[0, 3, 4, 7]])
+        assert_array_equal(wheels[[1, 5]], expected[1][[1, 5]])
+        assert np.any(expected[0] != expected[1])
+    uniform = Loop(SCENARIO, compiled, [1, 2], "kinematic")
+    loop.reset([1, 2])
+    for each in (loop, uniform):
+        each.step()
+    wheels = (each.world.state.command.wheels[[2, 6]] for each in (loop, uniform))
+    assert_array_equal(*wheels)

@@ -1,5 +1,7 @@
 """The waypoints world: one seed is one trajectory, a world in a block is the world alone."""
 
+import pickle
+from copy import deepcopy
 from itertools import product
 
 import numpy as np
@@ -362,3 +364,21 @@ def test_a_world_is_not_reset_with_other_numbers_of_robots():
     with pytest.raises(ConfigError, match=r"task\.n_robots=7 .* was made with 5"):
         block.reset([1], [1], find_scenario("waypoints-05", {"n_robots": 7}))
     assert block.world.robots.tobytes() == before
+
+
+@every_estimator
+def test_a_copy_and_a_snapshot_go_on_bit_for_bit(estimator, setting):
+    loop, twin = (running([4, 9], estimator, setting) for _ in range(2))
+    for _ in range(20):
+        loop.step()
+        twin.step()
+    kept, copies = loop.snapshot(), [deepcopy(loop), pickle.loads(pickle.dumps(loop))]
+    for _ in range(20):
+        for each in (loop, twin, *copies):
+            each.step()
+    for _ in range(2):
+        for each in (loop, *copies):
+            assert_same(everything(each, 1), everything(twin, 1))
+        loop.restore(kept)
+        for _ in range(20):
+            loop.step()
