@@ -83,14 +83,15 @@ def configure(seed: int, worlds: int, decisions: int, **options: Any) -> PPOConf
     )
 
 
-def train(algorithm: Any, robot_steps: int, n_robots: int) -> None:
-    """Train for so many ticks of single robots, and print the return of the swarm."""
-    done = 0
+def train(algorithm: Any, robot_steps: int) -> None:
+    """Train for so many ticks of single robots, and print how many round trips they make."""
+    env, done = algorithm.env_runner.env.env, 0
     while done < robot_steps:
         told = algorithm.train()["env_runners"]
-        done = int(told["num_env_steps_sampled_lifetime"]) * n_robots * PERIOD
-        score = told.get("episode_return_mean", float("nan"))
-        print(f"{done:10,} robot-steps: return of a swarm {score:8.2f}", flush=True)
+        done = int(told["num_env_steps_sampled_lifetime"]) * len(env.learners) * PERIOD
+        trips = env.world.robots["round_trips"].sum(axis=1).mean()
+        share = env.share_gone[0]
+        print(f"{done:10,} robot-steps: {trips:6.1f} round trips in {share:4.0%} of an episode")
 
 
 def compare(module: RLModule, episodes: int) -> dict[str, float]:
@@ -128,7 +129,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     chosen = parser.parse_args(arguments)
     ray.init(num_cpus=1, include_dashboard=False, ignore_reinit_error=True)
     algorithm = configure(chosen.seed, worlds=8, decisions=128).build_algo()
-    train(algorithm, chosen.robot_steps, n_robots=10)
+    train(algorithm, chosen.robot_steps)
     algorithm.save_to_path(chosen.out.resolve())
     compare(algorithm.get_module("robot"), chosen.episodes)
     algorithm.stop()
