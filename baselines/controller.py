@@ -6,7 +6,7 @@ from typing import Any
 
 from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
-from baselines.running import RunningLayers
+from baselines.running import RunningLayers, functions_of
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Part, leaves, override, resolve, validated
@@ -106,6 +106,24 @@ class LayeredController:
         ConfigError if a layer is not made for such a world.
         """
         self.check_supports(world.scenario)
+        return RunningLayers(world, seeds, [[own] * world.n_robots for own in each])
+
+    def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
+        """What its robots understand: those of equal languages have estimators of one kind.
+
+        Where estimates are corrected jointly, of the same numbers too.
+        """
+        layer = self.estimator.layer(scenario)
+        numbers = layer.numbers if task_of(scenario).is_joint else None
+        return functions_of(layer), numbers
+
+    def build_team(
+        self,
+        world: Any,  # noqa: ANN401 of any task
+        seeds: Sequence[int],
+        each: Sequence[Sequence[Any]],
+    ) -> RunningLayers:
+        """The running controller of some robots, worlds by robots; None for one of another's."""
         return RunningLayers(world, seeds, each)
 
     def check_usable(self, scenario: Any) -> None:  # noqa: ANN401 of any task

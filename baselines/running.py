@@ -1,119 +1,290 @@
-"""The running controller: the layers of all robots of a block of worlds, compiled together."""
+"""The running controller: the layers of all robots of a block of worlds, compiled together.
 
-from collections.abc import Sequence
-from dataclasses import fields
+Robots whose estimators have the same functions are a team: they understand each other's messages.
+Those of a team whose weighting and motion have the same functions too are a squad: one kernel
+decides for them. All robots of one controller are a team of one squad.
+"""
+
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
+from baselines.settings import LAYERS, Crew, Layers, Members, settings_of
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP, RULE, EstimatorLayer, MotionLayer, WeightingLayer
 from swarm_forage_env.random_streams import streams
-from swarm_forage_env.record import numbers_record, record_dtype
+from swarm_forage_env.record import record_dtype
 from swarm_forage_env.task import task_of
 
 
+@dataclass
+class Squad:
+    """Robots whose layers have the same functions."""
+
+    members: Members
+    minds: Array
+    """The minds of their team, with their own memory of the motion."""
+
+    settings: Array
+    decide: Any
+    """The second half of a tick, compiled with their functions."""
+
+    motion: MotionLayer
+    weigh: Any
+    """Their weighting, if it is written in NumPy."""
+
+    steer: Any
+    """Their motion, if it is written in NumPy."""
+
+    is_last: bool
+    """No other robots of their team are decided after them."""
+
+    def reset(self, world: int, seed: int) -> None:
+        """Forget the motion of one world, and draw from this seed from now on."""
+        n_robots = len(self.members)
+        memory = self.motion.memory.array((n_robots,), robots=n_robots)
+        if "stream" in self.motion.memory.fields:
+            memory["stream"][:, 0] = streams([seed], n_robots, self.motion.noise)
+        self.minds["motion"][world, self.members] = memory[self.members]
+        if self.steer is not None:
+            self.steer.reset(world, seed)
+
+    def act(self, action: Array, layer: str, name: str, given: Float32[Array, "rows n"]) -> None:
+        """Write what a rule gives for the squad, where no learner acts."""
+        own = (action[layer] == KEEP) | (action[layer] == RULE)
+        own &= self.members
+        action[layer][own] = RULE
+        action[name][own] = given.reshape(action[name].shape)[own]
+
+
 class RunningLayers:
-    """Three layers, run on a block of worlds; each world has its own numbers.
+    """A team, run on a block of worlds; each robot of each world has its own numbers.
 
     Both the weight and the wheels of a tick are decided from what the robot knows after
     listening; what was heard is merged afterwards, and steers from the next tick on. So one
     observation holds all that either layer, or both, are shown.
     """
 
+    minds: Array
+
     def __init__(
         self,
         world: Any,  # noqa: ANN401 of any task
         seeds: Sequence[int],
-        controllers: Sequence[Any],
+        controllers: Sequence[Sequence[Any]],
     ) -> None:
-        """Put the layers of every world together; they differ in their numbers only."""
+        """Put the layers of every robot together: worlds by robots, None for one of another team.
+
+        A robot's controller differs from world to world in its numbers only.
+        """
         self._world, self._task = world, task_of(world.scenario)
-        each = [
-            _layers(controller, scenario)
-            for controller, scenario in zip(controllers, world.scenarios, strict=True)
+        self._controllers = controllers
+        crew = _crew(controllers, world.scenarios)
+        _check_alike(controllers, crew)
+        squads = _squads(controllers[0], crew[0])
+        leader = int(np.argmax(squads[0]))
+        self.estimator, self.weighting, self.motion = crew[0][leader]
+        self._first_crew = crew[0]
+        self._allocate(crew[0])
+        team: Members = np.any(squads, axis=0)
+        self._settings = settings_of(crew, ("estimator",), team)
+        self._observe = bind(self.estimator.observe, self.estimator.kernels)
+        self._squads = [
+            self._squad(controllers[0], crew, members, members is squads[-1], seeds)
+            for members in squads
         ]
-        _check_alike(controllers, each)
-        self.estimator, self.weighting, self.motion = each[0]
-        self._allocate()
-        self._layers = _numbers(each)
-        self._numbers = np.ascontiguousarray(self._layers["estimator"])
-        self._bind()
-        self._weigh = _rule(controllers[0].weighting, self, world)
-        self._steer = None
-        if _is_numpy_motion(self.motion):
-            self._steer = controllers[0].motion.start(world.scenario, seeds)
+
+    @property
+    def has_rules(self) -> bool:
+        """A layer is a rule in NumPy, which is asked about all worlds at once."""
+        return any(squad.steer is not None or squad.weigh is not None for squad in self._squads)
 
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
         self._observe(
-            self._world.records, self._estimators, self.shared, self._numbers, first, last
+            self._world.records, self._estimators, self.shared, self._settings, first, last
         )
 
     def consult(self) -> None:
         """Ask the rules written in NumPy; where a learner acts already they are not heard."""
         action = self._world.robots["action"]
-        if self._steer is not None:
-            situation = self._task.situation(self._world, self.minds)
-            _act(action, "motion", self._task.commanded, self._steer(situation))
-        if self._weigh is not None:
-            exchange = self._task.exchange(self._world, self.minds)
-            if exchange.valid.any():
-                _act(action, "weighting", "weight", self._weigh(exchange))
+        for squad in self._squads:
+            if squad.steer is not None:
+                situation = self._task.situation(self._world, self.minds)
+                squad.act(action, "motion", self._task.commanded, squad.steer(situation))
+            if squad.weigh is not None:
+                exchange = self._task.exchange(self._world, self.minds)
+                if exchange.valid.any():
+                    squad.act(action, "weighting", "weight", squad.weigh(exchange))
 
     def decide(self, first: int, last: int) -> None:
         """Write the next commands of the worlds first .. last - 1, and merge what was heard."""
-        self._decide(self._world.records, self.minds, self.shared, self._layers, first, last)
+        records = self._world.records
+        for squad in self._squads:
+            squad.decide(records, squad.minds, self.shared, squad.settings, first, last)
 
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world, and draw from this seed from now on."""
         self.estimator.mind.restart(self._estimators[world])
-        memory = self.minds["motion"][world]
-        self.motion.memory.restart(memory)
         self.shared[world] = 0.0
-        if "stream" in self.motion.memory.fields:
-            n_robots = self._world.n_robots
-            memory["stream"][:, 0] = streams([seed], n_robots, self.motion.noise)
-        if self._steer is not None:
-            self._steer.reset(world, seed)
+        for squad in self._squads:
+            squad.reset(world, seed)
 
-    def _allocate(self) -> None:
-        """Make the records of every robot."""
+    def numbers_in(self, world: int, scenario: Any) -> list[Array]:  # noqa: ANN401 of its task
+        """The numbers of one world's robots in another scenario: of the team, of each squad.
+
+        ConfigError if a layer is not made for it.
+        """
+        own = self._controllers[world]
+        crew = _crew([own], [scenario])
+        _check_alike([self._controllers[0], own], [self._first_crew, crew[0]])
+        team: Members = np.any([squad.members for squad in self._squads], axis=0)
+        return [
+            settings_of(crew, ("estimator",), team),
+            *(settings_of(crew, LAYERS, each.members, each.is_last) for each in self._squads),
+        ]
+
+    def renumber(self, world: int, numbers: Sequence[Array]) -> None:
+        """Go by these numbers in one world from now on."""
+        for settings, own in zip(self._all_settings, numbers, strict=True):
+            settings[world] = own[0]
+
+    def snapshot(self) -> dict[str, Any]:
+        """What every robot keeps, the numbers of every world, and what motions in NumPy keep."""
+        return {
+            "minds": self.minds.copy(),
+            "shared": self.shared.copy(),
+            "settings": [settings.copy() for settings in self._all_settings],
+            "motions": deepcopy([squad.steer for squad in self._squads]),
+        }
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on as when that snapshot was taken; arrays keep their place in memory."""
+        self.minds[...], self.shared[...] = kept["minds"], kept["shared"]
+        for settings, own in zip(self._all_settings, kept["settings"], strict=True):
+            settings[...] = own
+        for squad, motion in zip(self._squads, deepcopy(kept["motions"]), strict=True):
+            squad.steer = motion
+
+    @property
+    def _all_settings(self) -> list[Array]:
+        return [self._settings, *(squad.settings for squad in self._squads)]
+
+    def _allocate(self, row: Sequence[Any]) -> None:
+        """Make the records of every robot, with room for the largest memory of a motion."""
         n_worlds, n_robots = self._world.n_worlds, self._world.n_robots
+        memories = [layers[2].memory.dtype(robots=n_robots) for layers in row if layers]
         mind = [
             ("estimator", self.estimator.mind.dtype(robots=n_robots)),
-            ("motion", self.motion.memory.dtype(robots=n_robots)),
+            ("motion", max(memories, key=lambda memory: memory.itemsize)),
         ]
-        self.minds: Array = np.zeros((n_worlds, n_robots), record_dtype(mind))
+        self.minds = np.zeros((n_worlds, n_robots), record_dtype(mind))
         pairs = (0,) if self.estimator.shared is None else (n_robots, *self.estimator.shared)
         self.shared: Array = np.zeros((n_worlds, n_robots, *pairs))
         self._estimators = self.minds["estimator"]
 
-    def _bind(self) -> None:
-        """Compile both halves of a tick with the functions of the layers."""
-        functions = {
-            **self.estimator.kernels, "gain": self.weighting.gain, "steer": self.motion.steer,
-        }  # fmt: skip
-        self._observe = bind(self.estimator.observe, functions)
-        self._decide = bind(self._task.decide, functions)
+    def _minds_with(self, memory: np.dtype[Any]) -> Array:
+        """The minds, in which a smaller memory of the motion lies in the place of the largest."""
+        whole = self.minds.dtype
+        if whole["motion"] == memory:
+            return self.minds
+        columns = dict(whole.fields or {})
+        columns["motion"] = memory, columns["motion"][1]
+        dtype = np.dtype(
+            {
+                "names": list(columns),
+                "formats": [each[0] for each in columns.values()],
+                "offsets": [each[1] for each in columns.values()],
+                "itemsize": whole.itemsize,
+            },
+            align=True,
+        )
+        return self.minds.view(dtype)
+
+    def _squad(
+        self,
+        controllers: Sequence[Any],
+        crew: Crew,
+        members: Members,
+        is_last: bool,
+        seeds: Sequence[int],
+    ) -> Squad:
+        """The robots of a squad: what they are, and their half of a tick, compiled."""
+        leader = int(np.argmax(members))
+        controller, (_, weighting, motion) = controllers[leader], crew[0][leader]
+        functions = {**self.estimator.kernels, "gain": weighting.gain, "steer": motion.steer}
+        steer = None
+        if _is_numpy_motion(motion):
+            steer = controller.motion.start(self._world.scenario, seeds)
+        return Squad(
+            members,
+            self._minds_with(motion.memory.dtype(robots=len(members))),
+            settings_of(crew, LAYERS, members, is_last),
+            bind(self._task.decide, functions),
+            motion,
+            _rule(controller.weighting, self, self._world),
+            steer,
+            is_last,
+        )
 
 
-LAYERS = ("estimator", "weighting", "motion")
+def _crew(controllers: Sequence[Sequence[Any]], scenarios: Sequence[Any]) -> Crew:
+    """The layers of every robot, made once for each controller of a world."""
+    crew = []
+    for row, scenario in zip(controllers, scenarios, strict=True):
+        different = {id(each): each for each in row if each is not None}
+        layers = {key: _layers(each, scenario) for key, each in different.items()}
+        crew.append([layers.get(id(each)) for each in row])
+    return crew
 
 
-def _check_alike(controllers: Sequence[Any], each: Sequence[Any]) -> None:
-    """ConfigError if the controllers of a block differ in more than their numbers."""
-    for controller, layers in zip(controllers, each, strict=True):
-        for name, first, layer in zip(LAYERS, each[0], layers, strict=True):
-            in_numpy = not hasattr(getattr(controller, name), "layer") or _is_numpy_motion(layer)
-            is_same = getattr(controller, name) is getattr(controllers[0], name)
-            if (in_numpy and not is_same) or _functions(layer) != _functions(first):
-                raise ConfigError(
-                    f"controllers '{controllers[0].name}' and '{controller.name}' have another"
-                    f" {name}: those of one block may differ in their numbers only"
-                )
+def _squads(controllers: Sequence[Any], layers: Sequence[Any]) -> list[Members]:
+    """Which robots of a world have layers of the same functions."""
+    compositions: dict[int, list[Any]] = {}
+    for controller, own in zip(controllers, layers, strict=True):
+        if own is not None and id(own) not in compositions:
+            compositions[id(own)] = _composition(controller, own)
+    different: list[list[Any]] = []
+    for each in compositions.values():
+        if each not in different:
+            different.append(each)
+    return [
+        np.array([compositions.get(id(own)) == composition for own in layers])
+        for composition in different
+    ]
+
+
+def _check_alike(controllers: Sequence[Sequence[Any]], crew: Crew) -> None:
+    """ConfigError if the controllers of a robot differ from world to world but in numbers."""
+    checked = set()
+    for row, layers in zip(controllers[1:], crew[1:], strict=True):
+        for one, other, mine, his in zip(controllers[0], row, crew[0], layers, strict=True):
+            if (id(mine), id(his)) in checked or mine is None:
+                continue
+            checked.add((id(mine), id(his)))
+            compositions = _composition(one, mine), _composition(other, his)
+            for name, first, layer in zip(LAYERS, *compositions, strict=True):
+                if first != layer:
+                    raise ConfigError(
+                        f"controllers '{one.name}' and '{other.name}' have another {name}: those"
+                        " of one block may differ in their numbers only"
+                    )
+
+
+def _composition(controller: Any, layers: Layers) -> list[Any]:  # noqa: ANN401 of any task
+    """What each layer of a controller consists of, but for its numbers; or its rule in NumPy."""
+    parts = (getattr(controller, name) for name in LAYERS)
+    return [
+        (functions_of(layer), part)
+        if not hasattr(part, "layer") or _is_numpy_motion(layer)
+        else (functions_of(layer), None)
+        for part, layer in zip(parts, layers, strict=True)
+    ]
 
 
 def _is_numpy_motion(layer: Any) -> bool:  # noqa: ANN401 any of the three
@@ -121,30 +292,11 @@ def _is_numpy_motion(layer: Any) -> bool:  # noqa: ANN401 any of the three
     return getattr(layer, "steer", None) is no_motion
 
 
-def _functions(layer: Any) -> list[Any]:  # noqa: ANN401 any of the three
-    """What a layer consists of, but for its numbers."""
+def functions_of(layer: Any) -> list[Any]:  # noqa: ANN401 any of the three
+    """What a layer consists of, but for its numbers: their names and shapes."""
     numbers = ("numbers", "heard_p_share", "own_weighting")
     kept = [getattr(layer, each.name) for each in fields(layer) if each.name not in numbers]
-    return [*kept, sorted(layer.numbers)]
-
-
-def _numbers(each: Sequence[tuple[EstimatorLayer, WeightingLayer, MotionLayer]]) -> Array:
-    """One record a world with the numbers of each layer."""
-    worlds = [
-        {
-            "estimator": estimator.numbers,
-            "weighting": weighting.all_numbers,
-            "motion": motion.numbers,
-        }
-        for estimator, weighting, motion in each
-    ]
-    kinds = [(layer, numbers_record(**numbers)) for layer, numbers in worlds[0].items()]
-    found = np.zeros(len(worlds), record_dtype(kinds))
-    for w, layers in enumerate(worlds):
-        for layer, numbers in layers.items():
-            for name, value in numbers.items():
-                found[layer][name][w] = value
-    return found
+    return [*kept, sorted((name, np.shape(value)) for name, value in layer.numbers.items())]
 
 
 @kernel
@@ -158,9 +310,7 @@ def no_motion(*seen: Any) -> None:  # noqa: ANN401 of any task
     """The command stays as it is: that of a rule written in NumPy comes as an action."""
 
 
-def _layers(
-    controller: Any, scenario: Any  # noqa: ANN401 of any task
-) -> tuple[EstimatorLayer, WeightingLayer, MotionLayer]:  # fmt: skip
+def _layers(controller: Any, scenario: Any) -> Layers:  # noqa: ANN401 of any task
     """The three layers of a controller in a scenario."""
     estimator = controller.estimator.layer(scenario)
     weighting = _weighting_layer(controller.weighting, scenario, estimator)
@@ -186,11 +336,3 @@ def _rule(part: Any, running: RunningLayers, world: Any) -> Any:  # noqa: ANN401
     if hasattr(part, "layer"):
         return None
     return part.start_knowing(running, world) if hasattr(part, "start_knowing") else part
-
-
-def _act(action: Array, layer: str, name: str, given: Float32[Array, "rows numbers"]) -> None:
-    """Write what a rule gives, where no learner acts."""
-    own = (action[layer] == KEEP) | (action[layer] == RULE)
-    action[layer][own] = RULE
-    numbers = given.reshape(action[name].shape)
-    action[name][own] = numbers[own]

@@ -30,7 +30,6 @@ from torch.utils.tensorboard import SummaryWriter
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.interface import Controller
 from training.policy_card import save_policy_card
 from training.policy_controller import policy_controller
 
@@ -229,7 +228,7 @@ def compare(options: Options) -> dict[str, float]:
     def wander(observed: NDArray[np.float32]) -> NDArray[np.float32]:
         return rng.uniform(-1.0, 1.0, (len(observed), n_actions)).astype(np.float32)
 
-    controllers: dict[str, Controller] = {
+    controllers: dict[str, Any] = {
         "random": policy_controller(wander, learn=options.learn, decision_period=options.period),
         "ssgikf, hand-written": find_controller("ssgikf"),
         "the trained policy": find_controller(f"torchscript:{options.out}/policy.pt"),

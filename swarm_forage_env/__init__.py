@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 from swarm_forage_env.envs.registration import register_with_gymnasium, register_with_pettingzoo
 
 if TYPE_CHECKING:
+    from swarm_forage_env.envs.array_env import ArrayEnv
     from swarm_forage_env.envs.pettingzoo_env import env, parallel_env, raw_env
     from swarm_forage_env.errors import ConfigError, UnknownNameError
     from swarm_forage_env.foraging.world import ForagingWorld
     from swarm_forage_env.scenarios import find_scenario
 
 __all__ = [
+    "ArrayEnv",
     "ConfigError",
     "ForagingWorld",
     "UnknownNameError",
@@ -26,6 +28,7 @@ __all__ = [
 ]
 
 _WHERE = {
+    "ArrayEnv": "swarm_forage_env.envs.array_env",
     "ConfigError": "swarm_forage_env.errors",
     "UnknownNameError": "swarm_forage_env.errors",
     "ForagingWorld": "swarm_forage_env.foraging.world",

@@ -1,8 +1,27 @@
 """Controllers by name, with parameters: `ssgiff` or `ssgiff:beta=0.01,refractory=10`."""
 
+from collections.abc import Mapping
+from typing import Any
+
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller
+from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, left_out
+from swarm_forage_env.task import task_of
+
+OneController = str | Controller
+"""A name, a name with parameters, or a controller."""
+
+Controllers = (
+    OneController
+    | list[OneController]
+    | tuple[OneController, ...]
+    | Mapping[str | int, OneController]
+)
+"""One for all robots, one for each of them, or some of them by robot."""
+
+OTHERS = "*"
+"""Stands for all robots that a mapping does not name."""
 
 
 def find_controller(controller: str | Controller, references: bool = False) -> Controller:
@@ -23,6 +42,53 @@ def find_controller(controller: str | Controller, references: bool = False) -> C
     name, parameters = parse_controller(controller, first=first)
     found = _admitted(_named(name, references), references)
     return found.with_parameters(parameters) if parameters else found
+
+
+def find_controllers(controller: Controllers | None, scenario: Any) -> Controller:  # noqa: ANN401 of any task
+    """The controller of a swarm: of one for all robots, of a list, or of a mapping.
+
+    A list has one entry for each robot. The keys of a mapping are agents (`epuck_0`) or numbers of
+    robots; robots that it does not name have what it says of `*`, or else the task's default, which
+    also stands for None. Entries are what `find_controller` takes; oracles are refused.
+
+    ConfigError for a list of another length, UnknownNameError for a robot that there is not.
+    """
+    task = task_of(scenario)
+    if isinstance(controller, Mapping):
+        named = _by_number(controller, task.agent, scenario.task.n_robots)
+        others = controller.get(OTHERS, task.controller)
+        given = [named.get(robot, others) for robot in range(scenario.task.n_robots)]
+    elif isinstance(controller, list | tuple):
+        given = list(controller)
+    else:
+        return find_controller(task.controller if controller is None else controller)
+    found: dict[Any, Controller] = {}
+    for each in given:
+        key = each if isinstance(each, str) else id(each)
+        if key not in found:
+            found[key] = find_controller(each)
+    members = [found[each if isinstance(each, str) else id(each)] for each in given]
+    mixed = MixedController(tuple(members))
+    mixed.check_supports(scenario)
+    return members[0] if all(each == members[0] for each in members) else mixed
+
+
+def _by_number(
+    controllers: Mapping[Any, OneController], agent: str, n_robots: int
+) -> dict[int, OneController]:
+    """The entries of a mapping by the numbers of the robots."""
+    names = {f"{agent}_{robot}": robot for robot in range(n_robots)}
+    found: dict[int, OneController] = {}
+    for key, controller in controllers.items():
+        if key == OTHERS:
+            continue
+        robot = names.get(key, key)
+        if isinstance(robot, bool) or robot not in range(n_robots):
+            raise UnknownNameError("robot", str(key), [*names, OTHERS])
+        if robot in found:
+            raise ConfigError(f"controller: robot {robot} is given twice, by name and by number")
+        found[robot] = controller
+    return found
 
 
 def is_privileged(controller: Controller) -> bool:

@@ -99,7 +99,11 @@ class WeightingRule(Protocol):
 
 
 class MotionRule(Protocol):
-    """A motion written in NumPy, for all robots of a block of worlds."""
+    """A motion written in NumPy, for all robots of a block of worlds.
+
+    It is told the scenario of the first world, once: of a scenario it may use what stays as long
+    as a world does (the task's `fixed`), and not what differs from world to world.
+    """
 
     def __call__(self, situation: Any) -> Float32[Array, "rows 2"]:  # noqa: ANN401 of its task
         """What every robot is commanded."""
@@ -116,6 +120,11 @@ class RunningController(Protocol):
     minds: Array
     """What each robot keeps: records with the fields `estimator` and `motion`."""
 
+    @property
+    def has_rules(self) -> bool:
+        """A layer is a rule in NumPy, which is asked about all worlds at once."""
+        ...
+
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
         ...
@@ -130,6 +139,22 @@ class RunningController(Protocol):
 
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world."""
+        ...
+
+    def numbers_in(self, world: int, scenario: Any) -> Any:  # noqa: ANN401 of its task
+        """The numbers of one world's layers in another scenario; ConfigError if one has none."""
+        ...
+
+    def renumber(self, world: int, numbers: Any) -> None:  # noqa: ANN401 as above
+        """Go by these numbers in one world from now on."""
+        ...
+
+    def snapshot(self) -> Any:  # noqa: ANN401 of the controller
+        """All that the next ticks depend on, as copies, picklable."""
+        ...
+
+    def restore(self, kept: Any) -> None:  # noqa: ANN401 as above
+        """Go on as when that snapshot was taken; arrays keep their place in memory."""
         ...
 
 
@@ -155,6 +180,24 @@ class Controller(Protocol):
         ...
 
 
+class TeamController(Controller, Protocol):
+    """A controller whose robots may live among robots of other controllers."""
+
+    def language(self, scenario: Any) -> Any:  # noqa: ANN401 of its task
+        """What its robots understand: those of equal languages are a team."""
+        ...
+
+    def build_team(
+        self,
+        world: Any,  # noqa: ANN401 of its task
+        seeds: Sequence[int],
+        each: Sequence[Sequence[Any]],
+    ) -> RunningController:
+        """The running controller of a team: of each world what drives each of its robots, None
+        for a robot of another team, which is to be left alone."""
+        ...
+
+
 @dataclass(frozen=True)
 class NoLayers:
     """The controller of robots whose policy is everything: no estimator, nothing hand-written."""
@@ -169,7 +212,21 @@ class NoLayers:
 
     def build(self, world: Any, seeds: Sequence[int], each: Sequence[Any]) -> "RunningPolicy":  # noqa: ANN401 of its task
         """The running policy of a block of worlds."""
-        return RunningPolicy(world, self.said, self.carry_out)
+        return RunningPolicy(world, self.said, self.carry_out, range(world.n_robots))
+
+    def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
+        """What is said is words, whose meaning is the policy's."""
+        return self
+
+    def build_team(
+        self,
+        world: Any,  # noqa: ANN401 of its task
+        seeds: Sequence[int],
+        each: Sequence[Sequence[Any]],
+    ) -> "RunningPolicy":
+        """The running policy of some robots, worlds by robots; None for one of another's."""
+        robots = [robot for robot, own in enumerate(each[0]) if own is not None]
+        return RunningPolicy(world, self.said, self.carry_out, robots)
 
     def with_parameters(self, values: Mapping[str, Any]) -> "NoLayers":
         """There are no parameters."""
@@ -184,10 +241,17 @@ class RunningPolicy:
         world: Any,  # noqa: ANN401 of its task
         said: type[Record],
         carry_out: Callable[[Array, Array], None],
+        robots: Sequence[int],
     ) -> None:
-        """Nobody has said anything yet."""
+        """Nobody has said anything yet; these robots have the policy."""
         self._world, self._said, self._carry_out = world, said, carry_out
+        self._parts = _slices(robots)
         self.minds: Array = said.array((world.n_worlds, world.n_robots))
+
+    @property
+    def has_rules(self) -> bool:
+        """There are none."""
+        return False
 
     def observe(self, first: int, last: int) -> None:
         """There is no estimator."""
@@ -197,8 +261,39 @@ class RunningPolicy:
 
     def decide(self, first: int, last: int) -> None:
         """Command what the action says, in the worlds first .. last - 1."""
-        self._carry_out(self._world.robots[first:last], self.minds[first:last])
+        robots = self._world.robots
+        for part in self._parts:
+            self._carry_out(robots[first:last, part], self.minds[first:last, part])
+
+    def numbers_in(self, world: int, scenario: Any) -> None:  # noqa: ANN401 of its task
+        """There are no numbers."""
+
+    def renumber(self, world: int, numbers: None) -> None:
+        """There are no numbers."""
 
     def reset(self, world: int, seed: int) -> None:
         """Forget what was said."""
         self._said.restart(self.minds[world])
+
+    def snapshot(self) -> Array:
+        """What was said."""
+        return self.minds.copy()
+
+    def restore(self, kept: Array) -> None:
+        """Go on from what was said then."""
+        self.minds[...] = kept
+
+
+def _slices(numbers: Sequence[int]) -> list[slice]:
+    """Numbers in rising order as slices, one for each run without a gap.
+
+    >>> _slices([0, 1, 2, 5])
+    [slice(0, 3, None), slice(5, 6, None)]
+    """
+    found: list[slice] = []
+    for number in numbers:
+        if found and found[-1].stop == number:
+            found[-1] = slice(found[-1].start, number + 1)
+        else:
+            found.append(slice(number, number + 1))
+    return found

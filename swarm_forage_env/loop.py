@@ -6,8 +6,9 @@ At the cut a learner writes `world.robots["action"]`, which takes the place of a
 """
 
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -15,14 +16,33 @@ import numpy as np
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, RunningController
+from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.scene import Scene
-from swarm_forage_env.task import World, task_of
+from swarm_forage_env.task import World, check_fit, checked_worlds, consecutive, one_task
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A block of worlds and its controller in mid-episode: what the next ticks depend on.
+
+    Later ticks do not change it. It can be pickled, and restored in another process.
+    """
+
+    kind: tuple[str, str, str, int, int]
+    """Task, engine and controller; how many worlds, and robots in each."""
+
+    world: Mapping[str, Any]
+    """What the worlds were."""
+
+    controller: Any
+    """What the robots believed and remembered, with the numbers of their layers."""
 
 
 class Loop:
     """A block of worlds and the controller of all their robots, in turn.
 
-    The result does not depend on the number of threads: each runs its own worlds.
+    The result does not depend on the number of threads: each runs its own worlds. A copy, by
+    `copy.deepcopy` or by pickle, goes on from the same tick, bit for bit.
     """
 
     def __init__(
@@ -36,22 +56,53 @@ class Loop:
         """One world for each seed, sensed and about to move.
 
         `scenario` and `controller` are one for all worlds or one for each; they may differ in
-        every number but how many robots there are.
+        every number but how many robots there are. Robots of different controllers in one world
+        are a `MixedController`.
         """
         scenarios = _one_each(scenario, seeds)
-        self.task = task_of(scenarios[0])
-        self.world: World = self.task.world(scenarios, seeds, physics or self.task.physics)
+        self.task = one_task(scenarios)
+        self.physics = physics or self.task.physics
+        self.world: World = self.task.world(scenarios, seeds, self.physics)
         controllers = _one_each(controller, seeds)
-        build = controllers[0].build
+        mixed = (each for each in controllers if isinstance(each, MixedController))
+        leader = next(mixed, controllers[0])
+        self._controllers, self._name, build = controllers, str(leader.name), leader.build
         self.controller: RunningController = build(self.world, seeds, controllers)
         self.threads = checked_threads(threads)
         self._chunks = chunks(self.world.n_worlds, self.threads)
-        self._begin(seeds)
+        self._begin(range(self.world.n_worlds), seeds)
 
-    def reset(self, seeds: Sequence[int]) -> None:
-        """Start every world anew, each from its seed."""
-        self.world.reset(seeds)
-        self._begin(seeds)
+    def reset(
+        self,
+        seeds: Sequence[int],
+        worlds: Sequence[int] | None = None,
+        scenarios: Any = None,  # noqa: ANN401 of its task
+    ) -> None:
+        """Start worlds anew, each from its seed: those of these indices, or all.
+
+        With `scenarios`, one for all of these worlds or one for each, they have other numbers from
+        now on. The other worlds go on untouched. ConfigError, before anything changes, for what
+        does not fit.
+        """
+        which = checked_worlds(worlds, self.world.n_worlds)
+        if scenarios is None:
+            self.world.reset(seeds, which)
+        else:
+            self._reset_under(_one_each(scenarios, which), seeds, which)
+        self._begin(which, seeds)
+
+    def _reset_under(
+        self, scenarios: Sequence[Any], seeds: Sequence[int], which: Sequence[int]
+    ) -> None:
+        """Start some worlds anew, each from its seed under another scenario."""
+        check_fit([self.world.scenarios[w] for w in which], scenarios)
+        numbers = [
+            self.controller.numbers_in(w, scenario)
+            for w, scenario in zip(which, scenarios, strict=True)
+        ]
+        self.world.reset(seeds, which, scenarios)
+        for w, each in zip(which, numbers, strict=True):
+            self.controller.renumber(w, each)
 
     def step(self) -> None:
         """One tick of every world.
@@ -60,6 +111,44 @@ class Loop:
         """
         self.controller.consult()
         self._run(self._step)
+
+    def step_worlds(self, first: int, last: int) -> None:
+        """One tick of the worlds first .. last - 1 alone, in which no rule in NumPy is asked."""
+        self._step(first, last)
+
+    def snapshot(self) -> Snapshot:
+        """All that the next ticks depend on, to be restored any number of times."""
+        return Snapshot(self._kind, self.world.snapshot(), self.controller.snapshot())
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on as when the snapshot was taken, bit for bit, with the scenarios of then.
+
+        ConfigError if it is of a block of another kind or of other sizes.
+        """
+        if snapshot.kind != self._kind:
+            there, here = (_KIND.format(*kind) for kind in (snapshot.kind, self._kind))
+            raise ConfigError(f"a snapshot of {there}, cannot be restored in {here}")
+        scenarios = snapshot.world["scenarios"]
+        check_fit(self.world.scenarios, scenarios)
+        self.world.restore(snapshot.world)
+        self.controller.restore(snapshot.controller)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What makes the same loop again, and how it stands."""
+        made_by = self._controllers, self.physics, self.threads
+        return {"made_by": made_by, "snapshot": self.snapshot()}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        """The same loop again, compiled anew, which goes on where it was."""
+        controllers, physics, threads = state["made_by"]
+        scenarios = list(state["snapshot"].world["scenarios"])
+        Loop.__init__(self, scenarios, controllers, range(len(scenarios)), physics, threads)
+        self.restore(state["snapshot"])
+
+    @property
+    def _kind(self) -> tuple[str, str, str, int, int]:
+        world = self.world
+        return self.task.name, self.physics, self._name, world.n_worlds, world.n_robots
 
     @property
     def exchange(self) -> Any:  # noqa: ANN401 of its task
@@ -77,10 +166,12 @@ class Loop:
             raise ConfigError(f"the task {self.task.name} has no drawing")
         return self.task.scene(self.world, self.controller.minds, which)
 
-    def _begin(self, seeds: Sequence[int]) -> None:
-        for world, seed in enumerate(seeds):
+    def _begin(self, which: Sequence[int], seeds: Sequence[int]) -> None:
+        """Let the controller forget some worlds, and take in what is sensed first."""
+        for world, seed in zip(which, seeds, strict=True):
             self.controller.reset(world, seed)
-        self._run(self.controller.observe)
+        for first, last in consecutive(which):
+            self.controller.observe(first, last)
 
     def _step(self, first: int, last: int) -> None:
         self.controller.decide(first, last)
@@ -94,9 +185,16 @@ class Loop:
         """
         own, *others = self._chunks
         waiting = [pool(self.threads).submit(work, *chunk) for chunk in others]
-        work(*own)
-        for each in waiting:
-            each.result()
+        try:
+            work(*own)
+            for each in waiting:
+                each.result()
+        except BaseException:
+            wait(waiting)  # no thread may go on in these worlds when the error is told
+            raise
+
+
+_KIND = "the task {}, engine {}, controller {}, {} worlds of {} robots"
 
 
 @cache
@@ -126,10 +224,10 @@ def checked_threads(threads: Any) -> int:  # noqa: ANN401 whatever was given
     raise ConfigError(f"threads={threads!r}: must be a whole number, at least 1")
 
 
-def _one_each(given: Any, seeds: Sequence[int]) -> list[Any]:  # noqa: ANN401 scenarios or controllers
-    """One for each seed; ConfigError for a list of another length."""
+def _one_each(given: Any, worlds: Sequence[int]) -> list[Any]:  # noqa: ANN401 scenarios or controllers
+    """One for each world; ConfigError for a list of another length."""
     if not isinstance(given, list | tuple):
-        return [given] * len(seeds)
-    if len(given) != len(seeds):
-        raise ConfigError(f"{len(given)} given for {len(seeds)} worlds: must be one for each")
+        return [given] * len(worlds)
+    if len(given) != len(worlds):
+        raise ConfigError(f"{len(given)} given for {len(worlds)} worlds: must be one for each")
     return list(given)

@@ -60,6 +60,9 @@ class PolicyInterface:
     inputs: Mapping[str, type[Any]]
     """What each part is as arrays, for code that reads observations by name."""
 
+    decision_period: int = 1
+    """Ticks for which an action is held where nothing else is asked for."""
+
     n_weights: int = 0
     """How many numbers of an action are weights in [0, 1]; they come first."""
 

@@ -32,6 +32,7 @@ class NoiseSource(IntEnum):
     LANDMARK = 8
     LIDAR = 9
     DEVICE = 10
+    SCENARIO = 11
     WANDER = 64
 
 

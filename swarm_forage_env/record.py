@@ -108,6 +108,11 @@ def _the_one(dtype: np.dtype[Any]) -> np.dtype[Any]:
     return dtype
 
 
+def under_the_one_dtype(records: Array) -> Array:
+    """The same records, as a view; unpickled ones have an equal dtype that is another object."""
+    return records if records.dtype.names is None else records.view(_the_one(records.dtype))
+
+
 def numbers_record(**numbers: Any) -> np.dtype[Any]:  # noqa: ANN401 floats or arrays of them
     """The dtype of a record of parameters: float64, each in the shape of its value."""
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]

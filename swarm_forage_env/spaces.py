@@ -1,6 +1,6 @@
 """Spaces: what each number of a flat observation, action or state means."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -35,7 +35,7 @@ class Feature:
     """How it differs from the truth, for what is measured."""
 
     scale: float | None = None
-    """Typical size in that unit, where the bounds are far beyond it; None: the bounds are typical."""
+    """Typical size in that unit, where the bounds are far beyond it; None: they are typical."""
 
     @property
     def bound(self) -> float:
@@ -171,11 +171,31 @@ class ObservationLayout(Layout):
         return self.inputs[name](**found)
 
 
+def widest(layouts: Sequence[Layout]) -> Layout:
+    """A layout whose bounds hold for all of these, which differ in nothing else."""
+    first = layouts[0]
+    lows = np.min([[feature.low for feature in each] for each in layouts], axis=0).tolist()
+    highs = np.max([[feature.high for feature in each] for each in layouts], axis=0).tolist()
+    wide = [
+        replace(feature, low=low, high=high)
+        for feature, low, high in zip(first, lows, highs, strict=True)
+    ]
+    if not isinstance(first, ObservationLayout):
+        return Layout(wide)
+    parts: dict[str, list[FeatureGroup]] = {part: [] for part in first.parts}
+    for part, group in _groups(first.parts):
+        own, wide = wide[: len(group.slots)], wide[len(group.slots) :]
+        slots = (replace(each, name=each.name.removeprefix(f"{part}.")) for each in own)
+        parts[part].append(replace(group, slots=tuple(slots)))
+    return ObservationLayout({part: tuple(groups) for part, groups in parts.items()}, first.inputs)
+
+
 class ObservationWriter:
     """A matrix that the parts of the interface are written to, a row for each robot."""
 
     def __init__(self, layout: ObservationLayout, rows: int) -> None:
         """The matrix of a layout for so many robots."""
+        self._layout = layout
         self._matrix = np.zeros((rows, len(layout)), np.float32)
         self._views = {
             part: [
@@ -183,6 +203,10 @@ class ObservationWriter:
             ]
             for part in layout.parts
         }
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy has a matrix of its own, and its parts are parts of that."""
+        return type(self), (self._layout, len(self._matrix))
 
     def write(self, parts: Mapping[str, Any]) -> Float32[Array, "rows numbers"]:
         """A fresh matrix of observations."""

@@ -6,7 +6,9 @@ folder whose module enters a `Task` in `TASKS`, and its scenarios in `SCENARIOS`
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,7 +20,7 @@ from swarm_forage_env.interface import Controller, Kernel
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.random_streams import checked_seed
-from swarm_forage_env.record import Record, rows
+from swarm_forage_env.record import Record, rows, under_the_one_dtype
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.scene import Scene, Stage
 
@@ -26,8 +28,6 @@ from swarm_forage_env.scene import Scene, Stage
 class World(Protocol):
     """A block of worlds of one task, as structured arrays."""
 
-    scenario: Any
-    """The scenario of the first world."""
     scenarios: tuple[Any, ...]
     """The scenario of every world: they differ in numbers only, not in how many robots."""
     n_worlds: int
@@ -36,6 +36,11 @@ class World(Protocol):
     """The truth about every robot, worlds by robots."""
     worlds: Array
     """Clock and numbers of every world."""
+
+    @property
+    def scenario(self) -> Any:  # noqa: ANN401 of its task
+        """The scenario of the first world."""
+        ...
 
     @property
     def records(self) -> Any:  # noqa: ANN401 an array, or a tuple of arrays
@@ -47,25 +52,49 @@ class World(Protocol):
         """The scenario's time is up in each world."""
         ...
 
-    def reset(self, seeds: Sequence[int]) -> None:
-        """Start every world anew, each from its seed."""
+    def reset(
+        self,
+        seeds: Sequence[int],
+        worlds: Sequence[int] | None = None,
+        scenarios: Sequence[Any] | None = None,
+    ) -> None:
+        """Start worlds anew, each from its seed: those of these indices, or all.
+
+        With `scenarios`, one for each of them, they have other numbers from now on.
+        """
         ...
 
     def tick(self, first: int, last: int) -> None:
         """Carry out the commands in the worlds first .. last - 1."""
         ...
 
+    def snapshot(self) -> dict[str, Any]:
+        """All that the next ticks depend on, as copies, picklable; among it `scenarios`."""
+        ...
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on as when that snapshot was taken; arrays keep their place in memory."""
+        ...
+
 
 class Block(ABC):
-    """Worlds of one task that run side by side: what `World` asks for and no task differs in."""
+    """Worlds of one task that run side by side: what `World` asks for and no task differs in.
+
+    Writer of `scenarios`: `reset`.
+    """
 
     robots: Array
     worlds: Array
 
     def __init__(self, scenarios: Sequence[Any], seeds: Sequence[int]) -> None:
         """One world for each seed, of one scenario each; all have the same number of robots."""
-        self.scenario, self.scenarios = scenarios[0], tuple(scenarios)
+        self.scenarios = tuple(scenarios)
         self.n_worlds, self.n_robots = len(seeds), _n_robots(scenarios)
+
+    @property
+    def scenario(self) -> Any:  # noqa: ANN401 of its task
+        """The scenario of the first world."""
+        return self.scenarios[0]
 
     @property
     def rows(self) -> int:
@@ -83,13 +112,47 @@ class Block(ABC):
         n_ticks = [scenario.n_ticks for scenario in self.scenarios]
         return np.asarray(self.worlds["ticks"] >= n_ticks)
 
-    def reset(self, seeds: Sequence[int]) -> None:
-        """Start every world anew, each from its seed."""
-        if len(seeds) != self.n_worlds:
-            raise ConfigError(f"seeds={list(seeds)}: must be {self.n_worlds}, one for each world")
-        for w, seed in enumerate(seeds):
-            self.restart(w, checked_seed(seed))
-        self.sense_first()
+    def reset(
+        self,
+        seeds: Sequence[int],
+        worlds: Sequence[int] | None = None,
+        scenarios: Sequence[Any] | None = None,
+    ) -> None:
+        """Start worlds anew, each from its seed: those of these indices, or all.
+
+        With `scenarios`, one for each of them, they have other numbers from now on. ConfigError,
+        before anything changes, for what does not fit.
+        """
+        which = checked_worlds(worlds, self.n_worlds)
+        if len(seeds) != len(which):
+            raise ConfigError(f"seeds={list(seeds)}: must be {len(which)}, one for each world")
+        checked = [checked_seed(seed) for seed in seeds]
+        numbers = [self.scenarios[w] for w in which]
+        if scenarios is not None:
+            check_fit(numbers, scenarios)
+            numbers = list(scenarios)
+        for scenario, seed in zip(numbers, checked, strict=True):
+            self.check_start(scenario, seed)
+        if scenarios is not None:
+            self._take_over(which, numbers)
+        for w, seed in zip(which, checked, strict=True):
+            self.restart(w, seed)
+        for first, last in consecutive(which):
+            self.sense_first(first, last)
+
+    def _take_over(self, which: Sequence[int], scenarios: Sequence[Any]) -> None:
+        """Give worlds the numbers of other scenarios."""
+        changed = dict(enumerate(self.scenarios)) | dict(zip(which, scenarios, strict=True))
+        self.scenarios = tuple(changed.values())
+        for w in which:
+            self.take_numbers(w)
+
+    def check_start(self, scenario: Any, seed: int) -> None:  # noqa: ANN401, B027 of its task; not every task can fail
+        """ConfigError if a world of this scenario and seed cannot start."""
+
+    @abstractmethod
+    def take_numbers(self, which: int) -> None:
+        """Go by the numbers of the scenario that one world now has, from its restart on."""
 
     @abstractmethod
     def restart(self, which: int, seed: int) -> None:
@@ -99,6 +162,30 @@ class Block(ABC):
     def sense_first(self, first: int = 0, last: int | None = None) -> None:
         """Sense before the first tick, in the worlds first .. last - 1."""
 
+    def snapshot(self) -> dict[str, Any]:
+        """All that the next ticks depend on: copies of all arrays, and the scenarios."""
+        arrays = {name: each.copy() for name, each in self._arrays().items()}
+        return {"scenarios": self.scenarios, **arrays}
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on as when that snapshot was taken; arrays keep their place in memory, if their size
+        is the same."""
+        arrays = self._arrays()
+        for name, each in kept.items():
+            if name in arrays and arrays[name].shape == each.shape:
+                arrays[name][...] = each
+            else:
+                setattr(self, name, copy(each))
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        """Arrays of records have the one dtype again that kernels know."""
+        vars(self).update(state)
+        for name, each in self._arrays().items():
+            setattr(self, name, under_the_one_dtype(each))
+
+    def _arrays(self) -> dict[str, Array]:
+        return {name: each for name, each in vars(self).items() if isinstance(each, np.ndarray)}
+
 
 def _n_robots(scenarios: Sequence[Any]) -> int:
     """How many robots there are in each world; ConfigError if not equally many."""
@@ -106,6 +193,61 @@ def _n_robots(scenarios: Sequence[Any]) -> int:
     if len(numbers) > 1:
         raise ConfigError(f"task.n_robots={numbers}: must be the same in all worlds of a block")
     return int(numbers[0])
+
+
+def checked_worlds(worlds: Sequence[int] | None, n_worlds: int) -> list[int]:
+    """Indices of worlds of a block, all where none are given; ConfigError for other than those."""
+    if worlds is None:
+        return list(range(n_worlds))
+    which = [int(w) for w in worlds]
+    if len(set(which)) < len(which) or not set(which) <= set(range(n_worlds)):
+        raise ConfigError(f"worlds={which}: must be different numbers from 0 to {n_worlds - 1}")
+    return which
+
+
+def consecutive(which: Sequence[int]) -> list[tuple[int, int]]:
+    """Runs of worlds that follow each other, in order: first and last + 1.
+
+    >>> consecutive([4, 0, 1])
+    [(0, 2), (4, 5)]
+    """
+    runs: list[tuple[int, int]] = []
+    for w in sorted(which):
+        if runs and runs[-1][1] == w:
+            runs[-1] = runs[-1][0], w + 1
+        else:
+            runs.append((w, w + 1))
+    return runs
+
+
+def check_fit(old: Sequence[Any], new: Sequence[Any]) -> None:
+    """ConfigError if worlds of some scenarios cannot go on under others, one for each.
+
+    What fixes the sizes of a task's records must stay as it was when the worlds were made.
+    """
+    if len(new) != len(old):
+        raise ConfigError(f"{len(new)} scenarios given for {len(old)} worlds: must be one for each")
+    task = one_task((*old, *new))
+    for before, after in zip(old, new, strict=True):
+        for name in task.fixed:
+            have, asked = map(attrgetter(name), (before, after))
+            if asked != have:
+                raise ConfigError(
+                    f"{name}={asked} in the scenario '{after.name}': the world was made with"
+                    f" {have}, by which its records have their sizes; keep that, or make new worlds"
+                )
+
+
+def one_task(scenarios: Sequence[Any]) -> "Task":
+    """The task that all scenarios belong to; ConfigError if they belong to several."""
+    first = task_of(scenarios[0])
+    for scenario in scenarios:
+        if (task := task_of(scenario)) is not first:
+            raise ConfigError(
+                f"scenarios '{scenarios[0].name}' of the task {first.name} and '{scenario.name}'"
+                f" of the task {task.name}: all worlds of a block must be of one task"
+            )
+    return first
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,8 +296,14 @@ class Task:
     """How a policy can steer, by the name that `action` takes; the first is the usual one. None:
     as the action of its policies says."""
 
+    fixed: tuple[str, ...] = ("task.n_robots",)
+    """Numbers of a scenario that fix the sizes of its world's records: they last as long as it."""
+
     residuals: tuple[str, ...] = ()
     """Those of them that can be learned as a correction of the hand-written motion."""
+
+    is_joint: bool = False
+    """Robots correct their estimates jointly, so that all of a swarm need the same estimator."""
 
     no_layers: Controller | None = None
     """What runs where a policy is everything; None: the task has no such policy."""
@@ -166,6 +314,9 @@ class Task:
     potential: Callable[[Any], Callable[[], Float64[Array, " rows"]]]
     """Makes the potential of every robot of a block of worlds, for shaping."""
 
+    most_shaping: tuple[float, str] | None = None
+    """The largest weight of its potential that leaves the task as it is, and why; None: any."""
+
     global_state: Callable[[Any, Any, list[str], Any], Any]
     """Makes what centralised critics and logs are told, from world, controller, names, bounds."""
 
@@ -175,7 +326,7 @@ class Task:
     events: type[Record] | None = None
     """What happened to each robot in a tick, for rewards of the user's own; None: not told."""
 
-    write_events: Callable[[World, Array, Array], None] | None = None
+    write_events: Callable[[Any, Array, Array], None] | None = None
     """Writes the events of a tick: of the world, its robots before the tick, and output."""
 
     stage: Callable[[Any, str], Stage] | None = None
@@ -185,11 +336,20 @@ class Task:
     scene: Callable[[Any, Array, int], Scene] | None = None
     """What is drawn of one world, from a block of them, the minds of its robots and which."""
 
+    def __reduce__(self) -> tuple[Callable[[str], "Task"], tuple[str]]:
+        """A copy is the task itself, in another process the one of that name."""
+        return task_named, (self.name,)
+
 
 TASKS: Registry[Task] = Registry(
     "task", ("swarm_forage_env.foraging.task", "swarm_forage_env.waypoints.task")
 )
 """Tasks by name; the two built-in ones are imported when any is asked for."""
+
+
+def task_named(name: str) -> Task:
+    """The task of that name; UnknownNameError if there is none."""
+    return TASKS[name]
 
 
 def task_of(scenario: Any) -> Task:  # noqa: ANN401 whatever was given

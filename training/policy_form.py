@@ -27,7 +27,7 @@ class PolicyForm:
             raise UnknownNameError("layer to learn", config.learn, self.task.policies)
         self.policy = self.task.policies[config.learn]
         self.max_cycles = n_steps(scenario, config)
-        ticks = max(scenario.n_ticks, self.max_cycles * config.decision_period)
+        ticks = max(scenario.n_ticks, self.max_cycles * (config.decision_period or 1))
         shown = self.policy.layout(self.task.bounds(scenario, ticks, message_path))
         agents = [f"{self.task.agent}_{k}" for k in range(scenario.task.n_robots)]
         self.observe = Observer(

@@ -20,6 +20,7 @@ from stable_baselines3.common.utils import FloatSchedule, set_random_seed
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.spaces import ObservationLayout
 from training.actor_critic import LayerNetworks, MotionActor, NamedNetwork
 from training.behaviour_cloning import clone_behaviour, record_demonstrations
 from training.checkpoint import (
@@ -94,12 +95,12 @@ class PPOTraining:
         if not isinstance(actor, MotionActor):
             return "starting from nothing"
         set_random_seed(experiment.seed)
-        pairs = []
+        pairs, layout = [], cast(ObservationLayout, self._env.observation_layout)
         for scenario in experiment.scenarios_by_name.values():
             n_worlds = max(1, DEMONSTRATORS // scenario.task.n_robots)
             seeds = experiment.training_seeds(0, n_worlds)
             loop = Loop(scenario, experiment.base_controller, seeds, experiment.physics)
-            pairs.append(record_demonstrations(loop, self._env.observation_layout))
+            pairs.append(record_demonstrations(loop, layout))
         error = clone_behaviour(actor, pairs)
         return f"the motion of {experiment.controller} is copied; mean squared error {error:.3f}"
 

@@ -7,7 +7,8 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
 from swarm_forage_env.arrays import Array, Bool, Float32
-from swarm_forage_env.envs.array_env import ArrayEnv, checked_seeds
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.make import checked_parts
 from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes, title_of
 from swarm_forage_env.errors import ConfigError
@@ -107,7 +108,7 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         """Seed the sequences from which resets draw the seeds of the worlds."""
         seeds = checked_seeds(seed, self.env.n_worlds)
         for world, own in enumerate(seeds):
-            self.env.generators[world] = np.random.default_rng(own)
+            self.env.episodes.generators[world] = np.random.default_rng(own)
         return [own for own in seeds for _ in self.env.learners]
 
     @property
@@ -118,7 +119,7 @@ class SwarmVecEnv(SharedAttributesVecEnv):
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:
         """The generator of each world's seeds."""
-        return tuple(self.env.generators)
+        return tuple(self.env.episodes.generators)
 
     def reset(self) -> Float32[Array, "rows numbers"]:
         """Reset every world and return the observation of every learner."""

@@ -14,7 +14,7 @@ from typing import Any
 import baselines.controllers
 import baselines.oracles.controllers
 import swarm_forage_env
-from baselines import running
+from baselines import running, settings
 from baselines.controller import REGISTRIES, LayeredController
 from baselines.evaluation import episode
 from swarm_forage_env.controllers import find_controller
@@ -96,7 +96,7 @@ class ExperimentConfig:
             files |= set(getattr(part, "reads", ()))
         files |= {file for home in homes for file in home.parent.glob("*.py")}
         files |= _files(self.controller, LayeredController)
-        files |= {Path(running.__file__), Path(episode.__file__)}
+        files |= {Path(running.__file__), Path(settings.__file__), Path(episode.__file__)}
         text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())
         for file in sorted(files):
             text.update(f"\n{file.parent.name}/{file.name}\n".encode() + _content(file))

@@ -97,7 +97,7 @@ def average(swarm: Array, crowd: Array, numbers: Numbers) -> None:
 
 
 def observe_group(
-    robots: Array, minds: Array, shared: Array, numbers: Array, first: int, last: int
+    robots: Array, minds: Array, shared: Array, settings: Array, first: int, last: int
 ) -> None:
     """Take in what was sensed, and average with everyone; there are no exchanges of two.
 
@@ -106,8 +106,8 @@ def observe_group(
     for w in range(first, last):
         swarm, crowd = robots[w], minds[w]
         for i in range(swarm.shape[0]):
-            take_in(crowd[i], shared[w, i], swarm[i].readings, numbers[w])
-        average(swarm, crowd, numbers[w])
+            take_in(crowd[i], shared[w, i], swarm[i].readings, settings[w, i].estimator)
+        average(swarm, crowd, settings[w, 0].estimator)
         for i in range(swarm.shape[0]):
             describe(crowd[i], swarm[i].report)
 

@@ -82,7 +82,7 @@ def take_in(mind: ExactMind, shared: Array, readings: Readings, numbers: Numbers
 
 
 def observe_truth(
-    robots: Array, minds: Array, shared: Array, numbers: Array, first: int, last: int
+    robots: Array, minds: Array, shared: Array, settings: Array, first: int, last: int
 ) -> None:
     """Tell every robot its true pose, then take in what was sensed and heard.
 
@@ -92,7 +92,7 @@ def observe_truth(
         for i in range(robots.shape[1]):
             true_pose, told = robots[w, i].pose, minds[w, i].belief.true_pose
             told[0], told[1], told[2] = true_pose[0], true_pose[1], true_pose[2]
-    observe(robots, minds, shared, numbers, first, last)
+    observe(robots, minds, shared, settings, first, last)
 
 
 class PerfectOdometry(SocialOdometryParameters):

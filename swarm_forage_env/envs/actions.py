@@ -47,6 +47,11 @@ class ActionForm:
             self.space = Discrete(len(choices))
 
     @property
+    def shape(self) -> tuple[int, ...]:
+        """Of an action of one robot."""
+        return () if self.is_discrete else (len(self.layout),)
+
+    @property
     def is_discrete(self) -> bool:
         """An action is a choice, and not numbers."""
         return self._raw_choices is not None
@@ -93,11 +98,11 @@ class ActionForm:
 
     def _weights(self, grid: tuple[int, int] | None) -> list[Float32[Array, "levels 1"]]:
         """The levels of each weight."""
-        only = grid is not None and self._steering is None
-        levels = [grid[min(k, 1)] if only and grid else LEVELS for k in range(self._policy.n_weights)]
+        numbers = grid if grid is not None and self._steering is None else (LEVELS, LEVELS)
+        levels = numbers[: self._policy.n_weights]
         return [
             np.linspace(feature.low, feature.high, n, dtype=np.float32)[:, None]
-            for feature, n in zip(self.layout, levels, strict=False)
+            for feature, n in zip(self.layout[: len(levels)], levels, strict=True)
         ]
 
     def _steers(self, grid: tuple[int, int] | None) -> Float32[Array, "choices 2"]:
@@ -132,7 +137,7 @@ class Actions:
     def __init__(self, agents: Sequence[str], form: ActionForm) -> None:
         """Actions of this form, one for each of these agents."""
         self._agents, self._form = tuple(agents), form
-        self._shape = (len(agents), *form.space.shape)
+        self._shape = (len(agents), *form.shape)
         if isinstance(form.space, Box):
             self._low, self._high = form.space.low, form.space.high
 

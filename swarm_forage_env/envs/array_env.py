@@ -1,32 +1,45 @@
 """ArrayEnv, the batch API: W worlds of N robots as arrays. Every API in this folder wraps it."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from copy import copy
+from typing import Any, cast
 
 import numpy as np
-from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Box, Discrete
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int64
 from swarm_forage_env.envs.actions import ActionForm, Actions
 from swarm_forage_env.envs.config import chosen_robots, n_steps
+from swarm_forage_env.envs.episodes import Episodes, Seeds
 from swarm_forage_env.envs.make import Parts, checked_parts
-from swarm_forage_env.envs.observations import LAYER, Moment, Normaliser, Observer, normalised, stacked
+from swarm_forage_env.envs.observations import (
+    LAYER,
+    Moment,
+    Normaliser,
+    Observer,
+    normalised,
+    stacked,
+)
 from swarm_forage_env.envs.rewards import EarnedInTick, shaping
+from swarm_forage_env.envs.stepping import Exchanges, Stepper, Ticks
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CORRECT, REPLACE, Controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import Count, Part, validated
-from swarm_forage_env.random_streams import checked_seed, drawn_seed
-from swarm_forage_env.spaces import Layout
-
-Seeds = int | Sequence[int | None] | None
-"""One seed, for worlds seed, seed + 1 and so on; or one for each world."""
+from swarm_forage_env.spaces import Layout, ObservationLayout, widest
+from swarm_forage_env.task import World
 
 Infos = dict[str, Array]
 """Numbers that are no observation, by name: of shape (worlds, learners) or (worlds,)."""
 
-SHARE_GONE = "share_gone"
+Step = tuple[
+    Float32[Array, "worlds learners numbers"],
+    Float64[Array, "worlds learners"],
+    Bool[Array, " worlds"],
+    Bool[Array, " worlds"],
+    Infos,
+]
+"""Observations, rewards, terminated, truncated, infos."""
 
 
 class ArrayEnv:
@@ -45,14 +58,15 @@ class ArrayEnv:
     With a decision period of k ticks an action is held for k ticks, and the rewards of all k
     are added up. A weight g held so applies to every exchange that ends in these ticks, while
     the observation shows the last tick only: for `learn="weighting"` k = 1 is what the
-    hand-written rules have.
+    hand-written rules have. With `step_on="exchange"` a step ends where an exchange of a learner
+    does, in each world for itself; `infos["acts"]` tells whose next action counts.
     """
 
     def __init__(
         self,
         scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
         n_worlds: int = 1,
-        controller: str | Controller | None = None,
+        controller: Any = None,  # noqa: ANN401 a name, a controller, or one for each robot
         stagger: bool = False,
         **options: Any,  # noqa: ANN401 as parallel_env
     ) -> None:
@@ -61,48 +75,161 @@ class ArrayEnv:
         With `stagger` the first episodes end one after the other, evenly spread over an
         episode's time, so that a batch shows all phases of an episode at once.
         """
+        self._made_by = scenario, n_worlds, controller, stagger, options
         self.n_worlds = validated(_Worlds, {"n_worlds": n_worlds}).n_worlds
         parts = checked_parts(scenario, controller, options)
         self.config, self.task, self._is_staggered = parts.config, parts.task, stagger
+        self._policy = parts.task.policies[parts.config.learn]
         self.max_cycles = n_steps(parts.scenario, parts.config)
-        self._start(parts)
-        self._describe(parts)
-        self.generators = [np.random.default_rng() for _ in range(self.n_worlds)]
-        self._steps: Int64[Array, " worlds"] = np.zeros(self.n_worlds, np.int64)
-        self._ends: Int64[Array, " worlds"] = np.zeros(self.n_worlds, np.int64)
-
-    def _start(self, parts: Parts) -> None:
-        """Make the loop, and mark the layers of the learners as theirs."""
-        config, task = parts.config, parts.task
-        self._policy = task.policies[config.learn]
-        no_layers = task.no_layers if config.learn == "everything" else None
-        self.loop = Loop(
-            parts.scenario,
-            no_layers or parts.controller,
-            range(self.n_worlds),
-            config.physics,
-            config.threads,
-        )
-        self.world = self.loop.world
-        n_robots = self.world.n_robots
-        self.agents = [f"{task.agent}_{k}" for k in range(n_robots)]
-        self._learns = np.array(chosen_robots(config.learners, self.agents))
+        self.loop = self._made_loop(parts)
+        self.agents = [f"{self.task.agent}_{k}" for k in range(self.world.n_robots)]
+        self._learns = np.array(chosen_robots(parts.config.learners, self.agents))
         self.learners = [self.agents[k] for k in self._learns]
+        self._hand_over()
+        self._potential = self.task.potential(self.world)
+        self._earned = EarnedInTick(self.world, self.task, parts.config.reward)
+        self._frames: Array | None = None
+        self.episodes = Episodes(self.loop, parts.scenario, parts.config.randomise)
+        self._stepper = self._made_stepper()
+        self._describe(parts)
+        self._remember()
+
+    @property
+    def world(self) -> World:
+        """The worlds of the robots: their records are the truth."""
+        return self.loop.world
+
+    @property
+    def infos(self) -> tuple[str, ...]:
+        """The names of what `log` tells of each robot."""
+        names: tuple[str, ...] = self.truth.infos
+        return names
+
+    @property
+    def is_over(self) -> Bool[Array, " worlds"]:
+        """The episode of each world has ended: it must be reset."""
+        return self.episodes.is_over
+
+    def reset(
+        self,
+        seed: Seeds = None,
+        worlds: Any = None,  # noqa: ANN401 a mask, or numbers
+        options: Mapping[str, Any] | None = None,
+    ) -> tuple[Float32[Array, "worlds learners numbers"], Infos]:
+        """Start worlds anew, all unless `worlds` is a mask or numbers of some; observe all.
+
+        A seed fixes an episode and all that follow without one: one for the first of these
+        worlds, whose others take the next whole numbers, or one for each of them. `options` are
+        numbers of the scenario for these episodes, by dotted name.
+        """
+        is_first = not self.episodes.ends.any()
+        fresh = self.episodes.begin(seed, worlds, options or {}, self.max_cycles)
+        if is_first and self._is_staggered:
+            self.episodes.stagger()
+        self._last_action[fresh] = 0.0
+        nothing = np.zeros((self.n_worlds, len(self.learners)))
+        return self._observe(fresh), self._infos(nothing)
+
+    def step(self, actions: Any) -> Step:  # noqa: ANN401 checked against the action space
+        """One decision; observations, rewards, terminated, truncated, infos.
+
+        `actions` have the shape (worlds, learners, numbers), or (worlds, learners) where they are
+        choices. A refused action leaves everything as it was.
+        """
+        given = np.asarray(actions)
+        if given.shape[:2] != (self.n_worlds, len(self.learners)):
+            raise ConfigError(
+                f"actions of shape {given.shape}: must be"
+                f" {(self.n_worlds, len(self.learners), *self.action_shape)}"
+            )
+        return self.advance(self.actions.rows(given.reshape(-1, *given.shape[2:])))
+
+    def advance(self, raw: Float32[Array, "rows numbers"]) -> Step:
+        """`step` with what the layers take, as `actions` made it of the actions of all learners."""
+        self.episodes.check_running()
+        action = raw.reshape(self.n_worlds, len(self.learners), -1)
+        self._policy.act(self.world, self.loop.controller, self._learns, action)
+        self._last_action[:, self._learns] = action
+        before = self._potential() if self.config.shaping > 0.0 else None
+        earned = self._stepper.run(self._earned)
+        unshaped = self._earned.credit(earned)
+        rewards = unshaped
+        if before is not None:
+            added = shaping(before, self._potential(), self.config.discount, self.config.shaping)
+            rewards = self._earned.credit(earned + added.reshape(earned.shape))
+        infos = self._infos(self._of_learners(unshaped))
+        never = np.zeros(self.n_worlds, np.bool_)
+        return self._observe(), self._of_learners(rewards), never, self.is_over, infos
+
+    def state(self) -> Float32[Array, "worlds numbers"]:
+        """The truth about every world, as `state_layout` says; for centralised critics."""
+        found: Float32[Array, "worlds numbers"] = self.truth.state(self.episodes.share_gone)
+        if self._state is not None:
+            self._state(found)
+        return found
+
+    def log(self) -> Float64[Array, "worlds learners infos"]:
+        """What is logged of each learner, in the order of `infos`; worked out when asked for."""
+        found: Array = self.truth.log()
+        of_robots = found.reshape(self.n_worlds, self.world.n_robots, -1)
+        return np.asarray(self._of_learners(of_robots))
+
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        kept = self.episodes.snapshot(), self._last_action.copy(), copy(self._frames)
+        return self.loop.snapshot(), kept
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken, bit for bit.
+
+        ConfigError if it is of a block of another kind or of other sizes.
+        """
+        loop, (episodes, last_action, frames) = snapshot
+        own_stack = None if self._frames is None else self._frames.shape
+        its_stack = None if frames is None else frames.shape
+        if last_action.shape != self._last_action.shape or its_stack != own_stack:
+            raise ConfigError("restore(): the snapshot is of an environment of other options")
+        self.loop.restore(loop)
+        self.episodes.restore(episodes)
+        self._last_action[...] = last_action
+        self._frames = copy(frames)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What makes the same environment again, and how it stands."""
+        return {"made_by": self._made_by, "snapshot": self.snapshot()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the environment again, and let it go on where it was."""
+        scenario, n_worlds, controller, stagger, options = state["made_by"]
+        ArrayEnv.__init__(self, scenario, n_worlds, controller, stagger, **options)
+        self.restore(state["snapshot"])
+
+    def _made_loop(self, parts: Parts) -> Loop:
+        """The worlds, and who runs the robots."""
+        config, task = parts.config, parts.task
+        no_layers = task.no_layers if config.learn == "everything" else None
+        controller: Controller = no_layers or parts.controller
+        seeds = range(self.n_worlds)
+        return Loop(parts.scenario, controller, seeds, config.physics, config.threads)
+
+    def _hand_over(self) -> None:
+        """Mark the layers of the learners as theirs."""
         action = self.world.robots["action"]
         for layer in self._policy.replaces:
-            is_residual = config.residual and layer == "motion"
+            is_residual = self.config.residual and layer == "motion"
             action[layer][:, self._learns] = CORRECT if is_residual else REPLACE
-        self._potential = task.potential(self.world)
-        self._earned = EarnedInTick(self.world, task, config.reward)
+
+    def _made_stepper(self) -> Stepper:
+        """What a step is."""
+        if self.config.step_on == "exchange":
+            return Exchanges(self.loop, self.episodes, self._learns.tolist())
+        return Ticks(self.loop, self.episodes, self.config.decision_period or 1)
 
     def _describe(self, parts: Parts) -> None:
         """Make the spaces, and what writes observations and the state."""
         config, policy = parts.config, self._policy
-        ticks = max(parts.scenario.n_ticks, self.max_cycles * config.decision_period)
-        bounds = self.task.bounds(
-            parts.scenario, ticks, getattr(parts.controller, "message_path", 0.0)
-        )
-        shown = policy.layout(bounds)
+        all_bounds = [self._bounds(parts, each) for each in self.episodes.extremes]
+        shown = cast(ObservationLayout, widest([policy.layout(bounds) for bounds in all_bounds]))
         self._observer = Observer(
             policy, config.observation, shown, parts.scenario, self.agents, config.normalise
         )
@@ -114,132 +241,29 @@ class ArrayEnv:
         self._form = ActionForm(self.task, policy, config)
         self.action_layout = self._form.layout
         self.action_space: Box | Discrete[Any] = self._form.space
+        self.action_shape = self._form.shape
         self.actions = Actions(_names(self.learners, self.n_worlds), self._form)
-        self.truth = self.task.global_state(
-            self.world, self.loop.controller, self.agents, bounds
-        )
-        self._state = Normaliser(self.truth.layout) if config.normalise else None
-        self.state_layout: Layout = (
-            normalised(self.truth.layout) if config.normalise else self.truth.layout
-        )
+        truths = [
+            self.task.global_state(self.world, self.loop.controller, self.agents, bounds)
+            for bounds in all_bounds
+        ]
+        self.truth, state_layout = truths[0], widest([each.layout for each in truths])
+        self._state = Normaliser(state_layout) if config.normalise else None
+        self.state_layout = normalised(state_layout) if config.normalise else state_layout
         self.state_space: Box = self.state_layout.box()
-        n_rows, n_robots = self.n_worlds, self.world.n_robots
-        self._last_action = np.zeros((n_rows, n_robots, len(policy.action)), np.float32)
-        n_frames = (n_rows, n_robots, config.stack, len(self._observer.layout))
-        self._frames = np.zeros(n_frames, np.float32) if config.stack > 1 else None
 
-    @property
-    def infos(self) -> tuple[str, ...]:
-        """The names of what `log` tells of each robot."""
-        names: tuple[str, ...] = self.truth.infos
-        return names
+    def _remember(self) -> None:
+        """Make room for what is kept between steps."""
+        n_worlds, n_robots, stack = self.n_worlds, self.world.n_robots, self.config.stack
+        n_numbers = len(self._policy.action)
+        self._last_action = np.zeros((n_worlds, n_robots, n_numbers), np.float32)
+        n_frames = (n_worlds, n_robots, stack, len(self._observer.layout))
+        self._frames = np.zeros(n_frames, np.float32) if stack > 1 else None
 
-    def reset(
-        self,
-        seed: Seeds = None,
-        worlds: Any = None,  # noqa: ANN401 a mask, or numbers
-        options: Mapping[str, Any] | None = None,
-    ) -> tuple[Float32[Array, "worlds learners numbers"], Infos]:
-        """Start worlds anew, all unless `worlds` is a mask or numbers of some; observe all.
-
-        A seed fixes an episode and all that follow without one: one for the first of these
-        worlds, whose others take the next whole numbers, or one for each of them.
-        """
-        chosen = self._numbers_of(worlds)
-        seeds = self._world_seeds(seed, chosen)
-        self.loop.reset(seeds)
-        is_first = not self._ends.any()
-        self._steps[chosen] = 0
-        self._ends[chosen] = self.max_cycles
-        if is_first and self._is_staggered:
-            share = np.arange(1, self.n_worlds + 1) / self.n_worlds
-            self._ends[:] = np.maximum(1, np.ceil(share * self.max_cycles))
-        self._last_action[chosen] = 0.0
-        return self._observe(fresh=chosen), self._infos(np.zeros((self.n_worlds, len(self.learners))))
-
-    def step(
-        self,
-        actions: Any,  # noqa: ANN401 checked against the action space
-    ) -> tuple[
-        Float32[Array, "worlds learners numbers"],
-        Float64[Array, "worlds learners"],
-        Bool[Array, " worlds"],
-        Bool[Array, " worlds"],
-        Infos,
-    ]:
-        """One decision period; observations, rewards, terminated, truncated, infos.
-
-        `actions` have the shape (worlds, learners, numbers), or (worlds, learners) where they are
-        choices. A refused action leaves everything as it was.
-        """
-        given = np.asarray(actions)
-        if given.shape[:2] != (self.n_worlds, len(self.learners)):
-            raise ConfigError(
-                f"actions of shape {given.shape}: must be"
-                f" {(self.n_worlds, len(self.learners), *self.action_space.shape)}"
-            )
-        return self.advance(self.actions.rows(given.reshape(-1, *given.shape[2:])))
-
-    def advance(
-        self, raw: Float32[Array, "rows numbers"]
-    ) -> tuple[
-        Float32[Array, "worlds learners numbers"],
-        Float64[Array, "worlds learners"],
-        Bool[Array, " worlds"],
-        Bool[Array, " worlds"],
-        Infos,
-    ]:
-        """`step` with what the layers take, as `actions` made it of the actions of all learners."""
-        self._check_running()
-        action = raw.reshape(self.n_worlds, len(self.learners), -1)
-        self._policy.act(self.world, self.loop.controller, self._learns, action)
-        self._last_action[:, self._learns] = action
-        before = self._potential() if self.config.shaping > 0.0 else None
-        earned = self._run()
-        unshaped = self._earned.credit(earned)
-        rewards = unshaped
-        if before is not None:
-            added = shaping(before, self._potential(), self.config.discount, self.config.shaping)
-            rewards = self._earned.credit(earned + added.reshape(earned.shape))
-        self._steps += 1
-        return (
-            self._observe(),
-            self._of_learners(rewards),
-            np.zeros(self.n_worlds, np.bool_),
-            self.is_over,
-            self._infos(self._of_learners(unshaped)),
-        )
-
-    @property
-    def is_over(self) -> Bool[Array, " worlds"]:
-        """The episode of each world has ended: it must be reset."""
-        return (self._ends > 0) & (self._steps >= self._ends)
-
-    @property
-    def share_gone(self) -> Float64[Array, " worlds"]:
-        """Share of the episode that each world has behind it."""
-        return self._steps / np.maximum(self._ends, 1)
-
-    def state(self) -> Float32[Array, "worlds numbers"]:
-        """The truth about every world, as `state_layout` says; for centralised critics."""
-        found: Float32[Array, "worlds numbers"] = self.truth.state(self.share_gone)
-        if self._state is not None:
-            self._state(found)
-        return found
-
-    def log(self) -> Float64[Array, "worlds learners infos"]:
-        """What is logged of each learner, in the order of `infos`; worked out when asked for."""
-        found: Array = self.truth.log()
-        return self._of_learners(found.reshape(self.n_worlds, self.world.n_robots, -1))
-
-    def _run(self) -> Float64[Array, "worlds robots"]:
-        """What every robot earned in the ticks of a decision period."""
-        earned = np.zeros((self.n_worlds, self.world.n_robots))
-        for _ in range(self.config.decision_period):
-            self._earned.remember()
-            self.loop.step()
-            earned += self._earned()
-        return earned
+    def _bounds(self, parts: Parts, scenario: Any) -> Any:  # noqa: ANN401 of its task
+        """How large numbers get in a scenario."""
+        ticks = max(scenario.n_ticks, self.max_cycles * (self.config.decision_period or 1))
+        return self.task.bounds(scenario, ticks, getattr(parts.controller, "message_path", 0.0))
 
     def _observe(
         self, fresh: Int64[Array, " worlds"] | None = None
@@ -250,7 +274,7 @@ class ArrayEnv:
             self.world.robots,
             self.world.worlds,
             minds["estimator"] if "estimator" in (minds.dtype.names or ()) else None,
-            1.0 - self.share_gone,
+            1.0 - self.episodes.share_gone,
             self._last_action,
         )
         seen = self._observer(self.world, self.loop.controller, moment)
@@ -263,66 +287,22 @@ class ArrayEnv:
             seen = self._frames.reshape(*seen.shape[:2], -1).copy()
         return self._of_learners(seen)
 
+    def _infos(self, unshaped: Float64[Array, "worlds learners"]) -> Infos:
+        acts = self._stepper.acts()
+        told = {} if acts is None else {"acts": self._of_learners(acts).astype(np.float64)}
+        drawn = {name: numbers.copy() for name, numbers in self.episodes.drawn.items()}
+        return {"unshaped_reward": unshaped, **told, **drawn}
+
     def _of_learners(self, of_robots: Array) -> Array:
         """The columns of those that learn."""
         is_all = len(self.learners) == len(self.agents)
         return of_robots if is_all else of_robots[:, self._learns]
-
-    def _infos(self, unshaped: Float64[Array, "worlds learners"]) -> Infos:
-        return {"unshaped_reward": unshaped}
-
-    def _check_running(self) -> None:
-        if not self._ends.all():
-            raise ResetNeeded("the episode has not begun: call reset() first")
-        if self.is_over.any():
-            (which, *_) = np.flatnonzero(self.is_over)
-            where = "" if self.n_worlds == 1 else f" of world {which}"
-            raise ResetNeeded(
-                f"step after the end{where}, at {self._steps[which]} cycles: call reset() first"
-            )
-
-    def _numbers_of(self, worlds: Any) -> Int64[Array, " chosen"]:  # noqa: ANN401 whatever was given
-        """The numbers of the chosen worlds; ConfigError for what names none."""
-        if worlds is None:
-            return np.arange(self.n_worlds)
-        found = np.asarray(worlds)
-        if found.dtype == np.bool_ and found.shape == (self.n_worlds,):
-            return np.flatnonzero(found)
-        is_number = found.dtype.kind in "iu" and found.ndim == 1
-        if is_number and ((found >= 0) & (found < self.n_worlds)).all():
-            return np.unique(found).astype(np.int64)
-        raise ConfigError(
-            f"worlds={worlds!r}: must be a mask of {self.n_worlds}, or numbers from 0 to"
-            f" {self.n_worlds - 1}"
-        )
-
-    def _world_seeds(self, seed: Seeds, chosen: Int64[Array, " chosen"]) -> list[int]:
-        """A seed for each of these worlds, from those given or from its sequence."""
-        given = checked_seeds(seed, len(chosen))
-        found = []
-        for world, own in zip(chosen, given, strict=True):
-            if own is not None:
-                self.generators[world] = np.random.default_rng(own)
-            found.append(drawn_seed(self.generators[world]) if own is None else own)
-        return found
 
 
 class _Worlds(Part):
     """Validation of the number of worlds."""
 
     n_worlds: Count
-
-
-def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
-    """A checked seed or None for each of n worlds, before anything is changed."""
-    if seed is None:
-        return [None] * n
-    if not isinstance(seed, Sequence | np.ndarray) or isinstance(seed, str):
-        first = checked_seed(seed)
-        return [checked_seed(first + world) for world in range(n)]
-    if len(seed) != n:
-        raise ConfigError(f"seed={seed!r}: must be {n}, one for each world")
-    return [None if own is None else checked_seed(own) for own in seed]
 
 
 def _names(learners: Sequence[str], n_worlds: int) -> list[str]:

@@ -1,14 +1,12 @@
 """Options of an environment: learned layer, action, observation, reward, episode length."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Count, NotNegative, Part, Positive, Share
-
-MOST_SHAPING = 1.5
 
 
 class EnvConfig(Part):
@@ -40,7 +38,12 @@ class EnvConfig(Part):
     reward: Any = Field("own", description="Who is credited with a round trip, or a callable")
     shaping: NotNegative = Field(0.0, description="Weight of the potential-based shaping; 0: none")
     discount: Share = Field(0.99, description="The learner's discount, for the shaping")
-    decision_period: Count = Field(1, description="Ticks for which an action is held")
+    decision_period: Count | None = Field(
+        None, description="Ticks for which an action is held; none: as suits the layer"
+    )
+    step_on: Literal["tick", "exchange"] = Field(
+        "tick", description="A step is a decision period, or ends with an exchange of a learner"
+    )
     randomise: Mapping[str, Any] = Field(
         default_factory=dict,
         description="Numbers of the scenario drawn anew for each episode, from low to high",
@@ -53,25 +56,15 @@ class EnvConfig(Part):
         None, description="Decisions in an episode; none: as many as fit into the scenario's time"
     )
 
-    @field_validator("shaping")
-    @classmethod
-    def _a_trip_still_pays(cls, weight: float) -> float:
-        if weight > MOST_SHAPING:
-            raise ValueError(
-                f"shaping={weight:g}: a completed trip pays 1 - 2 w / 3 in its tick, which would"
-                f" be below zero; must be at most {MOST_SHAPING}"
-            )
-        return weight
-
 
 def n_steps(scenario: Any, config: EnvConfig) -> int:  # noqa: ANN401 of any task
     """Decisions in an episode: `max_cycles`, or as many as fit into the scenario's time."""
-    if config.decision_period > scenario.n_ticks:
+    period = config.decision_period or 1
+    if period > scenario.n_ticks:
         raise ConfigError(
-            f"decision_period={config.decision_period}: must be at most the"
-            f" {scenario.n_ticks} ticks of an episode"
+            f"decision_period={period}: must be at most the {scenario.n_ticks} ticks of an episode"
         )
-    return config.max_cycles or scenario.n_ticks // config.decision_period
+    return config.max_cycles or scenario.n_ticks // period
 
 
 def chosen_robots(learners: Any, agents: Sequence[str]) -> list[int]:  # noqa: ANN401 whatever was given

@@ -68,6 +68,16 @@ class JointEnvCore:
         self._screen.follow()
         return self._joined(observations), rewards, truncated
 
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """All that the next steps depend on."""
+        return self.env.snapshot(), self._has_begun
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken."""
+        of_array, has_begun = snapshot
+        self.env.restore(of_array)
+        self._has_begun = has_begun
+
     def joint(self, rewards: Float64[Array, "worlds learners"]) -> Float64[Array, " worlds"]:
         """One reward for each world: the learners' sum, or for `team` what each of them gets."""
         return rewards[:, 0].copy() if self._is_team_reward else rewards.sum(axis=1)
@@ -116,7 +126,7 @@ class JointEnvCore:
                 f"action of shape {given.shape[1:]}: must be {shape[1:]}; for each robot that"
                 f" learns, {names}"
             )
-        return given.reshape(-1, *self.env.action_space.shape)
+        return given.reshape(-1, *self.env.action_shape)
 
 
 def repeated(box: Box, times: int) -> Box:

@@ -1,16 +1,18 @@
 """The environment as Gymnasium wants it: `LearnerEnv`, `JointEnv`, `TupleEnv`."""
 
+from copy import copy, deepcopy
 from typing import Any, ClassVar
 
 import gymnasium as gym
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.spaces import Space, Tuple
-from gymnasium.utils import EzPickle
 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.envs.gymnasium_core import JointEnvCore
 from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.envs.render import render_modes
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
+from swarm_forage_env.task import World
 
 METADATA: dict[str, Any] = {
     name: parallel_env.metadata[name] for name in ("render_modes", "render_fps")
@@ -18,28 +20,47 @@ METADATA: dict[str, Any] = {
 """As of the PettingZoo environment."""
 
 
-class _SwarmEnv(gym.Env[Any, Any], EzPickle):
+class _SwarmEnv(gym.Env[Any, Any]):
     """One world of a block, in which the first robot learns, or all do."""
 
     metadata: dict[str, Any] = METADATA
     single_learner: ClassVar[bool] = False
+    _spec: EnvSpec | None = None
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401 as parallel_env
         """Make the environment; `reset` starts an episode."""
-        EzPickle.__init__(self, **options)
         self._core = core = JointEnvCore(1, self.single_learner, options)
         self.render_mode = core.render_mode
         self.metadata = {
             **self.metadata,
-            "render_modes": render_modes(core.env.world.scenario),
+            "render_modes": render_modes(self.scenario),
         }
-        self.world = core.env.world
-        self.scenario = core.env.world.scenario
         self.max_cycles = core.env.max_cycles
         self.observation_layout = core.env.observation_layout
         self.action_layout = core.env.action_layout
         self.observation_space: Space[Any] = core.observation_space
         self.action_space: Space[Any] = core.action_space
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What `gymnasium.make` made it of, and how long its episodes are."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = copy(spec)
+        if self._spec is not None and self._spec.max_episode_steps is None:
+            self._spec.max_episode_steps = self.max_cycles
+
+    @property
+    def world(self) -> World:
+        """The worlds of the robots: their records are the truth."""
+        return self._core.env.world
+
+    @property
+    def scenario(self) -> Any:  # noqa: ANN401 of any task
+        """The scenario of the first world's episode."""
+        return self.world.scenario
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -56,6 +77,19 @@ class _SwarmEnv(gym.Env[Any, Any], EzPickle):
         observations, rewards, truncated = self._core.step([action])
         observation = self._shown(observations[0])
         return observation, self._reward(rewards), False, bool(truncated[0]), self._info()
+
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        return self._core.snapshot(), deepcopy(self.np_random)
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken, bit for bit.
+
+        ConfigError if it is of an environment of other options.
+        """
+        core, generator = snapshot
+        self._core.restore(core)
+        self.np_random = deepcopy(generator)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
         """The frame of this moment as rows of red, green and blue; None where it is on the screen.
@@ -112,7 +146,7 @@ class TupleEnv(_SwarmEnv):
         super().__init__(discrete=discrete, **options)
         env = self._core.env
         self.n_agents = len(self._core.learners)
-        self._core.action_shape = (self.n_agents, *env.action_space.shape)
+        self._core.action_shape = (self.n_agents, *env.action_shape)
         self.action_space = Tuple([env.action_space] * self.n_agents)
         self.observation_space = Tuple([env.observation_space] * self.n_agents)
 

@@ -1,5 +1,6 @@
 """Worlds in one block of arrays, as Gymnasium vector environments: one learner in each, or all."""
 
+from copy import deepcopy
 from typing import Any, ClassVar
 
 import numpy as np
@@ -8,14 +9,16 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
-from swarm_forage_env.envs.array_env import Seeds, checked_seeds
+from swarm_forage_env.envs.episodes import Seeds, checked_seeds
 from swarm_forage_env.envs.gymnasium_core import JointEnvCore
 from swarm_forage_env.envs.gymnasium_env import METADATA
 from swarm_forage_env.envs.render import render_modes
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.random_streams import drawn_seed
+from swarm_forage_env.task import World
 
 VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
+
 
 class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
     """Worlds side by side, equal to so many single environments, step for step and bit for bit.
@@ -46,8 +49,6 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
                 core.env.max_cycles, _count("max_episode_steps", max_episode_steps)
             )
         self.render_mode = core.render_mode
-        self.world = core.env.world
-        self.scenario = core.env.world.scenario
         self.metadata = {
             **self.metadata,
             "render_modes": render_modes(self.scenario),
@@ -63,6 +64,16 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         self._rngs, self._rng_seeds = map(
             list, zip(*(seeding.np_random() for _ in range(self.num_envs)), strict=True)
         )
+
+    @property
+    def world(self) -> World:
+        """The worlds of the robots: their records are the truth."""
+        return self._core.env.world
+
+    @property
+    def scenario(self) -> Any:  # noqa: ANN401 of any task
+        """The scenario of the first world's episode."""
+        return self.world.scenario
 
     def reset(
         self, *, seed: Seeds = None, options: dict[str, Any] | None = None
@@ -114,6 +125,19 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
     def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
         """The seed of each of them."""
         return tuple(self._rng_seeds)
+
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        return self._core.snapshot(), deepcopy(self._rngs)
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken, bit for bit.
+
+        ConfigError if it is of an environment of other options.
+        """
+        core, generators = snapshot
+        self._core.restore(core)
+        self._rngs = deepcopy(generators)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
         """A frame of each world, as rows of red, green and blue.

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.controllers import Controllers, find_controllers
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller
@@ -25,7 +25,7 @@ class Parts:
 
 def checked_parts(
     scenario: Any,  # noqa: ANN401 a name, a file or a scenario of any task
-    controller: str | Controller | None,
+    controller: Controllers | None,
     options: Mapping[str, Any],
 ) -> Parts:
     """What the keywords of `parallel_env` stand for.
@@ -38,20 +38,33 @@ def checked_parts(
     overrides = {name: value for name, value in options.items() if name not in own}
     chosen = _overridden(scenario, overrides)
     task = task_of(chosen)
-    found = find_controller(controller or task.controller)
-    if config.learn not in task.policies:
-        raise UnknownNameError("layer to learn", config.learn, task.policies)
+    found = find_controllers(controller, chosen)
+    _check_learns(config, task)
     if controller is not None and config.learn == "everything":
         _refuse(found, "none runs where learn='everything'; leave it out, or learn 'motion'")
     if config.learn != "everything" and hasattr(found, "check_supports"):
         found.check_supports(chosen)
     if config.learn == "weighting" and not getattr(found, "talks", True):
         _refuse(found, "nobody talks, so that there is nothing to weigh; choose one that does")
+    if config.decision_period is None:
+        usual = min(task.policies[config.learn].decision_period, chosen.n_ticks)
+        config = config.model_copy(update={"decision_period": usual})
+    return Parts(chosen, config, found, task)
+
+
+def _check_learns(config: EnvConfig, task: Task) -> None:
+    """ConfigError or UnknownNameError for what cannot be learned so in a task."""
+    if config.learn not in task.policies:
+        raise UnknownNameError("layer to learn", config.learn, task.policies)
     if config.residual:
         _check_residual(config, task)
+    if config.step_on == "exchange":
+        _check_exchanges(config)
+    if task.most_shaping is not None and config.shaping > task.most_shaping[0]:
+        most, why = task.most_shaping
+        raise ConfigError(f"shaping={config.shaping:g}: {why}; must be at most {most:g}")
     if config.learners is not None:
         _check_shares_a_language(config)
-    return Parts(chosen, config, found, task)
 
 
 def _overridden(scenario: Any, overrides: Mapping[str, Any]) -> Any:  # noqa: ANN401 as above
@@ -77,6 +90,16 @@ def _check_residual(config: EnvConfig, task: Task) -> None:
         raise UnknownNameError("layer to learn as a residual", config.learn, task.residuals)
     if config.learners is not None:
         raise ConfigError("residual=True: cannot be had where some robots learn; leave it out")
+
+
+def _check_exchanges(config: EnvConfig) -> None:
+    """ConfigError where a step cannot end with an exchange."""
+    if config.learn != "weighting":
+        raise ConfigError("step_on='exchange': only learn='weighting' acts in exchanges alone")
+    if config.decision_period not in (None, 1):
+        raise ConfigError("step_on='exchange': goes with no decision_period; leave it out")
+    if not isinstance(config.reward, str):
+        raise ConfigError("step_on='exchange': goes with reward='own' or 'team' alone")
 
 
 def _check_shares_a_language(config: EnvConfig) -> None:

@@ -182,8 +182,8 @@ def _unit_of(feature: Feature) -> str:
 class Normaliser:
     """Brings numbers in SI units into [-1, 1].
 
-        x / (|x| + s)       of typical size s
-        x / b               within bounds of +- b that are typical themselves
+    x / (|x| + s)       of typical size s
+    x / b               within bounds of +- b that are typical themselves
     """
 
     def __init__(self, layout: Layout) -> None:
@@ -234,7 +234,7 @@ class Observer:
     layout: Layout
     """What each number is."""
 
-    def __init__(  # noqa: PLR0913 what the options of an environment ask for
+    def __init__(
         self,
         policy: PolicyInterface,
         observation: Any,  # noqa: ANN401 names and classes

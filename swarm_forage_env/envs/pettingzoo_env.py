@@ -16,6 +16,7 @@ from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.rendering.viewer import RENDER_MODES, check_render_mode
+from swarm_forage_env.task import World
 
 Observations = dict[str, Float32[Array, " numbers"]]
 Infos = dict[str, dict[str, float]]
@@ -69,7 +70,6 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         self.render_mode = render_mode
         self.array_env = env = ArrayEnv(scenario, 1, controller, learn=learn, **options)
         self._screen = EnvRenderer(env, render_mode, title_of(controller, learn))
-        self.world = env.world
         self.metadata = {**self.metadata, "render_modes": render_modes(self.scenario)}
         self.max_cycles = env.max_cycles
         self.possible_agents = env.learners
@@ -84,6 +84,11 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         self._cycles: int | None = None
 
     @property
+    def world(self) -> World:
+        """The world of the robots: its records are the truth."""
+        return self.array_env.world
+
+    @property
     def scenario(self) -> Any:  # noqa: ANN401 of any task
         """The scenario of the episode."""
         return self.world.scenario
@@ -91,7 +96,7 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
     @property
     def np_random(self) -> np.random.Generator:
         """The generator of the seeds of episodes for which none is given."""
-        return self.array_env.generators[0]
+        return self.array_env.episodes.generators[0]
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -132,6 +137,19 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         self._started()
         return np.asarray(self.array_env.state()[0])
 
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """All that the next steps depend on: to be restored any number of times, and pickled."""
+        return self.array_env.snapshot(), list(self.agents), self._cycles
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken, bit for bit.
+
+        ConfigError if it is of an environment of other options.
+        """
+        of_array, agents, self._cycles = snapshot
+        self.array_env.restore(of_array)
+        self.agents = list(agents)
+
     def observation_space(self, agent: str) -> Space[Any]:
         """The space of an agent's observations, the same object each time."""
         return self._space_of(agent, self.observation_spaces)
@@ -155,7 +173,8 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
     def _space_of(self, agent: str, spaces: Mapping[str, Any]) -> Space[Any]:
         if agent not in spaces:
             raise UnknownNameError("agent", str(agent), spaces)
-        return spaces[agent]
+        found: Space[Any] = spaces[agent]
+        return found
 
     def _infos(self) -> Infos:
         env, step = self.array_env, self._infos_of_step

@@ -3,6 +3,8 @@
 Nothing of the world is imported for it: entry points are text, and read by `make`.
 """
 
+from typing import Any
+
 import gymnasium
 
 NAMES = {
@@ -21,43 +23,58 @@ NAMES = {
 
 ENVS = "swarm_forage_env.envs"
 
+VERSIONS = (1, 0)
+"""The versions that have ids, the newest first; an older one stays for a release."""
+
 
 def register_with_gymnasium() -> None:
-    """Enter for each scenario `SwarmForage/<Name>-v0`, `<Name>-Joint-v0`, `<Name>-Tuple-v0`."""
-    for scenario, name in NAMES.items():
-        kwargs = {"scenario": scenario}
-        gymnasium.register(
-            f"SwarmForage/{name}-v0",
-            f"{ENVS}.gymnasium_env:LearnerEnv",
-            vector_entry_point=f"{ENVS}.gymnasium_vector:LearnerVectorEnv",
-            kwargs=kwargs,
-        )
-        gymnasium.register(
-            f"SwarmForage/{name}-Joint-v0",
-            f"{ENVS}.gymnasium_env:JointEnv",
-            vector_entry_point=f"{ENVS}.gymnasium_vector:JointVectorEnv",
-            kwargs=kwargs,
-        )
-        gymnasium.register(
-            f"SwarmForage/{name}-Tuple-v0",
-            f"{ENVS}.gymnasium_env:TupleEnv",
-            disable_env_checker=True,  # it warns of rewards that are a list
-            kwargs=kwargs,
-        )
+    """Enter for each scenario `SwarmForage/<Name>-v1`, `<Name>-Joint-v1`, `<Name>-Tuple-v1`.
+
+    And the same of version 0.
+    """
+    for version in VERSIONS:
+        for scenario, name in NAMES.items():
+            kwargs = {"scenario": scenario, **keywords_of(version, scenario)}
+            gymnasium.register(
+                f"SwarmForage/{name}-v{version}",
+                f"{ENVS}.gymnasium_env:LearnerEnv",
+                vector_entry_point=f"{ENVS}.gymnasium_vector:LearnerVectorEnv",
+                kwargs=kwargs,
+            )
+            gymnasium.register(
+                f"SwarmForage/{name}-Joint-v{version}",
+                f"{ENVS}.gymnasium_env:JointEnv",
+                vector_entry_point=f"{ENVS}.gymnasium_vector:JointVectorEnv",
+                kwargs=kwargs,
+            )
+            gymnasium.register(
+                f"SwarmForage/{name}-Tuple-v{version}",
+                f"{ENVS}.gymnasium_env:TupleEnv",
+                disable_env_checker=True,  # it warns of rewards that are a list
+                kwargs=kwargs if version else {**kwargs, "discrete": (3, 3)},
+            )
 
 
 def register_with_pettingzoo() -> None:
-    """Enter `swarm_forage/<scenario>-v0`, in turn and in parallel, where PettingZoo has a registry.
+    """Enter `swarm_forage/<scenario>-v1`, in turn and in parallel, where PettingZoo has a registry.
 
-    It has one from version 1.27 on.
+    And the same of version 0. It has one from version 1.27 on.
     """
     try:
         from pettingzoo import register
     except ImportError:
         return
-    for scenario in NAMES:
-        kwargs = {"scenario": scenario}
-        for kind, entry in (("aec", "env"), ("parallel", "parallel_env")):
-            register(
-                kind, f"swarm_forage/{scenario}-v0", f"{ENVS}.pettingzoo_env:{entry}", kwargs=kwargs
-            )
+    for version in VERSIONS:
+        for scenario in NAMES:
+            kwargs = {"scenario": scenario, **keywords_of(version, scenario)}
+            for kind, entry in (("aec", "env"), ("parallel", "parallel_env")):
+                name = f"swarm_forage/{scenario}-v{version}"
+                register(kind, name, f"{ENVS}.pettingzoo_env:{entry}", kwargs=kwargs)
+
+
+def keywords_of(version: int, scenario: str) -> dict[str, Any]:
+    """What a version has in front of the keywords given: version 0 the commands, in SI units."""
+    if version > 0:
+        return {}
+    command = "pull" if scenario.startswith("waypoints") else "wheels"
+    return {"action": command, "normalise": False, "decision_period": 1}

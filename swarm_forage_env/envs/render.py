@@ -32,8 +32,7 @@ class EnvRenderer:
 
     def __init__(self, env: ArrayEnv, mode: str | None, moved_by: str) -> None:
         """Nothing is opened before the first scene is drawn."""
-        self._env = env
-        self._mode = mode
+        self._env, self._mode, self._moved_by = env, mode, moved_by
         self._views: list[Viewer] = []
         if mode is None:
             return
@@ -45,6 +44,14 @@ class EnvRenderer:
             )
         stage = stage_of(env.world.scenario, moved_by)
         self._views = [Viewer(stage, mode) for _ in range(n_worlds)]
+
+    def __getstate__(self) -> tuple[ArrayEnv, str | None, str]:
+        """What makes the same renderer again; a window stays where it is."""
+        return self._env, self._mode, self._moved_by
+
+    def __setstate__(self, state: tuple[ArrayEnv, str | None, str]) -> None:
+        """A renderer of the copy, which has opened nothing."""
+        EnvRenderer.__init__(self, *state)
 
     def draw(self) -> list[Frame | None]:
         """The frame of each world as it stands; None where it is on the screen.

@@ -106,5 +106,3 @@ def _checked(found: Any, shape: tuple[int, ...]) -> Float64[Array, "worlds robot
             f"reward: gave {earned[where]} to robot {where[1]} of world {where[0]}; must be finite"
         )
     return earned
-
-

@@ -3,7 +3,8 @@
 Two templates whose free names are bound to the functions of the chosen layers. At the cut between
 them a learner, or a rule written in NumPy, writes the actions that take the place of a layer.
 
-A layer's functions receive records of the robot's interface only: never its pose.
+A layer's functions receive records of the robot's interface only: never its pose. Every robot has
+its own numbers; robots of another controller, which are not `is_member`, are left alone.
 """
 
 import numpy as np
@@ -29,26 +30,29 @@ REACH = 2.0
 
 
 def observe(
-    robots: Array, minds: Array, shared: Array, numbers: Array, first: int, last: int
+    robots: Array, minds: Array, shared: Array, settings: Array, first: int, last: int
 ) -> None:
     """Take in what was sensed and heard, in the worlds first .. last - 1.
 
-    A message is composed when somebody listens to it, before anybody's estimate moves.
+    A message is composed when somebody listens to it, before anybody's estimate moves. That of a
+    robot with another estimator is never composed, and so tells nothing.
     Free names: is_listening, compose, take_in, listen, describe.
     """
     for w in range(first, last):
-        swarm, crowd = robots[w], minds[w]
+        swarm, crowd, own = robots[w], minds[w], settings[w]
         for i in range(swarm.shape[0]):
-            if is_listening(crowd[i]):
+            if own[i].is_member and is_listening(crowd[i]):
                 for slot in range(swarm[i].heard.n):
-                    sender = crowd[swarm[i].heard.sender[slot]]
-                    if not sender.is_composed:
-                        compose(sender, numbers[w])
-                        sender.is_composed = True
+                    j = swarm[i].heard.sender[slot]
+                    if own[j].is_member and not crowd[j].is_composed:
+                        compose(crowd[j], own[j].estimator)
+                        crowd[j].is_composed = True
         for i in range(swarm.shape[0]):
-            take_in(crowd[i], shared[w, i], swarm[i].readings, numbers[w])
-            crowd[i].exchange.is_valid = listen(crowd, i, swarm[i].heard, numbers[w])
-            describe(crowd[i], swarm[i].report)
+            if own[i].is_member:
+                numbers = own[i].estimator
+                take_in(crowd[i], shared[w, i], swarm[i].readings, numbers)
+                crowd[i].exchange.is_valid = listen(crowd, i, swarm[i].heard, numbers)
+                describe(crowd[i], swarm[i].report)
 
 
 def decide(
@@ -60,8 +64,10 @@ def decide(
     Free names: steer, gain, merge, has_something_to_say.
     """
     for w in range(first, last):
-        settings = layers[w]
         for i in range(robots.shape[1]):
+            settings = layers[w, i]
+            if not settings.is_member:
+                continue
             robot, mind, memory = robots[w, i], minds[w, i].estimator, minds[w, i].motion
             situation, exchange, action = mind.situation, mind.exchange, robot.action
             wheels = robot.command.wheels

@@ -85,7 +85,8 @@ class LocalisationErrorMeter:
     def sample(self, loop: Any) -> None:  # noqa: ANN401 a control loop
         """Compare what is believed now with what is true."""
         world, situation = loop.world, loop.situation
-        error = localisation_error(world.state.pose, situation.areas, situation.known, world.areas)
+        areas = np.repeat(world.worlds["areas"], world.n_robots, axis=0)
+        error = localisation_error(world.state.pose, situation.areas, situation.known, areas)
         self._sum += error.reshape(len(self._sum), -1).sum(axis=1)
         self._count += situation.known.reshape(len(self._sum), -1).sum(axis=1)
 

@@ -51,11 +51,9 @@ class ForagingState:
     ) -> None:
         """The truth about these worlds, whose robots have these names."""
         self._world = world
-        minds = controller.minds
-        self._has_beliefs = "estimator" in minds.dtype.names
-        self._situations: Array = (
-            minds["estimator"]["situation"] if self._has_beliefs else Situation.array(minds.shape)
-        )
+        self._controller = controller
+        self._has_beliefs = "estimator" in controller.minds.dtype.names
+        self._no_beliefs = Situation.array(world.robots.shape)
         self.layout = _layout(agents, bounds)
         self.space: Box = self.layout.box()
 
@@ -66,6 +64,14 @@ class ForagingState:
         areas = world.worlds["areas"].reshape(world.n_worlds, -1)
         gone = np.minimum(share_gone, 1.0)[:, None]
         return np.concatenate([robots, areas, gone], axis=1, dtype=np.float32)
+
+    @property
+    def _situations(self) -> Array:
+        """What every robot believes; nothing where no hand-written estimator runs."""
+        if not self._has_beliefs:
+            return self._no_beliefs
+        situations: Array = self._controller.minds["estimator"]["situation"]
+        return situations
 
     def log(self) -> Float64[Array, "rows infos"]:
         """The numbers that are logged, a row for each robot, in the order of INFOS."""

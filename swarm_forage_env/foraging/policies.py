@@ -1,5 +1,6 @@
 """Policies in the foraging world: what each `learn=` observes, gives and replaces."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from swarm_forage_env.foraging.observations import (
 )
 from swarm_forage_env.foraging.records import Exchange, RobotState, Situation
 from swarm_forage_env.foraging.views import MotionInput, WeightingInput
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.policy_interface import Groups, PolicyInterface, Steering
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.spaces import Feature, Layout
@@ -202,15 +204,19 @@ def _do_everything(world: Any, controller: Any, learners: Array, action: Array) 
     controller.minds["words"][:, learners] = action[:, :, 3:]
 
 
-def _writer(kernel: Any) -> Any:  # noqa: ANN401 an entry point
-    """What writes observations, by a kernel on the records of robots and minds."""
+@dataclass(frozen=True)
+class Writer:
+    """Writes observations by an entry point on the records of robots and minds."""
 
-    def observe(world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
-        minds = controller.minds
-        own = minds["estimator"] if "estimator" in minds.dtype.names else minds
-        kernel(world.robots, own, world.scenario.slots, out)
+    write: Kernel
 
-    return observe
+    def __call__(self, world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
+        """Write the observations of all robots."""
+        self.write(world.robots, controller.minds["estimator"], world.scenario.slots, out)
+
+
+def _observe_readings(world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
+    write_readings(world.robots, controller.minds, world.scenario.slots, out)
 
 
 def _encounter(bounds: Bounds) -> Groups:
@@ -273,7 +279,7 @@ LEARNABLE = {
     "weighting": PolicyInterface(
         Layout(G),
         _encounter,
-        _writer(write_exchanges),
+        Writer(write_exchanges),
         _weigh,
         ("weighting",),
         _INPUTS,
@@ -282,17 +288,18 @@ LEARNABLE = {
     "motion": PolicyInterface(
         Layout(SPEEDS),
         _situation,
-        _writer(write_situations),
+        Writer(write_situations),
         _move,
         ("motion",),
         _INPUTS,
+        decision_period=10,
         is_steering=True,
         target="situation.target",
     ),
     "both": PolicyInterface(
         Layout(G + SPEEDS),
         _both,
-        _writer(write_both),
+        Writer(write_both),
         _do_both,
         ("weighting", "motion"),
         _INPUTS,
@@ -303,10 +310,11 @@ LEARNABLE = {
     "everything": PolicyInterface(
         Layout((*SPEEDS, SPEAK, *SAID)),
         _raw,
-        _writer(write_readings),
+        _observe_readings,
         _do_everything,
         (),
         {},
+        decision_period=5,
         is_steering=True,
         said=symbols(),
     ),

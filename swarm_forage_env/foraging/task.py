@@ -8,7 +8,7 @@ from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.events import Events, write_events
 from swarm_forage_env.foraging.global_state import ForagingState
 from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS, Said, carry_out
-from swarm_forage_env.foraging.potential import ForagingPotential
+from swarm_forage_env.foraging.potential import MOST_SHAPING, ForagingPotential
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.views import exchange_of, situation_of
 from swarm_forage_env.foraging.world import ForagingWorld
@@ -30,10 +30,12 @@ FORAGING = Task(
     array_motion=ArrayMotion,
     policies=LEARNABLE,
     steerings=STEERINGS,
+    fixed=("task.n_robots", "radio.slots"),
     residuals=("motion", "both"),
     no_layers=NoLayers(Said, carry_out),
     bounds=Bounds,
     potential=ForagingPotential,
+    most_shaping=MOST_SHAPING,
     global_state=ForagingState,
     episode=FORAGING_EPISODE,
     events=Events,

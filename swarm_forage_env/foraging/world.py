@@ -1,7 +1,7 @@
 """ForagingWorld: a block of worlds in which robots forage, as structured arrays."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -58,14 +58,11 @@ class ForagingWorld(Block):
         """The truth about every robot; writing to it changes the worlds."""
         self.worlds = WorldState.array((self.n_worlds,))
         """Clock and numbers of every world."""
-        for w, scenario in enumerate(scenarios):
-            write_numbers(scenario, self.worlds[w])
-        n_columns = FIRST + max(map(most_neighbours, scenarios))
-        self.near: Int32[Array, "worlds robots columns"] = np.zeros((*shape, n_columns), np.int32)
-        n_cells = max(map(number_of_cells, scenarios))
-        self._cells: Int32[Array, "worlds cells"] = np.full(
-            (self.n_worlds, n_cells), EMPTY, np.int32
-        )
+        self.near: Int32[Array, "worlds robots columns"] = np.zeros((*shape, FIRST), np.int32)
+        """Who is near whom, as `find_neighbours` lists it."""
+        self._cells: Int32[Array, "worlds cells"] = np.zeros((self.n_worlds, 0), np.int32)
+        for w in range(self.n_worlds):
+            self.take_numbers(w)
         self._physics = ENGINES[physics](scenarios)
         self.reset(seeds)
 
@@ -80,6 +77,17 @@ class ForagingWorld(Block):
         centres: Float64[Array, "areas 2"] = self.worlds["areas"][0]
         return centres
 
+    def check_start(self, scenario: Scenario, seed: int) -> None:
+        """ConfigError if the robots find no room in the start circle."""
+        _first_poses(scenario, seed)
+
+    def take_numbers(self, which: int) -> None:
+        """Write the numbers of one world's scenario, and make room for its neighbours and cells."""
+        scenario = self.scenarios[which]
+        write_numbers(scenario, self.worlds[which])
+        self.near = _widened(self.near, FIRST + most_neighbours(scenario), 0)
+        self._cells = _widened(self._cells, number_of_cells(scenario), EMPTY)
+
     def restart(self, which: int, seed: int) -> None:
         """Put one world's robots at their starting places and its streams at their seed."""
         swarm, scenario = self.robots[which], self.scenarios[which]
@@ -90,7 +98,7 @@ class ForagingWorld(Block):
         for column, source in enumerate(SOURCES):
             swarm["streams"][:, column] = streams([seed], self.n_robots, source)
         self.worlds[which]["ticks"], self.worlds[which]["has_moved"] = 0, False
-        self._physics.reset(which)
+        self._physics.reset(which, scenario)
 
     def sense_first(self, first: int = 0, last: int | None = None) -> None:
         """Sense before the first tick, in the worlds first .. last - 1."""
@@ -104,12 +112,28 @@ class ForagingWorld(Block):
         most = tick(self.robots, self.worlds, self.near, self._cells, first, last)
         self._check_room(most)
 
+    def snapshot(self) -> dict[str, Any]:
+        """All that the next ticks depend on: arrays, scenarios, and what the engine remembers."""
+        return super().snapshot() | {"_physics": self._physics.snapshot()}
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on as when that snapshot was taken."""
+        super().restore({name: each for name, each in kept.items() if name != "_physics"})
+        self._physics.restore(kept["_physics"], self.scenarios)
+
     def _check_room(self, most: int) -> None:
         if most > self.near.shape[2] - FIRST:
             raise RuntimeError(
                 f"a robot has {most} neighbours, more than discs of its radius can be without"
                 f" overlapping ({self.near.shape[2] - FIRST}): contacts were not resolved"
             )
+
+
+def _widened(table: Array, width: int, fill: int) -> Array:
+    """A table with at least so many columns: the same one if it has them."""
+    more = max(0, width - table.shape[-1])
+    added = np.full((*table.shape[:-1], more), fill, table.dtype)
+    return np.concatenate([table, added], axis=-1) if more else table
 
 
 def reach_of(scenario: Scenario) -> float:

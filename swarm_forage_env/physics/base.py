@@ -1,7 +1,7 @@
 """Engines: what moves the robots of the foraging world."""
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.foraging.scenario import Scenario
@@ -23,8 +23,16 @@ class Physics(Protocol):
         """
         ...
 
-    def reset(self, world: int) -> None:
-        """Forget what the engine remembers of one world's past."""
+    def reset(self, world: int, scenario: Scenario) -> None:
+        """Forget what the engine remembers of one world's past; go by this scenario from now on."""
+        ...
+
+    def snapshot(self) -> Any:  # noqa: ANN401 of the engine
+        """All that it remembers of the past, picklable."""
+        ...
+
+    def restore(self, kept: Any, scenarios: Sequence[Scenario]) -> None:  # noqa: ANN401 as above
+        """Go on as when that snapshot was taken, under these scenarios."""
         ...
 
 

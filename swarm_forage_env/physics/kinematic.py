@@ -21,5 +21,11 @@ class Kinematic:
     def move(self, robots: Array, worlds: Array, near: Array, first: int, last: int) -> None:
         """Leave the motion to the kernel."""
 
-    def reset(self, world: int) -> None:
+    def reset(self, world: int, scenario: Scenario) -> None:
         """There is nothing to forget."""
+
+    def snapshot(self) -> None:
+        """There is nothing to remember."""
+
+    def restore(self, kept: None, scenarios: Sequence[Scenario]) -> None:
+        """There is nothing to remember."""

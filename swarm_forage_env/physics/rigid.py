@@ -10,6 +10,7 @@ from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 from swarm_forage_env.arrays import Array, Bool, Float64
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.physics.base import ENGINES
+from swarm_forage_env.physics.contact_memory import ContactMemory, recall, remembered
 from swarm_forage_env.physics.pymunk_buffers import read_bodies, write_bodies
 
 SUBSTEPS = 2
@@ -42,7 +43,7 @@ class Rigid:
         self._read: Float64[Array, "worlds numbers"] = np.zeros((n_worlds, 6 * n_bodies + 16))
         self._one_at_a_time = threading.Lock()
         """Held by the thread that is in pymunk, which lets go of Python's own at every call."""
-        self._scenarios = tuple(scenarios)
+        self._scenarios = list(scenarios)
         self._spaces = [_space(scenario) for scenario in scenarios]
         self._buffers = [
             (_buffer(self._written[w]), _buffer(self._read[w])) for w in range(n_worlds)
@@ -61,9 +62,30 @@ class Rigid:
                 get_space_bodies(space, _READ, read)
         read_bodies(self._read, self._touching, first, last, robots, worlds)
 
-    def reset(self, world: int) -> None:
+    def reset(self, world: int, scenario: Scenario) -> None:
         """Start from a new space: the old one keeps the impulses of its last contacts."""
-        self._spaces[world] = _space(self._scenarios[world])
+        self._scenarios[world] = scenario
+        self._spaces[world] = _space(scenario)
+
+    def snapshot(self) -> list[ContactMemory]:
+        """What the space of each world remembers."""
+        return [remembered(space) for space in self._spaces]
+
+    def restore(self, kept: Sequence[ContactMemory], scenarios: Sequence[Scenario]) -> None:
+        """Go on in new spaces that remember the same."""
+        for world, (memory, scenario) in enumerate(zip(kept, scenarios, strict=True)):
+            self.reset(world, scenario)
+            recall(self._spaces[world], memory)
+
+    def __getstate__(self) -> tuple[list[Scenario], list[ContactMemory]]:
+        """Scenarios and memories: spaces, buffers and lock are made anew from them."""
+        return self._scenarios, self.snapshot()
+
+    def __setstate__(self, state: tuple[list[Scenario], list[ContactMemory]]) -> None:
+        """The engine as it was."""
+        scenarios, kept = state
+        Rigid.__init__(self, scenarios)
+        self.restore(kept, scenarios)
 
 
 def _space(scenario: Scenario) -> pymunk.Space:

@@ -3,11 +3,15 @@
 Two templates whose free names are bound to the functions of the chosen layers. At the cut between
 them a learner, or a rule written in NumPy, writes the actions that take the place of a layer.
 
-A layer's functions receive records of the robot's interface only: never its pose.
+A layer's functions receive records of the robot's interface only: never its pose. Every robot has
+its own weighting and motion; robots of other ones, which are not `is_member`, are left alone. The
+estimator is that of the whole swarm, as robots correct their estimates jointly.
 """
 
-from swarm_forage_env.arrays import Array
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.interface import KEEP, Kernel
+from swarm_forage_env.waypoints.records import Action
 
 take_in: Kernel
 describe: Kernel
@@ -21,7 +25,7 @@ Records = tuple[Array, Array]
 
 
 def observe(
-    records: Records, minds: Array, shared: Array, numbers: Array, first: int, last: int
+    records: Records, minds: Array, shared: Array, settings: Array, first: int, last: int
 ) -> None:
     """Take in what was sensed, in the worlds first .. last - 1, and describe what was seen.
 
@@ -31,9 +35,10 @@ def observe(
     for w in range(first, last):
         swarm, crowd = robots[w], minds[w]
         for i in range(swarm.shape[0]):
-            take_in(crowd[i], shared[w, i], swarm[i].readings, numbers[w])
+            take_in(crowd[i], shared[w, i], swarm[i].readings, settings[w, i].estimator)
         for i in range(swarm.shape[0]):
-            describe(crowd, i, sightings[w], swarm[i].readings, numbers[w])
+            numbers = settings[w, i].estimator
+            describe(crowd, i, sightings[w], swarm[i].readings, numbers)
 
 
 def decide(
@@ -41,27 +46,36 @@ def decide(
 ) -> None:
     """Steer, claim, and correct the estimates of all robots, in the worlds first .. last - 1.
 
-    Accelerations are decided before the merge: both layers go by what one observation shows.
+    Accelerations are decided before the merge: both layers go by what one observation shows. Of
+    robots that differ in their layers those that are decided last bring about the merge of all.
     Free names: steer, gain, merge.
     """
     robots, sightings = records
     for w in range(first, last):
-        settings, n_exchanges = layers[w], 0
+        n_exchanges = 0
         for i in range(robots.shape[1]):
+            settings = layers[w, i]
+            n_exchanges += minds[w, i].estimator.exchange.is_valid
+            if not settings.is_member:
+                continue
             robot, mind, memory = robots[w, i], minds[w, i].estimator, minds[w, i].motion
             situation, exchange, action = mind.situation, mind.exchange, robot.action
             acceleration = robot.command.acceleration
             if action.motion == KEEP:
                 steer(situation, robot.readings, acceleration, memory, settings.motion)
-            else:
-                for k in range(2):
-                    acceleration[k] = action.acceleration[k]
+            take_acceleration(action, acceleration)
             robot.command.claim = situation.has_arrived
             if exchange.is_valid:
-                n_exchanges += 1
                 if action.weighting == KEEP:
                     exchange.weight[0] = gain(exchange, 0, settings.weighting)
                 else:
                     exchange.weight[0] = action.weight[0]
-        if n_exchanges > 0:
-            merge(minds[w].estimator, shared[w], sightings[w], settings.estimator)
+        if n_exchanges > 0 and layers[w, 0].is_last:
+            merge(minds[w].estimator, shared[w], sightings[w], layers[w, 0].estimator)
+
+
+@kernel
+def take_acceleration(action: Action, acceleration: Float32[Array, "2"]) -> None:
+    """Put an action in the place of the acceleration."""
+    if action.motion != KEEP:
+        acceleration[0], acceleration[1] = action.acceleration[0], action.acceleration[1]

@@ -37,8 +37,8 @@ class WaypointsState:
     ) -> None:
         """The truth about these worlds, whose robots have these names."""
         self._world = world
-        minds = controller.minds
-        self._minds = minds if "estimator" in minds.dtype.names else None
+        self._controller = controller
+        self._has_beliefs = "estimator" in controller.minds.dtype.names
         names = ("pose.x", "pose.y", "heading.cos", "heading.sin", "goal.x", "goal.y")
         believed = ("believed.x", "believed.y")
         features = [
@@ -72,4 +72,4 @@ class WaypointsState:
 
     def _believed(self) -> Float64[Array, "rows 2"] | None:
         """Where the robots believe to be, if a hand-written estimator runs."""
-        return None if self._minds is None else estimated_pose_of(self._minds)[:, :2]
+        return estimated_pose_of(self._controller.minds)[:, :2] if self._has_beliefs else None

@@ -40,9 +40,7 @@ def flock_features() -> tuple[FeatureGroup, ...]:
         *((name, "", 1.0) for name in ("crowd", "flow")),
         ("velocity", "m/s", SPEED_SCALE),
     )
-    vectors = [
-        feature_group(name, "xy", unit, ANYWHERE, scale=scale) for name, unit, scale in ways
-    ]
+    vectors = [feature_group(name, "xy", unit, ANYWHERE, scale=scale) for name, unit, scale in ways]
     shares = [
         feature_group(name, ("",), "share", ANY_SIZE, shape=(), scale=1.0)
         for name in ("doubt", "drift")
@@ -74,9 +72,7 @@ def reading_features(scenario: WaypointsScenario) -> tuple[FeatureGroup, ...]:
         FeatureGroup("motion", (2,), np.float32, motion),
         feature_group("compass", ("",), "rad", ANGLE, shape=()),
         feature_group("at_home", ("",), "0 or 1", FLAG, shape=(), dtype=np.bool_),
-        feature_group(
-            "fix", ("x", "y", "heading"), "m, rad", ANYWHERE, fix, scale=PLACE_SCALE
-        ),
+        feature_group("fix", ("x", "y", "heading"), "m, rad", ANYWHERE, fix, scale=PLACE_SCALE),
         feature_group("goal", "xy", "m", ANYWHERE, scale=PLACE_SCALE),
     )
 

@@ -1,7 +1,5 @@
 """The potential of the waypoints task, for potential-based shaping."""
 
-import math
-
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
@@ -13,7 +11,8 @@ class WaypointsPotential:
 
         Phi = goals + 1 - d / far
 
-    d is the true distance to the goal [m], `far` the diagonal of the square of goals.
+    d is the true distance to the goal [m], `far` the diagonal of the square of goals in the
+    robot's own world.
 
     Source: Ng1999, Theorem 1, for shaping by a potential.
     """
@@ -21,11 +20,10 @@ class WaypointsPotential:
     def __init__(self, world: WaypointsWorld) -> None:
         """The potential of the robots of these worlds."""
         self._world = world
-        side = world.scenario.task.side
-        self._far = math.hypot(side, side)
 
     def __call__(self) -> Float64[Array, " rows"]:
         """Phi of every robot."""
-        state = self._world.state
+        state, side = self._world.state, 2.0 * self._world.worlds["half_side"]
+        far = np.repeat(np.hypot(side, side), self._world.n_robots)
         d = np.hypot(*(state.goal - state.pose[:, :2]).T)
-        return np.asarray(state.right + 1.0 - d / self._far)
+        return np.asarray(state.right + 1.0 - d / far)

@@ -28,6 +28,7 @@ WAYPOINTS = Task(
     array_motion=ArrayMotion,
     policies=LEARNABLE,
     steerings=STEERINGS,
+    is_joint=True,
     no_layers=NoLayers(Said, carry_out),
     bounds=lambda scenario, n_ticks, message_path: scenario,
     potential=WaypointsPotential,

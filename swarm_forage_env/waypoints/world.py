@@ -46,14 +46,18 @@ class WaypointsWorld(Block):
         """Who sees whom: for every robot a row of those of its world."""
         self.worlds = WorldState.array((self.n_worlds,))
         """Clock and numbers of every world."""
-        for w, scenario in enumerate(scenarios):
-            write_numbers(scenario, self.worlds[w])
+        for w in range(self.n_worlds):
+            self.take_numbers(w)
         self.reset(seeds)
 
     @property
     def records(self) -> tuple[Array, Array]:
         """What a controller is handed: robots, of whose records a layer sees its own; sightings."""
         return self.robots, self.sightings
+
+    def take_numbers(self, which: int) -> None:
+        """Write the numbers of one world's scenario."""
+        write_numbers(self.scenarios[which], self.worlds[which])
 
     def restart(self, which: int, seed: int) -> None:
         """Put one world's robots at home with an exact fix, and its streams at their seed."""

@@ -3,6 +3,7 @@
 import pickle
 import subprocess
 import sys
+from itertools import product
 
 import gymnasium as gym
 import numpy as np
@@ -17,11 +18,12 @@ from baselines.controller import LayeredController
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting.sgiff import SGIFF
-from swarm_forage_env import ConfigError, UnknownNameError, parallel_env
+from swarm_forage_env import ConfigError, UnknownNameError
 from swarm_forage_env.envs.registration import NAMES
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import SCENARIOS
+from swarm_forage_env.swarm_forage_v0 import parallel_env
 
 SINGLE, JOINT, TUPLE = (f"SwarmForage/ES1{kind}-v0" for kind in ("", "-Joint", "-Tuple"))
 FEW = {"task.n_robots": 3}
@@ -32,21 +34,22 @@ every_kind = pytest.mark.parametrize("made", [SINGLE, JOINT, TUPLE])
 def test_every_scenario_has_its_ids():
     assert set(NAMES) == set(SCENARIOS)
     kinds = "", "-Joint", "-Tuple"
-    ids = {f"SwarmForage/{name}{kind}-v0" for name in NAMES.values() for kind in kinds}
+    names = product(NAMES.values(), kinds, (0, 1))
+    ids = {f"SwarmForage/{name}{kind}-v{version}" for name, kind, version in names}
     assert {each for each in gym.registry if each.startswith("SwarmForage/")} == ids
     for scenario, name in NAMES.items():
-        assert gym.spec(f"SwarmForage/{name}-Joint-v0").kwargs == {"scenario": scenario}
+        assert gym.spec(f"SwarmForage/{name}-Joint-v1").kwargs == {"scenario": scenario}
 
 
 @pytest.mark.parametrize("name", NAMES.values())
 def test_gymnasium_accepts_the_single_learner_and_the_joint_env(name):
-    for made in (f"SwarmForage/{name}-v0", f"SwarmForage/{name}-Joint-v0"):
-        check_env(gym.make(made).unwrapped)
+    for kind, version in product(("", "-Joint"), (0, 1)):
+        check_env(gym.make(f"SwarmForage/{name}{kind}-v{version}").unwrapped)
 
 
 @pytest.mark.parametrize("name", NAMES.values())
 def test_gymnasium_accepts_the_tuple_env_but_for_its_list_of_rewards(name):
-    env = gym.make(f"SwarmForage/{name}-Tuple-v0")
+    env = gym.make(f"SwarmForage/{name}-Tuple-v1")
     with pytest.warns(UserWarning, match="reward returned by `step\\(\\)` must be a float") as told:
         check_env(env.unwrapped)
     assert len(told) == 1
@@ -59,13 +62,11 @@ def test_gymnasium_accepts_every_layer(learn):
         check_env(gym.make(SINGLE, learn=learn).unwrapped)
 
 
-def test_a_true_choice_of_a_tuple_env_is_the_choice_one():
-    results = []
-    for choice in (True, 1):
-        env = gym.make(TUPLE, **FEW).unwrapped
-        env.reset(seed=1)
-        results.append(env.step([choice] * 3)[0])
-    assert_array_equal(*results)
+def test_true_is_no_choice_of_a_tuple_env():
+    env = gym.make(TUPLE, **FEW).unwrapped
+    env.reset(seed=1)
+    with pytest.raises(ConfigError, match=r"epuck_0: .*: must be a whole number from 0 to 8"):
+        env.step([True] * 3)
 
 
 def test_an_id_brings_its_module_and_the_import_brings_nothing_heavy():
@@ -205,7 +206,7 @@ def test_the_tuple_env_has_the_form_of_level_based_foraging():
 
 
 def test_the_tuple_env_with_boxes_is_the_joint_env():
-    boxes, joint = gym.make(TUPLE, levels=None, **FEW), gym.make(JOINT, **FEW)
+    boxes, joint = gym.make(TUPLE, discrete=False, **FEW), gym.make(JOINT, **FEW)
     assert list(boxes.action_space) == [Box(-1, 1, (2,))] * 3
     rng = np.random.default_rng(0)
     seen, all_seen = boxes.reset(seed=5)[0], joint.reset(seed=5)[0]
@@ -213,27 +214,6 @@ def test_the_tuple_env_with_boxes_is_the_joint_env():
         assert_array_equal(np.concatenate(seen), all_seen)
         action = rng.uniform(-1, 1, (3, 2)).astype(np.float32)
         seen, all_seen = boxes.step(tuple(action))[0], joint.step(action.ravel())[0]
-
-
-def test_levels_are_evenly_spaced_and_the_last_number_varies_fastest():
-    env = gym.make(TUPLE, levels=5, learn="weighting", **FEW).unwrapped
-    assert env.action_space[0].n == 25
-    choices = env._choices
-    assert choices[1].tolist() == [0.0, 0.25]
-    assert choices[24].tolist() == [1.0, 1.0]
-
-
-@pytest.mark.parametrize(
-    ("options", "says"),
-    [
-        ({"levels": 1}, "levels=1: must be a whole number, at least 2, or None"),
-        ({"levels": 2.0}, r"levels=2\.0: must be"),
-        ({"learn": "everything"}, "levels=3: makes 14348907 actions of 15 numbers; at most 4096"),
-    ],
-)
-def test_levels_that_make_no_sense_are_refused(options, says):
-    with pytest.raises(ConfigError, match=says):
-        gym.make(TUPLE, **options)
 
 
 def test_the_scenario_ends_an_episode_and_no_time_limit_is_put_around_it():
@@ -255,7 +235,7 @@ def test_the_shorter_of_time_limit_and_max_cycles_ends_an_episode(most, cycles):
 
 @every_kind
 def test_a_pickled_environment_is_made_again_with_its_options(made):
-    options = {"levels": 2} if made == TUPLE else {}
+    options = {"discrete": (2, 2)} if made == TUPLE else {}
     env = gym.make(made, learn="weighting", **options, **FEW).unwrapped
     again = pickle.loads(pickle.dumps(env))
     assert again.scenario == env.scenario
@@ -292,9 +272,9 @@ def test_no_step_before_the_first_reset_nor_after_the_end(made):
         (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2: must be from -1 to 1"),
         (JOINT, np.zeros((3, 2)), r"shape \(3, 2\): must be \(6,\)"),
         (JOINT, [[0.0], [0.0, 0.0]], "inhomogeneous"),
-        (TUPLE, (0, 4, 9), "must be 3 whole numbers, one for each robot, from 0 to 8"),
-        (TUPLE, (0, 4), "must be 3 whole numbers"),
-        (TUPLE, 4, "action=4: must be 3 whole numbers"),
+        (TUPLE, (0, 4, 9), r"epuck_2: .*9.*: must be a whole number from 0 to 8"),
+        (TUPLE, (0, 4), r"shape \(2,\): must be \(3,\)"),
+        (TUPLE, 4, r"shape \(\): must be \(3,\)"),
     ],
 )
 def test_a_bad_action_is_refused_and_changes_nothing(made, action, says):

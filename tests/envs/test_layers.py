@@ -17,7 +17,6 @@ from baselines.motion import MOTIONS
 from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.sgikf import SGIKF
-from swarm_forage_env import parallel_env
 from swarm_forage_env.foraging.control import take_wheels
 from swarm_forage_env.foraging.observations import WORDS
 from swarm_forage_env.foraging.policies import LEARNABLE
@@ -25,6 +24,7 @@ from swarm_forage_env.foraging.records import Action
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.interface import CORRECT
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.swarm_forage_v0 import parallel_env
 
 TICKS = 3000
 SEED = 7
@@ -74,7 +74,7 @@ def assert_same_run(learn, scenario, recipe, decide, residual=False):
         loop.step()
         exchanges += np.count_nonzero(loop.exchange.valid)
         assert (env.world.state.pose == loop.world.state.pose).all(), f"they part at tick {tick}"
-    assert_array_equal(env._env.loop.controller.minds["estimator"]["belief"],
+    assert_array_equal(env.array_env.loop.controller.minds["estimator"]["belief"],
                        loop.controller.minds["estimator"]["belief"])  # fmt: skip
     for name in set(loop.world.robots.dtype.names) - {"action"}:
         assert_array_equal(env.world.robots[name], loop.world.robots[name], name)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from swarm_forage_env import ConfigError, parallel_env
+from swarm_forage_env import ConfigError
 from swarm_forage_env.foraging.policies import LEARNABLE
+from swarm_forage_env.swarm_forage_v0 import parallel_env
 
 every_layer = pytest.mark.parametrize("learn", list(LEARNABLE))
 
@@ -56,7 +57,7 @@ def test_an_observation_turns_back_into_what_the_layer_sees(learn, stacked, cons
     for _ in range(60):
         observations, *_ = env.step(still)
         matrix = stacked(observations)
-        sees = {"encounter": env._env.loop.exchange, "situation": env._env.loop.situation}
+        sees = {"encounter": env.array_env.loop.exchange, "situation": env.array_env.loop.situation}
         for part in env.observation_layout.parts:
             back = getattr(env.observation_layout, part)(matrix)
             for field in fields(back):

@@ -52,7 +52,7 @@ def test_agents_in_turn_are_as_bare_as_in_parallel():
     turns = raw_env(learn="weighting", max_cycles=3, **few)
     turns.reset(seed=1)
     assert turns.possible_agents == ["epuck_0", "epuck_1", "epuck_2", "epuck_3"]
-    assert turns.metadata["name"] == "swarm_forage_v0"
+    assert turns.metadata["name"] == "swarm_forage_v1"
     assert turns.unwrapped.render_mode is None
 
 
@@ -68,6 +68,6 @@ def test_all_robots_are_truncated_together_and_none_dies(sampler):
 
 
 def test_an_episode_lasts_the_scenario_time():
-    assert parallel_env("es1").max_cycles == 18_000
+    assert parallel_env("es1").max_cycles == 1_800
     assert parallel_env("es1", decision_period=7).max_cycles == 18_000 // 7
     assert parallel_env("es1", max_cycles=9).max_cycles == 9

@@ -5,7 +5,8 @@ import pytest
 from gymnasium.error import ResetNeeded
 from numpy.testing import assert_array_equal
 
-from swarm_forage_env import ConfigError, UnknownNameError, env, parallel_env
+from swarm_forage_env import ConfigError, UnknownNameError
+from swarm_forage_env.swarm_forage_v0 import env, parallel_env
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from swarm_forage_env import parallel_env
+from swarm_forage_env import ArrayEnv, ConfigError
 from swarm_forage_env.foraging.potential import ForagingPotential
 from swarm_forage_env.foraging.scenario import Arena, Scenario, Task
 from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.swarm_forage_v0 import parallel_env
 
 STEPS = 1500
 
@@ -48,7 +49,7 @@ def test_the_discounted_shaping_of_an_episode_depends_on_its_ends_only(
     busy, constant, reward, period
 ):
     """sum_t d^t w (d Phi_t+1 - Phi_t) = w (d^T Phi_T - Phi_0)."""
-    discount, weight = 0.97, 2.5
+    discount, weight = 0.97, 1.25
     options = {"reward": reward, "decision_period": period}
     plain, _ = rewards_of(busy, constant, **options)
     shaped, again = rewards_of(busy, constant, shaping=weight, discount=discount, **options)
@@ -86,3 +87,80 @@ def test_the_potential_is_a_share():
             x, y = rng.uniform([-0.85, -0.6], [0.85, 0.6])
             assert leg / 3 <= standing(leg, x, y) <= (leg + 1) / 3
     assert standing(1, -0.85, 0.6) == pytest.approx(1 / 3)
+
+
+def gentle(before, after, events):
+    """A trip pays 1, a contact costs a tenth."""
+    return events["trip"] - 0.1 * events["contact"]
+
+
+def test_a_reward_of_ones_own_is_paid_and_the_unshaped_one_told(busy):
+    env = ArrayEnv(busy, 2, learn="weighting", reward=gentle, physics="kinematic", shaping=0.5)
+    own = ArrayEnv(busy, 2, learn="weighting", physics="kinematic")
+    touched = trips = 0.0
+    env.reset(seed=0)
+    own.reset(seed=0)
+    half = np.zeros((2, 10, 2), np.float32)
+    for _ in range(2000):
+        *_, told = env.step(half)
+        _, expected, *_ = own.step(half)
+        unshaped = told["unshaped_reward"]
+        difference = expected - unshaped
+        assert set(np.round(np.unique(difference), 9)) <= {0.0, 0.1}
+        touched += (difference > 0.05).sum()
+        trips += expected.sum()
+    assert touched > 100
+    assert trips > 0
+
+
+def test_the_events_of_a_tick_are_what_happened(busy):
+    seen = []
+
+    def watch(before, after, events):
+        seen.append((before.copy(), after.copy(), events.copy()))
+        return events["trip"]
+
+    env = ArrayEnv(busy, 1, learn="weighting", reward=watch, physics="kinematic")
+    env.reset(seed=0)
+    for _ in range(2500):
+        env.step(np.zeros((1, 10, 2), np.float32))
+    for before, after, events in seen:
+        np.testing.assert_array_equal(events["trip"], after["round_trips"] > before["round_trips"])
+        np.testing.assert_array_equal(events["message"], after["messages"] - before["messages"])
+        first = (after["first_visit"] >= 0) & (before["first_visit"] < 0)
+        assert (events["visit"][first[..., 0]] == 0).all()
+        assert (events["visit"][first[..., 1]] == 1).all()
+    losses = sum(int(events["loss"].sum()) for *_, events in seen)
+    counted = int(seen[-1][1]["lost_events"].sum())
+    assert counted <= losses <= counted + 10
+    pose = seen[-1][1]["pose"][0, :, :2]
+    apart = np.linalg.norm(pose[:, None] - pose[None], axis=2) + np.eye(10)
+    wall = (np.abs(pose) >= np.array([0.85, 0.6]) - 0.035 - 1e-3).any(axis=1)
+    np.testing.assert_array_equal(
+        seen[-1][2]["contact"][0], (apart <= 0.07 + 1e-3).any(axis=1) | wall
+    )
+
+
+@pytest.mark.parametrize(
+    ("reward", "says"),
+    [
+        (7, "reward=7: must be 'own', 'team', or callable"),
+        (lambda *_: np.zeros(3), r"gave shape \(3,\), must be \(1, 10\)"),
+        (lambda *_: "much", "gave 'much', must be numbers"),
+        (lambda before, after, events: events["trip"] * np.nan, "gave nan to robot 0 of world 0"),
+    ],
+)
+def test_a_reward_that_is_none_is_refused(reward, says):
+    def pay():
+        env = ArrayEnv("es1", 1, reward=reward)
+        env.reset(seed=0)
+        env.step(np.zeros((1, 10, 2), np.float32))
+
+    with pytest.raises(ConfigError, match=says):
+        pay()
+
+
+def test_shaping_that_makes_a_trip_cost_is_refused():
+    ArrayEnv("es1", 1, shaping=1.5)
+    with pytest.raises(ConfigError, match=r"shaping=1\.6: a completed trip pays 1 - 2 w / 3"):
+        ArrayEnv("es1", 1, shaping=1.6)

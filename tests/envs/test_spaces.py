@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarm_forage_env import parallel_env
 from swarm_forage_env.equations.radio import board_range
 from swarm_forage_env.foraging.bounds import BOARD_RANGE, Bounds
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.scenario import Radio, Robot, Scenario, Sensors
+from swarm_forage_env.swarm_forage_v0 import parallel_env
 
 every_layer = pytest.mark.parametrize("learn", list(LEARNABLE))
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from swarm_forage_env import parallel_env
 from swarm_forage_env.foraging.global_state import INFOS
 from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.foraging.policies import LEARNABLE
+from swarm_forage_env.swarm_forage_v0 import parallel_env
 
 
 @pytest.fixture(scope="module")
@@ -39,9 +39,9 @@ def test_the_state_holds_the_true_poses_areas_and_time(after_a_while):
 def test_the_state_holds_the_beliefs_in_the_world_frame(busy, constant):
     env = parallel_env(busy, learn="weighting")
     env.reset(seed=1)
-    while env._env.loop.situation.known.mean() < 0.5:
+    while env.array_env.loop.situation.known.mean() < 0.5:
         env.step(constant(env, 0.5, 0.5))
-    state, beliefs = named(env), env._env.loop.situation
+    state, beliefs = named(env), env.array_env.loop.situation
     error = localisation_error(env.world.state.pose, beliefs.areas, beliefs.known, env.world.areas)
     assert not beliefs.known.all()
     for k in range(10):
@@ -61,7 +61,7 @@ def test_the_state_holds_the_beliefs_in_the_world_frame(busy, constant):
 
 def test_infos_are_what_the_world_knows(after_a_while):
     env, (*_, infos) = after_a_while
-    state, beliefs = env.world.state, env._env.loop.situation
+    state, beliefs = env.world.state, env.array_env.loop.situation
     error = localisation_error(state.pose, beliefs.areas, beliefs.known, env.world.areas)
     for k, info in enumerate(infos.values()):
         known = beliefs.known[k].sum()
@@ -72,6 +72,7 @@ def test_infos_are_what_the_world_knows(after_a_while):
             "messages": state.messages[k],
             "known_areas": known,
             "localisation_error_m": pytest.approx(error[k].sum() / max(known, 1)),
+            "unshaped_reward": pytest.approx(env.world.state.reward[k]),
         }
     assert sum(info["round_trips"] for info in infos.values()) > 0
 
@@ -84,7 +85,7 @@ def test_infos_are_numbers_under_the_same_keys_from_reset_on(learn, sampler):
     for _ in range(50):
         assert list(infos) == env.possible_agents
         for info in infos.values():
-            assert tuple(info) == INFOS
+            assert tuple(info) == (*INFOS, "unshaped_reward")
             assert all(type(number) is float for number in info.values())
         *_, infos = env.step(act())
 

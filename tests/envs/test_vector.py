@@ -104,7 +104,7 @@ def test_without_autoreset_the_end_is_the_end():
     block.reset(seed=0, options={"reset_mask": np.ones(WORLDS, bool)})
     still = np.zeros(block.action_space.shape, np.float32)
     assert block.step(still)[3].all()
-    with pytest.raises(ResetNeeded, match="after the end, at 1 cycles"):
+    with pytest.raises(ResetNeeded, match="after the end of world 0, at 1 cycles"):
         block.step(still)
     block.reset(options={"colour": "red"})
     block.step(still)

@@ -15,9 +15,10 @@ from baselines.controller import LayeredController
 from baselines.estimators import ESTIMATORS as ESTIMATOR_PARTS
 from baselines.motion.boids import BoidsParameters
 from baselines.weighting.filter import Filter
-from swarm_forage_env import ConfigError, UnknownNameError, parallel_env
+from swarm_forage_env import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.swarm_forage_v0 import parallel_env
 from swarm_forage_env.waypoints.observations import WORDS
 from swarm_forage_env.waypoints.policies import LEARNABLE
 from swarm_forage_env.waypoints.task import WAYPOINTS
@@ -80,7 +81,7 @@ def assert_same_run(learn, recipe, decide):
         loop.step()
         corrections += np.count_nonzero(loop.exchange.valid)
         assert (env.world.state.pose == loop.world.state.pose).all(), f"they part at tick {tick}"
-    ours, theirs = env._env.loop.controller, loop.controller
+    ours, theirs = env.array_env.loop.controller, loop.controller
     for name in ("belief", "reckoned"):
         assert_array_equal(ours.minds["estimator"][name], theirs.minds["estimator"][name], name)
     assert_array_equal(ours.shared, theirs.shared, "factors")
@@ -190,7 +191,7 @@ def test_infos_have_the_same_numbers_from_the_reset_on(learn, sampler):
     for _ in range(30):
         assert list(infos) == env.possible_agents
         for log in infos.values():
-            assert set(log) == INFOS
+            assert set(log) == INFOS | {"unshaped_reward"}
             assert all(isinstance(number, float | int) for number in log.values())
             assert np.isfinite(list(log.values())).all()
         *_, infos = env.step(act())
@@ -202,7 +203,7 @@ def test_infos_count_claims_and_measure_the_belief_against_the_truth():
     while env.agents:
         *_, infos = env.step(full(env))
     logs, state = list(infos.values()), env.world.state
-    believed = estimated_pose_of(env._env.loop.controller.minds)
+    believed = estimated_pose_of(env.array_env.loop.controller.minds)
     assert [log["goals"] for log in logs] == state.right.tolist()
     assert [log["false_goals"] for log in logs] == state.wrong.tolist()
     assert state.right.sum() > 0
@@ -275,7 +276,7 @@ def test_the_state_holds_the_truth_and_the_beliefs():
     for _ in range(10):
         env.step(dict.fromkeys(env.agents, np.array([0.3, 0.4], np.float32)))
     state = dict(zip(env.state_layout.names, env.state(), strict=True))
-    believed = estimated_pose_of(env._env.loop.controller.minds)
+    believed = estimated_pose_of(env.array_env.loop.controller.minds)
     for k, agent in enumerate(env.possible_agents):
         x, y, theta = env.world.state.pose[k]
         named = {

@@ -158,6 +158,20 @@ def everything():
 
 
 @pytest.fixture(scope="session")
+def bits():
+    """All that is true, sensed, believed and drawn in a running block, by name, as bytes."""
+
+    def look(loop):
+        found = dict(columns(loop.world.robots, "robots"))
+        found |= dict(columns(loop.world.worlds, "worlds"))
+        found |= dict(columns(loop.controller.minds, "minds"))
+        found |= {"shared": loop.controller.shared}
+        return {name: each.tobytes() for name, each in found.items()}
+
+    return look
+
+
+@pytest.fixture(scope="session")
 def same(everything):
     """Assert that worlds of two running blocks are in the same state, bit for bit."""
 

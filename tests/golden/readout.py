@@ -13,16 +13,17 @@ import numpy as np
 import baselines.controllers
 import baselines.oracles.controllers  # noqa: F401
 import training.controllers  # noqa: F401 all three enter their controllers
-from swarm_forage_env import parallel_env
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.gymnasium_env import LearnerEnv
+from swarm_forage_env.envs.registration import keywords_of
 from swarm_forage_env.foraging.views import received
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.swarm_forage_v0 import parallel_env
 from swarm_forage_env.task import task_of
 from swarm_forage_env.waypoints.views import estimated_pose_of
 
@@ -31,7 +32,12 @@ Readout = dict[str, bytes]
 WORDS = 12
 """Numbers in a message, as `words_of` writes them."""
 
-ENVIRONMENTS = {"parallel": parallel_env, "learner": LearnerEnv}
+ENVIRONMENTS = {
+    "parallel": parallel_env,
+    "learner": lambda scenario, **options: LearnerEnv(
+        scenario=scenario, **keywords_of(0, scenario), **options
+    ),
+}
 
 
 def controllers_of(scenario: str) -> list[str]:
@@ -82,18 +88,18 @@ class ForagingLoop(Loop):
         """A tick; every message is composed in it, also one that nobody will hear."""
         running = self.controller
         running.decide(first, last)
-        self._compose_all(running.minds["estimator"], running._numbers)
+        self._compose_all(running.minds["estimator"], running._settings)
         self.words = words_of(rows(running.minds["estimator"]["message"]))
         self.known = rows(self.world.robots).report.known.copy()
         self.world.tick(first, last)
         running.observe(first, last)
 
 
-def compose_all(minds: Array, numbers: Array) -> None:
+def compose_all(minds: Array, settings: Array) -> None:
     """Write the messages of all robots. Free name: compose."""
     for w in range(minds.shape[0]):
         for i in range(minds.shape[1]):
-            compose(minds[w, i], numbers[w])
+            compose(minds[w, i], settings[w, i].estimator)
 
 
 def words_of(messages: Any) -> Any:
@@ -235,7 +241,8 @@ class Environment:
         - infos: f8 (learners, names), names in order of the alphabet
         - state: f4 (numbers); not of a single learner
         """
-        logged = [[info[name] for name in sorted(info)] for info in infos.values()]
+        names = sorted(set(next(iter(infos.values()))) - {"unshaped_reward"})  # since version 1
+        logged = [[info[name] for name in names] for info in infos.values()]
         read = {
             "observations": packed("f4", np.stack(list(observations.values()))),
             "rewards": packed("f8", list(rewards.values())) + packed("u1", self.is_over),

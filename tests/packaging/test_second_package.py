@@ -28,7 +28,7 @@ from swarm_forage_env import parallel_env
 from baselines.weighting import WEIGHTING_RULES
 
 env = parallel_env(learn="motion", controller="cautious:trust=0.25")
-loop = env._env.loop
+loop = env.array_env.loop
 layer = loop.controller.weighting
 known = np.ones((10, 2), np.bool_)
 exchange = replace(loop.exchange, valid=known[:, 0], own_known=known, heard_known=known,

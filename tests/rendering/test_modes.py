@@ -7,10 +7,10 @@ import pytest
 from numpy.testing import assert_array_equal
 from pettingzoo.test import render_test
 
-from swarm_forage_env import env, parallel_env
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.rendering import viewer
+from swarm_forage_env.swarm_forage_v0 import env, parallel_env
 
 few = {"task.n_robots": 4, "task.duration": 3.0}
 

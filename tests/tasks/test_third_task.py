@@ -14,11 +14,11 @@ from numpy.testing import assert_array_equal
 from baselines.cli import run
 from baselines.evaluation import listing
 from baselines.evaluation.episode import run_episodes
-from swarm_forage_env import parallel_env
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.swarm_forage_v0 import parallel_env
 from swarm_forage_env.task import stage_of, task_of, task_of_episode
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -70,7 +70,7 @@ def test_its_motion_driven_from_outside_is_the_motion_inside():
     env = parallel_env("patrol-1", learn="motion")
     observations, infos = env.reset(seed=5)
     assert env.agents == [f"guard_{k}" for k in range(4)]
-    assert infos == {agent: {"visits": 0.0} for agent in env.agents}
+    assert infos == {agent: {"visits": 0.0, "unshaped_reward": 0.0} for agent in env.agents}
     assert env.state().shape == env.state_space.shape == (9,)
     part = find_controller("patrol-ahead").motion
     steer = loop.task.array_motion(part.layer(loop.world.scenario), loop.world.scenario, [5])
@@ -87,7 +87,7 @@ def test_its_motion_driven_from_outside_is_the_motion_inside():
     assert earned == sum(info["visits"] for info in infos.values()) > 0.0
 
 
-@pytest.mark.parametrize("kind", ["ES1-v0", "ES1-Joint-v0"])
+@pytest.mark.parametrize("kind", ["ES1-v1", "ES1-Joint-v1"])
 def test_gymnasium_runs_several_worlds_of_it(kind):
     envs = gym.make_vec(f"swarm_forage_env:SwarmForage/{kind}", num_envs=2, scenario="patrol-1")
     observations, _ = envs.reset(seed=3)

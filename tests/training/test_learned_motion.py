@@ -1,5 +1,7 @@
 """A learned motion: the same network in training and evaluation, whatever order it hears in."""
 
+import pickle
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -8,10 +10,14 @@ import torch
 from numpy.testing import assert_allclose, assert_array_equal
 
 from baselines.motion.subsumption import SubsumptionParameters
-from swarm_forage_env.envs.make import make_array_env
+from swarm_forage_env import ArrayEnv
+from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.foraging.views import WeightingInput
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.mixed import MixedController
+from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.spaces import ObservationWriter
 from training.actor_critic import LayerActorCriticPolicy, MotionActor, WeightingActor
@@ -33,18 +39,21 @@ LAYOUT = observation_layout("motion", SCENARIO)
 
 
 def environment(learn, seeds):
-    return make_array_env(seeds, {"learn": learn, "physics": "kinematic"}, SCENARIO, "ssgiff")
+    options = {"physics": "kinematic", "action": "wheels", "normalise": False}
+    return ArrayEnv(SCENARIO, len(seeds), "ssgiff", learn=learn, decision_period=1, **options)
 
 
 @pytest.fixture(scope="module")
 def observed():
     """Observations of a run in which robots wander, meet and know areas."""
     env = environment("motion", [1, 2])
-    seen = [env.reset([1, 2])]
+    rows = len(LAYOUT)
+    seen = [env.reset([1, 2])[0].reshape(-1, rows)]
     motion = ArrayMotion(SubsumptionParameters().layer(SCENARIO), SCENARIO, [1, 2])
     for _ in range(600):
         situation = env.observation_layout.situation(seen[-1])
-        seen.append(env.step(motion(situation))[0])
+        wheels = motion(situation).reshape(2, -1, 2)
+        seen.append(env.step(wheels)[0].reshape(-1, rows))
     return np.concatenate(seen)
 
 
@@ -173,7 +182,7 @@ def test_acts_without_effect_teach_the_actor_nothing(learn):
     policy = LayerActorCriticPolicy(
         layout.box(), space, lambda _: 1e-3, layout=layout, layers=layers
     )
-    idle = torch.from_numpy(env.reset([1]))
+    idle = torch.from_numpy(env.reset([1])[0][0])
     names = list(layout.names)
     if "motion" in layers:
         idle[:, names.index("situation.talking")] = 1.0
@@ -182,3 +191,50 @@ def test_acts_without_effect_teach_the_actor_nothing(learn):
     log_prob.sum().backward()
     parameters = [*policy.mlp_extractor.actors.parameters(), policy.log_std]
     assert all(each.grad is None or not each.grad.any() for each in parameters)
+
+
+def test_a_learned_motion_is_copied_with_what_it_writes_to():
+    controller = find_controller("learned-motion:policy=motion-es1")
+    loop, twin = (Loop(find_scenario("es1"), controller, [3, 4], "kinematic") for _ in range(2))
+    assert loop.controller.has_rules
+    for _ in range(30):
+        loop.step()
+        twin.step()
+    copies = deepcopy(loop), pickle.loads(pickle.dumps(loop))
+    for _ in range(60):
+        for each in (twin, *copies):
+            each.step()
+    for each in copies:
+        assert_array_equal(each.world.robots["pose"], twin.world.robots["pose"])
+
+
+class Network:
+    """A motion that runs a network of given weights."""
+
+    def __init__(self, weights):
+        self._weights = weights
+
+    def start(self, scenario, seeds):
+        return NetworkMotion(self._weights, scenario, len(seeds))
+
+
+def test_two_networks_and_a_hand_written_motion_in_one_swarm_steer_their_own_robots(actor):
+    weights = actor.to_numpy()
+    turned = {**weights, "wheels.weight": -weights["wheels.weight"]}
+    compiled = CONTROLLERS["ssgiff"]
+    one, other = (replace(compiled, motion=Network(each)) for each in (weights, turned))
+    loop = Loop(SCENARIO, MixedController((one, other, compiled, one)), [1, 2], "kinematic")
+    networks = [NetworkMotion(each, SCENARIO, 2) for each in (weights, turned)]
+    for _ in range(200):
+        expected = [network(loop.situation) for network in networks]
+        loop.step()
+        wheels = loop.world.state.command.wheels
+        assert_array_equal(wheels[[0, 3, 4, 7]], expected[0][[0, 3, 4, 7]])
+        assert_array_equal(wheels[[1, 5]], expected[1][[1, 5]])
+        assert np.any(expected[0] != expected[1])
+    uniform = Loop(SCENARIO, compiled, [1, 2], "kinematic")
+    loop.reset([1, 2])
+    for each in (loop, uniform):
+        each.step()
+    wheels = (each.world.state.command.wheels[[2, 6]] for each in (loop, uniform))
+    assert_array_equal(*wheels)

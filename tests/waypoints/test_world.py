@@ -1,5 +1,7 @@
 """The waypoints world: one seed is one trajectory, a world in a block is the world alone."""
 
+import pickle
+from copy import deepcopy
 from itertools import product
 
 import numpy as np
@@ -12,6 +14,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.waypoints.potential import WaypointsPotential
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
 ESTIMATORS = ("dead_reckoning", "covariance_intersection", "decentralised_ekf")
@@ -327,3 +330,55 @@ def test_a_robot_that_meets_nobody_moves_nobody_else(estimator, setting):
         moved += np.any(mine[0][lonely] != theirs[0][lonely])
     assert lonely_ticks > 20
     assert moved > 20
+
+
+def loop_of(scenario, seeds):
+    return Loop(scenario, CONTROLLERS["boids-adaptive"], seeds)
+
+
+def test_a_world_reset_alone_goes_on_as_the_world_alone():
+    plain = find_scenario("waypoints-05")
+    other = find_scenario(
+        "waypoints-05", {"side": 6.0, "reach": 2.0, "max_speed": 0.4, "tick": 0.4}
+    )
+    block, twin = (loop_of(plain, [4, 9, 2]) for _ in range(2))
+    for _ in range(TICKS):
+        block.step()
+        twin.step()
+    block.reset([7, 21], worlds=[2, 0], scenarios=[plain, other])
+    alone, again = loop_of(other, [21]), loop_of(plain, [7])
+    potential, of_alone = WaypointsPotential(block.world), WaypointsPotential(alone.world)
+    for _ in range(TICKS):
+        assert_same(everything(block, 0), everything(alone))
+        assert_same(everything(block, 1), everything(twin, 1))
+        assert_same(everything(block, 2), everything(again))
+        assert_array_equal(potential()[: alone.world.rows], of_alone())
+        for loop in (block, twin, alone, again):
+            loop.step()
+    assert block.world.is_over.tolist() == [False, False, False]
+
+
+def test_a_world_is_not_reset_with_other_numbers_of_robots():
+    block = loop_of(find_scenario("waypoints-05"), [4, 9])
+    before = block.world.robots.tobytes()
+    with pytest.raises(ConfigError, match=r"task\.n_robots=7 .* was made with 5"):
+        block.reset([1], [1], find_scenario("waypoints-05", {"n_robots": 7}))
+    assert block.world.robots.tobytes() == before
+
+
+@every_estimator
+def test_a_copy_and_a_snapshot_go_on_bit_for_bit(estimator, setting):
+    loop, twin = (running([4, 9], estimator, setting) for _ in range(2))
+    for _ in range(20):
+        loop.step()
+        twin.step()
+    kept, copies = loop.snapshot(), [deepcopy(loop), pickle.loads(pickle.dumps(loop))]
+    for _ in range(20):
+        for each in (loop, twin, *copies):
+            each.step()
+    for _ in range(2):
+        for each in (loop, *copies):
+            assert_same(everything(each, 1), everything(twin, 1))
+        loop.restore(kept)
+        for _ in range(20):
+            loop.step()

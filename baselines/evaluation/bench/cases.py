@@ -65,17 +65,17 @@ class BatchCase(Case):
 
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
         """Run the warm-up and return a step of the environment under random actions."""
-        from swarm_forage_env.envs.make import make_array_env
+        from swarm_forage_env import ArrayEnv
 
-        options = {"learn": "motion", "physics": physics, "threads": threads}
-        env = make_array_env(range(self.n_worlds), options, self.scenario, CONTROLLER)
-        actions = random_wheels(self.rows)
+        options: dict[str, Any] = {"physics": physics, "threads": threads, "decision_period": 1}
+        env = ArrayEnv(self.scenario, self.n_worlds, CONTROLLER, **options)
+        actions = random_wheels(self.rows).reshape(-1, self.n_worlds, len(env.learners), 2)
         count = 0
 
         def step() -> None:
             nonlocal count
-            if count % env.n_cycles == 0:
-                env.reset(range(self.n_worlds))
+            if count % env.max_cycles == 0:
+                env.reset(0)
             env.step(actions[count // HELD % len(actions)])
             count += 1
 
@@ -91,7 +91,9 @@ class DictionaryCase(Case):
         """Run the warm-up and return a step of the environment under random actions."""
         from swarm_forage_env import parallel_env
 
-        env: Any = parallel_env(self.scenario, controller=CONTROLLER, physics=physics)
+        env: Any = parallel_env(
+            self.scenario, controller=CONTROLLER, physics=physics, decision_period=1
+        )
         agents = env.possible_agents
         actions = [dict(zip(agents, each, strict=True)) for each in random_wheels(len(agents))]
         count = 0

@@ -23,20 +23,23 @@ class Mind(Record):
     place = field(np.float32, 2, unit="m")
 
 
-def observe(robots, minds, shared, numbers, first, last):
+def observe(robots, minds, shared, settings, first, last):
     """Take in what was sensed. Free name: take_in."""
     for w in range(first, last):
         for i in range(robots.shape[1]):
-            take_in(minds[w, i], robots[w, i].readings, numbers[w])
+            if settings[w, i].is_member:
+                take_in(minds[w, i], robots[w, i].readings, settings[w, i].estimator)
 
 
 def decide(robots, minds, shared, layers, first, last):
     """Steer, or do as the action says. Free name: steer."""
     for w in range(first, last):
         for i in range(robots.shape[1]):
+            if not layers[w, i].is_member:
+                continue
             action, wheels = robots[w, i].action, robots[w, i].command.wheels
             if action.motion == KEEP:
-                steer(minds[w, i].estimator, wheels, layers[w].motion)
+                steer(minds[w, i].estimator, wheels, layers[w, i].motion)
             else:
                 wheels[0], wheels[1] = action.wheels[0], action.wheels[1]
 

@@ -18,6 +18,12 @@ FAR = 1e3
 """Nobody gets so far from a place [m]."""
 
 
+SCALE = 5.0
+"""Usual distance to one [m]."""
+
+PLACE = (feature_group("place", "xy", "m", (-FAR, FAR), scale=SCALE),)
+
+
 @dataclass(frozen=True)
 class MotionInput:
     """What the motion layer sees."""
@@ -61,7 +67,11 @@ class PatrolState:
 
     def __init__(self, world, controller, agents, bounds):
         self._world = world
-        places = [Feature(f"{agent}.{axis}", "m", -FAR, FAR, scale=5.0) for agent in agents for axis in "xy"]
+        places = [
+            Feature(f"{agent}.{axis}", "m", -FAR, FAR, scale=SCALE)
+            for agent in agents
+            for axis in "xy"
+        ]
         self.layout = Layout([*places, Feature("share_gone", "of the episode", 0.0, 1.0)])
         self.space = self.layout.box()
 
@@ -102,7 +112,9 @@ PATROL = Task(
     policies={
         "motion": PolicyInterface(
             WHEELS,
-            lambda bounds: {"situation": (feature_group("place", "xy", "m", (-FAR, FAR), scale=5.0),)},
+            lambda bounds: {
+                "situation": (feature_group("place", "xy", "m", (-FAR, FAR), scale=5.0),)
+            },
             show,
             act,
             ("motion",),

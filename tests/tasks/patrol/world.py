@@ -8,8 +8,9 @@ from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
 from swarm_forage_env.equations.geometry import to_body
 from swarm_forage_env.equations.random_draws import normal, symmetric
-from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
+from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.record import Record, field
+from swarm_forage_env.task import Block
 
 PLACE, SENSOR = range(2)
 """Columns of a robot's random streams."""
@@ -104,45 +105,53 @@ def tick(robots, worlds, first, last):
 
 
 @entry_point
-def start(robots, worlds):
-    """Place the robots of all worlds about the origin, and let them sense."""
-    for w in range(robots.shape[0]):
+def start(robots, which):
+    """Place the robots of one world about the origin."""
+    for i in range(robots.shape[1]):
+        for k in range(3):
+            robots[which, i].pose[k] = 0.1 * symmetric(robots[which, i].streams, PLACE)
+
+
+@entry_point
+def sense_all(robots, worlds, first, last):
+    """What is sensed before the first tick."""
+    for w in range(first, last):
         for i in range(robots.shape[1]):
-            for k in range(3):
-                robots[w, i].pose[k] = 0.1 * symmetric(robots[w, i].streams, PLACE)
             sense(robots[w, i], worlds[w])
 
 
-class PatrolWorld:
+class PatrolWorld(Block):
     """A block of worlds, each from its own seed."""
 
     def __init__(self, scenarios, seeds, physics):
-        self.scenario, self.scenarios = scenarios[0], tuple(scenarios)
-        self.n_worlds, self.n_robots = len(seeds), scenarios[0].task.n_robots
+        super().__init__(scenarios, seeds)
         self.robots = RobotState.array((self.n_worlds, self.n_robots))
         self.worlds = WorldState.array((self.n_worlds,))
-        for world, scenario in zip(self.worlds, scenarios, strict=True):
-            for name in ("tick", "speed", "axle", "noise"):
-                world[name] = getattr(scenario, name)
-            world["distance"], world["radius"] = scenario.task.distance, scenario.task.radius
+        for which in range(self.n_worlds):
+            self.take_numbers(which)
         self.reset(seeds)
 
     @property
     def records(self):
         return self.robots
 
-    @property
-    def is_over(self):
-        return self.worlds["ticks"] >= [scenario.n_ticks for scenario in self.scenarios]
+    def take_numbers(self, which):
+        world, scenario = self.worlds[which], self.scenarios[which]
+        for name in ("tick", "speed", "axle", "noise"):
+            world[name] = getattr(scenario, name)
+        world["distance"], world["radius"] = scenario.task.distance, scenario.task.radius
 
-    def reset(self, seeds):
-        kept = self.robots["action"].copy()
-        RobotState.restart(self.robots)
-        self.robots["action"], self.worlds["ticks"] = kept, 0
+    def restart(self, which, seed):
+        swarm = self.robots[which]
+        kept = swarm["action"].copy()
+        RobotState.restart(swarm)
+        swarm["action"], self.worlds[which]["ticks"] = kept, 0
         for column, source in enumerate((NoiseSource.PLACE, NoiseSource.LANDMARK)):
-            words = streams([checked_seed(seed) for seed in seeds], self.n_robots, source)
-            self.robots["streams"][..., column] = words.reshape(self.robots.shape)
-        start(self.robots, self.worlds)
+            swarm["streams"][:, column] = streams([seed], self.n_robots, source)
+        start(self.robots, which)
+
+    def sense_first(self, first=0, last=None):
+        sense_all(self.robots, self.worlds, first, self.n_worlds if last is None else last)
 
     def tick(self, first, last):
         tick(self.robots, self.worlds, first, last)

@@ -1,0 +1,63 @@
+"""What the compiled halves of a tick read of each robot: whether it is theirs, and its numbers."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.lib.stride_tricks import as_strided
+
+from swarm_forage_env.arrays import Array, Bool
+from swarm_forage_env.interface import EstimatorLayer, KernelNumbers, MotionLayer, WeightingLayer
+from swarm_forage_env.record import numbers_record, record_dtype
+
+Layers = tuple[EstimatorLayer, WeightingLayer, MotionLayer]
+
+LAYERS = ("estimator", "weighting", "motion")
+
+Crew = Sequence[Sequence[Any]]
+"""The layers of every robot of every world, None for a robot of another estimator. Robots of one
+controller have the same object."""
+
+Members = Bool[Array, " robots"]
+"""Which robots of a world are meant."""
+
+
+def settings_of(crew: Crew, parts: Sequence[str], members: Members, is_last: bool = False) -> Array:
+    """A record for each robot of each world: is it a member, and the numbers of these layers.
+
+    Of a robot that is none only the estimator's numbers are written. `is_last` tells that no
+    other robots of the same estimator are decided after these.
+
+    Robots that all have the same numbers share one record. It is a view with gaps or with steps
+    of zero in either case, so that a kernel is compiled once for both.
+    """
+    n_worlds, n_robots = len(crew), len(members)
+    some = crew[0][int(np.argmax(members))]
+    kinds = [(part, numbers_record(**numbers)) for part, numbers in _numbers_of(some, parts)]
+    dtype = record_dtype([("is_member", np.bool_), ("is_last", np.bool_), *kinds])
+    if all(layers is row[0] for row in crew for layers in row):
+        one = np.zeros((n_worlds, 1), dtype)
+        found = as_strided(one, (n_worlds, n_robots), (one.strides[0], 0))
+    else:
+        found = np.zeros((n_worlds, n_robots, 2), dtype)[:, :, 0]
+    found["is_member"], found["is_last"] = members, is_last
+    for w, row in enumerate(crew):
+        _write(found[w], row, parts, members)
+    return found
+
+
+def _write(out: Array, row: Sequence[Any], parts: Sequence[str], members: Members) -> None:
+    """Write the numbers of every robot of one world."""
+    for layers in {id(each): each for each in row if each is not None}.values():
+        whose = np.array([each is layers for each in row])
+        for part, numbers in _numbers_of(layers, parts):
+            to = whose if part == "estimator" else whose & members
+            for name, value in numbers.items() if to.any() else ():
+                out[part][name][to] = value
+
+
+def _numbers_of(layers: Layers, parts: Sequence[str]) -> Iterator[tuple[str, KernelNumbers]]:
+    """The numbers of each of these layers."""
+    estimator, weighting, motion = layers
+    every = estimator.numbers, weighting.all_numbers, motion.numbers
+    return ((part, numbers) for part, numbers in zip(LAYERS, every, strict=True) if part in parts)

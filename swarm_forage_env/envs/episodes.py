@@ -1,0 +1,166 @@
+"""Episodes of a block of worlds: their seeds, their numbers, and when each ends."""
+
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+from gymnasium.error import ResetNeeded
+
+from swarm_forage_env.arrays import Array, Bool, Float64, Int64
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.parameters import leaves, override, resolve
+from swarm_forage_env.random_streams import checked_seed, drawn_seed
+from swarm_forage_env.randomise import Randomisation
+
+Seeds = int | Sequence[int | None] | None
+"""One seed, for worlds seed, seed + 1 and so on; or one for each world."""
+
+LASTING = frozenset({"name", "tick", "task.n_robots", "task.duration", "radio.slots"})
+"""Numbers of a scenario that are those of an environment, not of an episode."""
+
+TESTED_OPTION = "options"
+"""The option that PettingZoo's tests hand to every environment, which must be let be."""
+
+OPTION = "scenario parameter for an episode"
+
+
+class Episodes:
+    """The episode that each world of a loop is in."""
+
+    def __init__(self, loop: Loop, scenario: Any, ranges: Mapping[str, Any]) -> None:  # noqa: ANN401 of any task
+        """Episodes of a scenario of which some numbers are drawn anew for each, within ranges."""
+        self._loop, self._scenario = loop, scenario
+        self._randomisation = Randomisation(scenario, ranges)
+        for name in LASTING.intersection(self._randomisation.ranges):
+            raise ConfigError(f"randomise: {name} lasts as long as the environment; leave it out")
+        n_worlds = loop.world.n_worlds
+        self.drawn: dict[str, Float64[Array, " worlds"]] = {
+            name: np.zeros(n_worlds) for name in self._randomisation.ranges
+        }
+        """The number of each world's episode that was drawn, by name."""
+        self.generators = [np.random.default_rng() for _ in range(n_worlds)]
+        """Of the seeds of each world's episodes for which none is given."""
+        self.steps: Int64[Array, " worlds"] = np.zeros(n_worlds, np.int64)
+        """Decisions in each world since its episode began."""
+        self.ends: Int64[Array, " worlds"] = np.zeros(n_worlds, np.int64)
+        """Decisions after which its episode ends; 0 before the first one."""
+
+    @property
+    def extremes(self) -> list[Any]:
+        """The scenario, and at the corners of its ranges: how far numbers can get."""
+        return self._randomisation.extremes() if self.drawn else [self._scenario]
+
+    @property
+    def is_over(self) -> Bool[Array, " worlds"]:
+        """The episode of each world has ended: it must be reset."""
+        return np.asarray((self.ends > 0) & (self.steps >= self.ends))
+
+    @property
+    def share_gone(self) -> Float64[Array, " worlds"]:
+        """Share of the episode that each world has behind it."""
+        return np.asarray(np.minimum(self.steps / np.maximum(self.ends, 1), 1.0))
+
+    def check_running(self) -> None:
+        """ResetNeeded if the episode of a world has not begun, or has ended."""
+        if not self.ends.all():
+            raise ResetNeeded("the episode has not begun: call reset() first")
+        over = np.flatnonzero(self.is_over)
+        if len(over):
+            where = "" if len(self.ends) == 1 else f" of world {over[0]}"
+            raise ResetNeeded(
+                f"step after the end{where}, at {self.steps[over[0]]} cycles: call reset() first"
+            )
+
+    def begin(
+        self,
+        seed: Seeds,
+        worlds: Any,  # noqa: ANN401 a mask, or numbers
+        options: Mapping[str, Any],
+        n_steps: int,
+    ) -> Int64[Array, " chosen"]:
+        """Start these worlds anew, for so many decisions; which they are.
+
+        ConfigError, before anything changes, for what cannot be used.
+        """
+        chosen = numbers_of(worlds, len(self.ends))
+        given = checked_seeds(seed, len(chosen))
+        base = self._base_of(options)
+        self._restart(self._seeds(given, chosen), chosen, base)
+        self.steps[chosen], self.ends[chosen] = 0, n_steps
+        return chosen
+
+    def stagger(self) -> None:
+        """Let these episodes end one after the other, evenly spread over an episode's time."""
+        share = np.arange(1, len(self.ends) + 1) / len(self.ends)
+        self.ends[:] = np.maximum(1, np.ceil(share * self.ends))
+
+    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+        """What a later `restore` needs."""
+        return deepcopy((self.drawn, self.generators, self.steps, self.ends))
+
+    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+        """Go on as when the snapshot was taken."""
+        self.drawn, self.generators, self.steps, self.ends = deepcopy(snapshot)
+
+    def _base_of(self, options: Mapping[str, Any]) -> Any:  # noqa: ANN401 of any task
+        """The scenario of an episode under some options; ConfigError for what does not fit it."""
+        numbers = {name: value for name, value in options.items() if name != TESTED_OPTION}
+        known = leaves(self._scenario.model_dump()) if numbers else {}
+        for name in numbers:
+            path = resolve(name, known, OPTION)
+            if path in LASTING or path in self.drawn:
+                why = "lasts as long as the environment" if path in LASTING else "is randomised"
+                raise ConfigError(
+                    f"options['{name}']: {why}; give it where the environment is made"
+                )
+        return override(self._scenario, numbers, OPTION)
+
+    def _restart(self, seeds: Sequence[int], chosen: Int64[Array, " chosen"], base: Any) -> None:  # noqa: ANN401 of any task
+        """Start these worlds anew, with the numbers of their episodes."""
+        usual = self._randomisation
+        drawn = usual if base is self._scenario else Randomisation(base, usual.ranges)
+        episodes = [drawn.draw(seed) for seed in seeds]
+        scenarios = [scenario for scenario, _ in episodes]
+        before = [self._loop.world.scenarios[world] for world in chosen]
+        self._loop.reset(seeds, chosen.tolist(), None if scenarios == before else scenarios)
+        for world, (_, numbers) in zip(chosen, episodes, strict=True):
+            for name, number in numbers.items():
+                self.drawn[name][world] = number
+
+    def _seeds(self, given: Sequence[int | None], chosen: Int64[Array, " chosen"]) -> list[int]:
+        """A seed for each of these worlds: the given one, or the next of its sequence."""
+        found = []
+        for world, own in zip(chosen, given, strict=True):
+            if own is not None:
+                self.generators[world] = np.random.default_rng(own)
+            found.append(drawn_seed(self.generators[world]) if own is None else own)
+        return found
+
+
+def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
+    """A checked seed or None for each of n worlds, before anything is changed."""
+    if seed is None:
+        return [None] * n
+    if not isinstance(seed, Sequence | np.ndarray) or isinstance(seed, str):
+        first = checked_seed(seed)
+        return [checked_seed(first + world) for world in range(n)]
+    if len(seed) != n:
+        raise ConfigError(f"seed={seed!r}: must be {n}, one for each world")
+    return [None if own is None else checked_seed(own) for own in seed]
+
+
+def numbers_of(worlds: Any, n_worlds: int) -> Int64[Array, " chosen"]:  # noqa: ANN401 whatever was given
+    """The numbers of the chosen worlds, all for None; ConfigError for what names none."""
+    if worlds is None:
+        return np.arange(n_worlds)
+    found = np.asarray(worlds)
+    if found.dtype == np.bool_ and found.shape == (n_worlds,):
+        return np.flatnonzero(found)
+    is_number = found.dtype.kind in "iu" and found.ndim == 1
+    if is_number and ((found >= 0) & (found < n_worlds)).all():
+        return np.unique(found).astype(np.int64)
+    raise ConfigError(
+        f"worlds={worlds!r}: must be a mask of {n_worlds}, or numbers from 0 to {n_worlds - 1}"
+    )

@@ -1,0 +1,257 @@
+"""Mixed swarms: robots of different controllers in one world.
+
+Robots whose controllers speak one language, as those with the same estimator do, are a team, whose
+members understand each other. What others say means nothing to them: of those they hear only where
+they are.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Int64, UInt8
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import Controller, RunningController
+from swarm_forage_env.record import record_dtype
+from swarm_forage_env.task import task_of
+
+Team = list[int]
+"""Numbers of the robots that understand each other."""
+
+Bytes = UInt8[Array, "worlds robots bytes"]
+
+
+@dataclass(frozen=True)
+class MixedController:
+    """A controller for each robot."""
+
+    members: tuple[Controller, ...]
+    """In the order of the robots."""
+
+    @property
+    def name(self) -> str:
+        """How many robots there are of each: `4 ssgiff, 6 learned-motion`."""
+        counts = Counter(each.name for each in self.members)
+        return ", ".join(f"{n} {name}" for name, n in counts.items())
+
+    @property
+    def talks(self) -> bool:
+        """Whether any of its robots tells others anything to weigh."""
+        return any(getattr(each, "talks", True) for each in self.members)
+
+    @property
+    def message_path(self) -> float:
+        """The most that a message adds to the p that it tells [m]."""
+        return max(float(getattr(each, "message_path", 0.0)) for each in self.members)
+
+    def with_parameters(self, values: Mapping[str, Any]) -> "MixedController":
+        """The same with some parameters of every robot's controller changed."""
+        return replace(self, members=tuple(each.with_parameters(values) for each in self.members))
+
+    def build(
+        self,
+        world: Any,  # noqa: ANN401 of any task
+        seeds: Sequence[int],
+        each: Sequence[Any],
+    ) -> RunningController:
+        """The running controllers of a block of worlds, of which `each` may have its own."""
+        rows = [_members(controller, world.n_robots) for controller in each]
+        for row, scenario in zip(rows, world.scenarios, strict=True):
+            MixedController(tuple(row)).check_supports(scenario)
+        teams = [_teams(row, own) for row, own in zip(rows, world.scenarios, strict=True)]
+        for own in teams:
+            if own != teams[0]:
+                raise ConfigError(
+                    "controllers of one block: the same robots must understand each other in all"
+                    f" worlds, not {teams[0]} in one and {own} in another"
+                )
+        running: list[RunningController] = [
+            rows[0][team[0]].build_team(world, seeds, [_only(row, team) for row in rows])
+            for team in teams[0]
+        ]
+        if len(running) == 1:
+            return running[0]
+        return RunningTeams(running, teams[0], world.robots.shape)
+
+    def check_supports(self, scenario: Any) -> None:  # noqa: ANN401 of any task
+        """ConfigError if a controller is not made for such a world, or not for such company."""
+        n_robots = scenario.task.n_robots
+        if len(self.members) != n_robots:
+            raise ConfigError(
+                f"{len(self.members)} controllers given for the {n_robots} robots of"
+                f" '{scenario.name}': must be one for each"
+            )
+        for each in {id(each): each for each in self.members}.values():
+            if getattr(each, "is_privileged", False) or not hasattr(each, "build_team"):
+                raise ConfigError(
+                    f"controller '{each.name}': drives whole swarms only, no robots among others"
+                )
+            if hasattr(each, "check_supports"):
+                each.check_supports(scenario)
+        if task_of(scenario).is_joint and len(_teams(self.members, scenario)) > 1:
+            raise ConfigError(
+                f"controllers '{self.name}': the robots of '{scenario.name}' correct each other,"
+                " and all need the same estimator; mix weightings and motions"
+            )
+
+
+def _members(controller: Controller, n_robots: int) -> Sequence[Any]:
+    """The controller of every robot of a world."""
+    if isinstance(controller, MixedController):
+        return controller.members
+    return [controller] * n_robots
+
+
+def _teams(members: Sequence[Any], scenario: Any) -> list[Team]:  # noqa: ANN401 of any task
+    """The robots that understand each other, in the order of the first of each team."""
+    languages: list[Any] = []
+    known: dict[int, int] = {}
+    teams: list[Team] = []
+    for robot, controller in enumerate(members):
+        if id(controller) not in known:
+            language = controller.language(scenario)
+            if language not in languages:
+                languages.append(language)
+                teams.append([])
+            known[id(controller)] = languages.index(language)
+        teams[known[id(controller)]].append(robot)
+    return teams
+
+
+def _only(row: Sequence[Any], team: Team) -> list[Any]:
+    """The controllers of a team, None for everybody else."""
+    own = set(team)
+    return [each if robot in own else None for robot, each in enumerate(row)]
+
+
+class RunningTeams:
+    """Teams that share a block of worlds without understanding each other.
+
+    Every team keeps minds of its own for all robots; those of other teams' robots are never
+    written, so that they know and tell nothing.
+    """
+
+    def __init__(
+        self, running: Sequence[RunningController], teams: Sequence[Team], shape: tuple[int, ...]
+    ) -> None:
+        """So many teams; `minds` hold what all estimators have in common, and what policies say."""
+        self._running = running
+        layered, policies = [], []
+        for each, team in zip(running, teams, strict=True):
+            if "estimator" in (each.minds.dtype.names or ()):
+                layered.append((each.minds, np.array(team)))
+            else:
+                policies.append(each)
+        shown = _common([minds.dtype["estimator"] for minds, _ in layered])
+        said = [column for each in policies for column in _common([each.minds.dtype])]
+        columns = [("estimator", record_dtype(shown)), *said]
+        self.minds: Array = np.zeros(shape, record_dtype(columns))
+        for each in policies:
+            each.minds = self.minds
+        self._bytes = _bytes(self.minds)
+        self._shown = [
+            (_bytes(minds), team, _spans(shown, self.minds.dtype, minds.dtype))
+            for minds, team in layered
+        ]
+
+    @property
+    def has_rules(self) -> bool:
+        """A layer is a rule in NumPy, which is asked about all worlds at once."""
+        return any(each.has_rules for each in self._running)
+
+    def observe(self, first: int, last: int) -> None:
+        """Take in what the worlds first .. last - 1 gave back."""
+        for each in self._running:
+            each.observe(first, last)
+        for minds, team, spans in self._shown:
+            copy_spans(self._bytes, minds, team, spans, first, last)
+
+    def consult(self) -> None:
+        """Ask the rules written in NumPy, and write their actions."""
+        for each in self._running:
+            each.consult()
+
+    def decide(self, first: int, last: int) -> None:
+        """Write the next commands of the worlds first .. last - 1."""
+        for each in self._running:
+            each.decide(first, last)
+
+    def reset(self, world: int, seed: int) -> None:
+        """Forget everything about one world."""
+        for each in self._running:
+            each.reset(world, seed)
+        minds, _, spans = self._shown[0]
+        copy_spans(self._bytes, minds, np.arange(minds.shape[1]), spans, world, world + 1)
+
+    def numbers_in(self, world: int, scenario: Any) -> list[Any]:  # noqa: ANN401 of its task
+        """The numbers of each team in one world, in another scenario."""
+        return [each.numbers_in(world, scenario) for each in self._running]
+
+    def renumber(self, world: int, numbers: Sequence[Any]) -> None:
+        """Go by these numbers in one world from now on."""
+        for each, own in zip(self._running, numbers, strict=True):
+            each.renumber(world, own)
+
+    def snapshot(self) -> tuple[Array, list[Any]]:
+        """What readers are shown, and what each team keeps."""
+        return self.minds.copy(), [each.snapshot() for each in self._running]
+
+    def restore(self, kept: tuple[Array, list[Any]]) -> None:
+        """Go on as when that snapshot was taken; arrays keep their place in memory."""
+        shown, teams = kept
+        for each, own in zip(self._running, teams, strict=True):
+            each.restore(own)
+        self.minds[...] = shown
+
+
+@entry_point
+def copy_spans(
+    to: Bytes, source: Bytes, robots: Array, spans: Array, first: int, last: int
+) -> None:
+    """Copy parts of the records of some robots of the worlds first .. last - 1.
+
+    A span is where a part begins in either record, and how long it is [bytes].
+    """
+    for w in range(first, last):
+        for i in robots:
+            for k in range(spans.shape[0]):
+                at, begin = spans[k, 0], spans[k, 1]
+                for byte in range(spans[k, 2]):
+                    to[w, i, at + byte] = source[w, i, begin + byte]
+
+
+def _bytes(records: Array) -> Bytes:
+    """Records as bytes."""
+    return records.view(np.uint8).reshape(*records.shape, records.dtype.itemsize)
+
+
+def _spans(
+    shown: Sequence[tuple[str, np.dtype[Any]]], to: np.dtype[Any], source: np.dtype[Any]
+) -> Int64[Array, "parts 3"]:
+    """The spans of an estimator's fields in two records that have them."""
+    begins = [
+        [_offset(minds, "estimator") + _offset(minds["estimator"], name) for minds in (to, source)]
+        for name, _ in shown
+    ]
+    sizes = [kind.itemsize for _, kind in shown]
+    return np.column_stack([begins, sizes]).astype(np.int64)
+
+
+def _offset(record: np.dtype[Any], name: str) -> int:
+    """Where a field begins [bytes]."""
+    fields: Any = record.fields
+    return int(fields[name][1])
+
+
+def _common(dtypes: Sequence[np.dtype[Any]]) -> list[tuple[str, np.dtype[Any]]]:
+    """The fields that records have in common."""
+    first, *others = dtypes
+    return [
+        (name, first[name])
+        for name in first.names or ()
+        if all(name in (each.names or ()) and each[name] == first[name] for each in others)
+    ]

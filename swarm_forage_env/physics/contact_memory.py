@@ -1,0 +1,233 @@
+"""What a pymunk space remembers of its contacts: read from one space, written to a new one.
+
+pymunk's own copy of a space keeps the impulses of its contacts, but not the order in which they are
+solved; and the next tick depends on that to the last bit. The order follows from the tree in which
+Chipmunk looks for bodies that may touch, and the tree from all that happened in the space. No
+function of pymunk tells it, so it is read and written where it lies: `chipmunk_layout`
+says how, and `_trees` checks first that it is so.
+"""
+
+import ctypes
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pymunk
+from pymunk._chipmunk import ffi, lib
+
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.physics.chipmunk_layout import Body, Node, Pair, Space, Tree
+
+INNER = -1
+"""Stands for a node that has no shape, but two nodes below it."""
+
+FIRST_TOUCH, TOUCHING = 0, 1
+"""States of a contact; the space goes from the first to the second when its next step begins."""
+
+
+@dataclass(frozen=True)
+class ContactMemory:
+    """All of a space that its next step depends on, but for the bodies' poses and velocities.
+
+    Shapes are told by their number: those of the robots first, then the walls.
+    """
+
+    stamps: tuple[int, int]
+    """Steps of the space, and of its tree."""
+    last_step: float
+    """Length of the last step [s]."""
+    pushes: Float64[Array, "bodies 3"]
+    """Velocities [m/s, m/s, rad/s] that the next step adds to each body's own, to part overlaps."""
+    order: tuple[int, ...]
+    """The tree from the root down: the shape of each leaf, INNER for each node above them."""
+    boxes: Float64[Array, "nodes 4"]
+    """The box of each of these nodes [m]."""
+    pairs: tuple[tuple[int, int, int], ...]
+    """Leaves whose boxes overlap: two shapes, and the number that Chipmunk keeps with them."""
+    lists: tuple[tuple[int, ...], ...]
+    """For each shape its pairs, in the order in which they are looked at."""
+    contacts: tuple[tuple[int, int, int, int, bytes], ...]
+    """Two shapes, the step in which they last touched, its state, its points with impulses."""
+
+
+def remembered(space: pymunk.Space) -> ContactMemory:
+    """What a space remembers; it goes on as if nobody had looked."""
+    tree, walls = _trees(space)
+    nodes, leaves = list(_walk(tree.root)), _leaves(space, tree, walls)
+    number = {shape: k for k, shape in enumerate(_shapes(space))}
+    found: dict[int, int] = {}
+    lists = [[found.setdefault(at, len(found)) for at in _pairs_of(leaf)] for leaf in leaves]
+    number_of_leaf = {ctypes.addressof(leaf): k for k, leaf in enumerate(leaves)}
+    pairs = map(Pair.from_address, found)
+    return ContactMemory(
+        (lib.cpSpaceGetTimestamp(space._space), tree.stamp),
+        lib.cpSpaceGetCurrentTimeStep(space._space),
+        np.array([tuple(body.push) for body in _bodies(space)]),
+        tuple(number[node.shape] if node.shape else INNER for node in nodes),
+        np.array([tuple(node.box) for node in nodes]),
+        tuple((number_of_leaf[p.a.leaf], number_of_leaf[p.b.leaf], p.id) for p in pairs),
+        tuple(map(tuple, lists)),
+        tuple(_contact(arbiter, number) for arbiter in space._get_arbiters()),
+    )
+
+
+def recall(space: pymunk.Space, memory: ContactMemory) -> None:
+    """Let a space that is new, with the same shapes, go on as the one remembered."""
+    tree, walls = _trees(space)
+    leaves = _leaves(space, tree, walls)
+    for body, push in zip(_bodies(space), memory.pushes.tolist(), strict=True):
+        body.push[:] = push
+    _grow(tree, memory, leaves)
+    pairs = _link(memory, leaves)
+    stamp, tree.stamp = memory.stamps
+    lib.cpSpaceSetTimestamp(space._space, stamp)
+    lib.cpSpaceSetCurrentTimeStep(space._space, memory.last_step)
+    contacts = [_add_contact(space, *each) for each in memory.contacts]
+    _empty_touching(space)
+    # Chipmunk looks at both once more when it frees the space, which is an older attribute
+    space._recalled = pairs, contacts  # type: ignore[attr-defined]
+
+
+def _trees(space: pymunk.Space) -> tuple[Tree, Tree]:
+    """The trees of robots and of walls; ConfigError if they do not lie where they are known to."""
+    here = _address(space._space)
+    at = Space.from_address(here)
+    there = at.collision_slop, at.stamp, at.last_step, at.n_shapes_ever
+    told = (
+        space.collision_slop,
+        lib.cpSpaceGetTimestamp(space._space),
+        lib.cpSpaceGetCurrentTimeStep(space._space),
+        lib.cpSpaceGetShapeIDCounter(space._space),
+    )
+    if there == told:
+        tree, walls = Tree.from_address(at.robots), Tree.from_address(at.walls)
+        bodies = {body.space for body in _bodies(space)}
+        if (tree.tree_of_walls, walls.tree_of_robots, bodies) == (at.walls, at.robots, {here}):
+            return tree, walls
+    raise ConfigError(
+        f"physics='rigid': pymunk {pymunk.version} keeps its contacts in a way that is not known"
+        " here, so that they can be neither copied nor restored; take pymunk 7.3 or 'kinematic'"
+    )
+
+
+def _address(pointer: Any) -> int:  # noqa: ANN401 pymunk's
+    return int(ffi.cast("uintptr_t", pointer))
+
+
+def _bodies(space: pymunk.Space) -> list[Body]:
+    """The bodies of the robots, in order."""
+    return [Body.from_address(_address(body._body)) for body in space.bodies]
+
+
+def _shapes(space: pymunk.Space) -> list[int]:
+    """Addresses of all shapes, by number."""
+    return [_address(shape._shape) for shape in space.shapes]
+
+
+def _leaves(space: pymunk.Space, tree: Tree, walls: Tree) -> list[Node]:
+    """The leaf of each shape, by number."""
+    nodes = (*_walk(tree.root), *_walk(walls.root))
+    leaf_of = {node.shape: node for node in nodes if node.shape}
+    return [leaf_of[shape] for shape in _shapes(space)]
+
+
+def _walk(root: int) -> Iterator[Node]:
+    """All nodes of a tree, each before those below it."""
+    ahead = [root]
+    while ahead:
+        node = Node.from_address(ahead.pop())
+        yield node
+        if not node.shape:
+            ahead += [node.below.second, node.below.first]
+
+
+def _pairs_of(leaf: Node) -> Iterator[int]:
+    """Addresses of the pairs of a leaf, in order."""
+    at = leaf.leaf.pairs
+    while at:
+        yield at
+        pair = Pair.from_address(at)
+        at = _thread_of(pair, leaf).next
+
+
+def _thread_of(pair: Pair, leaf: Node) -> Any:  # noqa: ANN401 a Thread of it
+    """The end of a pair that belongs to a leaf."""
+    return pair.a if pair.a.leaf == ctypes.addressof(leaf) else pair.b
+
+
+def _grow(tree: Tree, memory: ContactMemory, leaves: list[Node]) -> None:
+    """Give a tree the shape and the boxes that are remembered, out of the nodes that it has."""
+    spare = [node for node in _walk(tree.root) if not node.shape]
+    parents: list[Node] = []
+    for number, box in zip(memory.order, memory.boxes.tolist(), strict=True):
+        node = spare.pop() if number == INNER else leaves[number]
+        node.box[:] = box
+        at = ctypes.addressof(node)
+        if not parents:
+            tree.root, node.parent = at, None
+        else:
+            parent = parents[-1]
+            node.parent = ctypes.addressof(parent)
+            if parent.below.first is None:
+                parent.below.first = at
+            else:
+                parent.below.second = at
+                parents.pop()
+        if number == INNER:
+            node.below.first = None
+            parents.append(node)
+
+
+def _link(memory: ContactMemory, leaves: list[Node]) -> Any:  # noqa: ANN401 an array of them
+    """Pairs as they are remembered, each in the lists of its two leaves."""
+    pairs = (Pair * len(memory.pairs))()
+    for pair, (a, b, kept) in zip(pairs, memory.pairs, strict=True):
+        pair.a.leaf, pair.b.leaf = map(ctypes.addressof, (leaves[a], leaves[b]))
+        pair.id = kept
+    for leaf, own in zip(leaves, memory.lists, strict=True):
+        at = [ctypes.addressof(pairs[k]) for k in own]
+        leaf.leaf.pairs = at[0] if at else None
+        for k, before, after in zip(own, [None, *at], [*at[1:], None], strict=False):
+            thread = _thread_of(pairs[k], leaf)
+            thread.previous, thread.next = before, after
+    return pairs
+
+
+def _empty_touching(space: pymunk.Space) -> None:
+    """Take out of the list of bodies that touch what `cpSpaceAddCachedArbiter` enters there.
+
+    The next step would make TOUCHING of each of them, of those that had parted too.
+    """
+    listed = Space.from_address(_address(space._space)).touching
+    ctypes.c_int.from_address(listed).value = 0
+
+
+def _contact(arbiter: Any, number: dict[int, int]) -> tuple[int, int, int, int, bytes]:  # noqa: ANN401 pymunk's
+    """A contact as it will be when the next step begins."""
+    a, b = (number[_address(shape)] for shape in (arbiter.a, arbiter.b))
+    state = TOUCHING if arbiter.state == FIRST_TOUCH else arbiter.state
+    size = arbiter.count * ffi.sizeof("struct cpContact")
+    points = bytes(ffi.buffer(arbiter.contacts, size)) if size else b""
+    return a, b, arbiter.stamp, state, points
+
+
+def _add_contact(space: pymunk.Space, a: int, b: int, stamp: int, state: int, points: bytes) -> Any:  # noqa: ANN401 pymunk's
+    """Let a space know a contact; the memory that it lies in."""
+    shapes = list(space.shapes)
+    arbiter = ffi.new("struct cpArbiter *")
+    count = len(points) // ffi.sizeof("struct cpContact")
+    arbiter.contacts = lib.cpContactArrAlloc(count)
+    ffi.buffer(arbiter.contacts, len(points))[:] = points
+    arbiter.a, arbiter.b = shapes[a]._shape, shapes[b]._shape
+    arbiter.body_a, arbiter.body_b = _body_of(shapes[a]), _body_of(shapes[b])
+    arbiter.count = count
+    arbiter.stamp, arbiter.state, arbiter.processCollision = stamp, state, True
+    lib.cpSpaceAddCachedArbiter(space._space, arbiter)
+    return arbiter
+
+
+def _body_of(shape: Any) -> Any:  # noqa: ANN401 pymunk's
+    """The body that a shape belongs to, as Chipmunk knows it."""
+    return shape.body._body

@@ -1,0 +1,121 @@
+"""Randomisation: numbers of a scenario that are drawn anew for every episode, within ranges."""
+
+import math
+from collections.abc import Iterator, Mapping
+from hashlib import blake2b
+from itertools import product
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.equations import random_draws
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.parameters import leaves, override, resolve
+from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
+from swarm_forage_env.task import task_of
+
+Number = int | float
+
+MOST_TOGETHER = 8
+"""Ranges of which every corner is tried; of more, all ends together and each alone."""
+
+draw_unit = entry_point(random_draws.unit)
+
+
+class Randomisation:
+    """A scenario and ranges for some of its numbers.
+
+    What is drawn for a number depends on the seed of the episode and on its name alone: not on the
+    episodes before, nor on what else is randomised.
+    """
+
+    def __init__(self, scenario: Any, ranges: Mapping[str, tuple[Number, Number]]) -> None:  # noqa: ANN401 of any task
+        """Ranges go by dotted name, or by its last word where that is enough: low and high.
+
+        UnknownNameError for a name that is no number of the scenario, ConfigError for a range that
+        is none or that holds numbers which the scenario refuses.
+        """
+        self.scenario = scenario
+        self.ranges: dict[str, tuple[Number, Number]] = {}
+        """Low and high of each number, by its whole dotted name."""
+        known = leaves(scenario.model_dump())
+        for given, pair in ranges.items():
+            name = resolve(given, known, "scenario parameter")
+            if name in self.ranges:
+                raise ConfigError(f"randomise: {name} is given twice, once as '{given}'")
+            _check_is_free(name, known[name], task_of(scenario).fixed)
+            self.ranges[name] = _pair(name, pair, known[name])
+        for corner in _corners(self.ranges):
+            self._at(corner)
+
+    def extremes(self) -> list[Any]:
+        """The scenario at the corners of the ranges, and as it is: how far numbers can get."""
+        return [self.scenario, *(self._at(corner) for corner in _corners(self.ranges))]
+
+    def draw(self, seed: int) -> tuple[Any, dict[str, Number]]:
+        """The scenario of the episode of this seed, and the numbers that were drawn for it.
+
+        Each is uniform from low to high; of whole numbers both ends are among them.
+        """
+        word = streams([checked_seed(seed)], 1, NoiseSource.SCENARIO)
+        numbers = {name: _drawn(word ^ _hash(name), *pair) for name, pair in self.ranges.items()}
+        return self._at(numbers), numbers
+
+    def _at(self, numbers: Mapping[str, Number]) -> Any:  # noqa: ANN401 of any task
+        """The scenario with these numbers; ConfigError that tells them if it refuses them."""
+        try:
+            return override(self.scenario, numbers, "scenario parameter")
+        except ConfigError as error:
+            at = ", ".join(f"{name}={number}" for name, number in numbers.items())
+            raise ConfigError(f"randomise, at {at}: {error}") from None
+
+
+def _check_is_free(name: str, value: Any, fixed: tuple[str, ...]) -> None:  # noqa: ANN401 whatever the scenario holds
+    """ConfigError for what is no number, or fixes the sizes of a world's records."""
+    if name in fixed:
+        raise ConfigError(
+            f"randomise: {name} fixes the sizes of a world's records and is the same in all"
+            " episodes; make an environment for each value"
+        )
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ConfigError(f"randomise: {name}={value!r} is no number; only numbers are drawn")
+
+
+def _pair(name: str, pair: Any, value: Number) -> tuple[Number, Number]:  # noqa: ANN401 whatever was given
+    """Low and high of a range; ConfigError if they are not."""
+    is_whole = isinstance(value, int)
+    what, kind = ("two whole numbers", Integral) if is_whole else ("two numbers", Real)
+    fits = isinstance(pair, tuple | list) and len(pair) == 2
+    if not fits or any(isinstance(end, bool) or not isinstance(end, kind) for end in pair):
+        raise ConfigError(f"randomise: {name}={pair!r}: must be {what}, low and high")
+    low, high = map(type(value), pair)
+    if not low <= high:
+        raise ConfigError(f"randomise: {name}={pair!r}: low must be at most high")
+    return low, high
+
+
+def _corners(ranges: Mapping[str, tuple[Number, Number]]) -> Iterator[dict[str, Number]]:
+    """Ends of the ranges: each alone, then together."""
+    for name, pair in ranges.items():
+        for end in pair:
+            yield {name: end}
+    every, ends_alike = product(*ranges.values()), zip(*ranges.values(), strict=True)
+    together = every if len(ranges) <= MOST_TOGETHER else ends_alike
+    for ends in together:
+        yield dict(zip(ranges, ends, strict=True))
+
+
+def _hash(name: str) -> np.uint64:
+    """64 bits of a name, the same in every process."""
+    return np.uint64(int.from_bytes(blake2b(name.encode(), digest_size=8).digest(), "little"))
+
+
+def _drawn(word: Array, low: Number, high: Number) -> Number:
+    """One number, uniform from low to high, from a stream of its own."""
+    u = float(draw_unit(word, 0))
+    if isinstance(low, int) and isinstance(high, int):
+        return min(low + math.floor(u * (high - low + 1)), high)
+    return min(low + u * (high - low), high)

@@ -1,0 +1,138 @@
+"""Forms of actions: a speed ahead and a turn, wheels, weights about zero, choices."""
+
+import numpy as np
+import pytest
+from gymnasium.spaces import Box, Discrete
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+from swarm_forage_env import ArrayEnv, ConfigError, UnknownNameError, parallel_env
+from swarm_forage_env.equations.differential_drive import drive_to_wheels
+from swarm_forage_env.equations.steering import drive_to_pull
+
+FEW = {"task.n_robots": 3, "physics": "kinematic"}
+unit = st.floats(-1.0, 1.0, width=32)
+
+
+@pytest.mark.parametrize(
+    ("speed", "turn", "wheels"),
+    [
+        (0.0, 0.0, (0.5, 0.5)),
+        (-1.0, 0.0, (0.0, 0.0)),
+        (1.0, 0.0, (1.0, 1.0)),
+        (-1.0, 1.0, (-0.3, 0.3)),
+        (1.0, -1.0, (1.0, 0.7 / 1.3)),
+    ],
+)
+def test_a_speed_and_a_turn_are_these_wheels(speed, turn, wheels):
+    assert_allclose(drive_to_wheels(speed, turn, 0.3), wheels)
+
+
+@given(speed=unit, turn=unit, sharpest=st.floats(0.01, 1.0))
+def test_no_wheel_turns_faster_than_the_cruise_speed(speed, turn, sharpest):
+    left, right = drive_to_wheels(speed, turn, sharpest)
+    assert max(abs(left), abs(right)) <= 1.0 + 1e-12
+    assert (right >= left) == (turn >= 0.0) or left == right
+
+
+@pytest.mark.parametrize(
+    ("strength", "turn", "pull"),
+    [(-1.0, 0.5, (0.0, 0.0)), (1.0, 0.0, (1.0, 0.0)), (1.0, 1.0, (np.cos(0.5), np.sin(0.5)))],
+)
+def test_a_strength_and_a_turn_are_this_pull(strength, turn, pull):
+    assert_allclose(drive_to_pull(strength, turn, 0.5 / np.pi), pull, atol=1e-12)
+
+
+def wheels_after(given, **options):
+    env = ArrayEnv("es1", 1, **FEW, **options)
+    env.reset(0)
+    env.step(np.array([[given] * 3]))
+    return env.world.robots["command"]["wheels"][0, 0]
+
+
+def test_the_usual_action_is_a_drive_and_wheels_are_wheels():
+    assert_allclose(wheels_after([0.0, 0.0]), [0.5, 0.5])
+    assert_allclose(wheels_after([-1.0, 1.0], sharpest_turn=0.5), [-0.5, 0.5])
+    assert_allclose(wheels_after([-1.0, 0.25], action="wheels"), [-1.0, 0.25])
+
+
+def test_normalised_weights_lie_about_a_half():
+    env = ArrayEnv("es1", 1, learn="weighting", **FEW)
+    assert env.action_space == Box(-1.0, 1.0, (2,))
+    env.reset(0)
+    env.step(np.full((1, 3, 2), 0.5, np.float32))
+    assert_allclose(env.world.robots["action"]["weight"][0], 0.75)
+
+
+def test_si_weights_lie_in_zero_to_one():
+    env = ArrayEnv("es1", 1, learn="weighting", normalise=False, **FEW)
+    assert env.action_space == Box(0.0, 1.0, (2,))
+
+
+@pytest.mark.parametrize(
+    ("learn", "discrete", "n"),
+    [
+        ("motion", True, 5),
+        ("motion", (3, 4), 12),
+        ("weighting", True, 9),
+        ("weighting", (2, 4), 8),
+        ("both", True, 45),
+        ("everything", True, 25),
+    ],
+)
+def test_choices_are_counted(learn, discrete, n):
+    env = parallel_env("es1", learn=learn, discrete=discrete, **FEW)
+    assert env.action_space("epuck_0") == Discrete(n)
+    env.reset(seed=0)
+    for choice in (0, n - 1):
+        env.step(dict.fromkeys(env.agents, choice))
+
+
+def test_the_five_drives_go_ahead_or_turn_on_either_side():
+    wheels = [wheels_after(choice, discrete=True) for choice in range(5)]
+    turns = [np.sign(right - left) for left, right in wheels]
+    assert turns == [0.0, 1.0, -1.0, 1.0, -1.0]
+    assert_allclose([sum(each) > 0.1 for each in wheels], [True, True, True, False, False])
+
+
+def test_the_last_number_of_a_choice_varies_fastest():
+    env = ArrayEnv("es1", 1, learn="weighting", discrete=(5, 5), normalise=False, **FEW)
+    choices = env.actions._form.choices
+    assert choices[1].tolist() == [0.0, 0.25]
+    assert choices[24].tolist() == [1.0, 1.0]
+
+
+def test_a_robot_says_nothing_or_one_of_four_words():
+    env = ArrayEnv("es1", 1, learn="everything", discrete=True, **FEW)
+    env.reset(0)
+    env.step(np.array([[0, 1, 4]]))
+    said = env.loop.controller.minds
+    assert_array_equal(said["is_speaking"][0], [False, True, True])
+    assert_array_equal(said["words"][0].argmax(axis=1), [0, 0, 3])
+    assert_array_equal(said["words"][0].sum(axis=1), [0.0, 1.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "says"),
+    [
+        ({"action": "wheel"}, UnknownNameError, "no form of action named 'wheel', did you mean"),
+        ({"action": "drive", "residual": True}, ConfigError, "take action='wheels'"),
+        ({"discrete": (100, 100)}, ConfigError, "makes 10000 actions; at most 4096"),
+        ({"discrete": (0, 3)}, ConfigError, "discrete"),
+        ({"discrete": 3}, ConfigError, "discrete"),
+        ({"sharpest_turn": 0.0}, ConfigError, r"sharpest_turn=0\.0"),
+        ({"sharpest_turn": 1.5}, ConfigError, r"sharpest_turn=1\.5"),
+    ],
+)
+def test_a_form_that_cannot_be_had_is_refused(options, error, says):
+    with pytest.raises(error, match=says):
+        parallel_env("es1", **options)
+
+
+@pytest.mark.parametrize("bad", [-1, 5, 1.0, None, [0, 1]])
+def test_a_choice_that_is_none_is_refused_by_name(bad):
+    env = parallel_env("es1", discrete=True, **FEW)
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match=r"of epuck_1: .*must be a whole number from 0 to 4"):
+        env.step({"epuck_0": 0, "epuck_1": bad, "epuck_2": 0})

@@ -1,0 +1,315 @@
+"""The batch API: worlds side by side, each of which is the same world alone."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+from numpy.testing import assert_array_equal
+
+from swarm_forage_env import ArrayEnv, ConfigError, UnknownNameError, parallel_env
+
+SHORT = {"task.n_robots": 4, "max_cycles": 12}
+
+
+def actions_of(env, rng):
+    shape = (env.n_worlds, len(env.learners), *env.action_shape)
+    return rng.uniform(-1.0, 1.0, shape).astype(np.float32)
+
+
+def run(env, n, rng):
+    """What n steps give; worlds that end are reset."""
+    found = []
+    for _ in range(n):
+        seen, rewards, terminated, truncated, infos = env.step(actions_of(env, rng))
+        assert not terminated.any()
+        found += [seen, rewards, truncated, infos["unshaped_reward"], env.log(), env.state()]
+        if truncated.any():
+            found.append(env.reset(worlds=truncated)[0])
+    return found
+
+
+def assert_same(one, other):
+    assert len(one) == len(other)
+    for a, b in zip(one, other, strict=True):
+        assert_array_equal(a, b)
+
+
+def test_shapes_are_worlds_by_learners():
+    env = ArrayEnv("es1", 3, learners=["epuck_1", 3], shaping=1.0, **SHORT)
+    assert env.learners == ["epuck_1", "epuck_3"]
+    seen, infos = env.reset(seed=0)
+    assert seen.shape == (3, 2, *env.observation_space.shape)
+    seen, rewards, terminated, truncated, infos = env.step(np.zeros((3, 2, 2), np.float32))
+    assert rewards.shape == infos["unshaped_reward"].shape == (3, 2)
+    assert terminated.shape == truncated.shape == (3,)
+    assert env.state().shape == (3, *env.state_space.shape)
+    assert env.log().shape == (3, 2, len(env.infos))
+
+
+@pytest.mark.parametrize("physics", ["rigid", "kinematic"])
+def test_a_world_of_a_batch_is_the_parallel_env_with_its_seed(physics):
+    options = {"shaping": 1.0, "physics": physics, **SHORT}
+    batch, rng = ArrayEnv("es1", 3, **options), np.random.default_rng(0)
+    alone = [parallel_env("es1", **options) for _ in range(3)]
+    seen, _ = batch.reset(seed=5)
+    for w, env in enumerate(alone):
+        assert_array_equal(seen[w], list(env.reset(seed=5 + w)[0].values()))
+    for _ in range(12):
+        actions = actions_of(batch, rng)
+        seen, rewards, _, truncated, _ = batch.step(actions)
+        for w, env in enumerate(alone):
+            step = env.step(dict(zip(env.agents, actions[w], strict=True)))
+            assert_array_equal(seen[w], list(step[0].values()))
+            assert_array_equal(rewards[w], list(step[1].values()))
+            assert_array_equal(batch.state()[w], env.state())
+            assert set(step[3].values()) == {bool(truncated[w])}
+
+
+def test_threads_change_nothing():
+    one, two = (ArrayEnv("es1", 5, threads=n, **SHORT) for n in (1, 2))
+    for env in (one, two):
+        env.reset(seed=0)
+    assert_same(run(one, 30, np.random.default_rng(1)), run(two, 30, np.random.default_rng(1)))
+
+
+def test_worlds_that_are_reset_leave_the_others_be():
+    env, twin = (ArrayEnv("es1", 3, **SHORT) for _ in range(2))
+    rng = np.random.default_rng(0)
+    for each in (env, twin):
+        each.reset(seed=0)
+    for _ in range(4):
+        actions = actions_of(env, rng)
+        env.step(actions)
+        twin.step(actions)
+    env.reset(seed=[50], worlds=[1])
+    alone = ArrayEnv("es1", 1, **SHORT)
+    alone.reset(seed=50)
+    for _ in range(8):
+        actions = actions_of(env, rng)
+        ours, theirs = env.step(actions)[0], twin.step(actions)[0]
+        assert_array_equal(ours[[0, 2]], theirs[[0, 2]])
+        assert_array_equal(ours[1], alone.step(actions[1:2])[0][0])
+    assert_array_equal(env.is_over, [True, False, True])
+
+
+def test_staggered_worlds_end_one_after_the_other():
+    env, rng = ArrayEnv("es1", 4, stagger=True, **SHORT), np.random.default_rng(0)
+    env.reset(seed=0)
+    ends = []
+    for step in range(1, 25):
+        truncated = env.step(actions_of(env, rng))[3]
+        ends += [(step, int(w)) for w in np.flatnonzero(truncated)]
+        if truncated.any():
+            env.reset(worlds=truncated)
+    assert ends == [(3 * k, (k - 1) % 4) for k in range(1, 9)]
+
+
+def test_a_world_that_is_over_must_be_reset():
+    env = ArrayEnv("es1", 2, stagger=True, **SHORT)
+    with pytest.raises(ResetNeeded, match="has not begun"):
+        env.step(np.zeros((2, 4, 2), np.float32))
+    env.reset(seed=0)
+    for _ in range(6):
+        env.step(np.zeros((2, 4, 2), np.float32))
+    with pytest.raises(ResetNeeded, match="after the end of world 0, at 6 cycles"):
+        env.step(np.zeros((2, 4, 2), np.float32))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"worlds": [2]}, r"worlds=\[2\]: must be a mask of 2, or numbers from 0 to 1"),
+        ({"worlds": [True]}, "must be a mask of 2"),
+        ({"worlds": "all"}, "must be a mask of 2"),
+        ({"seed": [1]}, r"seed=\[1\]: must be 2, one for each world"),
+        ({"seed": -1}, "seed=-1"),
+        ({"options": {"task.n_robots": 3}}, "lasts as long as the environment"),
+        ({"options": {"task.area_distance": 9.0}}, "task.area_distance=9.0"),
+    ],
+)
+def test_a_bad_reset_is_refused_and_changes_nothing(arguments, says):
+    env, twin = (ArrayEnv("es1", 2, **SHORT) for _ in range(2))
+    for each in (env, twin):
+        each.reset(seed=0)
+    with pytest.raises(ConfigError, match=says):
+        env.reset(**arguments)
+    assert_same(run(env, 5, np.random.default_rng(0)), run(twin, 5, np.random.default_rng(0)))
+
+
+def test_actions_of_another_shape_are_refused():
+    env = ArrayEnv("es1", 2, **SHORT)
+    env.reset(seed=0)
+    with pytest.raises(ConfigError, match=r"shape \(8, 2\): must be \(2, 4, 2\)"):
+        env.step(np.zeros((8, 2), np.float32))
+
+
+def test_options_hold_for_an_episode_and_unknown_ones_are_refused():
+    env = parallel_env("es1", **SHORT)
+    env.reset(seed=0, options={"task.area_distance": 1.0})
+    direct = parallel_env("es1", **SHORT, **{"task.area_distance": 1.0})
+    direct.reset(seed=0)
+    ahead = dict.fromkeys(env.agents, np.float32([1.0, 0.2]))
+    for _ in range(5):
+        assert_array_equal(list(env.step(ahead)[0].values()), list(direct.step(ahead)[0].values()))
+    assert env.scenario.task.area_distance == 1.0
+    env.reset(seed=0)
+    assert env.scenario.task.area_distance == 1.5
+    with pytest.raises(UnknownNameError, match="named 'area_distanc', did you mean"):
+        env.reset(options={"area_distanc": 1.0})
+
+
+def test_numbers_are_drawn_anew_for_each_world_and_episode():
+    ranges = {"task.area_distance": (0.8, 1.4), "sensors.wheel_noise": (0.0, 0.1)}
+    env = ArrayEnv("es1", 3, randomise=ranges, **SHORT)
+    _, first = env.reset(seed=0)
+    _, second = env.reset()
+    for name, (low, high) in ranges.items():
+        drawn = np.concatenate([first[name], second[name]])
+        assert len(set(drawn)) == 6
+        assert ((drawn >= low) & (drawn <= high)).all()
+    distances = [each.task.area_distance for each in env.world.scenarios]
+    assert_array_equal(second["task.area_distance"], distances)
+    _, again = env.reset(seed=0)
+    assert_same(first.values(), again.values())
+    alone = ArrayEnv("es1", 1, **SHORT, **{name: first[name][1] for name in ranges})
+    alone.reset(seed=1)
+    straight = np.full((3, 4, 2), 0.3, np.float32)
+    assert_array_equal(env.step(straight)[0][1], alone.step(straight[:1])[0][0])
+
+
+@pytest.mark.parametrize("normalise", [True, False])
+def test_randomised_numbers_stay_within_the_spaces(normalise):
+    ranges = {"arena.length": (1.7, 4.0), "radio.max_range": (0.05, 0.6)}
+    env, rng = ArrayEnv("es1", 4, randomise=ranges, normalise=normalise), np.random.default_rng(0)
+    for episode in range(3):
+        seen, _ = env.reset(seed=episode)
+        for _ in range(20):
+            for row in seen.reshape(-1, seen.shape[2]):
+                assert env.observation_space.contains(row)
+            for row in env.state():
+                assert env.state_space.contains(row)
+            seen = env.step(actions_of(env, rng))[0]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"physics": "kinematic", "stack": 2, "shaping": 1.0},
+        {"learn": "everything"},
+        {"learn": "weighting", "randomise": {"task.area_distance": (0.8, 1.4)}},
+        {
+            "learn": "weighting",
+            "discrete": True,
+            "controller": "learned-motion",
+            "task.n_robots": 10,
+        },
+    ],
+)
+@pytest.mark.parametrize("kind", ["snapshot", "deepcopy", "pickle"])
+def test_a_copy_in_mid_episode_goes_on_bit_for_bit(options, kind):
+    env = ArrayEnv("es1", 2, **{**SHORT, "max_cycles": 40, **options})
+
+    def go_on(each):
+        rng, found = np.random.default_rng(3), []
+        for _ in range(30):
+            shape = (2, len(env.learners), *env.action_shape)
+            actions = (
+                rng.integers(env.action_space.n, size=shape)
+                if options.get("discrete")
+                else actions_of(env, rng)
+            )
+            step = each.step(actions)
+            found += [step[0], step[1], each.state()]
+            if step[3].any():
+                found.append(each.reset(worlds=step[3])[0])
+        return found
+
+    env.reset(seed=1)
+    go_on(env)
+    if kind == "snapshot":
+        kept = pickle.dumps(env.snapshot())
+        first = go_on(env)
+        env.restore(pickle.loads(kept))
+        assert_same(first, go_on(env))
+    else:
+        other = copy.deepcopy(env) if kind == "deepcopy" else pickle.loads(pickle.dumps(env))
+        assert_same(go_on(env), go_on(other))
+
+
+def test_a_snapshot_of_another_environment_is_refused():
+    kept = ArrayEnv("es1", 2, **SHORT).snapshot()
+    with pytest.raises(ConfigError, match="of other options"):
+        ArrayEnv("es1", 2, stack=2, **SHORT).restore(kept)
+    with pytest.raises(ConfigError):
+        ArrayEnv("es1", 3, **SHORT).restore(kept)
+
+
+@pytest.mark.parametrize("learners", [0, 5, True, "epuck_9", ["epuck_0", 9], [], 1.5])
+def test_learners_that_are_none_are_refused(learners):
+    with pytest.raises(ConfigError, match="learners"):
+        ArrayEnv("es1", 1, learners=learners, **SHORT)
+
+
+def test_those_who_do_not_learn_keep_their_layer():
+    some = ArrayEnv("es1", 1, learners=[2], controller="ssgiff", **SHORT)
+    some.reset(seed=0)
+    assert_array_equal(some.world.robots["action"]["motion"][0] != 0, [False, False, True, False])
+    few = parallel_env("es1", learners=2, **SHORT)
+    assert few.possible_agents == ["epuck_0", "epuck_1"]
+    assert set(few.reset(seed=0)[0]) == {"epuck_0", "epuck_1"}
+
+
+@pytest.fixture
+def exchanges(busy):
+    return ArrayEnv(
+        busy, 3, learn="weighting", step_on="exchange", physics="kinematic", max_cycles=600
+    )
+
+
+def test_a_step_ends_with_an_exchange_in_every_world_for_itself(exchanges):
+    exchanges.reset(seed=0)
+    ticks, acted = [], 0
+    valid = exchanges.observation_layout.names.index("encounter.valid")
+    for _ in range(15):
+        seen, *_, truncated, infos = exchanges.step(np.zeros((3, 10, 2), np.float32))
+        assert_array_equal(seen[..., valid], infos["acts"])
+        assert ((infos["acts"].sum(axis=1) > 0) | truncated).all()
+        ticks.append(exchanges.world.worlds["ticks"].copy())
+        acted += infos["acts"].sum()
+        if truncated.any():
+            break
+    assert acted > 20
+    assert len(np.unique(ticks[-1])) == 3
+
+
+def test_half_weights_from_exchange_to_exchange_are_half_weights_in_every_tick(busy):
+    options = {"learn": "weighting", "physics": "kinematic", "max_cycles": 3000}
+    slow = ArrayEnv(busy, 1, decision_period=1, **options)
+    quick = ArrayEnv(busy, 1, step_on="exchange", **options)
+    half = np.zeros((1, 10, 2), np.float32)
+    slow.reset(seed=0)
+    quick.reset(seed=0)
+    earned = 0.0
+    for _ in range(40):
+        earned += quick.step(half)[1].sum()
+    for _ in range(int(quick.world.worlds["ticks"][0])):
+        slow.step(half)
+    assert_array_equal(quick.world.robots["pose"], slow.world.robots["pose"])
+    assert earned == slow.world.robots["round_trips"].sum()
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"learn": "motion"}, "only learn='weighting'"),
+        ({"decision_period": 5}, "goes with no decision_period"),
+        ({"reward": lambda before, after, events: events["trip"]}, "'own' or 'team' alone"),
+        ({"controller": "learned-motion:policy=motion-es1"}, "whose motion is compiled"),
+    ],
+)
+def test_steps_that_cannot_end_with_an_exchange_are_refused(options, says):
+    with pytest.raises((ConfigError, KeyError), match=says):
+        ArrayEnv("es1", 1, **{"learn": "weighting", "step_on": "exchange", **options})

@@ -1,0 +1,164 @@
+"""Observations: within [-1, 1] by typical sizes, with additions, and ones of the user's own."""
+
+import math
+
+import numpy as np
+import pytest
+from gymnasium.spaces import Box
+from numpy.testing import assert_allclose, assert_array_equal
+
+from swarm_forage_env import ArrayEnv, ConfigError, UnknownNameError, parallel_env
+from swarm_forage_env.foraging.policies import LEARNABLE
+from swarm_forage_env.spaces import Feature
+
+FEW = {"task.n_robots": 4, "physics": "kinematic"}
+
+
+def steps(env, n, seed=0):
+    """Observations and states of n random steps."""
+    rng = np.random.default_rng(seed)
+    seen = [env.reset(seed)[0]]
+    states = [env.state()]
+    for _ in range(n):
+        shape = (env.n_worlds, len(env.learners), *env.action_shape)
+        seen.append(env.step(rng.uniform(-1.0, 1.0, shape).astype(np.float32))[0])
+        states.append(env.state())
+    return np.stack(seen), np.stack(states)
+
+
+@pytest.mark.parametrize("learn", list(LEARNABLE))
+@pytest.mark.parametrize("scenario", ["es1", "real", "waypoints-05"])
+def test_everything_lies_within_one(learn, scenario):
+    env = ArrayEnv(scenario, 2, learn=learn)
+    seen, states = steps(env, 60)
+    for space, values in ((env.observation_space, seen), (env.state_space, states)):
+        assert isinstance(space, Box)
+        assert np.abs([space.low, space.high]).max() == 1.0
+        assert np.all(values >= space.low)
+        assert np.all(values <= space.high)
+    assert np.abs(states).std() > 0.05
+
+
+@pytest.mark.parametrize("learn", ["motion", "both", "weighting", "everything"])
+def test_normalised_numbers_are_the_si_numbers_by_their_scales(learn, busy):
+    plain, scaled = (
+        ArrayEnv(busy, 1, learn=learn, normalise=flag, action=form, physics="kinematic")
+        for flag, form in ((False, "wheels"), (True, "wheels"))
+    )
+    drive = np.full((1, 10, len(plain.action_layout)), 0.5, np.float32)
+    same = drive.copy()
+    if learn in ("weighting", "both"):
+        same[:, :, :2] = 0.0  # g = 0.5 about zero
+    si, ours = plain.reset(3)[0], scaled.reset(3)[0]
+    for _ in range(80):
+        for k, feature in enumerate(plain.observation_layout):
+            x = si[0, :, k]
+            by = np.abs(x) + feature.scale if feature.scale else feature.bound
+            assert_allclose(ours[0, :, k], x / by, rtol=1e-6, err_msg=feature.name)
+        si, ours = plain.step(drive)[0], scaled.step(same)[0]
+
+
+def test_the_target_has_a_direction_of_length_one(busy):
+    env = ArrayEnv(busy, 4, learners=None, action="drive", physics="kinematic")
+    at = env.observation_layout.names.index("situation.target.direction.x")
+    goal = env.observation_layout.names.index("situation.goal.none")
+    seen, _ = steps(env, 400)
+    length = np.hypot(seen[..., at], seen[..., at + 1])
+    has_goal = seen[..., goal] == 0.0
+    assert has_goal.any()
+    assert_allclose(length[has_goal], 1.0, atol=1e-5)
+    assert_array_equal(length[~has_goal], 0.0)
+
+
+def test_additions_are_what_they_say():
+    names = ["layer", "time_left", "robot_id", "one_hot", "previous_action"]
+    env = ArrayEnv("es1", 2, observation=names, max_cycles=10, **FEW)
+    bare = ArrayEnv("es1", 2, max_cycles=10, **FEW)
+    n = len(bare.observation_layout)
+    assert env.observation_layout.names[n:][:2] == ("time_left", "robot_id")
+    seen, _ = env.reset(0)
+    assert_array_equal(seen[..., :n], bare.reset(0)[0])
+    assert_array_equal(seen[..., n], 1.0)
+    assert_allclose(seen[0, :, n + 1], [0.0, 1 / 3, 2 / 3, 1.0])
+    assert_array_equal(seen[1, :, n + 2 : n + 6], np.eye(4))
+    assert_array_equal(seen[..., n + 6 :], 0.0)
+    seen, *_ = env.step(np.zeros((2, 4, 2), np.float32))
+    assert_allclose(seen[..., n], 0.9)
+    assert_array_equal(seen[..., n + 6 :], 0.5)  # zeros drive at half speed
+
+
+def test_frames_are_stacked_the_newest_last_and_a_reset_begins_anew():
+    one, three = (ArrayEnv("es1", 2, stack=k, **FEW) for k in (1, 3))
+    n = len(one.observation_layout)
+    assert len(three.observation_layout) == 3 * n
+    assert three.observation_layout.names[0].startswith("2 ago.")
+    singles = [one.reset(0)[0]]
+    seen = three.reset(0)[0]
+    assert_array_equal(seen, np.tile(singles[0], 3))
+    ahead = np.ones((2, 4, 2), np.float32)
+    for _ in range(4):
+        singles.append(one.step(ahead)[0])
+        seen = three.step(ahead)[0]
+    assert_array_equal(seen, np.concatenate(singles[-3:], axis=2))
+    fresh, _ = one.reset(7, worlds=[1])
+    seen, _ = three.reset(7, worlds=[1])
+    assert_array_equal(seen[1], np.tile(fresh[1], 3))
+    assert_array_equal(seen[0], np.concatenate(singles[-3:], axis=2)[0])
+
+
+class Compass:
+    """A heading, which no e-puck senses."""
+
+    def features(self, scenario, agents):
+        return [Feature("compass", "rad", -math.pi, math.pi)]
+
+    def write(self, moment, out):
+        out[:, :, 0] = moment.robots["pose"][:, :, 2]
+
+
+def test_an_observation_of_ones_own_goes_in_without_touching_ours():
+    alone = ArrayEnv("es1", 2, observation=Compass, **FEW)
+    beside = ArrayEnv("es1", 2, observation=["layer", Compass()], normalise=False, **FEW)
+    heading = alone.reset(0)[0][..., 0] * math.pi
+    assert alone.observation_layout.names == ("compass",)
+    assert_allclose(heading, alone.world.robots["pose"][..., 2], rtol=1e-6)
+    assert_allclose(beside.reset(0)[0][..., -1], heading, rtol=1e-6)
+
+
+class Broken(Compass):
+    """Writes what is no number."""
+
+    def write(self, moment, out):
+        out[...] = np.nan
+
+
+class Endless(Compass):
+    """Tells no typical size."""
+
+    def features(self, scenario, agents):
+        return [Feature("compass", "rad", -math.inf, math.inf)]
+
+
+@pytest.mark.parametrize(
+    ("observation", "error", "says"),
+    [
+        ("layers", UnknownNameError, "no observation named 'layers'"),
+        ([], ConfigError, r"observation=\[\]"),
+        (7, ConfigError, "observation=7: must be 'layer'"),
+        (["layer", "layer"], None, ""),
+        ([Compass, Compass], ConfigError, "twice: .'compass'."),
+        (Endless, ConfigError, "tell no typical size; give the feature a scale"),
+    ],
+)
+def test_what_is_no_observation_is_refused(observation, error, says):
+    if error is None:
+        parallel_env("es1", observation=observation)
+        return
+    with pytest.raises(error, match=says):
+        parallel_env("es1", observation=observation)
+
+
+def test_nan_from_an_observation_of_ones_own_does_not_travel():
+    env = parallel_env("es1", observation=["layer", Broken], **FEW)
+    with pytest.raises(ConfigError, match="observation compass: is not finite"):
+        env.reset(seed=0)

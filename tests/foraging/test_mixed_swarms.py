@@ -1,0 +1,352 @@
+"""Robots of different controllers in one world: each goes by its own layers and numbers."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import baselines.oracles.controllers  # noqa: F401 enters the references
+from baselines.motion.subsumption import SubsumptionParameters
+from baselines.weighting.sgiff import CENTIMETRES
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.array_rules import ArrayMotion
+from swarm_forage_env.foraging.task import FORAGING
+from swarm_forage_env.interface import CORRECT, KEEP, REPLACE
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.mixed import MixedController
+from swarm_forage_env.registry import CONTROLLERS, REFERENCES
+from swarm_forage_env.scenarios import find_scenario
+
+BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02, "duration": 60.0}
+TICKS = 500
+N = 10
+TALKATIVE = {"pause": 0.5, "refractory": 1.0}
+
+
+class Outside:
+    """Subsumption as a rule in NumPy, which draws from streams of its own."""
+
+    def start(self, scenario, seeds):
+        return ArrayMotion(SubsumptionParameters().layer(scenario), scenario, seeds)
+
+
+class Circling:
+    """A motion in NumPy that commands all robots the same wheels, and remembers its resets."""
+
+    def __init__(self, left, right):
+        self._wheels = np.float32([left, right])
+
+    def start(self, scenario, seeds):
+        self.resets = []
+        return self
+
+    def reset(self, world, seed):
+        self.resets.append((world, seed))
+
+    def __call__(self, situation):
+        return np.tile(self._wheels, (len(situation.goal), 1))
+
+
+class SGIKFInNumPy:
+    heard_p_share = 0.0
+
+    def __call__(self, exchange):
+        total = exchange.own_p + exchange.heard_p
+        half = np.full_like(total, 0.5)
+        return np.divide(exchange.own_p, total, out=half, where=total > 0.0)
+
+
+def named(name, **values):
+    return CONTROLLERS[name].with_parameters(values)
+
+
+def mixed(*controllers):
+    """The controllers in turn, one for each of ten robots."""
+    return MixedController(tuple(controllers[robot % len(controllers)] for robot in range(N)))
+
+
+def busy(**numbers):
+    return find_scenario("es1", BUSY | numbers)
+
+
+def run(controller, seeds=(4,), ticks=TICKS, physics="kinematic", threads=1):
+    loop = Loop(busy(), controller, list(seeds), physics, threads)
+    for _ in range(ticks):
+        loop.step()
+    return loop
+
+
+def companies():
+    """Swarms of several kinds of difference."""
+    dsgiff = named("dsgiff")
+    return {
+        "numbers": mixed(dsgiff, named("dsgiff", beta=0.5, pause=1.0), named("dsgiff", gap=0.03)),
+        "weightings": mixed(dsgiff, named("dsgikf"), named("ssgikf")),
+        "rules in NumPy": mixed(
+            dsgiff,
+            replace(dsgiff, motion=Outside()),
+            replace(dsgiff, motion=Outside(), weighting=SGIKFInNumPy()),
+        ),
+        "estimators": mixed(dsgiff, named("sikf"), named("subsumption"), named("boids-adaptive")),
+        "a policy": mixed(FORAGING.no_layers, dsgiff, named("sikf")),
+    }
+
+
+@pytest.mark.parametrize("physics", ["rigid", "kinematic"])
+def test_a_swarm_of_equal_controllers_is_the_uniform_swarm(same, physics):
+    copies = mixed(*(named("dsgiff", beta=0.02) for _ in range(N)))
+    uniform = run(named("dsgiff", beta=0.02), [4, 5], physics=physics)
+    same(run(copies, [4, 5], physics=physics), 0, uniform)
+    same(run(copies, [4, 5], physics=physics), 1, uniform, 1)
+    assert uniform.world.robots["messages"].sum() > 0
+
+
+def test_the_same_layers_compiled_and_in_numpy_in_one_swarm_are_the_uniform_swarm():
+    compiled = named("dsgikf")
+    swarm = mixed(
+        compiled,
+        replace(compiled, motion=Outside()),
+        replace(compiled, weighting=SGIKFInNumPy()),
+        replace(compiled, motion=Outside(), weighting=SGIKFInNumPy()),
+    )
+    one, other = run(compiled, [4, 5]), run(swarm, [4, 5])
+    np.testing.assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])
+    mine, theirs = (loop.controller.minds["estimator"] for loop in (one, other))
+    for name in ("belief", "message", "situation"):
+        np.testing.assert_array_equal(mine[name], theirs[name], err_msg=name)
+
+
+@pytest.mark.parametrize("swarm", companies().values(), ids=companies())
+@pytest.mark.parametrize("physics", ["rigid", "kinematic"])
+def test_a_mixed_world_in_a_block_is_the_world_alone_also_on_threads_and_after_a_reset(
+    swarm, physics
+):
+    loops = [run(swarm, [1, 2, 3], 300, physics, threads) for threads in (1, 2)]
+    alone = [run(swarm, [seed], 300, physics) for seed in (1, 2, 3)]
+    again = run(swarm, [7, 8, 9], 50, physics)
+    again.reset([1, 2, 3])
+    for _ in range(300):
+        again.step()
+    for world, loop in enumerate(alone):
+        for block in (*loops, again):
+            for name in ("pose", "command", "heard", "first_visit"):
+                mine, his = (each.world.robots[name] for each in (block, loop))
+                np.testing.assert_array_equal(mine[world], his[0], err_msg=name)
+            mine, his = (each.controller.minds for each in (block, loop))
+            np.testing.assert_array_equal(mine["estimator"][world], his["estimator"][0])
+
+
+def test_every_robot_weighs_by_its_own_numbers():
+    betas = np.tile([0.001, 0.2], N // 2)
+    swarm = mixed(*(named("dsgiff", beta=beta, **TALKATIVE) for beta in betas))
+    loop = Loop(busy(), swarm, [4], "kinematic")
+    differ, counted = 0, np.zeros(N, int)
+    for _ in range(3 * TICKS):
+        shown = loop.exchange
+        ended = shown.own_known.all(axis=1) & shown.heard_known.all(axis=1)
+        ahead = np.float64(shown.own_p) - np.float64(shown.heard_p)
+        loop.step()
+        weight = loop.controller.minds["estimator"]["exchange"]["weight"][0]
+        expected, swapped = (
+            0.5 + 0.5 * np.tanh(0.5 * CENTIMETRES * each[:, None] * ahead)
+            for each in (betas, betas[::-1])
+        )
+        np.testing.assert_allclose(weight[ended], expected[ended], rtol=1e-6, atol=1e-9)
+        differ += np.count_nonzero(np.abs(expected - swapped)[ended] > 0.01)
+        counted += ended
+    assert counted[::2].sum() > 5
+    assert counted[1::2].sum() > 5
+    assert differ > 5
+
+
+def test_a_message_is_composed_by_its_senders_numbers():
+    """A single filter on its way tells of one area only, a double one of both."""
+    swarm = mixed(named("ssgiff", **TALKATIVE), named("dsgiff", **TALKATIVE))
+    loop = Loop(busy(), swarm, [4], "kinematic")
+    told_both, on_the_way = np.zeros(N, int), np.zeros(N, int)
+    for _ in range(3 * TICKS):
+        before = loop.situation
+        loop.step()
+        minds = loop.controller.minds["estimator"][0]
+        knowing = minds["is_composed"] & before.known.all(axis=1) & (before.goal >= 0)
+        on_the_way += knowing
+        told_both += knowing & (minds["message"]["told"].sum(axis=1) == 2)
+    assert on_the_way[::2].sum() > 20
+    assert not told_both[::2].any()
+    np.testing.assert_array_equal(told_both[1::2], on_the_way[1::2])
+    assert told_both.sum() > 20
+
+
+def test_what_is_heard_is_taken_by_its_receivers_numbers():
+    """To every second robot a sender seems to have gone a hundred metres farther."""
+    loop = Loop(busy(), mixed(named("dsgiff"), named("dsgiff", message_path=100.0)), [4])
+    heard = [[], []]
+    for _ in range(TICKS):
+        loop.step()
+        shown = loop.exchange
+        for robot, area in zip(*np.nonzero(shown.heard_known), strict=True):
+            heard[robot % 2].append(shown.heard_p[robot, area])
+    doubtful = np.array(heard[1])
+    assert len(heard[0]) > 5
+    assert len(doubtful) > 5
+    assert np.all(doubtful >= 100.0)
+    assert min(heard[0]) < 100.0
+
+
+def test_who_has_another_estimator_is_heard_and_tells_nothing():
+    lonely = 0
+    swarm = MixedController((named("sikf"), *[named("dsgiff")] * (N - 1)))
+    loop = Loop(busy(), swarm, [4], "kinematic")
+    from_lonely = to_lonely = exchanges = 0
+    for _ in range(2 * TICKS):
+        loop.step()
+        heard = loop.world.robots["heard"][0]
+        slots = np.arange(heard["sender"].shape[1]) < heard["n"][:, None]
+        from_lonely += np.count_nonzero(slots[1:] & (heard["sender"][1:] == lonely))
+        to_lonely += heard["n"][lonely]
+        assert not loop.exchange.valid[lonely]
+        assert not loop.situation.talking[lonely]
+        exchanges += loop.exchange.valid.sum()
+    crowd = loop.controller._running[1].minds["estimator"]
+    assert not np.any(crowd["belief"]["met"] == lonely)
+    assert from_lonely > 20
+    assert to_lonely > 20
+    assert exchanges > 20
+
+
+def test_each_of_two_languages_has_its_own_exchanges():
+    swarm = mixed(named("dsgiff"), named("sikf"))
+    loop, met = Loop(busy(), swarm, [4], "kinematic"), [0, 0]
+    for _ in range(2 * TICKS):
+        loop.step()
+        for kind in range(2):
+            met[kind] += np.count_nonzero(loop.exchange.valid[kind::2])
+    for kind, team in enumerate(loop.controller._running):
+        partners = team.minds["estimator"]["belief"]["met"][0, kind::2]
+        assert np.all(partners[partners >= 0] % 2 == kind)
+        assert met[kind] > 5
+
+
+def test_rules_in_numpy_steer_their_own_robots_only():
+    left, right = Circling(-1.0, 1.0), Circling(1.0, -1.0)
+    swarm = mixed(
+        replace(named("dsgiff"), motion=left),
+        replace(named("dsgiff"), motion=right),
+        named("dsgiff"),
+    )
+    loop = run(swarm, [4, 5], 30)
+    wheels = loop.world.robots["command"]["wheels"]
+    assert np.all(wheels[:, 0::3] == np.float32([-1.0, 1.0]))
+    assert np.all(wheels[:, 1::3] == np.float32([1.0, -1.0]))
+    alone = run(named("dsgiff"), [4, 5], 1)
+    first = run(swarm, [4, 5], 1)
+    commands = (each.world.robots["command"]["wheels"] for each in (alone, first))
+    np.testing.assert_array_equal(*(each[:, 2::3] for each in commands))
+    assert left.resets == right.resets == [(0, 4), (1, 5)]
+
+
+def test_a_learner_acts_in_a_mixed_swarm_as_in_a_uniform_one():
+    swarm = mixed(named("dsgiff"), named("sikf"), replace(named("dsgiff"), motion=Outside()))
+    one, other = (Loop(busy(), swarm, [4], "kinematic") for _ in range(2))
+    for _ in range(100):
+        one.step()
+        other.step()
+    action = other.world.state.action
+    action.motion[:3], action.wheels[:3] = REPLACE, (-0.5, 0.25)
+    action.motion[3:5], action.wheels[3:5] = CORRECT, (0.1, -0.1)
+    talking = other.situation.talking
+    one.step()
+    other.step()
+    wheels = one.world.state.command.wheels.copy()
+    wheels[:3] = -0.5, 0.25
+    added = np.clip(wheels[3:5] + np.float32(2.0) * np.float32([0.1, -0.1]), -1.0, 1.0)
+    wheels[3:5] = np.where(talking[3:5, None], wheels[3:5], added)
+    np.testing.assert_array_equal(other.world.state.command.wheels, wheels)
+    action.motion[:5] = KEEP
+    other.step()
+    assert not np.any(np.all(other.world.state.command.wheels[:3] == np.float32([-0.5, 0.25])))
+
+
+def test_robots_of_a_policy_live_among_hand_written_ones():
+    policy = FORAGING.no_layers
+    swarm = MixedController((policy, policy, *[named("dsgiff")] * (N - 2)))
+    loop = Loop(busy(), swarm, [4], "kinematic")
+    action, minds = loop.world.robots["action"], loop.controller.minds
+    action["wheels"][0, :2], minds["is_speaking"][0, :2] = (0.5, -0.5), True
+    minds["words"][0, :2] = 0.25
+    everything = FORAGING.policies["everything"]
+    words = 0
+    for _ in range(300):
+        loop.step()
+        command = loop.world.robots["command"][0]
+        assert np.all(command["wheels"][:2] == np.float32([0.5, -0.5]))
+        assert np.all(command["is_speaking"][:2])
+        seen = np.empty((1, N, 81), np.float32)
+        everything.observe(loop.world, loop.controller, seen)
+        words += np.count_nonzero(seen == 0.25)
+    assert words > 12
+    assert not loop.situation.known[:2].any()
+    assert np.all(loop.situation.goal[:2] == -1)
+    assert loop.situation.known[2:].any()
+    crowd = loop.controller._running[1].minds["estimator"]
+    assert not crowd["message"]["told"][0, :2].any()
+    assert np.any(loop.exchange.heard_known) or loop.world.robots["messages"].sum() > 50
+    loop.reset([5])
+    assert not minds["is_speaking"].any()
+
+
+def test_all_readers_are_shown_every_robots_own_mind():
+    loop = run(mixed(named("dsgiff"), named("sikf"), FORAGING.no_layers), [4, 5], 300)
+    robots = np.arange(N)
+    for kind, team in enumerate(loop.controller._running[:2]):
+        own = np.tile(robots % 3 == kind, 2)
+        shown = loop.situation
+        kept = FORAGING.situation(loop.world, team.minds)
+        for name in ("target", "areas", "p", "known", "goal", "talking"):
+            np.testing.assert_array_equal(getattr(shown, name)[own], getattr(kept, name)[own])
+        assert shown.known[own].any()
+    np.testing.assert_array_equal(loop.scene(1).known, loop.situation.known[N:])
+    reported = loop.world.state.report.known != 0
+    layered = np.tile(robots % 3 != 2, 2)
+    np.testing.assert_array_equal(reported[layered], loop.situation.known[layered])
+
+
+def test_a_team_keeps_nothing_of_other_teams_robots():
+    loop = run(mixed(named("dsgiff"), named("sikf")), [4], 300)
+    for kind, team in enumerate(loop.controller._running):
+        others = team.minds["estimator"][0, np.arange(N) % 2 != kind]
+        fresh = team.estimator.mind.array(others.shape, robots=N)
+        np.testing.assert_array_equal(others, fresh)
+
+
+def test_worlds_of_a_block_may_have_differing_mixtures_and_uniform_swarms(same):
+    swarms = [
+        mixed(named("dsgiff"), named("dsgiff", beta=0.3)),
+        mixed(named("dsgiff", pause=2.0), named("dsgiff")),
+    ]
+    alone = [run(swarm, [seed]) for swarm, seed in zip(swarms, (4, 5), strict=True)]
+    block = run(swarms, [4, 5])
+    for world, loop in enumerate(alone):
+        same(block, world, loop)
+    both = run([named("dsgiff"), swarms[1]], [4, 5])
+    same(both, 0, run(named("dsgiff"), [4]))
+    same(both, 1, alone[1])
+
+
+def test_worlds_in_which_other_robots_understand_each_other_are_refused():
+    swarms = [mixed(named("dsgiff"), named("sikf")), mixed(named("sikf"), named("dsgiff"), *[
+        named("dsgiff")] * 8)]  # fmt: skip
+    with pytest.raises(ConfigError, match="must understand each other in all worlds"):
+        Loop(busy(), swarms, [4, 5])
+    with pytest.raises(ConfigError, match="'ssgikf' and 'ssgiff' have another weighting"):
+        Loop(busy(), [mixed(named("ssgikf")), mixed(named("ssgiff"))], [4, 5])
+
+
+def test_an_oracle_drives_no_robots_among_others():
+    with pytest.raises(ConfigError, match="'global': drives whole swarms only"):
+        Loop(busy(), mixed(named("dsgiff"), REFERENCES["global"]), [4])
+
+
+def test_a_swarm_of_another_size_is_refused():
+    with pytest.raises(ConfigError, match="10 controllers given for the 4 robots of 'es1'"):
+        Loop(busy(n_robots=4), mixed(named("dsgiff")), [4])

@@ -1,0 +1,160 @@
+"""Some worlds of a block are started anew, also under other numbers; the others go on."""
+
+import numpy as np
+import pytest
+
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging import world
+from swarm_forage_env.foraging.global_state import ForagingState
+from swarm_forage_env.foraging.potential import ForagingPotential
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenarios import find_scenario
+
+ENGINES = ("rigid", "kinematic")
+BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02, "duration": 60.0}
+"""Fast robots and near areas: contacts, exchanges and round trips within a minute."""
+OTHER = {**BUSY, "arena.length": 1.4, "arena.width": 1.0, "area_distance": 0.9, "radius": 0.03,
+         "axle": 0.06, "max_range": 0.3, "tick": 0.2, "exchange_time": 1.0}  # fmt: skip
+"""Other walls, bodies, ticks and radio: more neighbours and other cells than BUSY has."""
+SEEDS = (4, 9, 2)
+CONTROLLER = CONTROLLERS["dsgiff"].with_parameters({"beta": 0.1})
+
+
+def busy(**more):
+    return find_scenario("es1", {**BUSY, **more})
+
+
+def run(n_ticks, *loops):
+    for _ in range(n_ticks):
+        for loop in loops:
+            loop.step()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("physics", ENGINES)
+def test_a_world_reset_alone_goes_on_as_the_world_alone(same, physics, threads):
+    block, twin = (Loop(busy(), CONTROLLER, SEEDS, physics, threads) for _ in range(2))
+    run(250, block, twin)
+    block.reset([21], worlds=[1])
+    alone = Loop(busy(), CONTROLLER, [21], physics)
+    for _ in range(3):
+        same(block, 1, alone)
+        same(block, 0, twin, 0)
+        same(block, 2, twin, 2)
+        run(100, block, twin, alone)
+    assert alone.world.robots["messages"].sum() > 0
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_a_world_reset_under_other_numbers_goes_on_as_the_world_alone(same, physics):
+    block, twin = (Loop(busy(), CONTROLLER, SEEDS, physics) for _ in range(2))
+    run(250, block, twin)
+    other = find_scenario("es1", OTHER)
+    block.reset([7, 21], worlds=[2, 0], scenarios=[busy(max_range=0.1), other])
+    small = Loop(busy(max_range=0.1), CONTROLLER, [7], physics)
+    alone = Loop(other, CONTROLLER, [21], physics)
+    for _ in range(4):
+        same(block, 0, alone)
+        same(block, 1, twin, 1)
+        same(block, 2, small)
+        run(100, block, twin, alone, small)
+    assert alone.world.robots["messages"].sum() > 0
+    assert block.world.scenario is other
+    assert block.world.is_over.tolist() == [True, True, False]
+    block.reset([5], worlds=[0])
+    same(block, 0, Loop(other, CONTROLLER, [5], physics))
+
+
+@pytest.mark.parametrize(("before", "after"), [(0.05, 0.4), (0.4, 0.05)])
+def test_room_for_neighbours_and_cells_grows_with_what_a_world_needs(same, before, after):
+    """A short reach needs more cells, a long one more neighbours."""
+    old, new = (find_scenario("es3", {"max_range": reach}) for reach in (before, after))
+    block, twin = (Loop(old, CONTROLLER, [1, 2], "kinematic") for _ in range(2))
+    run(30, block, twin)
+    block.reset([3], worlds=[0], scenarios=new)
+    alone = Loop(new, CONTROLLER, [3], "kinematic")
+    run(60, block, twin, alone)
+    same(block, 0, alone)
+    same(block, 1, twin, 1)
+
+
+def test_one_scenario_may_be_given_for_all_worlds_that_are_reset(same):
+    block, other = Loop(busy(), CONTROLLER, SEEDS), find_scenario("es1", OTHER)
+    block.reset([1, 2, 3], scenarios=other)
+    run(50, block, fresh := Loop(other, CONTROLLER, [1, 2, 3]))
+    for w in range(3):
+        same(block, w, fresh, w)
+
+
+BAD = {
+    "two worlds, one seed": ({"seeds": [1], "worlds": [0, 1]}, r"seeds=\[1\]: must be 2"),
+    "a world twice": ({"seeds": [1, 2], "worlds": [0, 0]}, r"worlds=\[0, 0\]: must be different"),
+    "a world too many": ({"seeds": [1], "worlds": [3]}, r"worlds=\[3\]: .* from 0 to 2"),
+    "no seed": ({"seeds": [1, -1], "worlds": [0, 1]}, "seed=-1"),
+    "one scenario of two": (
+        {"seeds": [1, 2], "worlds": [0, 1], "scenarios": [busy()]}, "1 given for 2 worlds",
+    ),
+    "more robots": (
+        {"seeds": [1, 2], "worlds": [0, 1], "scenarios": [busy(), busy(n_robots=8)]},
+        "task.n_robots=8 in the scenario 'es1': the world was made with 10",
+    ),
+    "fewer slots": (
+        {"seeds": [1], "worlds": [0], "scenarios": busy(slots=2)},
+        "radio.slots=2 in the scenario 'es1': the world was made with 4",
+    ),
+    "another task": (
+        {"seeds": [1], "worlds": [0], "scenarios": find_scenario("waypoints-05")},
+        "'waypoints-05' of the task waypoints",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("how", "why"), BAD.values(), ids=BAD)
+def test_what_does_not_fit_is_refused_before_anything_changes(how, why):
+    block, twin = (Loop(busy(), CONTROLLER, SEEDS) for _ in range(2))
+    run(20, block, twin)
+    with pytest.raises(ConfigError, match=why):
+        block.reset(**how)
+    with pytest.raises(ConfigError):
+        block.world.reset(**{**how, "scenarios": _as_list(how.get("scenarios"))})
+    run(20, block, twin)
+    assert block.world.robots.tobytes() == twin.world.robots.tobytes()
+    assert block.controller.minds.tobytes() == twin.controller.minds.tobytes()
+    assert block.world.scenarios == twin.world.scenarios
+
+
+def _as_list(scenarios):
+    return scenarios if isinstance(scenarios, list | None) else [scenarios]
+
+
+def test_a_world_without_room_to_start_is_refused_before_anything_changes(monkeypatch):
+    block, place = Loop(busy(), CONTROLLER, SEEDS), world.place_in_circle
+    before, rooms = block.world.robots.tobytes(), iter([10, 10, 9])
+    monkeypatch.setattr(world, "place_in_circle", lambda *where: min(place(*where), next(rooms)))
+    with pytest.raises(ConfigError, match="only 9 found a place"):
+        block.reset([1, 2, 3])
+    assert block.world.robots.tobytes() == before
+
+
+def test_scenarios_of_different_tasks_are_refused():
+    scenarios = [find_scenario("es1"), find_scenario("waypoints-05")]
+    with pytest.raises(ConfigError, match="must be of one task"):
+        Loop(scenarios, CONTROLLER, [0, 1])
+
+
+def test_potential_and_state_go_by_the_numbers_that_each_world_has_now():
+    other = find_scenario("es1", OTHER)
+    block = Loop(busy(), CONTROLLER, SEEDS)
+    potential, names = ForagingPotential(block.world), [f"epuck_{k}" for k in range(10)]
+    bounds = block.task.bounds(busy(), 600, 0.0)
+    truth = ForagingState(block.world, block.controller, names, bounds)
+    block.reset([21], worlds=[1], scenarios=other)
+    alone = Loop(other, CONTROLLER, [21])
+    run(100, block, alone)
+    np.testing.assert_array_equal(potential()[10:20], ForagingPotential(alone.world)())
+    of_alone = ForagingState(alone.world, alone.controller, names, bounds)
+    half = np.full(len(SEEDS), 0.5)
+    np.testing.assert_array_equal(truth.state(half)[1], of_alone.state(half[:1])[0])
+    np.testing.assert_array_equal(truth.log()[10:20], of_alone.log())
+    assert (truth.state(half)[0] != truth.state(half)[1])[-5:-1].any()
