@@ -7,6 +7,7 @@ a matrix product depends on its number of rows, and an episode must not depend o
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -44,7 +45,9 @@ class Policy(Part):
     normalise: bool = Field(True, description="Its observations lie in [-1, 1]; false: SI units")
     observation: Any = Field("layer", description="What it observes, as layer+previous_action")
     stack: Count = Field(1, description="Observations of so many decisions together")
-    decision_period: Count = Field(1, description="Ticks for which an action is held")
+    decision_period: Count | None = Field(
+        None, description="Ticks for which an action is held; none: as suits the layer"
+    )
     residual: bool = Field(False, description="Its wheels are added to the hand-written ones")
 
     @field_validator("action", mode="before")
@@ -188,13 +191,24 @@ class PolicyController(LayeredController):
             inner = form.task.no_layers.build(world, seeds, each)  # type: ignore[union-attr]
         else:
             inner = self.hand_written.build(world, seeds, [own.hand_written for own in each])
-        return RunningPolicy(world, inner, form, self._started(form))
+        return self.over(world, inner, form.everybody)
+
+    def over(
+        self,
+        world: Any,  # noqa: ANN401 of any task
+        inner: RunningController,
+        robots: Sequence[int],
+    ) -> "RunningPolicy":
+        """The policy of some robots, over what does the rest; ConfigError if it does not fit."""
+        form = self.form(world.scenario)
+        return RunningPolicy(world, inner, form, self._started(form, robots), robots)
 
     def check_usable(self, scenario: Any) -> None:  # noqa: ANN401 of any task
         """ConfigError or UnknownNameError if a layer or the policy does not fit the scenario."""
         if self.policy.learn != "everything":
             self.hand_written.check_usable(scenario)
-        self._started(self.form(scenario))
+        form = self.form(scenario)
+        self._started(form, form.everybody)
 
     def check_supports(self, scenario: Any) -> None:  # noqa: ANN401 of any task
         """ConfigError if no learner can work beside it in this scenario."""
@@ -214,11 +228,15 @@ class PolicyController(LayeredController):
             _check_observes(self.policy, card.observes, form.observes)
         return form
 
-    def _started(self, form: PolicyForm) -> Predict:
-        """The policy, after it has been asked once."""
-        predict = self.policy.start(form)
-        _usable_rows(form, self.policy.source)(predict(form.dummy()))
-        return predict
+    def _started(self, form: PolicyForm, robots: Sequence[int]) -> Predict:
+        """What the layers take of the policy of some robots, after it has been asked once."""
+        predict, usable = self.policy.start(form), usable_rows(form, robots, self.policy.source)
+
+        def steer(observed: Float32[Array, "robots numbers"]) -> Float32[Array, "robots n"]:
+            return usable(predict(observed))
+
+        steer(form.dummy(robots))
+        return steer
 
     def _as_on_card(self) -> "PolicyController":
         """The same, under the keywords and beside the controller on the policy's card."""
@@ -240,24 +258,30 @@ class PolicyController(LayeredController):
 
 
 class RunningPolicy:
-    """A policy and what does the rest, on a block of worlds.
+    """A policy of some robots and what does the rest, on a block of worlds.
 
     It acts where no learner does, so that its robots can be the team-mates of some.
     """
 
+    has_rules = True
+    """The policy is asked about all worlds at once."""
+
     def __init__(
-        self, world: Any, inner: RunningController, form: PolicyForm, predict: Predict  # noqa: ANN401 of any task
-    ) -> None:  # fmt: skip
+        self,
+        world: Any,  # noqa: ANN401 of any task
+        inner: RunningController,
+        form: PolicyForm,
+        steer: Predict,
+        robots: Sequence[int],
+    ) -> None:
         """The policy has not been asked yet."""
-        self._world, self._inner, self._form, self._predict = world, inner, form, predict
+        self._world, self._inner, self._form, self._steer = world, inner, form, steer
+        self._robots = np.array(robots)
         self.minds = inner.minds
-        self._rows = _usable_rows(form, "")
         n_worlds, n_robots = world.n_worlds, world.n_robots
         n_frames = n_worlds, n_robots, form.config.stack, len(form.observe.layout)
         self._frames = np.zeros(n_frames, np.float32)
-        n_numbers = len(form.policy.action)
-        self._held = np.zeros((n_worlds, n_robots, n_numbers), np.float32)
-        self._everybody = np.arange(n_robots)
+        self._held = np.zeros((n_worlds, n_robots, len(form.policy.action)), np.float32)
         self._own: dict[str, Bool[Array, "worlds robots"]] | None = None
 
     def observe(self, first: int, last: int) -> None:
@@ -268,13 +292,13 @@ class RunningPolicy:
         """Ask the policy in worlds where a decision is due, then the rules written in NumPy."""
         if self._own is None:
             self._own = self._take_over()
-        ticks, period = self._world.worlds["ticks"], self._form.config.decision_period
+        ticks, period = self._world.worlds["ticks"], self._form.period
         due = np.flatnonzero(ticks % period == 0)
         if len(due):
             self._held[ticks == 0] = 0.0
             seen = self._seen(ticks // period, due)
             for world in due:
-                self._held[world] = self._rows(self._predict(seen[world]))
+                self._held[world, self._robots] = self._steer(seen[world, self._robots])
             self._act(self._own)
         self._inner.consult()
 
@@ -286,11 +310,36 @@ class RunningPolicy:
         """Forget everything about one world; the policy does at its first tick."""
         self._inner.reset(world, seed)
 
+    def numbers_in(self, world: int, scenario: Any) -> Any:  # noqa: ANN401 of any task
+        """The numbers of one world's layers in another scenario."""
+        return self._inner.numbers_in(world, scenario)
+
+    def renumber(self, world: int, numbers: Any) -> None:  # noqa: ANN401 as above
+        """Go by these numbers in one world from now on."""
+        self._inner.renumber(world, numbers)
+
+    def snapshot(self) -> dict[str, Any]:
+        """What was observed and is being done, whose robots are the policy's, and all the rest."""
+        return {
+            "frames": self._frames.copy(),
+            "held": self._held.copy(),
+            "own": deepcopy(self._own),
+            "rest": self._inner.snapshot(),
+        }
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on as when that snapshot was taken."""
+        self._frames[...], self._held[...] = kept["frames"], kept["held"]
+        self._own = deepcopy(kept["own"])
+        self._inner.restore(kept["rest"])
+
     def _take_over(self) -> dict[str, Bool[Array, "worlds robots"]]:
         """Mark as the policy's what no learner has; which robots, for each layer."""
         action, own = self._world.robots["action"], {}
         for layer in self._form.policy.replaces:
-            own[layer] = (action[layer] == KEEP) | (action[layer] == RULE)
+            mine = np.zeros(action.shape, np.bool_)
+            mine[:, self._robots] = True
+            own[layer] = mine & ((action[layer] == KEEP) | (action[layer] == RULE))
             is_residual = self._form.config.residual and layer == "motion"
             action[layer][own[layer]] = CORRECT if is_residual else REPLACE
         return own
@@ -314,9 +363,9 @@ class RunningPolicy:
 
     def _act(self, own: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
         """Write the actions, and leave those of learners as they were."""
-        action = self._world.robots["action"]
-        before = None if all(mask.all() for mask in own.values()) else action.copy()
-        self._form.policy.act(self._world, self._inner, self._everybody, self._held)
+        action, robots = self._world.robots["action"], self._robots
+        before = None if all(mask[:, robots].all() for mask in own.values()) else action.copy()
+        self._form.policy.act(self._world, self._inner, robots, self._held[:, robots])
         if before is None:
             return
         fields = {"weighting": "weight", "motion": self._form.task.commanded}
@@ -347,13 +396,14 @@ def named_policy(name: str, policy: Policy) -> PolicyController:
     return PolicyController(name, SINGLE, SGIKF(), SUBSUMPTION, policy)
 
 
-def _usable_rows(form: PolicyForm, source: str) -> Callable[[Any], Float32[Array, "robots n"]]:
-    """What turns a policy's actions into what the layers take, clipped to their bounds.
+def usable_rows(
+    form: PolicyForm, robots: Sequence[int], source: str
+) -> Callable[[Any], Float32[Array, "robots n"]]:
+    """What turns the actions of some robots into what the layers take, clipped to their bounds.
 
     ConfigError for what the action space does not hold.
     """
-    actions, space = form.actions(), form.action_space
-    told = f"policy {source}: " if source else "policy: "
+    actions, space = form.actions(robots), form.action_space
 
     def rows(given: Any) -> Float32[Array, "robots n"]:  # noqa: ANN401 whatever the policy gives
         found = np.asarray(given)
@@ -362,7 +412,7 @@ def _usable_rows(form: PolicyForm, source: str) -> Callable[[Any], Float32[Array
         try:
             return actions.rows(found)
         except ConfigError as error:
-            raise ConfigError(f"{told}{error}") from None
+            raise ConfigError(f"policy {source}: {error}") from None
 
     return rows
 

@@ -1,6 +1,7 @@
 """What a policy is shown and what it gives in a scenario, under the keywords of its training."""
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -22,10 +23,12 @@ class PolicyForm:
 
     def __init__(self, scenario: Any, config: EnvConfig, message_path: float) -> None:  # noqa: ANN401 of any task
         """ConfigError or UnknownNameError for keywords that the scenario's task does not have."""
-        self.config, self.task = config, task_of(scenario)
+        self.task = task_of(scenario)
         if config.learn not in self.task.policies:
             raise UnknownNameError("layer to learn", config.learn, self.task.policies)
         self.policy = self.task.policies[config.learn]
+        self.period = config.decision_period or min(self.policy.decision_period, scenario.n_ticks)
+        self.config = config = config.model_copy(update={"decision_period": self.period})
         self.max_cycles = n_steps(scenario, config)
         ticks = max(scenario.n_ticks, self.max_cycles * (config.decision_period or 1))
         shown = self.policy.layout(self.task.bounds(scenario, ticks, message_path))
@@ -44,10 +47,15 @@ class PolicyForm:
         """Name and unit of each number of an observation, the same under other bounds."""
         return tuple((each.name, BOUND.sub("of its bound, in ", each.unit)) for each in self.layout)
 
-    def actions(self) -> Actions:
-        """What turns the actions of a world's robots into what the layers take."""
-        return Actions(self._agents, self._action)
+    def actions(self, robots: Sequence[int]) -> Actions:
+        """What turns the actions of these robots of a world into what the layers take."""
+        return Actions([self._agents[robot] for robot in robots], self._action)
 
-    def dummy(self) -> Float32[Array, "robots numbers"]:
-        """An observation of every robot, all zeros."""
-        return np.zeros((len(self._agents), len(self.layout)), np.float32)
+    def dummy(self, robots: Sequence[int]) -> Float32[Array, "robots numbers"]:
+        """An observation of each of these robots, all zeros."""
+        return np.zeros((len(robots), len(self.layout)), np.float32)
+
+    @property
+    def everybody(self) -> Sequence[int]:
+        """The numbers of all robots."""
+        return range(len(self._agents))

@@ -1,6 +1,7 @@
 """Policies of other trainers run as controllers, and do what they did in training."""
 
 import json
+import pickle
 import sys
 import warnings
 import zipfile
@@ -9,14 +10,14 @@ import numpy as np
 import pytest
 import torch
 from gymnasium.spaces import Discrete
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 from stable_baselines3 import A2C, DQN, PPO, SAC, TD3
 from stable_baselines3.common.torch_layers import FlattenExtractor
 
 import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env import parallel_env
-from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.controllers import find_controller, find_controllers
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
@@ -59,22 +60,13 @@ def model(tmp_path):
 
 def stepped(model, env, seed):
     """Round trips of an episode of the environment, by the deterministic policy; the last poses."""
-    env.env.generators = [Fixed(seed)]
-    observed, done = env.reset(), np.array([False])
+    env.reset()
+    (observed,), _ = env.env.reset(seed=seed)
+    done = np.array([False])
     while not done.any():
         poses = env.env.world.robots["pose"].copy()
         observed, _, done, infos = env.step(model.predict(observed, deterministic=True)[0])
     return [info["round_trips"] for info in infos], poses
-
-
-class Fixed:
-    """Draws one and the same seed."""
-
-    def __init__(self, seed):
-        self.seed = seed
-
-    def integers(self, *_, **__):
-        return self.seed
 
 
 def ran(controller, scenario, seed, ticks):
@@ -105,7 +97,7 @@ def test_a_saved_model_does_as_a_controller_what_it_did_in_its_environment(
     name, model, scenario, tmp_path
 ):
     made, env = model(**KEYWORDS[name])
-    period = KEYWORDS[name].get("decision_period", 1)
+    period = env.env.config.decision_period
     trips, poses = stepped(made, env, 7)
     controller = find_controller(f"sb3:{tmp_path / 'model.zip'}")
     again, where = ran(controller, scenario, 7, (env.max_cycles - 1) * period)
@@ -260,6 +252,45 @@ def test_a_policy_can_be_the_team_mate_of_a_learner(model, tmp_path):
     moved = (mates.world.robots["pose"] != before).any(axis=2)[0]
     assert mates.world.robots["command"]["wheels"][0, 1].tolist() == [0.0, 0.0]
     assert moved[[0, 2, 3]].all()
+
+
+def test_robots_with_a_policy_and_others_make_a_swarm(model, scenario, tmp_path):
+    model(decision_period=5)
+    name = f"sb3:{tmp_path / 'model.zip'}"
+    same = find_controllers([name] * 4, scenario)
+    mixed = find_controllers({0: name, 2: name, "*": "ssgikf"}, scenario)
+    other = find_controllers({0: name, 2: name, "*": "dsgiff"}, scenario)
+    wheels = {
+        each.name: [seen["command"]["wheels"].copy() for seen in stepped_robots(each, scenario)]
+        for each in (same, mixed, other, find_controller("ssgikf"))
+    }
+    alone, among, apart, ssgikf = wheels.values()
+    assert_allclose(alone[0][0, [0, 2]], among[0][0, [0, 2]], atol=1e-6)  # of fewer rows
+    assert_array_equal(among[0][0, [1, 3]], ssgikf[0][0, [1, 3]])
+    assert_array_equal(apart[0][0, [0, 2]], among[0][0, [0, 2]])
+    assert (among[0][0, [0, 2]] != ssgikf[0][0, [0, 2]]).any()
+
+
+def stepped_robots(controller, scenario):
+    """The robots after each of a few ticks."""
+    loop = Loop(scenario, controller, [1], "kinematic")
+    for _ in range(10):
+        loop.step()
+        yield loop.world.robots
+
+
+def test_a_copied_episode_goes_on_as_the_first(model, scenario, tmp_path):
+    model(decision_period=5, stack=2)
+    env = ArrayEnv("es1", 2, f"sb3:{tmp_path / 'model.zip'}", learners=[1], **FAST)
+    env.reset(seed=1)
+    action = np.float32(np.full((2, 1, 2), 0.5))
+    for _ in range(12):
+        env.step(action)
+    other = pickle.loads(pickle.dumps(env))
+    for _ in range(20):
+        for each in (env, other):
+            each.step(action)
+        assert_array_equal(env.world.robots["pose"], other.world.robots["pose"])
 
 
 def test_a_policy_of_everything_has_no_room_for_a_learner(model, tmp_path):
