@@ -44,7 +44,7 @@ class Policy(Part):
     normalise: bool = Field(True, description="Its observations lie in [-1, 1]; false: SI units")
     observation: Any = Field("layer", description="What it observes, as layer+previous_action")
     stack: Count = Field(1, description="Observations of so many decisions together")
-    decision_period: Count = Field(1, description="Ticks for which an action is held")
+    decision_period: Count = Field(10, description="Ticks for which an action is held")
     residual: bool = Field(False, description="Its wheels are added to the hand-written ones")
 
     @field_validator("action", mode="before")
@@ -137,6 +137,8 @@ class PolicyController(LayeredController):
     """A policy in the place of a layer, or of everything, and hand-written layers for the rest."""
 
     policy: Policy
+
+    build_team = None  # type: ignore[assignment]  # it drives whole swarms only
 
     main_parameter = "file"
     """What a name says after its colon: `sb3:model.zip`."""
@@ -245,6 +247,9 @@ class RunningPolicy:
     It acts where no learner does, so that its robots can be the team-mates of some.
     """
 
+    has_rules = True
+    """The policy is asked about all worlds at once."""
+
     def __init__(
         self, world: Any, inner: RunningController, form: PolicyForm, predict: Predict  # noqa: ANN401 of any task
     ) -> None:  # fmt: skip
@@ -285,6 +290,23 @@ class RunningPolicy:
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world; the policy does at its first tick."""
         self._inner.reset(world, seed)
+
+    def numbers_in(self, world: int, scenario: Any) -> Any:  # noqa: ANN401 of any task
+        """The numbers of the hand-written layers of one world in another scenario."""
+        return self._inner.numbers_in(world, scenario)
+
+    def renumber(self, world: int, numbers: Any) -> None:  # noqa: ANN401 as above
+        """Go by these numbers in one world from now on."""
+        self._inner.renumber(world, numbers)
+
+    def snapshot(self) -> tuple[Any, Array, Array]:
+        """What the layers keep, what the policy saw, and the actions that are held."""
+        return self._inner.snapshot(), self._frames.copy(), self._held.copy()
+
+    def restore(self, kept: tuple[Any, Array, Array]) -> None:
+        """Go on as when that snapshot was taken; arrays keep their place in memory."""
+        inner, self._frames[...], self._held[...] = kept
+        self._inner.restore(inner)
 
     def _take_over(self) -> dict[str, Bool[Array, "worlds robots"]]:
         """Mark as the policy's what no learner has; which robots, for each layer."""

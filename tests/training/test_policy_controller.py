@@ -59,7 +59,7 @@ def model(tmp_path):
 
 def stepped(model, env, seed):
     """Round trips of an episode of the environment, by the deterministic policy; the last poses."""
-    env.env.generators = [Fixed(seed)]
+    env.env.episodes.generators = [Fixed(seed)]
     observed, done = env.reset(), np.array([False])
     while not done.any():
         poses = env.env.world.robots["pose"].copy()
@@ -105,7 +105,7 @@ def test_a_saved_model_does_as_a_controller_what_it_did_in_its_environment(
     name, model, scenario, tmp_path
 ):
     made, env = model(**KEYWORDS[name])
-    period = KEYWORDS[name].get("decision_period", 1)
+    period = env.env.config.decision_period
     trips, poses = stepped(made, env, 7)
     controller = find_controller(f"sb3:{tmp_path / 'model.zip'}")
     again, where = ran(controller, scenario, 7, (env.max_cycles - 1) * period)

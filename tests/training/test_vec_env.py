@@ -77,7 +77,6 @@ def test_a_time_out_is_marked_and_the_next_episode_starts_from_other_seeds(learn
     assert not env.step(some(env))[2].any()
 
 
-@pytest.mark.xfail(reason="a block starts anew as a whole")
 def test_staggered_worlds_end_one_after_the_other_and_then_equally_often():
     env = make(max_cycles=4, stagger=True)
     env.reset()
