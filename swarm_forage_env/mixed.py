@@ -90,7 +90,7 @@ class MixedController:
                 f" '{scenario.name}': must be one for each"
             )
         for each in {id(each): each for each in self.members}.values():
-            if getattr(each, "is_privileged", False) or not hasattr(each, "build_team"):
+            if getattr(each, "is_privileged", False) or getattr(each, "build_team", None) is None:
                 raise ConfigError(
                     f"controller '{each.name}': drives whole swarms only, no robots among others"
                 )
