@@ -91,7 +91,7 @@ def train(algorithm: Any, robot_steps: int) -> None:
         told = algorithm.train()["env_runners"]
         done = int(told["num_env_steps_sampled_lifetime"]) * len(env.learners) * PERIOD
         trips = env.world.robots["round_trips"].sum(axis=1).mean()
-        share = env.share_gone[0]
+        share = env.episodes.share_gone[0]
         print(
             f"{done:10,} robot-steps: {trips:6.1f} round trips in {share:4.0%} of an episode",
             flush=True,
