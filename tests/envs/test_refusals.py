@@ -163,8 +163,12 @@ def test_a_bad_seed_is_refused(seed, running):
     assert_array_equal(running.state(), before)
 
 
-def test_unknown_options_of_reset_are_let_be(running):
-    running.reset(seed=0, options={"colour": "red"})
+def test_unknown_options_of_reset_are_refused_but_that_of_pettingzoos_tests(running):
+    before = running.state()
+    with pytest.raises(UnknownNameError, match="no scenario parameter for an episode named 'col"):
+        running.reset(seed=0, options={"colour": "red"})
+    assert_array_equal(running.state(), before)
+    running.reset(seed=0, options={"options": 1})
     assert len(running.agents) == 3
 
 

@@ -106,7 +106,7 @@ def test_without_autoreset_the_end_is_the_end():
     assert block.step(still)[3].all()
     with pytest.raises(ResetNeeded, match="after the end of world 0, at 1 cycles"):
         block.step(still)
-    block.reset(options={"colour": "red"})
+    block.reset(options={"task.area_distance": 1.0})
     block.step(still)
 
 
