@@ -46,10 +46,13 @@ class JointEnvCore:
         return self._has_begun and bool(self.env.is_over.all())
 
     def reset(
-        self, seeds: Sequence[int], options: Mapping[str, Any] | None = None
+        self,
+        seeds: Sequence[int],
+        options: Mapping[str, Any] | None = None,
+        worlds: Sequence[int] | None = None,
     ) -> Float32[Array, "worlds numbers"]:
-        """Start every world anew, each from its seed; what the learners observe."""
-        observations, self._unshaped = self.env.reset(seeds, options=options)
+        """Start these worlds anew, or all, each from its seed; what the learners observe."""
+        observations, self._unshaped = self.env.reset(seeds, worlds, options)
         self._has_begun = True
         self._screen.follow()
         return self._joined(observations)

@@ -78,15 +78,20 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
     def reset(
         self, *, seed: Seeds = None, options: dict[str, Any] | None = None
     ) -> tuple[Float32[Array, "worlds numbers"], dict[str, Any]]:
-        """Start every world anew; a seed fixes its episode and all that follow without one."""
+        """Start every world anew; a seed fixes its episode and all that follow without one.
+
+        With the autoreset mode DISABLED `options["reset_mask"]` chooses some of them; the other
+        options are numbers of the scenario for these episodes.
+        """
         given = dict(options or {})
-        _check_mask(given.pop("reset_mask", True))
-        world_seeds = []
-        for world, own in enumerate(checked_seeds(seed, self.num_envs)):
+        chosen = self._chosen(given.pop("reset_mask", None))
+        seeds, world_seeds = checked_seeds(seed, self.num_envs), []
+        for world in chosen:
+            own = seeds[world]
             if own is not None:
                 self._rngs[world], self._rng_seeds[world] = seeding.np_random(own)
             world_seeds.append(drawn_seed(self._rngs[world]) if own is None else own)
-        return self._core.reset(world_seeds, given), self._infos()
+        return self._core.reset(world_seeds, given, chosen), self._infos()
 
     def step(
         self,
@@ -150,6 +155,22 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         """Close the window, if there is one."""
         self._core.close()
 
+    def _chosen(self, mask: Any) -> list[int]:  # noqa: ANN401 whatever was passed
+        """The worlds of a mask; ConfigError for one that does not fit."""
+        if mask is None:
+            return list(range(self.num_envs))
+        found = np.asarray(mask)
+        if found.dtype != np.bool_ or found.shape != (self.num_envs,):
+            raise ConfigError(
+                f"options['reset_mask']={mask!r}: must be a mask of {self.num_envs} worlds"
+            )
+        if self._mode is not AutoresetMode.DISABLED and not found.all():
+            raise ConfigError(
+                "options['reset_mask']: worlds that reset by themselves keep in step; take"
+                " autoreset_mode='Disabled', or reset all of them"
+            )
+        return np.flatnonzero(found).tolist()
+
     def _infos(self) -> dict[str, Any]:
         return self._masked(self._core.infos())
 
@@ -181,14 +202,6 @@ def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
     except ValueError:
         known = ", ".join(repr(each.value) for each in AutoresetMode)
         raise ConfigError(f"autoreset_mode={mode!r}: must be one of {known}") from None
-
-
-def _check_mask(mask: Any) -> None:  # noqa: ANN401 whatever was passed
-    """ConfigError for a reset of some worlds only."""
-    if not np.all(mask):
-        raise ConfigError(
-            "options['reset_mask']: the worlds of a block start anew together; reset all of them"
-        )
 
 
 def _unbatched(observations: Float32[Array, "worlds numbers"]) -> Array:

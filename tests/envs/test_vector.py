@@ -110,10 +110,35 @@ def test_without_autoreset_the_end_is_the_end():
     block.step(still)
 
 
-def test_some_worlds_alone_are_not_reset():
-    block = in_one_block(SINGLE, "Disabled")
-    with pytest.raises(ConfigError, match="the worlds of a block start anew together"):
-        block.reset(options={"reset_mask": np.array([True, False, True])})
+def test_without_autoreset_some_worlds_are_reset_by_a_mask():
+    block, twin = (in_one_block(SINGLE, "Disabled", max_cycles=6) for _ in range(2))
+    still = np.full(block.action_space.shape, 0.3, np.float32)
+    for each in (block, twin):
+        each.reset(seed=0)
+        for _ in range(4):
+            each.step(still)
+    mask = np.arange(WORLDS) == 1
+    fresh, _ = block.reset(seed=7, options={"reset_mask": mask})
+    begun, _ = in_one_block(SINGLE, "Disabled").reset(seed=7)
+    assert_array_equal(fresh[1], begun[1])
+    for _ in range(2):
+        ours, theirs = block.step(still), twin.step(still)
+        assert_array_equal(ours[0][~mask], theirs[0][~mask])
+    assert_array_equal(ours[3], ~mask)
+
+
+@pytest.mark.parametrize(
+    ("mode", "mask", "says"),
+    [
+        ("NextStep", [True, False, True], "keep in step; take autoreset_mode='Disabled'"),
+        ("Disabled", [True], "must be a mask of 3 worlds"),
+        ("Disabled", [1, 0, 1], "must be a mask of 3 worlds"),
+    ],
+)
+def test_a_mask_that_does_not_fit_is_refused(mode, mask, says):
+    block = in_one_block(SINGLE, mode)
+    with pytest.raises(ConfigError, match=says):
+        block.reset(options={"reset_mask": np.array(mask)})
 
 
 def test_a_block_is_made_again_from_its_spec():
