@@ -28,7 +28,7 @@ $(READY): pyproject.toml constraints.txt
 .venv-torchrl/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv-torchrl
 	.venv-torchrl/bin/python -m pip install -qq --constraint constraints.txt \
-		--editable '.[torchrl]' $(TESTS)
+		--editable '.[torchrl,render]' $(TESTS)
 	@touch $@
 
 install: $(READY)  ## make .venv with the tested set; quick when nothing changed

@@ -1,5 +1,6 @@
-"""TorchRL and BenchMARL: the examples train; run by `make test-torchrl`."""
+"""TorchRL and BenchMARL: the examples learn, every task is made; run by `make test-torchrl`."""
 
+import json
 import math
 
 import pytest
@@ -14,25 +15,62 @@ pytestmark = [
 @pytest.fixture
 def terms(small):
     """What the environment is made with."""
-    return {"scenario": "es1", "max_cycles": 60, **small}
+    return {"scenario": "es1", "decision_period": 1, "max_cycles": 20, **small}
 
 
-@pytest.mark.parametrize("learn", ["motion", "weighting", "both", "everything"])
-def test_torchrl_accepts_the_environment(example, terms, learn):
-    from torchrl.envs import check_env_specs
+@pytest.fixture
+def settle(tmp_path):
+    """A function that shortens the experiment of a task to two iterations and two evaluations."""
+    from training.benchmarl_tasks import settings
 
-    env = example("torchrl_mappo").make_env(1, learn=learn, **terms)
-    check_env_specs(env)
-    assert env.group_map == {"epuck": [f"epuck_{k}" for k in range(4)]}
+    def made(task, **more):
+        task.config |= {"max_cycles": 15}
+        few = {
+            f"{kind}_policy_{name}": number
+            for kind in ("on", "off")
+            for name, number in {"collected_frames_per_batch": 60, "n_envs_per_worker": 2}.items()
+        }
+        few |= {"on_policy_minibatch_size": 30, "off_policy_n_optimizer_steps": 2}
+        few |= {"off_policy_train_batch_size": 16, "off_policy_memory_size": 120}
+        few |= {"evaluation_interval": 60, "evaluation_episodes": 3, "max_n_frames": 120}
+        return settings(task, save_folder=str(tmp_path), **{**few, **more})
+
+    return made
 
 
-@pytest.mark.parametrize("learn", ["motion", "weighting"])
-def test_torchrl_trains_one_policy_and_one_seed_gives_one_policy(example, terms, learn):
+@pytest.fixture
+def run(settle):
+    """A function that runs such an experiment."""
+    from benchmarl.algorithms import algorithm_config_registry
+    from benchmarl.experiment import Experiment
+    from benchmarl.models.mlp import MlpConfig
+
+    from training.benchmarl_tasks import EpisodeMetrics, SwarmForageTask
+
+    def ran(name, algorithm, **more):
+        task, evaluation = SwarmForageTask[name].get_task(), EpisodeMetrics()
+        experiment = Experiment(
+            task=task,
+            algorithm_config=algorithm_config_registry[algorithm].get_from_yaml(),
+            model_config=MlpConfig.get_from_yaml(),
+            critic_model_config=MlpConfig.get_from_yaml(),
+            seed=1,
+            config=settle(task, **more),
+            callbacks=[evaluation],
+        )
+        experiment.run()
+        return experiment, evaluation
+
+    return ran
+
+
+@pytest.mark.parametrize("is_ippo", [False, True])
+def test_torchrl_trains_one_policy_and_one_seed_gives_one_policy(example, terms, is_ippo):
     import torch
 
     mappo = example("torchrl_mappo")
     untrained, one, other = (
-        list(mappo.train(iterations, 1, 120, learn=learn, **terms).parameters())
+        list(mappo.train(iterations, steps=10, is_ippo=is_ippo, **terms).parameters())
         for iterations in (0, 2, 2)
     )
     assert all(torch.equal(a, b) for a, b in zip(one, other, strict=True))
@@ -40,31 +78,86 @@ def test_torchrl_trains_one_policy_and_one_seed_gives_one_policy(example, terms,
     assert not any(torch.equal(a, b) for a, b in zip(untrained, one, strict=True))
 
 
-@pytest.mark.parametrize(
-    ("task", "learn"), [("ES1_MOTION", "motion"), ("ES1_WEIGHTING", "weighting")]
-)
-def test_benchmarl_trains_a_task(example, terms, tmp_path, task, learn):
-    experiment = example("benchmarl_task").train(
-        task, "mappo", {**terms, "learn": learn}, iterations=2, steps=240, worlds=2, out=tmp_path
-    )
-    assert (experiment.n_iters_performed, experiment.total_frames) == (2, 480)
+def test_torchrl_compares_a_policy_with_random_actions(example, terms):
+    mappo = example("torchrl_mappo")
+    policy = mappo.train(0, **terms)
+    assert mappo.round_trips(policy, **terms) == mappo.round_trips(None, **terms) == 0.0
+
+
+def test_speed_is_compared(example, capsys, monkeypatch):
+    mappo = example("torchrl_mappo")
+    speed = example("torchrl_speed")
+    monkeypatch.setattr(speed, "BLOCKS", (2,))
+    monkeypatch.setitem(mappo.SCENARIOS, "es1", {"scenario": "es1", "max_cycles": 128})
+    speed.main(["--steps", "4", "--repeats", "1", "--iterations", "1"])
+    said = capsys.readouterr().out
+    assert "PettingZooWrapper" in said
+    assert "the learner's" in said
+
+
+@pytest.mark.parametrize("is_continuous", [True, False])
+def test_every_file_is_a_task_whose_worlds_are_as_their_specs_say(is_continuous):
+    from benchmarl.environments import task_config_registry
+    from torchrl.envs import check_env_specs
+
+    from training.benchmarl_tasks import FOLDER, SwarmForageTask
+
+    assert len(SwarmForageTask) == len(list(FOLDER.glob("*.yaml"))) > 5
+    for each in SwarmForageTask:
+        assert task_config_registry[f"swarm_forage/{each.name.lower()}"] is each
+        task = each.get_task()
+        env = task.get_env_fun(2, is_continuous, seed=0, device="cpu")()
+        check_env_specs(env)
+        assert env.batch_size == (2,)
+        assert bool(env.array_env.config.discrete) != is_continuous
+
+
+@pytest.mark.parametrize("algorithm", ["mappo", "masac", "qmix"])
+def test_benchmarl_trains_and_evaluates_a_task(run, tmp_path, algorithm):
+    experiment, evaluation = run("NEAR", algorithm)
+    assert (experiment.n_iters_performed, experiment.total_frames) == (2, 120)
+    assert experiment.continuous_actions == (algorithm != "qmix")
     assert math.isfinite(experiment.mean_return)
-    assert list(tmp_path.rglob("collection_epuck_info_round_trips.csv"))
+    assert evaluation.last["round_trips"].shape == (3,)
+    assert experiment.config.gamma == experiment.task.config["discount"]
+    (file,) = tmp_path.rglob("*.json")
+    scores = json.loads(file.read_text())["swarm_forage"]["near"][algorithm]["seed_1"]
+    assert set(scores) == {"absolute_metrics", "step_1", "step_2"}
+    assert scores["step_2"]["round_trips"] == [0.0] * 3
+    assert len(scores["step_2"]["return"]) == 3
+    logged = {path.name for path in tmp_path.rglob("*.csv")}
+    assert {"collection_round_trips.csv", "eval_round_trips.csv"} <= logged
 
 
-def test_benchmarl_gives_every_world_its_own_episodes(example, terms):
+def test_an_evaluation_is_filmed(run, tmp_path):
+    pytest.importorskip("pygame")
+    pytest.importorskip("imageio_ffmpeg")
+    run("NEAR", "ippo")
+    films = sorted(tmp_path.rglob("*.mp4"))
+    assert [film.name for film in films] == ["eval_video_0.mp4", "eval_video_1.mp4"]
+    assert all(film.stat().st_size for film in films)
+
+
+def test_a_static_evaluation_is_on_the_same_episodes_and_training_on_others(run):
     import torch
 
-    torch.manual_seed(1)
-    task = example("benchmarl_task")
-    config = {**terms, "learn": "motion"}
-    make = task.SwarmForageTask.ES1_MOTION.get_task(config=config).get_env_fun(2, True, 1, "cpu")
-    one, other = (make().reset()["state"] for _ in range(2))
-    assert not torch.equal(one, other)
+    experiment, _ = run("ES1", "ippo", evaluation_static=True, render=False)
+    task = experiment.task
+    torch.manual_seed(experiment.seed)
+    made = task.get_env_fun(2, True, experiment.seed, "cpu")
+    first, second = (made().reset()["state"] for _ in range(2))
+    assert not torch.equal(first, second)
+    env = made()
+    starts = []
+    for _ in range(2):
+        env.set_seed(experiment.seed)
+        starts.append(env.reset()["state"])
+    assert torch.equal(*starts)
 
 
-def test_the_tasks_by_name_are_environments(example):
-    task = example("benchmarl_task")
-    assert {each.name for each in task.SwarmForageTask} == set(task.CONFIGS)
-    for config in task.CONFIGS.values():
-        assert task.parallel_env(**config).max_cycles == config["max_cycles"]
+def test_a_misspelt_setting_is_refused():
+    from swarm_forage_env.errors import UnknownNameError
+    from training.benchmarl_tasks import SwarmForageTask, settings
+
+    with pytest.raises(UnknownNameError, match="did you mean 'max_n_iters'"):
+        settings(SwarmForageTask.NEAR.get_task(), max_n_iter=3)

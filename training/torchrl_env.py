@@ -1,0 +1,201 @@
+"""The environment as TorchRL wants it: `SwarmTorchEnv`, a block of worlds as one `EnvBase`."""
+
+from typing import Any
+
+import numpy as np
+import torch
+from gymnasium.spaces import Box, Discrete, Space
+from tensordict import TensorDict, TensorDictBase
+from torch import Tensor
+from torchrl.data import Bounded, Categorical, Composite, OneHot, TensorSpec, Unbounded
+from torchrl.envs import EnvBase
+
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.envs.array_env import ArrayEnv, Infos
+from swarm_forage_env.envs.episodes import checked_seeds
+from swarm_forage_env.envs.render import Frame, title_of
+from swarm_forage_env.rendering.viewer import Viewer, check_render_mode
+from swarm_forage_env.task import stage_of
+
+
+class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
+    """W worlds of N robots as one TorchRL environment of batch size (W,).
+
+        env = SwarmTorchEnv("es1", n_worlds=16, shaping=1.0, threads=2)
+        env.rollout(100)["epuck", "observation"]              # (16, 100, 10, numbers)
+
+    The keywords are those of `parallel_env`, and the keys those of `PettingZooWrapper`: all
+    learners are one group, named as they are ("epuck", "create"), with "observation", "action",
+    "reward", and under "info" what `parallel_env` tells of a robot. The truth about a world is
+    its "state", for centralised critics; `return_state=False` spares the time.
+
+    "done", "terminated" and "truncated" are told of each world and, as the losses of TorchRL
+    want them, once more of each of its robots. Collectors start the worlds anew whose episodes
+    are over, each from the next seed of its sequence; `stagger`ed episodes end one after the
+    other. Choices (`discrete`) are numbers, or one-hot with `categorical_actions=False`.
+    """
+
+    def __init__(  # noqa: PLR0913 each is what a user of TorchRL asks for by name
+        self,
+        scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
+        n_worlds: int = 1,
+        controller: Any = None,  # noqa: ANN401 a name, a controller, or one for each robot
+        seed: int | None = None,
+        stagger: bool = False,
+        return_state: bool = True,
+        categorical_actions: bool = True,
+        device: torch.device | str = "cpu",
+        **options: Any,  # noqa: ANN401 checked by EnvConfig and by the scenario
+    ) -> None:
+        """Make the worlds; a `seed` is that of `set_seed`."""
+        self.array_env = env = ArrayEnv(scenario, n_worlds, controller, stagger, **options)
+        super().__init__(device=device, batch_size=[n_worlds])
+        self.return_state, self.categorical_actions = return_state, categorical_actions
+        self._is_one_hot = bool(env.config.discrete) and not categorical_actions
+        self.group = env.learners[0].rpartition("_")[0]
+        self.group_map = {self.group: list(env.learners)}
+        self.max_cycles = env.max_cycles
+        self._title = title_of(controller, env.config.learn)
+        self._view: Viewer | None = None
+        self._seeds: list[int | None] = [None] * n_worlds
+        self._per_robot = torch.Size((n_worlds, len(env.learners)))
+        self._make_specs()
+        if seed is not None:
+            self.set_seed(seed)
+
+    @property
+    def has_render(self) -> bool:
+        """The worlds can be drawn."""
+        return self.array_env.task.scene is not None
+
+    def episodes(self, seen: TensorDictBase) -> dict[str, Tensor]:
+        """What is logged of the episodes that ended in a rollout: by name, one number each.
+
+        Of a world's robots a count, as `round_trips`, is the sum, and all else the mean.
+        """
+        info = seen["next", self.group, "info"][seen["next", "done"].squeeze(-1)]
+        counts = self.array_env.truth.counts
+        found = {name: info[name] for name in self.array_env.infos}
+        return {name: v.sum(-1) if name in counts else v.mean(-1) for name, v in found.items()}
+
+    def render(self, mode: str = "rgb_array", width: int | None = None) -> Frame | None:
+        """The first world as it stands, rows of red, green and blue; None where in a window."""
+        if self._view is None:
+            check_render_mode(mode)
+            stage = stage_of(self.array_env.world.scenario, self._title)
+            self._view = Viewer(stage, mode, width)
+        return self._view.draw(self.array_env.loop.scene())
+
+    def close(self, *, raise_if_closed: bool = True) -> None:
+        """Close the window, if there is one."""
+        if self._view is not None:
+            self._view.close()
+        super().close(raise_if_closed=raise_if_closed)
+
+    def _set_seed(self, seed: int | None) -> None:
+        """The next episode of each world has seed, seed + 1 ...; those that follow are drawn."""
+        self._seeds = list(checked_seeds(seed, self.array_env.n_worlds))
+
+    def _reset(self, tensordict: TensorDictBase | None = None, **_: Any) -> TensorDict:  # noqa: ANN401
+        """Start the worlds of "_reset" anew, all without it; the others go on."""
+        chosen = np.arange(self.array_env.n_worlds)
+        if tensordict is not None and "_reset" in tensordict.keys():  # noqa: SIM118 no iterator
+            chosen = np.flatnonzero(_array(tensordict.get("_reset")))
+        seeds = [self._seeds[world] for world in chosen]
+        observations, told = self.array_env.reset(seeds, worlds=chosen)
+        for world in chosen:
+            self._seeds[world] = None
+        return self._told(observations, told)
+
+    def _step(self, tensordict: TensorDictBase) -> TensorDict:
+        """One decision period."""
+        action = tensordict.get((self.group, "action"))
+        if self._is_one_hot:
+            action = action.to(torch.uint8).argmax(-1)
+        observations, rewards, _, _, told = self.array_env.step(_array(action))
+        return self._told(observations, told, rewards)
+
+    def _told(self, observations: Array, told: Infos, rewards: Array | None = None) -> TensorDict:
+        """What a reset or, with rewards, a step tells; worlds by robots in the group."""
+        env, per_robot, device = self.array_env, self._per_robot, self.device
+        done = torch.from_numpy(env.is_over)[:, None]
+        never = torch.zeros_like(done)
+        info = dict(zip(env.infos, _float(env.log()).unbind(-1), strict=True))
+        info |= {name: self._of_robots(numbers) for name, numbers in told.items()}
+        group = {
+            "observation": torch.from_numpy(observations),
+            "info": TensorDict(info, per_robot, device=device),
+            **_ends(done[:, None].expand(*per_robot, 1), never[:, None].expand(*per_robot, 1)),
+        }
+        if rewards is not None:
+            group["reward"] = _float(rewards)[..., None]
+        found = {self.group: TensorDict(group, per_robot, device=device), **_ends(done, never)}
+        if self.return_state:
+            found["state"] = torch.from_numpy(env.state())
+        return TensorDict(found, self.batch_size, device=device)
+
+    def _of_robots(self, numbers: Array) -> Tensor:
+        """Numbers of each robot; of a world, those of all of its robots."""
+        found = _float(numbers)
+        return found if found.ndim > 1 else found[:, None].expand(self._per_robot)
+
+    def _make_specs(self) -> None:
+        """What goes in and comes out, with its bounds."""
+        env, worlds, per_robot = self.array_env, self.batch_size, self._per_robot
+        one = Unbounded(shape=per_robot)
+        info = {name: one.clone() for name in (*env.infos, *_of_step(env))}
+        seen = _spec(env.observation_space, per_robot)
+        observed = {"observation": seen, "info": Composite(info, shape=per_robot)}
+        told: dict[str, TensorSpec] = {self.group: Composite(observed, shape=per_robot)}
+        if self.return_state:
+            told["state"] = _spec(env.state_space, worlds)
+        earned = {"reward": Unbounded(shape=(*per_robot, 1))}
+        flag = Categorical(2, shape=(1,), dtype=torch.bool)
+        acts = {"action": _spec(env.action_space, per_robot, self.categorical_actions)}
+        self.observation_spec = Composite(told, shape=worlds).to(self.device)
+        self.action_spec = self._of_group(acts)
+        self.reward_spec = self._of_group(earned)
+        ends = {name: flag.expand(*per_robot, 1) for name in _ENDS}
+        of_worlds = {name: flag.expand(*worlds, 1) for name in _ENDS}
+        self.done_spec = self._of_group(ends).update(of_worlds)
+
+    def _of_group(self, specs: dict[str, TensorSpec]) -> Composite:
+        """These of the group of learners."""
+        group = Composite(specs, shape=self._per_robot)
+        return Composite({self.group: group}, shape=self.batch_size).to(self.device)
+
+
+_ENDS = ("done", "terminated", "truncated")
+
+
+def _of_step(env: ArrayEnv) -> tuple[str, ...]:
+    """The names of what a step tells beside what the task logs."""
+    acts = ("acts",) if env.config.step_on == "exchange" else ()
+    return ("unshaped_reward", *acts, *env.episodes.drawn)
+
+
+def _ends(done: Tensor, never: Tensor) -> dict[str, Any]:
+    """An episode is only ever cut off by its time."""
+    return {"done": done, "terminated": never, "truncated": done.clone()}
+
+
+def _spec(space: Space[Any], batch: tuple[int, ...], is_categorical: bool = True) -> TensorSpec:
+    """The spec of a batch of numbers, with their bounds where they have any, or of choices."""
+    if isinstance(space, Discrete):
+        spec = Categorical(int(space.n)) if is_categorical else OneHot(int(space.n))
+    else:
+        assert isinstance(space, Box)
+        is_bounded = np.isfinite(space.low).all() and np.isfinite(space.high).all()
+        bounds = torch.from_numpy(space.low), torch.from_numpy(space.high)
+        spec = Bounded(*bounds, shape=space.shape) if is_bounded else Unbounded(shape=space.shape)
+    return spec.expand(*batch, *spec.shape)
+
+
+def _array(given: Tensor) -> Array:
+    """A tensor's numbers, not copied where they lie in this memory."""
+    return given.numpy(force=True)
+
+
+def _float(given: Array) -> Tensor:
+    """Numbers as TorchRL's networks take them."""
+    return torch.from_numpy(np.ascontiguousarray(given, np.float32))
