@@ -17,6 +17,9 @@ from swarm_forage_env.envs.render import Frame, title_of
 from swarm_forage_env.rendering.viewer import Viewer, check_render_mode
 from swarm_forage_env.task import stage_of
 
+ENDS = ("done", "terminated", "truncated")
+"""What is told of the end of an episode."""
+
 
 class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     """W worlds of N robots as one TorchRL environment of batch size (W,).
@@ -155,17 +158,14 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         self.observation_spec = Composite(told, shape=worlds).to(self.device)
         self.action_spec = self._of_group(acts)
         self.reward_spec = self._of_group(earned)
-        ends = {name: flag.expand(*per_robot, 1) for name in _ENDS}
-        of_worlds = {name: flag.expand(*worlds, 1) for name in _ENDS}
+        ends = {name: flag.expand(*per_robot, 1) for name in ENDS}
+        of_worlds = {name: flag.expand(*worlds, 1) for name in ENDS}
         self.done_spec = self._of_group(ends).update(of_worlds)
 
     def _of_group(self, specs: dict[str, TensorSpec]) -> Composite:
         """These of the group of learners."""
         group = Composite(specs, shape=self._per_robot)
         return Composite({self.group: group}, shape=self.batch_size).to(self.device)
-
-
-_ENDS = ("done", "terminated", "truncated")
 
 
 def _of_step(env: ArrayEnv) -> tuple[str, ...]:
@@ -176,7 +176,7 @@ def _of_step(env: ArrayEnv) -> tuple[str, ...]:
 
 def _ends(done: Tensor, never: Tensor) -> dict[str, Any]:
     """An episode is only ever cut off by its time."""
-    return {"done": done, "terminated": never, "truncated": done.clone()}
+    return dict(zip(ENDS, (done, never, done.clone()), strict=True))
 
 
 def _spec(space: Space[Any], batch: tuple[int, ...], is_categorical: bool = True) -> TensorSpec:

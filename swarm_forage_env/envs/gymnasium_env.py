@@ -1,9 +1,10 @@
 """The environment as Gymnasium wants it: `LearnerEnv`, `JointEnv`, `TupleEnv`."""
 
-from copy import deepcopy
+from copy import copy, deepcopy
 from typing import Any, ClassVar
 
 import gymnasium as gym
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.spaces import Space, Tuple
 
 from swarm_forage_env.arrays import Array, Float32, Float64
@@ -24,6 +25,7 @@ class _SwarmEnv(gym.Env[Any, Any]):
 
     metadata: dict[str, Any] = METADATA
     single_learner: ClassVar[bool] = False
+    _spec: EnvSpec | None = None
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401 as parallel_env
         """Make the environment; `reset` starts an episode."""
@@ -38,6 +40,17 @@ class _SwarmEnv(gym.Env[Any, Any]):
         self.action_layout = core.env.action_layout
         self.observation_space: Space[Any] = core.observation_space
         self.action_space: Space[Any] = core.action_space
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What `gymnasium.make` made it of, and how long its episodes are."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = copy(spec)
+        if self._spec is not None and self._spec.max_episode_steps is None:
+            self._spec.max_episode_steps = self.max_cycles
 
     @property
     def world(self) -> World:

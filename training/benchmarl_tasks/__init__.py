@@ -23,6 +23,7 @@ from torchrl.envs import EnvBase
 from torchrl.record import CSVLogger
 
 import baselines.controllers  # noqa: F401 runs the layers that are not learned
+from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.render import Frame
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.extras import EXTRAS
@@ -211,7 +212,8 @@ def settings(
     Ours are those of `conf/experiment/swarm_forage.yaml`.
     """
     config = ExperimentConfig.get_from_yaml()
-    own = {**_read(CONF / "experiment" / "swarm_forage.yaml"), "gamma": task.config["discount"]}
+    discount = task.config.get("discount", EnvConfig.model_fields["discount"].default)
+    own = {**_read(CONF / "experiment" / "swarm_forage.yaml"), "gamma": discount}
     for name, value in {**own, **changes}.items():
         if not hasattr(config, name):
             raise UnknownNameError("setting of an experiment", name, vars(config))
