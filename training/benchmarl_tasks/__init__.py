@@ -19,7 +19,7 @@ from benchmarl.experiment import Callback, Experiment, ExperimentConfig
 from tensordict import TensorDictBase
 from torch import Tensor
 from torchrl.data import Composite
-from torchrl.envs import EnvBase
+from torchrl.envs import EnvBase, RewardSum
 from torchrl.record import CSVLogger
 
 import baselines.controllers  # noqa: F401 runs the layers that are not learned
@@ -107,6 +107,10 @@ class SwarmForageClass(TaskClass):  # type: ignore[misc]
         found = self._one_world.episodes(batch)
         return {f"collection/{name}": float(v.mean()) for name, v in found.items() if len(v)}
 
+    def get_reward_sum_transform(self, env: EnvBase) -> RewardSum:
+        """Of the worlds of training only: sums of rewards, and episodes of all phases at once."""
+        return StaggeredRewardSum(reset_keys=["_reset"])
+
     @staticmethod
     def render_callback(experiment: Experiment, env: EnvBase, data: TensorDictBase) -> Frame:
         """A small frame of the first world."""
@@ -124,6 +128,25 @@ class SwarmForageClass(TaskClass):  # type: ignore[misc]
     def _one_world(self) -> SwarmTorchEnv:
         """Knows what is logged, and how."""
         return SwarmTorchEnv(**self.config)
+
+
+class StaggeredRewardSum(RewardSum):  # type: ignore[misc]
+    """Sums up the rewards of episodes, the first of which end one after the other.
+
+    Else all worlds are in one phase of their episodes at once: a policy that learns from the last
+    ones forgets what it learned from the first.
+    """
+
+    _has_begun = False
+
+    def _reset(
+        self, tensordict: TensorDictBase, tensordict_reset: TensorDictBase
+    ) -> TensorDictBase:
+        """After the first reset, which starts all worlds."""
+        if not self._has_begun:
+            self.parent.base_env.array_env.episodes.stagger()
+            self._has_begun = True
+        return super()._reset(tensordict, tensordict_reset)
 
 
 class EpisodeMetrics(Callback):  # type: ignore[misc]

@@ -12,7 +12,7 @@ from joblib import Parallel, delayed
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.runner import ignore_sigint
 from training.ladder.algorithms import Algorithm
-from training.ladder.play import Watch, play, test_seeds
+from training.ladder.play import Watch, play, seeds_of_tests
 from training.ladder.rungs import Rung
 from training.ladder.runs import CURVE_EPISODES, Job, Run, find, keep, versions
 
@@ -98,7 +98,7 @@ def make(job: Job, out: Path) -> Run:
         robot_steps=job.robot_steps,
         train_s=watch.curve[-1]["wall_s"],
         curve=watch.curve,
-        scores=play(keywords, watch.best, test_seeds(job.rung.card.episodes)),
+        scores=play(keywords, watch.best, seeds_of_tests(job.rung.card.episodes)),
         versions=versions(),
     )
     keep(run, job.file(out))

@@ -10,7 +10,7 @@ from baselines.evaluation.progress import run_with_progress
 from baselines.evaluation.runner import Plan
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.task import task_of
-from training.ladder.play import play, random_actions, test_seeds
+from training.ladder.play import play, random_actions, seeds_of_tests
 from training.ladder.rungs import RANDOM, Rung, Score, write_scores
 
 
@@ -19,7 +19,7 @@ def score_references(rung: Rung, out: Path, workers: int) -> dict[str, Score]:
 
     Episodes are kept in a dataset: a command that was stopped goes on from there.
     """
-    seeds = test_seeds(rung.card.episodes)
+    seeds = seeds_of_tests(rung.card.episodes)
     keywords = rung.test_keywords
     say(f"{rung.name}: random actions, {len(seeds)} episodes")
     scores = {RANDOM: _score(play(keywords, random_actions(keywords), seeds))}

@@ -52,7 +52,7 @@ def random_actions(keywords: Mapping[str, Any], seed: int = 0) -> Act:
     return act
 
 
-def test_seeds(episodes: int) -> list[int]:
+def seeds_of_tests(episodes: int) -> list[int]:
     """The seeds of test episodes, in which nobody trains and by which nothing is chosen."""
     return list(TEST_SEEDS)[:episodes]
 

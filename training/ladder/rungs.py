@@ -118,7 +118,7 @@ def find_rungs(names: Sequence[str] | None, rungs: Mapping[str, Rung]) -> list[R
 
 
 def write_scores(rung: Rung, scores: Mapping[str, Score]) -> None:
-    """Write scores into the file of a rung, in the place of what it had."""
+    """Write scores at the end of a rung's file, in the place of what it had; the card stands last."""
     text, _, _ = rung.file.read_text(encoding="utf-8").partition(MARK)
     lines = [MARK, "  scores:\n"]
     for name, score in scores.items():

@@ -23,7 +23,7 @@ def is_discrete(algorithm: Algorithm) -> bool:
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     """Train from scratch, for as many robot-steps as the watch says."""
     torch.set_num_threads(1)
-    env = SwarmVecEnv(n_worlds=algorithm.worlds, seed=seed, **rung.keywords)
+    env = SwarmVecEnv(n_worlds=algorithm.worlds, seed=seed, stagger=True, **rung.keywords)
     period = env.env.config.decision_period or 1
     model = PPO(
         "MlpPolicy",
