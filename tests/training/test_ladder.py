@@ -55,7 +55,9 @@ def ran(rung):
             {"robot_steps": 1000, "wall_s": 60.0, "scores": list(scores)},
         ]
         versions = {"numpy": "2"}
-        return Run("tiny", algorithm, seed, job.key, job.config, 1000, 60.0, curve, scores, versions)
+        return Run(
+            "tiny", algorithm, seed, job.key, job.config, 1000, 60.0, curve, scores, versions
+        )
 
     return rung, make
 

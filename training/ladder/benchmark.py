@@ -14,7 +14,7 @@ from baselines.evaluation.runner import ignore_sigint
 from training.ladder.algorithms import Algorithm
 from training.ladder.play import Watch, play, seeds_of_tests
 from training.ladder.rungs import Rung
-from training.ladder.runs import CURVE_EPISODES, Job, Run, find, keep, versions
+from training.ladder.runs import Job, Run, find, keep, versions
 
 TRAINERS = {"sb3": "training.ladder.sb3_trainer", "benchmarl": "training.ladder.benchmarl_trainer"}
 """The module that trains by each library: imported where it is used."""
@@ -86,7 +86,7 @@ def make(job: Job, out: Path) -> Run:
     keywords: Mapping[str, Any] = job.rung.test_keywords
     if trainer.is_discrete(job.algorithm):
         keywords = {**keywords, "discrete": keywords.get("discrete") or True}
-    watch = Watch(keywords, job.robot_steps, min(CURVE_EPISODES, job.rung.card.episodes))
+    watch = Watch(keywords, job.robot_steps, job.rung.card.curve_episodes)
     trainer.train(job.rung, job.algorithm, job.seed, watch)
     assert watch.best is not None
     run = Run(

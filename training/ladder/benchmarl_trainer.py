@@ -15,7 +15,7 @@ from tensordict import TensorDict
 from torchrl.envs.utils import ExplorationType, set_exploration_type
 
 from swarm_forage_env.arrays import Array
-from training.benchmarl_tasks import SwarmForageTask, settings
+from training.benchmarl_tasks import SwarmForageClass, settings
 from training.ladder.algorithms import Algorithm
 from training.ladder.play import Act, Watch
 from training.ladder.rungs import Rung
@@ -37,7 +37,7 @@ def is_discrete(algorithm: Algorithm) -> bool:
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     """Train from scratch, for as many robot-steps as the watch says."""
     torch.set_num_threads(1)
-    task = SwarmForageTask[rung.name.upper()].get_task()
+    task = SwarmForageClass(rung.name, dict(rung.keywords))
     with tempfile.TemporaryDirectory() as folder:
         experiment = _experiment(task, algorithm, seed, folder, watch)
         with open(os.devnull, "w") as nowhere, contextlib.redirect_stderr(nowhere):
@@ -93,7 +93,7 @@ def _acting(policy: Any, group: str) -> Act:  # noqa: ANN401 a TensorDictModule
         seen = TensorDict({"observation": torch.from_numpy(observations)}, [worlds, robots])
         told = TensorDict({group: seen}, [worlds])
         with torch.no_grad(), set_exploration_type(ExplorationType.DETERMINISTIC):
-            actions = policy(told)[group, "action"].numpy()
+            actions: Array = policy(told)[group, "action"].numpy()
         return actions
 
     return act

@@ -122,9 +122,7 @@ def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", out:
     command = shlex.join(["swarm-forage", "benchmark", "ladder", f"--out={out}", f"--page={page}"])
     folder, groups = page.parent / "images" / "ladder", by_rung(rungs, runs)
     drawn = {
-        rung.name: curves(rung, groups[rung.name], command)
-        for rung in rungs
-        if rung.name in groups
+        rung.name: curves(rung, groups[rung.name], command) for rung in rungs if rung.name in groups
     }
     if runs:
         drawn[pages.PROFILE] = profiles(

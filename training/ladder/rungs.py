@@ -48,6 +48,7 @@ class Card(Part):
         default_factory=dict, description="Keywords of the test worlds that differ"
     )
     episodes: Count = Field(30, description="Test episodes")
+    curve_episodes: Count = Field(4, description="Held-back episodes of an evaluation in training")
     scores: Mapping[str, Score] = Field(default_factory=dict, description="Of all these")
 
 
@@ -118,7 +119,7 @@ def find_rungs(names: Sequence[str] | None, rungs: Mapping[str, Rung]) -> list[R
 
 
 def write_scores(rung: Rung, scores: Mapping[str, Score]) -> None:
-    """Write scores at the end of a rung's file, in the place of what it had; the card stands last."""
+    """Write scores at the end of a rung's file, where the card stands, instead of older ones."""
     text, _, _ = rung.file.read_text(encoding="utf-8").partition(MARK)
     lines = [MARK, "  scores:\n"]
     for name, score in scores.items():

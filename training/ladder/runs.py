@@ -24,9 +24,6 @@ from training.ladder.rungs import Rung
 
 PACKAGES = ("swarm-forage", "numpy", "numba", "torch", "stable-baselines3", "torchrl", "benchmarl")
 
-CURVE_EPISODES = 4
-"""Held-back episodes of an evaluation during training."""
-
 
 @dataclass(frozen=True)
 class Job:
@@ -49,7 +46,8 @@ class Job:
         card = self.rung.card
         return {
             "keywords": dict(self.rung.keywords),
-            "test": {**self.rung.test_keywords, "episodes": card.episodes},
+            "test": self.rung.test_keywords,
+            "episodes": [card.curve_episodes, card.episodes],
             "algorithm": self.algorithm.model_dump(exclude={"title", "share"}),
         }
 

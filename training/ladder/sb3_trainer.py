@@ -65,7 +65,7 @@ def _acting(policy: Any) -> Act:  # noqa: ANN401 a policy of any kind
 
     def act(observations: Array) -> Array:
         rows = observations.reshape(-1, observations.shape[-1])
-        actions, _ = policy.predict(rows, deterministic=True)
+        actions: Array = policy.predict(rows, deterministic=True)[0]
         return actions.reshape(*observations.shape[:2], *actions.shape[1:])
 
     return act
