@@ -131,6 +131,25 @@ def test_one_seed_one_score_and_blocks_do_not_matter(rung, monkeypatch):
     assert len(play(keywords, act, [5])) == 1
 
 
+@pytest.mark.parametrize(
+    ("name", "easier"), [("es1_clean", {}), ("waypoints", {"task.tolerance": 4.0})]
+)
+def test_a_score_is_what_an_evaluation_counts(name, easier):
+    keywords = {**read_rungs()[name].test_keywords, **easier}
+    env = ArrayEnv(**keywords)
+    kind = env.task.episode
+    observations, _ = env.reset([3])
+    meter, act, period = kind.meter(env.loop), random_actions(keywords), env.config.decision_period
+    tick = 0
+    while not env.is_over.any():
+        observations, *_ = env.step(act(observations))
+        tick += period
+        meter.sample(tick)
+    (found,) = meter.results()
+    assert found[kind.score] > 0.0
+    assert play(keywords, random_actions(keywords), [3]) == [found[kind.score]]
+
+
 def test_the_best_policy_is_kept_and_the_clock_stops_in_evaluations(rung, monkeypatch):
     from training.ladder import play as module
 

@@ -37,7 +37,7 @@ def is_discrete(algorithm: Algorithm) -> bool:
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     """Train from scratch, for as many robot-steps as the watch says."""
     torch.set_num_threads(1)
-    task = SwarmForageClass(rung.name, dict(rung.keywords))
+    task = SwarmForageClass(rung.name, {**rung.keywords, **algorithm.keywords})
     with tempfile.TemporaryDirectory() as folder:
         experiment = _experiment(task, algorithm, seed, folder, watch)
         with open(os.devnull, "w") as nowhere, contextlib.redirect_stderr(nowhere):

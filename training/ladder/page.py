@@ -58,7 +58,8 @@ def _rung(rung: Rung, runs: Sequence[Run]) -> str:
     lines = [_reference(rung, name) for name in (RANDOM, *rung.references) if name in card.scores]
     lines += [_learned(row) for row in rows_of(rung, runs)] if runs else []
     heads = (score_word(rung), "score", "normalised", "n", "robot-steps", "time of a training")
-    parts.append(_table(heads, lines))
+    if lines:
+        parts.append(_table(heads, lines))
     if runs:
         parts.append(f"![Curves of {rung.name}](images/ladder/{rung.name}.png)")
     else:

@@ -18,12 +18,15 @@ Act = Callable[[Array], Array]
 ROWS = 1000
 """Robots in a block, about."""
 
+PER_ROBOT = "per_robot"
+"""The end of a score's name that is a mean over the robots, and not their sum."""
+
 POINTS = 8
 """Evaluations of a curve, evenly spread over the robot-steps."""
 
 
 def play(keywords: Mapping[str, Any], act: Act, seeds: Sequence[int]) -> list[float]:
-    """The score of the swarm in the episodes of these seeds: round trips, or goals."""
+    """The score in the episodes of these seeds: round trips of the swarm, or goals of a robot."""
     env = ArrayEnv(**keywords)
     at_once = max(1, ROWS // len(env.learners))
     found: list[float] = []
@@ -37,7 +40,9 @@ def _play_block(keywords: Mapping[str, Any], act: Act, seeds: Sequence[int]) -> 
     observations, _ = env.reset(list(seeds))
     while not env.is_over.any():
         observations, *_ = env.step(act(observations))
-    score: list[float] = env.log()[:, :, 0].sum(axis=1).tolist()
+    of_robots = env.log()[:, :, 0]
+    is_mean = env.task.episode.score.endswith(PER_ROBOT)
+    score: list[float] = (of_robots.mean(axis=1) if is_mean else of_robots.sum(axis=1)).tolist()
     return score
 
 

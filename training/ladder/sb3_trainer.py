@@ -23,12 +23,13 @@ def is_discrete(algorithm: Algorithm) -> bool:
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     """Train from scratch, for as many robot-steps as the watch says."""
     torch.set_num_threads(1)
-    env = SwarmVecEnv(n_worlds=algorithm.worlds, seed=seed, stagger=True, **rung.keywords)
+    keywords = {**rung.keywords, **algorithm.keywords}
+    env = SwarmVecEnv(n_worlds=algorithm.worlds, seed=seed, stagger=True, **keywords)
     period = env.env.config.decision_period or 1
     model = PPO(
         "MlpPolicy",
         env,
-        gamma=rung.keywords.get("discount", 0.99),
+        gamma=keywords["discount"],
         seed=seed,
         device="cpu",
         **algorithm.settings,

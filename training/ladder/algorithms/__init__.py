@@ -28,6 +28,9 @@ class Algorithm(Part):
     experiment: Mapping[str, Any] = Field(
         default_factory=dict, description="Settings of BenchMARL's experiment that differ"
     )
+    keywords: Mapping[str, Any] = Field(
+        default_factory=dict, description="Of `parallel_env` in training that differ"
+    )
     share: Positive = Field(1.0, description="Of a rung's robot-steps, for a slow one")
 
 
