@@ -138,6 +138,23 @@ def test_an_evaluation_is_filmed(run, tmp_path):
     assert all(film.stat().st_size for film in films)
 
 
+def test_the_worlds_of_training_end_one_after_the_other_and_those_of_evaluation_together():
+    import torch
+    from torchrl.envs import TransformedEnv
+
+    from training.benchmarl_tasks import SwarmForageTask
+
+    task = SwarmForageTask.NEAR.get_task()
+    task.config |= {"max_cycles": 6}
+    make = task.get_env_fun(3, True, seed=0, device="cpu")
+    training = TransformedEnv(make(), task.get_reward_sum_transform(make()))
+    for env, ends in ((make(), {5}), (training, {1, 3, 5})):
+        seen = env.rollout(6, break_when_any_done=False)
+        assert set(seen["next", "done"].squeeze(-1).nonzero()[:, 1].tolist()) == ends
+    returns = seen["next", "epuck", "episode_reward"][2, -1]
+    torch.testing.assert_close(returns, seen["next", "epuck", "reward"][2].sum(0))
+
+
 def test_a_static_evaluation_is_on_the_same_episodes_and_training_on_others(run):
     import torch
 
