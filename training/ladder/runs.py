@@ -48,7 +48,9 @@ class Job:
             "keywords": dict(self.rung.keywords),
             "test": self.rung.test_keywords,
             "episodes": [card.curve_episodes, card.episodes],
-            "algorithm": self.algorithm.model_dump(exclude={"title", "share"}, exclude_defaults=True),
+            "algorithm": self.algorithm.model_dump(
+                exclude={"title", "share"}, exclude_defaults=True
+            ),
         }
 
     @cached_property
