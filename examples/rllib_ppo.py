@@ -1,16 +1,11 @@
-"""RLlib's PPO (new API stack): one policy for all robots.
+"""RLlib's PPO (new API stack), from scratch: one policy learns how all robots steer.
 
     make .venv-rllib/.ready              # ray pins another gymnasium: an environment of its own
-    .venv-rllib/bin/python examples/rllib_ppo.py --scenario es1 --learn weighting --iterations 100
+    .venv-rllib/bin/python examples/rllib_ppo.py
 
-RLlib keeps the robots in a set, whose order differs from process to process: one seed gives one
-policy only with `PYTHONHASHSEED=0` in front of the command.
-
-A weighting is learned while hand-written motion brings in the round trips. A motion must first find
-the areas, which wheel speeds drawn around zero never do: see `cleanrl_ppo.py` for a start.
-
-Observations are in SI with bounds that are proven but kilometres wide: never scale by them. A
-connector squeezes them with symlog, on the way to the module.
+All worlds of an env runner are one block of arrays (`training.rllib_env`). A robot earns 1 for
+each round trip; the shaping, which leaves the best policies as they are, tells it before the first
+one where it is going.
 """
 
 import argparse
@@ -18,101 +13,128 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import ray
+import torch
 from numpy.typing import NDArray
 from ray.rllib.algorithms.ppo import PPOConfig
-from ray.rllib.connectors.env_to_module.observation_preprocessor import (
-    SingleAgentObservationPreprocessor,
-)
+from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.rllib.core.rl_module.multi_rl_module import MultiRLModuleSpec
-from ray.rllib.core.rl_module.rl_module import RLModuleSpec
-from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
-from ray.tune.registry import register_env
+from ray.rllib.core.rl_module.rl_module import RLModule, RLModuleSpec
 
-from swarm_forage_env import parallel_env
+from baselines.evaluation.episode import run_episodes
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.scenarios import find_scenario
+from training.policy_controller import policy_controller
+from training.rllib_env import SwarmEnvRunner, SwarmMultiAgentEnv
 
-DISCOUNT = 0.999
-"""Of a decision: a tick (0.1 s) for a weighting."""
+PERIOD = 10
+"""Ticks (0.1 s) for which an action is held."""
 
+DISCOUNT = 0.99
+"""Of a decision."""
 
-def symlog(x: NDArray[np.float32]) -> NDArray[np.float32]:
-    """sign(x) log(1 + |x|): near x for small numbers, slow for large ones."""
-    return np.sign(x) * np.log1p(np.abs(x))
+NETWORKS = DefaultModelConfig(
+    fcnet_hiddens=[64, 64],
+    fcnet_activation="tanh",
+    head_fcnet_hiddens=[],
+    vf_share_layers=False,
+)
 
-
-class Symlog(SingleAgentObservationPreprocessor):
-    """Squeezes what a robot observes before its policy sees it."""
-
-    def recompute_output_observation_space(
-        self, input_observation_space: gym.Space, input_action_space: gym.Space
-    ) -> gym.Space:
-        """The squeezed spaces of all robots."""
-        return gym.spaces.Dict(
-            {
-                robot: gym.spaces.Box(symlog(box.low), symlog(box.high), dtype=np.float32)
-                for robot, box in input_observation_space.spaces.items()
-            }
-        )
-
-    def preprocess(self, observation: NDArray[np.float32], episode: Any) -> NDArray[np.float32]:
-        """One robot's observation, squeezed."""
-        return symlog(observation)
+HELD_OUT = range(1000, 1010)
+"""Seeds of the episodes that the trained policy is judged by."""
 
 
-def configure(seed: int, steps: int, **options: Any) -> PPOConfig:
-    """PPO with one module, to which every robot maps; `options` are those of `parallel_env`."""
-    register_env("swarm_forage", lambda terms: ParallelPettingZooEnv(parallel_env(**terms)))
+def configure(seed: int, worlds: int, decisions: int, **options: Any) -> PPOConfig:
+    """PPO with one module for all robots, on so many decisions of each in an iteration.
+
+    The `options` are keywords of `parallel_env`.
+    """
+    terms = {
+        "decision_period": PERIOD,
+        "shaping": 1.0,
+        "discount": DISCOUNT,
+        "physics": "kinematic",
+        **options,
+    }
     return (
         PPOConfig()
-        .environment("swarm_forage", env_config={"discount": DISCOUNT, **options})
+        .environment(SwarmMultiAgentEnv, env_config=terms, disable_env_checking=True)
         .env_runners(
+            env_runner_cls=SwarmEnvRunner,  # all worlds at once
             num_env_runners=0,  # in this process; each runner more is a process more
-            env_to_module_connector=lambda env, spaces, device: Symlog(),
+            num_envs_per_env_runner=worlds,
         )
         .multi_agent(policies={"robot"}, policy_mapping_fn=lambda agent, *_, **__: "robot")
-        .rl_module(rl_module_spec=MultiRLModuleSpec(rl_module_specs={"robot": RLModuleSpec()}))
+        .rl_module(
+            rl_module_spec=MultiRLModuleSpec(
+                rl_module_specs={"robot": RLModuleSpec(model_config=NETWORKS)}
+            )
+        )
         .training(
             gamma=DISCOUNT,
             lambda_=0.95,
             lr=3e-4,
-            train_batch_size_per_learner=steps,  # decisions of the whole swarm
-            minibatch_size=max(steps // 2, 1),  # of single robots
-            num_epochs=4,
+            train_batch_size_per_learner=worlds * decisions,  # decisions of whole swarms
+            minibatch_size=min(1024, worlds * decisions),  # decisions of single robots
+            num_epochs=10,
+            use_kl_loss=False,
         )
         .debugging(seed=seed)
     )
 
 
-def train(iterations: int, seed: int, steps: int, out: Path, **options: Any) -> list[Any]:
-    """Train and keep a checkpoint in `out`; the results of all iterations."""
-    ray.init(num_cpus=1, include_dashboard=False, ignore_reinit_error=True)
-    algorithm = configure(seed, steps, **options).build_algo()
-    results = []
-    for iteration in range(1, iterations + 1):
-        results.append(algorithm.train())
-        score = results[-1]["env_runners"].get("episode_return_mean", float("nan"))
-        print(f"iteration {iteration}: return of the swarm {score:.2f}", flush=True)
-    algorithm.save_to_path(out.resolve())
-    algorithm.stop()
-    ray.shutdown()
-    return results
+def train(algorithm: Any, robot_steps: int) -> None:
+    """Train for so many ticks of single robots, and print how many round trips they make."""
+    env, done = algorithm.env_runner.env.env, 0
+    while done < robot_steps:
+        told = algorithm.train()["env_runners"]
+        done = int(told["num_env_steps_sampled_lifetime"]) * len(env.learners) * PERIOD
+        trips = env.world.robots["round_trips"].sum(axis=1).mean()
+        share = env.share_gone[0]
+        print(f"{done:10,} robot-steps: {trips:6.1f} round trips in {share:4.0%} of an episode")
+
+
+def compare(module: RLModule, episodes: int) -> dict[str, float]:
+    """Print the mean round trips of an episode of the policy, and of two to compare with."""
+    rng = np.random.default_rng(0)
+
+    def wander(observed: NDArray[np.float32]) -> NDArray[np.float32]:
+        return rng.uniform(-1.0, 1.0, (len(observed), 2)).astype(np.float32)
+
+    def steer(observed: NDArray[np.float32]) -> NDArray[np.float32]:
+        with torch.no_grad():
+            given = module.forward_inference({"obs": torch.from_numpy(observed)})
+        return given["action_dist_inputs"][:, :2].numpy()  # the mean, without the deviation
+
+    controllers = {
+        "random": policy_controller(wander, decision_period=PERIOD),
+        "ssgikf, hand-written": find_controller("ssgikf"),
+        "the trained policy": policy_controller(steer, decision_period=PERIOD),
+    }
+    found = {}
+    for name, controller in controllers.items():
+        seen = run_episodes(find_scenario("es1"), controller, HELD_OUT[:episodes])
+        found[name] = float(np.mean([episode.round_trips for episode in seen]))
+        print(f"{name:>22}: {found[name]:6.1f} round trips an episode")
+    return found
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Read the command line and train."""
+    """Train, keep a checkpoint, and compare on episodes that it was not trained on."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--scenario", default="es1")
-    parser.add_argument("--learn", default="weighting", choices=["motion", "weighting", "both"])
-    parser.add_argument("--iterations", type=int, default=100)
+    parser.add_argument("--robot-steps", type=int, default=4_000_000, metavar="N")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--episodes", type=int, default=10, help="held-out ones, at most 10")
     parser.add_argument("--out", type=Path, default=Path("runs/rllib_ppo"))
     chosen = parser.parse_args(arguments)
-    options = {"scenario": chosen.scenario, "learn": chosen.learn, "max_cycles": 9000}
-    if chosen.learn == "motion":
-        options |= {"decision_period": 10, "max_cycles": 900, "shaping": 1.0}
-    train(chosen.iterations, chosen.seed, 2048, chosen.out, **options)
+    ray.init(num_cpus=1, include_dashboard=False, ignore_reinit_error=True)
+    algorithm = configure(chosen.seed, worlds=8, decisions=128).build_algo()
+    train(algorithm, chosen.robot_steps)
+    algorithm.save_to_path(chosen.out.resolve())
+    compare(algorithm.get_module("robot"), chosen.episodes)
+    algorithm.stop()
+    ray.shutdown()
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from typing import Any
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.mixed import MixedController
-from swarm_forage_env.registry import CONTROLLERS, REFERENCES, left_out
+from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, left_out
 from swarm_forage_env.task import task_of
 
 OneController = str | Controller
@@ -27,7 +27,8 @@ OTHERS = "*"
 def find_controller(controller: str | Controller, references: bool = False) -> Controller:
     """The controller of a name, of a name with parameters (`ssgiff:beta=0.01`), or the given one.
 
-    A name may be a composition of layers, `social_odometry+sgiff+subsumption:beta=0.01`.
+    A name may be a composition of layers, `social_odometry+sgiff+subsumption:beta=0.01`, or a kind
+    of policy and its file, `sb3:model.zip`.
     UnknownNameError for a name or a parameter that stands for nothing, ConfigError for a text
     of another form or a value that does not fit; also for a reference, which knows the ground
     truth, unless `references` are wanted.
@@ -36,7 +37,9 @@ def find_controller(controller: str | Controller, references: bool = False) -> C
         if not hasattr(controller, "build") or not hasattr(controller, "with_parameters"):
             raise ConfigError(f"controller={controller!r}: must be a name or a controller")
         return _admitted(controller, references)
-    name, parameters = parse_controller(controller)
+    name = controller.partition(":")[0].strip()
+    first = getattr(POLICIES[name], "main_parameter", None) if name in POLICIES else None
+    name, parameters = parse_controller(controller, first=first)
     found = _admitted(_named(name, references), references)
     return found.with_parameters(parameters) if parameters else found
 
@@ -98,8 +101,11 @@ def _named(name: str, references: bool) -> Controller:
     if name in CONTROLLERS:
         controller: Controller = CONTROLLERS[name]
         return controller
+    if name in POLICIES:
+        policy: Controller = POLICIES[name]
+        return policy
     if name not in REFERENCES:
-        known = {*CONTROLLERS, *REFERENCES} if references else set(CONTROLLERS)
+        known = {*CONTROLLERS, *POLICIES, *(REFERENCES if references else ())}
         raise UnknownNameError("controller", name, known, left_out())
     reference: Controller = REFERENCES[name]
     return reference
@@ -117,19 +123,27 @@ def _admitted(controller: Controller, references: bool) -> Controller:
 
 
 def parse_controller(
-    text: str, kind: str = "controller", example: str = "ssgiff:beta=0.01,refractory=10"
+    text: str,
+    kind: str = "controller",
+    example: str = "ssgiff:beta=0.01,refractory=10",
+    first: str | None = None,
 ) -> tuple[str, dict[str, str]]:
     """The name and the parameters in `name:parameter=value,parameter=value`.
 
-    Scenarios are named so too; a refusal tells of which kind it is, and gives an example.
+    Scenarios are named so too; a refusal tells of which kind it is, and gives an example. A value
+    alone, in the first place, is that of the parameter `first`.
 
     >>> parse_controller("ssgiff:beta=0.01,refractory=10")
     ('ssgiff', {'beta': '0.01', 'refractory': '10'})
+    >>> parse_controller("sb3:model.zip,stack=2", first="file")
+    ('sb3', {'file': 'model.zip', 'stack': '2'})
     """
     name, colon, rest = (part.strip() for part in text.partition(":"))
     parameters: dict[str, str] = {}
-    for item in rest.split(",") if colon else ():
+    for number, item in enumerate(rest.split(",") if colon else ()):
         parameter, equals, value = (part.strip() for part in item.partition("="))
+        if number == 0 and first and parameter and not equals:
+            parameter, equals, value = first, "=", parameter
         if not (parameter and equals and value):
             raise ConfigError(
                 f"{kind}='{text}': '{item.strip()}' must be parameter=value, as in {example}"

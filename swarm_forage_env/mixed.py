@@ -59,9 +59,10 @@ class MixedController:
         each: Sequence[Any],
     ) -> RunningController:
         """The running controllers of a block of worlds, of which `each` may have its own."""
-        rows = [_members(controller, world.n_robots) for controller in each]
-        for row, scenario in zip(rows, world.scenarios, strict=True):
+        whole = [_members(controller, world.n_robots) for controller in each]
+        for row, scenario in zip(whole, world.scenarios, strict=True):
             MixedController(tuple(row)).check_supports(scenario)
+        rows = _without_policies(whole)
         teams = [_teams(row, own) for row, own in zip(rows, world.scenarios, strict=True)]
         for own in teams:
             if own != teams[0]:
@@ -73,9 +74,12 @@ class MixedController:
             rows[0][team[0]].build_team(world, seeds, [_only(row, team) for row in rows])
             for team in teams[0]
         ]
-        if len(running) == 1:
-            return running[0]
-        return RunningTeams(running, teams[0], world.robots.shape)
+        together = running[0]
+        if len(running) > 1:
+            together = RunningTeams(running, teams[0], world.robots.shape)
+        for policy, robots in _policies(whole):
+            together = policy.over(world, together, robots)
+        return together
 
     def check_supports(self, scenario: Any) -> None:  # noqa: ANN401 of any task
         """ConfigError if a controller is not made for such a world, or not for such company."""
@@ -86,7 +90,7 @@ class MixedController:
                 f" '{scenario.name}': must be one for each"
             )
         for each in {id(each): each for each in self.members}.values():
-            if getattr(each, "is_privileged", False) or not hasattr(each, "build_team"):
+            if getattr(each, "is_privileged", False) or getattr(each, "build_team", None) is None:
                 raise ConfigError(
                     f"controller '{each.name}': drives whole swarms only, no robots among others"
                 )
@@ -104,6 +108,28 @@ def _members(controller: Controller, n_robots: int) -> Sequence[Any]:
     if isinstance(controller, MixedController):
         return controller.members
     return [controller] * n_robots
+
+
+def _without_policies(rows: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """The controllers, and of those that are a policy over hand-written layers these layers."""
+    layers = {id(each): each.hand_written for row in rows for each in row if hasattr(each, "over")}
+    return [[layers.get(id(each), each) for each in row] for row in rows]
+
+
+def _policies(rows: Sequence[Sequence[Any]]) -> list[tuple[Any, Team]]:
+    """Each policy over hand-written layers, with its robots; ConfigError if they are not the same
+    in all worlds."""
+    found: dict[int, tuple[Any, Team]] = {}
+    for robot, policy in enumerate(rows[0]):
+        if any(
+            getattr(row[robot], "policy", None) != getattr(policy, "policy", None) for row in rows
+        ):
+            raise ConfigError(
+                "controllers of one block: a robot must have one policy in all worlds"
+            )
+        if hasattr(policy, "over"):
+            found.setdefault(id(policy), (policy, []))[1].append(robot)
+    return list(found.values())
 
 
 def _teams(members: Sequence[Any], scenario: Any) -> list[Team]:  # noqa: ANN401 of any task

@@ -109,6 +109,9 @@ class Registry(Generic[PartT]):
 CONTROLLERS: Registry[Any] = Registry("controller")
 """Whole controllers; the world itself knows none."""
 
+POLICIES: Registry[Any] = Registry("kind of policy")
+"""Controllers that wait for the file of a policy: `sb3` stands for `sb3:model.zip`."""
+
 REFERENCES: Registry[Any] = Registry("reference")
 """Controllers that know the ground truth: for comparison only, never beside a learner."""
 

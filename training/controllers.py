@@ -2,6 +2,9 @@
 
 The other layers are those of `dsgiff-frequent` for a learned weighting, of `ssgiff` for a
 learned motion, and of `dsgiff-penalised` for both.
+
+Policies of other trainers are named by kind and file, as `sb3:model.zip`; their other layers are
+those that they were trained beside.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,10 +15,14 @@ from typing import Any
 from baselines.controller import LayeredController
 from baselines.controllers import FREQUENT, PENALISED, SINGLE, SUBSUMPTION
 from baselines.weighting.sgiff import SGIFF
-from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.registry import CONTROLLERS, POLICIES
+from training.callable_policy import CallablePolicy
 from training.learned_motion import LearnedMotion
 from training.learned_weighting import LearnedWeighting
+from training.policy_controller import named_policy
 from training.policy_file import LayerName
+from training.sb3_policy import SB3Policy
+from training.torchscript_policy import TorchScriptPolicy
 
 NAMED = (
     LayeredController("learned-weighting", FREQUENT, LearnedWeighting(), SUBSUMPTION),
@@ -30,6 +37,12 @@ NAMED = (
 
 for controller in NAMED:
     CONTROLLERS.register(controller.name)(controller)
+
+KINDS = {"sb3": SB3Policy, "torchscript": TorchScriptPolicy, "callable": CallablePolicy}
+"""Policies of other trainers, by the word before the colon."""
+
+for kind, policy in KINDS.items():
+    POLICIES.register(kind)(named_policy(kind, policy()))
 
 LEARNED_LAYERS: Mapping[LayerName, Any] = {"weighting": LearnedWeighting, "motion": LearnedMotion}
 """Class of each learned layer, which runs a policy from a file."""

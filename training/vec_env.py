@@ -9,10 +9,12 @@ from stable_baselines3.common.vec_env import VecEnv
 from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
-from swarm_forage_env.envs.render import EnvRenderer, Frame, title_of
+from swarm_forage_env.envs.make import checked_parts
+from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes, title_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.rendering.viewer import check_render_mode
+from training.policy_card import card_of, with_card
 
 Infos = list[dict[str, Any]]
 
@@ -70,6 +72,9 @@ class SwarmVecEnv(SharedAttributesVecEnv):
     `TimeLimit.truncated` (time-outs are bootstrapped, as foraging has no end) and what
     `parallel_env` logs of a robot, as `round_trips`. Actions out of bounds and NaN are refused
     with a ConfigError: PPO clips its own.
+
+    A model trained on it keeps the keywords: `swarm-forage evaluate es1 sb3:model.zip` runs what
+    `model.save("model.zip")` wrote.
     """
 
     def __init__(
@@ -92,7 +97,11 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         self.render_mode = render_mode
         self._screen = EnvRenderer(env, render_mode, title_of(controller, env.config.learn))
         self._next: Float32[Array, "rows numbers"] | None = None
-        super().__init__(n_worlds * len(env.learners), env.observation_space, env.action_space)
+        card = card_of(checked_parts(scenario, controller, options))
+        super().__init__(
+            n_worlds * len(env.learners), with_card(env.observation_space, card), env.action_space
+        )
+        self.metadata = self._shown_at()
         self.seed(seed)
 
     def seed(self, seed: int | Sequence[int] | None = None) -> Sequence[int | None]:
@@ -101,6 +110,11 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         for world, own in enumerate(seeds):
             self.env.episodes.generators[world] = np.random.default_rng(own)
         return [own for own in seeds for _ in self.env.learners]
+
+    @property
+    def max_episode_steps(self) -> int:
+        """Decisions in an episode, under the name that trainers ask for."""
+        return self.max_cycles
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:
@@ -146,6 +160,12 @@ class SwarmVecEnv(SharedAttributesVecEnv):
     def close(self) -> None:
         """Close the window, if there is one."""
         self._screen.close()
+
+    def _shown_at(self) -> dict[str, Any]:
+        """The render modes, and how many decisions pass in a second [Hz]."""
+        seconds = float(self.scenario.tick * self.env.config.decision_period)
+        rate = max(1, round(1.0 / seconds))
+        return {"render_modes": render_modes(self.scenario), "render_fps": rate}
 
     def _note_ends(
         self,

@@ -18,6 +18,7 @@ from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import (
     CONTROLLERS,
     ORIGINS,
+    POLICIES,
     REFERENCES,
     SCENARIOS,
     Registry,
@@ -48,6 +49,7 @@ def overview() -> dict[str, list[dict[str, Any]]]:
         "scenarios": [describe(name) for name in SCENARIOS],
         "controllers": [describe(name) for name in CONTROLLERS],
         "references": [describe(name) for name in REFERENCES],
+        "policies": [describe(name) for name in POLICIES],
         "engines": [{"name": name, "about": _first_line(ENGINES[name])} for name in ENGINES],
     }
 
@@ -67,8 +69,8 @@ def find(name: str) -> Any:  # noqa: ANN401 a scenario of any task, or a control
     if name.endswith(".toml") or name in SCENARIOS:
         return find_scenario(name)
     bare = name.partition(":")[0]
-    if bare not in CONTROLLERS and bare not in REFERENCES:
-        known = [*SCENARIOS, *CONTROLLERS, *REFERENCES]
+    if not any(bare in each for each in (CONTROLLERS, POLICIES, REFERENCES)):
+        known = [*SCENARIOS, *CONTROLLERS, *POLICIES, *REFERENCES]
         raise UnknownNameError("scenario or controller", bare, known, left_out())
     return find_layered_controller(name)
 
@@ -83,7 +85,7 @@ def overview_tables() -> Group:
     return Group(
         _scenarios(), Text(), _controllers("controller", CONTROLLERS), Text(),
         Text("References, which know the truth: to compare with, not to use"),
-        _controllers("reference", REFERENCES), Text(), _engines(), Text(),
+        _controllers("reference", REFERENCES), Text(), _engines(), Text(), _policies(), Text(),
         Text("Every number of one of them: swarm-forage list es1, swarm-forage list ssgiff"),
     )  # fmt: skip
 
@@ -99,12 +101,15 @@ def detail_table(name: str) -> Group:
             cells = each.name, _shown(each.value), each.unit, each.origin, each.meaning
             table.add_row(*map(Text, cells))
         parts += [heading, table, Text()]
-    way = (
-        f"--set {_example(found)}"
-        if not isinstance(found, LayeredController)
-        else f"{name.partition(':')[0]}:name=value"
-    )
-    return Group(*parts, Text(f"Change one in evaluate with {way}"))
+    return Group(*parts, Text(f"Change one in evaluate with {_way(name, found)}"))
+
+
+def _way(name: str, found: Any) -> str:  # noqa: ANN401 as `find` gives
+    """How a number of what was found is changed on the command line."""
+    bare = name.partition(":")[0]
+    if not isinstance(found, LayeredController):
+        return f"--set {_example(found)}"
+    return f"{bare}:FILE,name=value" if bare in POLICIES else f"{bare}:name=value"
 
 
 def _groups(found: Any) -> Iterator[tuple[str, str, list[Parameter]]]:  # noqa: ANN401 as `find` gives
@@ -171,6 +176,13 @@ def _controllers(kind: str, registry: Registry[Any]) -> Table:
     for name in registry:
         controller: LayeredController = registry[name]
         table.add_row(name, *controller.layer_names.values(), ", ".join(_set(controller)))
+    return table
+
+
+def _policies() -> Table:
+    table = _table("policy", "")
+    for name in POLICIES:
+        table.add_row(f"{name}:FILE", _first_line(POLICIES[name].policy))
     return table
 
 

@@ -185,9 +185,9 @@ class ArrayEnv:
         ConfigError if it is of a block of another kind or of other sizes.
         """
         loop, (episodes, last_action, frames) = snapshot
-        if last_action.shape != self._last_action.shape or np.shape(frames) != np.shape(
-            self._frames
-        ):
+        own_stack = None if self._frames is None else self._frames.shape
+        its_stack = None if frames is None else frames.shape
+        if last_action.shape != self._last_action.shape or its_stack != own_stack:
             raise ConfigError("restore(): the snapshot is of an environment of other options")
         self.loop.restore(loop)
         self.episodes.restore(episodes)

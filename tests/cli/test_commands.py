@@ -129,7 +129,9 @@ def test_list_tells_names_and_numbers(command):
     _, stdout, _ = command("list", "es1", "--format=json")
     assert json.loads(stdout)["name"] == "es1"
     _, stdout, _ = command("list", "--format=json")
-    assert set(json.loads(stdout)) == {"scenarios", "controllers", "references", "engines"}
+    assert set(json.loads(stdout)) == {
+        "scenarios", "controllers", "references", "engines", "policies"
+    }  # fmt: skip
 
 
 def test_a_reader_that_stops_reading_ends_the_command_in_silence(process):

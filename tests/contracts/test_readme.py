@@ -46,7 +46,11 @@ def test_an_example_runs_and_its_robots_make_round_trips(script):
     assert float(run.stdout.split()[-1]) > 0.0
 
 
-@pytest.mark.parametrize("script", blocks("python", PAGE), ids=["making", "mixed", "running"])
+@pytest.mark.parametrize(
+    "script",
+    blocks("python", PAGE),
+    ids=["making", "batch", "observing", "rewarding", "mixed", "running"],
+)
 def test_the_page_on_the_environment_runs(script):
     pytest.importorskip("stable_baselines3")
     run = run_alone(script)

@@ -1,11 +1,13 @@
-"""The single-file PPO: one seed, one policy; a time-out is no end."""
+"""The single-file PPO: one seed, one policy; a time-out is no end; the policy is a controller."""
 
+import numpy as np
 import pytest
 
 TRAIN = "the single-file PPO needs the extra: pip install 'swarm-forage[train]'"
 torch = pytest.importorskip("torch", reason=TRAIN)
-safetensors = pytest.importorskip("safetensors.torch", reason=TRAIN)
 pytest.importorskip("tensorboard", reason=TRAIN)
+
+SHORT = {"task.n_robots": 4, "max_cycles": 40}
 
 
 @pytest.fixture
@@ -18,78 +20,92 @@ def ppo(example, one_thread):
 def options(ppo, tmp_path):
     """Two iterations in two worlds, in each of which one episode ends half-way."""
 
-    def make(learn="motion", **more):
-        few = {"iterations": 2, "worlds": 2, "steps": 60, "ticks": 40 * ppo.HOLD[learn]}
-        return ppo.Options(**{**few, "learn": learn, "out": str(tmp_path / "run"), **more})
+    def make(**more):
+        few = {"iterations": 2, "worlds": 2, "steps": 60, "period": 2, "epochs": 2}
+        return ppo.Options(**{**few, "out": str(tmp_path / "run"), **more})
 
     return make
 
 
+@pytest.fixture
+def collected(ppo, options):
+    """What untrained robots collect whose every moment is worth two."""
+
+    def collect(**more):
+        chosen = options(shaping=0.0, **more)
+        env = ppo.make_env(chosen, **SHORT)
+        agent = ppo.Agent(len(env.observation_layout), len(env.action_layout))
+        torch.nn.init.zeros_(agent.critic[-1].weight)
+        torch.nn.init.constant_(agent.critic[-1].bias, 2.0)
+        seen, _, trips = ppo.collect(agent, env, ppo.rows_of(env.reset(seed=1)[0]), chosen)
+        assert trips == 0.0
+        return seen, chosen
+
+    return collect
+
+
 @pytest.mark.parametrize("learn", ["motion", "weighting", "everything"])
-def test_one_seed_one_policy_to_the_last_bit(ppo, options, small, learn):
+def test_one_seed_one_policy_to_the_last_bit(ppo, options, learn):
     one, other, third = (
-        ppo.train(options(learn=learn, seed=seed), **small).state_dict() for seed in (1, 1, 2)
+        ppo.train(options(learn=learn, seed=seed), **SHORT).state_dict() for seed in (1, 1, 2)
     )
     assert all(torch.equal(one[name], other[name]) for name in one)
     assert not torch.equal(one["policy.0.weight"], third["policy.0.weight"])
 
 
-def test_the_policy_learns_and_is_kept_with_its_curve(ppo, options, small, tmp_path):
-    before = ppo.train(options(iterations=0), **small).state_dict()
-    after = ppo.train(options(), **small).state_dict()
+def test_the_policy_learns_and_is_kept_with_its_curve(ppo, options, tmp_path):
+    before = ppo.train(options(iterations=0), **SHORT).state_dict()
+    after = ppo.train(options(), **SHORT).state_dict()
     assert all(torch.isfinite(values).all() for values in after.values())
     assert not any(torch.equal(before[name], after[name]) for name in before)
-    kept = safetensors.load_file(tmp_path / "run" / "policy.safetensors")
-    assert all(torch.equal(kept[name], after[name]) for name in after)
     assert list((tmp_path / "run").glob("events.out.tfevents.*"))
 
 
-def test_a_time_out_is_valued_like_any_other_state(ppo, options, small):
-    chosen = options(shaping=0.0, trace=0.0)
-    worlds = ppo.Worlds(chosen, **small)
-    agent = ppo.Agent(worlds.n_observed, worlds.wheels)
-    last = agent.critic[-1]
-    torch.nn.init.zeros_(last.weight)
-    torch.nn.init.constant_(last.bias, 2.0)
-    seen, _ = ppo.collect(agent, worlds, worlds.reset(), chosen)
-    assert len(worlds.round_trips) == 1
-    torch.testing.assert_close(
-        seen.advantages, torch.full((60, worlds.rows), 2.0 * (chosen.discount - 1.0))
-    )
+def test_a_time_out_is_valued_like_any_other_state(collected):
+    seen, chosen = collected(trace=0.0)
+    torch.testing.assert_close(seen.advantages, torch.full((60, 8), 2.0 * (chosen.discount - 1.0)))
 
 
-def test_advantages_stop_at_the_end_of_an_episode(ppo, options, small):
-    chosen = options(shaping=0.0, trace=1.0)
-    worlds = ppo.Worlds(chosen, **small)
-    agent = ppo.Agent(worlds.n_observed, worlds.wheels)
-    last = agent.critic[-1]
-    torch.nn.init.zeros_(last.weight)
-    torch.nn.init.constant_(last.bias, 2.0)
-    seen, _ = ppo.collect(agent, worlds, worlds.reset(), chosen)
+def test_advantages_stop_at_the_end_of_an_episode(collected):
+    seen, chosen = collected(trace=1.0)
     left = torch.tensor([(40 if t < 40 else 60) - t for t in range(60)])
     expected = 2.0 * (chosen.discount**left - 1.0)
-    torch.testing.assert_close(seen.advantages, expected[:, None].expand(-1, worlds.rows))
+    torch.testing.assert_close(seen.advantages, expected[:, None].expand(-1, 8))
 
 
-def test_worlds_differ_and_no_episode_comes_twice(ppo, options, small):
-    worlds = ppo.Worlds(options(), **small)
-    first, second = worlds.reset(), worlds.reset()
-    assert len({tuple(row.tolist()) for row in torch.cat([first, second])}) == 2 * worlds.rows
+def test_what_it_keeps_does_as_a_controller_what_it_does_in_the_environment(ppo, options):
+    chosen = options(iterations=1, worlds=1)
+    agent = ppo.train(chosen, **SHORT)
+    env = ppo.make_env(chosen, **SHORT)
+    observations, _ = env.reset(seed=3)
+    for _ in range(20):
+        with torch.no_grad():
+            action = agent.policy(ppo.rows_of(observations)).clamp(-1.0, 1.0)
+        observations, *_ = env.step(action.numpy()[None])
+    loop = ppo_loop(ppo, chosen, env.world.scenario)
+    for _ in range(40):
+        loop.step()
+    np.testing.assert_array_equal(loop.world.robots["pose"], env.world.robots["pose"])
 
 
-@pytest.mark.parametrize("learn", ["motion", "weighting", "both", "everything"])
-def test_an_untrained_policy_drives_forward(ppo, options, small, learn):
-    worlds = ppo.Worlds(options(learn=learn), **small)
-    agent = ppo.Agent(worlds.n_observed, worlds.wheels)
-    n_wheels = 0 if learn == "weighting" else 2
-    assert int(worlds.wheels.sum()) == n_wheels
-    mean = agent.act(worlds.reset()).mean
-    assert ((mean[:, worlds.wheels] - ppo.FORWARD).abs() < 0.1).all()
-    assert (mean[:, ~worlds.wheels].abs() < 0.1).all()
+def ppo_loop(ppo, chosen, scenario):
+    """The loop of the kept policy, from the seed 3."""
+    from swarm_forage_env.loop import Loop
+
+    controller = ppo.find_controller(f"torchscript:{chosen.out}/policy.pt")
+    return Loop(scenario, controller, [3], "kinematic")
+
+
+def test_the_kept_policy_is_compared_with_others(ppo, monkeypatch, options, capsys):
+    monkeypatch.setattr(ppo, "run_episodes", lambda *_: [type("Episode", (), {"round_trips": 3})])
+    ppo.train(options(iterations=1))
+    assert set(ppo.compare(options()).values()) == {3.0}
+    assert "ssgikf, hand-written:    3.0 round trips" in capsys.readouterr().out
 
 
 def test_the_command_line_names_every_option(ppo, monkeypatch):
     found = []
     monkeypatch.setattr(ppo, "train", found.append)
+    monkeypatch.setattr(ppo, "compare", found.append)
     ppo.main(["--scenario", "es2", "--learn", "weighting", "--learning-rate", "1e-3"])
-    assert found == [ppo.Options(scenario="es2", learn="weighting", learning_rate=1e-3)]
+    assert found == 2 * [ppo.Options(scenario="es2", learn="weighting", learning_rate=1e-3)]

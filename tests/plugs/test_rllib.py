@@ -1,26 +1,90 @@
-"""RLlib, new API stack: the example trains; run by `make test-rllib`."""
+"""RLlib, new API stack: worlds in one block, and the example; run by `make test-rllib`."""
 
 import math
 
+import numpy as np
 import pytest
+
+from swarm_forage_env import parallel_env
 
 pytestmark = [
     pytest.mark.rllib,
     pytest.mark.filterwarnings("ignore"),  # ray warns about itself
 ]
 
+FORMS = [
+    {"learn": "motion", "decision_period": 2, "shaping": 1.0},
+    {"learn": "weighting", "learners": [0, 2]},
+    {"learn": "everything", "discrete": True},
+]
+
+
+@pytest.fixture
+def ray():
+    import ray
+
+    ray.init(num_cpus=1, include_dashboard=False, ignore_reinit_error=True)
+    yield ray
+    ray.shutdown()
+
+
+def some(env, rng):
+    """Actions of every world."""
+    agents = env.single_action_spaces
+    for space in agents.values():
+        space.seed(int(rng.integers(2**31)))
+    return [{agent: space.sample() for agent, space in agents.items()} for _ in range(env.num_envs)]
+
+
+@pytest.mark.parametrize("options", FORMS)
+def test_a_world_goes_through_what_it_goes_through_alone(options, small):
+    from training.rllib_env import SwarmMultiAgentEnv, SwarmVectorEnv
+
+    terms = {**small, **options, "max_cycles": 5}
+    block, rng = SwarmVectorEnv(terms, 3), np.random.default_rng(0)
+    alone, single = parallel_env(**terms), SwarmMultiAgentEnv(terms)
+    observed, infos = block.reset(seed=4)
+    others = [env.reset(seed=5)[0] for env in (alone, single)]
+    assert infos == 3 * [{agent: {} for agent in alone.possible_agents}]
+    for _ in range(5):
+        for other in others:
+            assert list(observed[1]) == list(other)
+            np.testing.assert_array_equal(list(observed[1].values()), list(other.values()))
+        actions = some(block, rng)
+        observed, rewards, _, truncated, infos = block.step(actions)
+        told = [env.step(actions[1]) for env in (alone, single)]
+        others = [each[0] for each in told]
+        assert all(rewards[1] == each[1] for each in told)
+        assert truncated[1]["__all__"] == told[1][3]["__all__"] == all(told[0][3].values())
+    assert truncated[1]["__all__"]
+    assert all("round_trips" in each for each in infos[1].values())
+    last = block.env.world.robots["pose"].copy()
+    _, rewards, terminated, truncated, _ = block.step([{}, {}, {}])
+    assert not truncated[1]["__all__"]
+    assert not terminated[1]["__all__"]
+    assert set(rewards[1].values()) == {0.0}
+    assert (block.env.world.robots["pose"] != last).all(axis=2).any()
+
 
 @pytest.mark.parametrize("learn", ["motion", "weighting"])
-def test_one_policy_trains_on_all_robots(example, small, tmp_path, learn):
-    results = example("rllib_ppo").train(
-        2, 1, 120, tmp_path / "kept", scenario="es1", learn=learn, max_cycles=60, **small
-    )
-    assert len(results) == 2
-    last = results[-1]
+def test_one_policy_trains_on_all_robots(example, small, ray, learn):
+    from training.rllib_env import SwarmVectorEnv
+
+    ppo = example("rllib_ppo")
+    algorithm = ppo.configure(1, 2, 60, learn=learn, max_cycles=60, **small).build_algo()
+    assert isinstance(algorithm.env_runner.env, SwarmVectorEnv)
+    for _ in range(2):
+        last = algorithm.train()
+    algorithm.stop()
     assert last["env_runners"]["num_env_steps_sampled_lifetime"] == 240
     assert last["env_runners"]["num_module_steps_sampled_lifetime"] == {"robot": 4 * 240}
     assert last["env_runners"]["episode_len_mean"] == 60
-    assert last["env_runners"]["num_episodes_lifetime"] == 4
     assert math.isfinite(last["learners"]["robot"]["total_loss"])
-    assert last["learners"]["robot"]["mean_kl_loss"] > 0.0
+
+
+def test_the_example_trains_and_compares(example, tmp_path, capsys):
+    example("rllib_ppo").main(["--robot-steps=1", "--episodes=1", f"--out={tmp_path / 'kept'}"])
+    told = capsys.readouterr().out
+    assert "102,400 robot-steps:" in told
+    assert "the trained policy:" in told
     assert (tmp_path / "kept" / "rllib_checkpoint.json").is_file()

@@ -1,21 +1,20 @@
 """SB3 trains on the robots of several worlds, reproducibly, and bootstraps time-outs."""
 
-import runpy
-from pathlib import Path
-
 import numpy as np
 import pytest
 import torch
+from gymnasium.spaces import Box, Discrete
 from numpy.testing import assert_array_equal
-from stable_baselines3 import PPO
-from stable_baselines3.common.vec_env import VecMonitor
+from stable_baselines3 import DQN, PPO
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize
 
 import baselines.controllers  # noqa: F401 the controllers, also where no package is installed
 from swarm_forage_env import parallel_env
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.random_streams import drawn_seed
 from training.vec_env import SwarmVecEnv
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "sb3_ppo.py"
 FAST = {"physics": "kinematic", "task.n_robots": 4}
 
 
@@ -23,33 +22,51 @@ def make(**options):
     return SwarmVecEnv("es1", n_worlds=2, **FAST, **options)
 
 
-def zeros(env):
-    return np.zeros((env.num_envs, *env.action_space.shape), np.float32)
+def some(env, seed=0):
+    """Actions of all rows, within the space."""
+    rng, space = np.random.default_rng(seed), env.action_space
+    if isinstance(space, Discrete):
+        return rng.integers(space.n, size=env.num_envs)
+    return rng.uniform(space.low, space.high, (env.num_envs, *space.shape)).astype(np.float32)
 
 
-def test_a_row_is_a_robot_and_goes_through_what_its_world_goes_through_alone():
-    env = SwarmVecEnv("es1", n_worlds=2, seed=3, decision_period=5)
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"decision_period": 5, "shaping": 1.0},
+        {"normalise": False, "action": "wheels", "learn": "both"},
+        {"discrete": True, "decision_period": 2, "stack": 2},
+        {"learners": [0, 3], "learn": "weighting", "reward": "team"},
+        {"learn": "everything", "observation": ["layer", "previous_action", "robot_id"]},
+    ],
+)
+def test_a_row_is_a_robot_and_goes_through_what_its_world_goes_through_alone(options):
+    env = SwarmVecEnv("es1", n_worlds=2, seed=3, **options)
+    n = env.num_envs // 2
+    alone = parallel_env("es1", **options)
     observed = env.reset()
-    seeds = np.random.default_rng(3).integers(2**63, size=2)
-    alone = parallel_env("es1", decision_period=5)
-    first, _ = alone.reset(seed=int(seeds[1]))
-    assert_array_equal(observed[10:], np.stack(list(first.values())))
-    action = np.full(2, 0.5, np.float32)
-    for _ in range(50):
-        observed, rewards, _, _ = env.step(np.tile(action, (20, 1)))
-        first, reward, *_ = alone.step(dict.fromkeys(alone.agents, action))
-        assert_array_equal(observed[10:], np.stack(list(first.values())))
-        assert_array_equal(rewards[10:], np.float32(list(reward.values())))
+    first, _ = alone.reset(seed=drawn_seed(np.random.default_rng(4)))
+    assert_array_equal(observed[n:], np.stack(list(first.values())))
+    for step in range(40):
+        actions = some(env, step)
+        observed, rewards, done, infos = env.step(actions)
+        first, reward, _, _, told = alone.step(dict(zip(alone.agents, actions[n:], strict=True)))
+        assert_array_equal(observed[n:], np.stack(list(first.values())))
+        assert_array_equal(rewards[n:], np.float32(list(reward.values())))
+        assert not done.any()
+        for own, others in zip(infos[n:], told.values(), strict=True):
+            assert own == {"unshaped_reward": others["unshaped_reward"]}
 
 
-def test_a_time_out_is_marked_and_the_next_episode_starts_from_other_seeds():
-    env = make(max_cycles=3)
+@pytest.mark.parametrize("learn", ["motion", "everything"])
+def test_a_time_out_is_marked_and_the_next_episode_starts_from_other_seeds(learn):
+    env = make(max_cycles=3, learn=learn)
     start = env.reset()
     for _ in range(2):
-        _, _, done, infos = env.step(zeros(env))
+        _, _, done, infos = env.step(some(env))
         assert not done.any()
-        assert infos == [{}] * 8
-    observed, _, done, infos = env.step(zeros(env))
+        assert [set(info) for info in infos] == [{"unshaped_reward"}] * 8
+    observed, _, done, infos = env.step(some(env))
     assert done.all()
     assert all(info["TimeLimit.truncated"] for info in infos)
     assert [info["round_trips"] for info in infos] == [0] * 8
@@ -57,22 +74,41 @@ def test_a_time_out_is_marked_and_the_next_episode_starts_from_other_seeds():
     assert last.shape == observed.shape
     assert (last != observed).any()
     assert (observed != start).any()
+    assert not env.step(some(env))[2].any()
+
+
+def test_staggered_worlds_end_one_after_the_other_and_then_equally_often():
+    env = make(max_cycles=4, stagger=True)
+    env.reset()
+    ends = [env.step(some(env))[2][::4].tolist() for _ in range(8)]
+    never = [False, False]
+    one, other = [True, False], [False, True]
+    assert ends == [never, one, never, other, never, one, never, other]
 
 
 def test_a_seed_fixes_the_sequence_of_episodes():
     def episodes(seed):
         env = make(max_cycles=2)
         env.seed(seed)
-        return [env.reset(), *(env.step(zeros(env))[0] for _ in range(5))]
+        return [env.reset(), *(env.step(some(env))[0] for _ in range(5))]
 
     assert_array_equal(episodes(1), episodes(1))
+    assert_array_equal(episodes(1), episodes([1, 2]))
     assert (episodes(1)[3] != episodes(2)[3]).any()
+    env = make(seed=[7, 7])
+    observed = env.reset()
+    assert_array_equal(observed[:4], observed[4:])
+    with pytest.raises(ConfigError, match="must be 2, one for each world"):
+        env.seed([1, 2, 3])
 
 
-def test_two_seeded_ppo_runs_end_with_equal_parameters():
+@pytest.mark.parametrize(("algorithm", "discrete"), [(PPO, False), (PPO, True), (DQN, (2, 3))])
+def test_two_seeded_runs_end_with_equal_parameters(algorithm, discrete):
+    terms = {PPO: {"n_steps": 16, "n_epochs": 2}, DQN: {"learning_starts": 50, "buffer_size": 500}}
+
     def trained():
-        env = make(learn="motion", decision_period=5, max_cycles=20)
-        model = PPO("MlpPolicy", env, n_steps=16, batch_size=64, n_epochs=2, seed=0, device="cpu")
+        env = make(decision_period=5, max_cycles=20, discrete=discrete)
+        model = algorithm("MlpPolicy", env, batch_size=64, seed=0, device="cpu", **terms[algorithm])
         return model.learn(2 * 16 * env.num_envs).policy.state_dict()
 
     first, second = trained(), trained()
@@ -90,20 +126,79 @@ def test_sb3_bootstraps_what_the_time_limit_cuts_off():
     assert model.rollout_buffer.rewards[:-1].max() < 5.0
 
 
+def test_what_sb3_wraps_around_environments_goes_around_these():
+    env = VecFrameStack(VecNormalize(VecMonitor(make(max_cycles=3, shaping=1.0))), 2)
+    observed = env.reset()
+    n = len(env.get_attr("observation_layout")[0])
+    assert observed.shape == (8, 2 * n)
+    for _ in range(3):
+        observed, _, done, infos = env.step(some(env))
+    assert done.all()
+    assert [info["episode"]["l"] for info in infos] == [3] * 8
+    assert all(info["terminal_observation"].shape == (2 * n,) for info in infos)
+    assert_array_equal(observed[:, :n], 0.0)
+
+
+def test_sb3_evaluates_a_policy_episode_by_episode():
+    env = VecMonitor(make(max_cycles=5, decision_period=2))
+    model = PPO("MlpPolicy", env, n_steps=8, device="cpu")
+    returns, lengths = evaluate_policy(model, env, n_eval_episodes=16, return_episode_rewards=True)
+    assert lengths == [5] * 16
+    assert len(returns) == 16
+
+
+def test_spaces_hold_what_is_observed():
+    for options in ({}, {"normalise": False}, {"learn": "everything", "stack": 2}):
+        env = make(**options)
+        assert isinstance(env.observation_space, Box)
+        for observed in (env.reset(), *(env.step(some(env, k))[0] for k in range(20))):
+            assert all(env.observation_space.contains(row) for row in observed)
+
+
+def test_frames_are_those_of_the_worlds():
+    pytest.importorskip("pygame")
+    env = make(render_mode="rgb_array", decision_period=5)
+    assert env.metadata["render_fps"] == 2
+    env.reset()
+    frame = env.render()
+    assert frame.ndim == 3
+    assert frame.dtype == np.uint8
+    images = env.get_images()
+    assert len(images) == env.num_envs
+    assert_array_equal(images[0], frame)
+    assert (images[0] != images[4]).any()
+    env.close()
+    with pytest.raises(ConfigError, match="render_mode="):
+        make().render()
+    with pytest.raises(ConfigError, match="render_mode='paper'"):
+        make(render_mode="paper")
+
+
 @pytest.mark.parametrize("value", [1.5, np.nan, -np.inf])
 def test_an_action_out_of_bounds_is_refused_with_its_robot_and_slot(value):
-    env = make()
-    before = env.reset()
-    actions = zeros(env)
+    env, other = make(), make()
+    assert_array_equal(env.reset(), other.reset())
+    actions = some(env)
     actions[5, 1] = value
-    with pytest.raises(ConfigError, match=r"environment 5: wheels\.right="):
+    with pytest.raises(ConfigError, match=r"action of epuck_1 of world 1: drive\.turn="):
         env.step(actions)
-    assert_array_equal(env.step(zeros(env))[0].shape, before.shape)
+    assert_array_equal(env.step(some(env))[0], other.step(some(other))[0])
+
+
+@pytest.mark.parametrize("value", [-1, 5, 0.5])
+def test_a_choice_that_there_is_not_is_refused(value):
+    env = make(discrete=True)
+    env.reset()
+    with pytest.raises(ConfigError, match="must be a whole number from 0 to 4"):
+        env.step(np.full(8, value))
 
 
 def test_actions_of_another_shape_are_refused():
-    with pytest.raises(ConfigError, match=r"shape \(8, 3\): must be \(8, 2\)"):
-        make().step(np.zeros((8, 3), np.float32))
+    env = make()
+    with pytest.raises(ConfigError, match=r"shape \(3,\): must be \(2,\), for drive.speed"):
+        env.step(np.zeros((8, 3), np.float32))
+    with pytest.raises(ConfigError, match=r"shape \(7, 2\): must be \(8, 2\)"):
+        env.step(np.zeros((7, 2), np.float32))
 
 
 def test_a_step_without_an_action_is_refused():
@@ -118,6 +213,7 @@ def test_a_step_without_an_action_is_refused():
         ({"learn": "motoin"}, UnknownNameError, "motion"),
         ({"radio.max_rang": 0.2}, UnknownNameError, "max_range"),
         ({"seed": -1}, ConfigError, "-1"),
+        ({"seed": [1, 2]}, ConfigError, "must be 8, one for each world"),
     ],
 )
 def test_a_bad_option_is_refused_by_name(options, error, message):
@@ -125,26 +221,23 @@ def test_a_bad_option_is_refused_by_name(options, error, message):
         SwarmVecEnv("es1", **options)
 
 
-def test_attributes_and_methods_are_those_of_all_robots():
-    env = make()
-    assert env.get_attr("max_cycles", [0, 1]) == [18000, 18000]
-    env.set_attr("max_cycles", 5)
-    assert env.max_cycles == 5
-    assert env.env_method("seed", 4, indices=[2]) == [[4] * 8]
+def test_attributes_are_those_of_all_robots_and_cannot_be_set():
+    env = make(decision_period=5)
+    assert env.get_attr("max_cycles", [0, 1]) == [3600, 3600]
+    assert env.get_attr("max_episode_steps", 3) == [3600]
+    assert env.get_attr("render_mode") == [None] * 8
+    with pytest.raises(ConfigError, match=r"set_attr\('max_cycles'\).*max_cycles=5"):
+        env.set_attr("max_cycles", 5)
+    assert env.max_cycles == 3600
+    assert env.env_method("seed", 4, indices=[2]) == [[4] * 4 + [5] * 4]
     assert env.env_is_wrapped(VecMonitor) == [False] * 8
+    assert [type(each).__name__ for each in env.np_random] == ["Generator"] * 2
 
 
 def test_waypoints_have_environments_too():
     env = SwarmVecEnv("waypoints-05", n_worlds=2, max_cycles=1)
     env.reset()
-    observed, rewards, done, _ = env.step(zeros(env))
+    observed, rewards, done, _ = env.step(some(env))
     assert observed.shape == (env.num_envs, *env.observation_space.shape)
     assert done.all()
     assert rewards.shape == (env.num_envs,)
-
-
-def test_the_example_trains_two_iterations(capsys):
-    main = runpy.run_path(str(EXAMPLE))["main"]
-    model = main(2 * 256 * 80 * 5)
-    assert model.num_timesteps == 2 * 256 * 80
-    assert "total_timesteps" in capsys.readouterr().out

@@ -1,0 +1,56 @@
+"""Policies of other trainers go through the commands as any controller does."""
+
+import json
+
+import pytest
+from stable_baselines3 import PPO
+
+from training.vec_env import SwarmVecEnv
+
+SHORT = "--set=task.duration=30", "--episodes=2", "--physics=kinematic", "--workers=1"
+
+
+@pytest.fixture
+def model(tmp_path):
+    """The file of an untrained model."""
+    env = SwarmVecEnv("es1", n_worlds=1, decision_period=5, physics="kinematic")
+    PPO("MlpPolicy", env, seed=0, device="cpu").save(tmp_path / "model.zip")
+    return "sb3:model.zip"
+
+
+def test_a_model_is_evaluated_beside_hand_written_controllers(command, model):
+    arguments = ("evaluate", "es1", "nc", model, *SHORT, "--format=json")
+    status, out, err = command(*arguments)
+    assert status == 0, err
+    found = json.loads(out)
+    assert [each["controller"] for each in found] == ["nc", "nc", model, model]
+    _, again, _ = command(*arguments)
+    assert json.loads(again) == found
+
+
+def test_its_episodes_can_be_plotted_from_the_dataset(command, model, tmp_path):
+    assert command("evaluate", "es1", model, *SHORT, "--out=kept")[0] == 0
+    status, _, err = command("plot", "boxplot", "kept", "--out=box.png")
+    assert status == 0, err
+    assert (tmp_path / "box.png").is_file()
+
+
+def test_a_model_can_be_watched(command, model, tmp_path):
+    status, _, err = command("watch", "es1", model, "--seconds=2", "--html=watched.html")
+    assert status == 0, err
+    assert (tmp_path / "watched.html").stat().st_size > 0
+
+
+def test_the_keywords_of_a_model_are_listed(command, model):
+    status, out, _ = command("list", model)
+    assert status == 0
+    assert "policy.decision_period" in out
+    assert "sb3:FILE,name=value" in out
+    assert "torchscript:FILE" in command("list")[1]
+
+
+def test_a_model_that_does_not_fit_is_refused_before_anything_runs(command, model, tmp_path):
+    status, _, err = command("evaluate", "waypoints-05", model)
+    assert status != 0
+    assert "does not run on 'waypoints-05'" in err
+    assert not (tmp_path / "runs").exists()

@@ -1,0 +1,341 @@
+"""Policies of other trainers run as controllers, and do what they did in training."""
+
+import json
+import pickle
+import sys
+import warnings
+import zipfile
+
+import numpy as np
+import pytest
+import torch
+from gymnasium.spaces import Discrete
+from numpy.testing import assert_allclose, assert_array_equal
+from stable_baselines3 import A2C, DQN, PPO, SAC, TD3
+from stable_baselines3.common.torch_layers import FlattenExtractor
+
+import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
+from baselines.evaluation.episode import run_episodes
+from swarm_forage_env import parallel_env
+from swarm_forage_env.controllers import find_controller, find_controllers
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.scenarios import find_scenario
+from training.policy_card import read_policy_card, save_policy_card
+from training.policy_controller import policy_controller
+from training.vec_env import SwarmVecEnv
+
+BUSY = {"task.n_robots": 4, "robot.cruise_speed": 0.12, "task.area_distance": 0.62}
+"""Numbers of es1 under which robots soon find areas and meet."""
+
+FAST = {"physics": "kinematic", "task.duration": 60.0, **BUSY}
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    return find_scenario("es1", {"task.duration": 60.0, **BUSY})
+
+
+@pytest.fixture(autouse=True)
+def _one_thread():
+    torch.set_num_threads(1)
+
+
+@pytest.fixture
+def model(tmp_path):
+    """Save an untrained model of an environment; its wheels do something, as weights are larger."""
+
+    def make(algorithm=PPO, policy_kwargs=None, file="model.zip", **options):
+        env = SwarmVecEnv("es1", n_worlds=1, **FAST, **options)
+        made = algorithm("MlpPolicy", env, policy_kwargs=policy_kwargs, seed=0, device="cpu")
+        if algorithm in (PPO, A2C):
+            with torch.no_grad():
+                made.policy.action_net.weight.mul_(100.0)
+        made.save(tmp_path / file)
+        return made, env
+
+    return make
+
+
+def stepped(model, env, seed):
+    """Round trips of an episode of the environment, by the deterministic policy; the last poses."""
+    env.reset()
+    (observed,), _ = env.env.reset(seed=seed)
+    done = np.array([False])
+    while not done.any():
+        poses = env.env.world.robots["pose"].copy()
+        observed, _, done, infos = env.step(model.predict(observed, deterministic=True)[0])
+    return [info["round_trips"] for info in infos], poses
+
+
+def ran(controller, scenario, seed, ticks):
+    """Round trips of an episode of the controller, and poses after so many ticks."""
+    loop = Loop(scenario, controller, [seed], "kinematic")
+    for tick in range(scenario.n_ticks):
+        if tick == ticks:
+            poses = loop.world.robots["pose"].copy()
+        loop.step()
+    return loop.world.robots["round_trips"][0].tolist(), poses
+
+
+KEYWORDS = {
+    "motion": {"decision_period": 5},
+    "in SI": {"normalise": False, "action": "wheels", "decision_period": 5},
+    "stacked": {"stack": 3, "observation": ["layer", "previous_action", "time_left", "one_hot"]},
+    "choices": {"discrete": True, "decision_period": 4, "controller": "dsgiff:beta=0.02"},
+    "grid": {"discrete": (3, 5), "decision_period": 10},
+    "corrections": {"residual": True, "controller": "ssgiff", "decision_period": 5},
+    "both": {"learn": "both"},
+    "weighting": {"learn": "weighting"},
+    "everything": {"learn": "everything", "decision_period": 5},
+}
+
+
+@pytest.mark.parametrize("name", KEYWORDS)
+def test_a_saved_model_does_as_a_controller_what_it_did_in_its_environment(
+    name, model, scenario, tmp_path
+):
+    made, env = model(**KEYWORDS[name])
+    period = env.env.config.decision_period
+    trips, poses = stepped(made, env, 7)
+    controller = find_controller(f"sb3:{tmp_path / 'model.zip'}")
+    again, where = ran(controller, scenario, 7, (env.max_cycles - 1) * period)
+    assert_array_equal(where, poses[0][None])
+    assert again == trips
+
+
+def test_an_episode_does_not_depend_on_its_neighbours_or_threads(model, scenario, tmp_path):
+    model(decision_period=5)
+    controller = find_controller(f"sb3:{tmp_path / 'model.zip'}")
+    together = run_episodes(scenario, controller, [3, 4, 5], "kinematic", threads=2)
+    for episode in together:
+        (alone,) = run_episodes(scenario, controller, [episode.seed], "kinematic")
+        assert alone.on_path_over_time == episode.on_path_over_time
+        assert alone.messages == episode.messages
+        assert alone.localisation_error_m == episode.localisation_error_m
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "options"),
+    [(A2C, {}), (DQN, {"discrete": True}), (SAC, {}), (TD3, {})],
+)
+def test_other_algorithms_need_no_pickle_either(algorithm, options, model, scenario, tmp_path):
+    made, _ = model(algorithm, **options)
+    controller = find_controller(f"sb3:{tmp_path / 'model'}")
+    form = controller.form(scenario)
+    observed = np.random.default_rng(0).uniform(-1, 1, (4, len(form.layout))).astype(np.float32)
+    given = controller.policy.start(form)(observed)
+    assert_array_equal(given, made.predict(observed, deterministic=True)[0])
+
+
+def test_nothing_is_unpickled_unless_asked_for(model, scenario, tmp_path, monkeypatch):
+    model(policy_kwargs={"features_extractor_class": FlattenExtractor})
+
+    def unpickled(*_, **__):
+        raise AssertionError("a pickle was opened")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("cloudpickle.loads", unpickled)
+        patched.setattr("stable_baselines3.common.save_util.json_to_data", unpickled)
+        with pytest.raises(ConfigError, match=r"its policy_kwargs can only .*trust=true"):
+            find_controller(f"sb3:{tmp_path / 'model.zip'}").check_usable(scenario)
+        model(file="plain.zip", policy_kwargs={"activation_fn": torch.nn.ReLU, "net_arch": [8]})
+        find_controller(f"sb3:{tmp_path / 'plain.zip'}").check_usable(scenario)
+    find_controller(f"sb3:{tmp_path / 'model.zip'},trust=true").check_usable(scenario)
+
+
+def test_a_model_without_a_card_says_which_numbers_do_not_fit(model, scenario, tmp_path):
+    model(decision_period=5, normalise=False, action="wheels")
+    without_card(tmp_path / "model.zip")
+    bare = f"sb3:{tmp_path / 'model.zip'}"
+    with pytest.raises(ConfigError, match=r"maps \d+ numbers to 2; .*learn=motion.*normalise=fal"):
+        find_controller(bare).check_usable(scenario)
+    named = find_controller(f"{bare},normalise=false,action=wheels,decision_period=5")
+    named.check_usable(scenario)
+    assert named.policy.decision_period == 5
+
+
+def without_card(file):
+    """Take the card out of a model's zip, as one that was trained elsewhere has none."""
+    with zipfile.ZipFile(file) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    data = json.loads(parts["data"])
+    del data["observation_space"]["policy_card"]
+    parts["data"] = json.dumps(data).encode()
+    with zipfile.ZipFile(file, "w") as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+
+
+def test_a_model_tells_under_which_keywords_and_beside_which_controller_it_was_trained(
+    model, tmp_path
+):
+    model(learn="weighting", controller="dsgiff:beta=0.02")
+    found = find_controller(f"sb3:{tmp_path / 'model.zip'}")
+    assert found.policy.learn == "weighting"
+    assert found.parameters["weighting.beta"] == 0.02
+    other = find_controller(f"sb3:{tmp_path / 'model.zip'},controller=ssgikf")
+    assert other.layer_names["weighting"] == "sgikf"
+
+
+@pytest.mark.parametrize("discrete", [False, True])
+def test_a_network_in_torchscript_is_a_controller(discrete, scenario, tmp_path):
+    keywords = {"discrete": discrete, "decision_period": 5}
+    env = parallel_env("es1", **FAST, **keywords)
+    space = env.action_space("epuck_0")
+    n_given = space.n if isinstance(space, Discrete) else 2
+    torch.manual_seed(0)
+    network = torch.nn.Linear(len(env.observation_layout), int(n_given))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        torch.jit.script(network).save(tmp_path / "policy.pt")
+    save_policy_card(tmp_path / "policy.pt", "es1", **FAST, **keywords)
+    controller = find_controller(f"torchscript:{tmp_path / 'policy.pt'}")
+    assert controller.policy.decision_period == 5
+    trips, poses = ran(controller, scenario, 7, 55)
+
+    def predict(observed):
+        with torch.no_grad():
+            given = network(torch.from_numpy(observed)).numpy()
+        return given.argmax(1) if discrete else np.clip(given, -1.0, 1.0)
+
+    again, where = ran(policy_controller(predict, **keywords), scenario, 7, 55)
+    assert (again, where.tolist()) == (trips, poses.tolist())
+    observed, _ = env.reset(seed=7)
+    for _ in range(11):
+        given = predict(np.stack(list(observed.values())))
+        observed, *_ = env.step(dict(zip(env.agents, given, strict=True)))
+    assert_array_equal(env.world.robots["pose"], poses)
+
+
+def test_a_function_is_a_controller_by_its_name(scenario, tmp_path, monkeypatch):
+    (tmp_path / "my_rules.py").write_text(
+        "import numpy as np\n"
+        "def ahead(observed):\n"
+        "    return np.tile(np.float32([1.0, 0.1]), (len(observed), 1))\n"
+        "known = 3\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    found = find_controller("callable:my_rules:ahead,decision_period=2")
+    assert found.policy.reads == (tmp_path / "my_rules.py",)
+    _, poses = ran(found, scenario, 1, 20)
+    own = policy_controller(lambda seen: np.tile(np.float32([1.0, 0.1]), (len(seen), 1)))
+    assert_array_equal(ran(own, scenario, 1, 20)[1], poses)
+    for name, why in (
+        ("my_rules", "a module and a function"),
+        ("no_rules:ahead", "No module"),
+        ("my_rules:back", "no attribute"),
+        ("my_rules:known", "is a int, no function"),
+    ):
+        with pytest.raises(ConfigError, match=why):
+            find_controller(f"callable:{name}").check_usable(scenario)
+
+
+def test_a_policy_can_be_the_team_mate_of_a_learner(model, tmp_path):
+    made, env = model(decision_period=5)
+    name = f"sb3:{tmp_path / 'model.zip'}"
+    mates = ArrayEnv("es1", 1, name, learners=[1], decision_period=5, **FAST)
+    observed = env.reset()
+    env.env.reset(seed=5)
+    observed = env.env.reset(seed=5)[0][0]
+    mates.reset(seed=5)
+    for _ in range(40):
+        action, _ = made.predict(observed, deterministic=True)
+        observed = env.step(action)[0]
+        mates.step(action[None, 1:2])
+        assert_array_equal(mates.world.robots["pose"], env.env.world.robots["pose"])
+    stands = np.float32([[[-1.0, 0.0]]])
+    before = mates.world.robots["pose"].copy()
+    mates.step(stands)
+    moved = (mates.world.robots["pose"] != before).any(axis=2)[0]
+    assert mates.world.robots["command"]["wheels"][0, 1].tolist() == [0.0, 0.0]
+    assert moved[[0, 2, 3]].all()
+
+
+def test_robots_with_a_policy_and_others_make_a_swarm(model, scenario, tmp_path):
+    model(decision_period=5)
+    name = f"sb3:{tmp_path / 'model.zip'}"
+    same = find_controllers([name] * 4, scenario)
+    mixed = find_controllers({0: name, 2: name, "*": "ssgikf"}, scenario)
+    other = find_controllers({0: name, 2: name, "*": "dsgiff"}, scenario)
+    wheels = {
+        each.name: [seen["command"]["wheels"].copy() for seen in stepped_robots(each, scenario)]
+        for each in (same, mixed, other, find_controller("ssgikf"))
+    }
+    alone, among, apart, ssgikf = wheels.values()
+    assert_allclose(alone[0][0, [0, 2]], among[0][0, [0, 2]], atol=1e-6)  # of fewer rows
+    assert_array_equal(among[0][0, [1, 3]], ssgikf[0][0, [1, 3]])
+    assert_array_equal(apart[0][0, [0, 2]], among[0][0, [0, 2]])
+    assert (among[0][0, [0, 2]] != ssgikf[0][0, [0, 2]]).any()
+
+
+def stepped_robots(controller, scenario):
+    """The robots after each of a few ticks."""
+    loop = Loop(scenario, controller, [1], "kinematic")
+    for _ in range(10):
+        loop.step()
+        yield loop.world.robots
+
+
+def test_a_copied_episode_goes_on_as_the_first(model, scenario, tmp_path):
+    model(decision_period=5, stack=2)
+    env = ArrayEnv("es1", 2, f"sb3:{tmp_path / 'model.zip'}", learners=[1], **FAST)
+    env.reset(seed=1)
+    action = np.float32(np.full((2, 1, 2), 0.5))
+    for _ in range(12):
+        env.step(action)
+    other = pickle.loads(pickle.dumps(env))
+    for _ in range(20):
+        for each in (env, other):
+            each.step(action)
+        assert_array_equal(env.world.robots["pose"], other.world.robots["pose"])
+
+
+def test_a_policy_of_everything_has_no_room_for_a_learner(model, tmp_path):
+    model(learn="everything")
+    with pytest.raises(ConfigError, match="no layer to take the place of"):
+        parallel_env("es1", controller=f"sb3:{tmp_path / 'model.zip'}", **FAST)
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("sb3", "which file"),
+        ("sb3:", "must be parameter=value"),
+        ("sb3:missing.zip", "there is no such file"),
+        ("sb3:text.zip", "must be what .* writes"),
+        ("torchscript:text.zip", "is no TorchScript"),
+        ("sb3:model.zip,stack=0", "stack='0'"),
+        ("sb3:model.zip,observation=layer+radar", "no observation named 'radar'"),
+        ("sb3:model.zip,learn=motoin", "did you mean 'motion'"),
+        (
+            "sb3:model.zip,normalise=false",
+            "number 8 .* was situation.ground.left .of its",
+        ),
+        ("sb3:model.zip,file=model.zip", "given twice"),
+        ("sb:model.zip", "must be parameter=value|did you mean 'sb3'"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_by_name(name, why, model, scenario, tmp_path, monkeypatch):
+    model()
+    (tmp_path / "text.zip").write_text("no zip")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((ConfigError, UnknownNameError), match=why):
+        find_controller(name).check_usable(scenario)
+
+
+def test_actions_that_are_no_numbers_are_refused(scenario):
+    bad = policy_controller(lambda seen: np.full((len(seen), 2), np.nan, np.float32))
+    with pytest.raises(ConfigError, match=r"policy.*drive\.speed=nan"):
+        run_episodes(scenario, bad, [1], "kinematic")
+
+
+def test_a_damaged_card_is_refused(tmp_path, scenario):
+    save_policy_card(tmp_path / "policy.pt", "es1")
+    assert read_policy_card(tmp_path / "policy.pt").keywords["learn"] == "motion"
+    (tmp_path / "policy.json").write_text('{"format": 2}')
+    with pytest.raises(ConfigError, match="format"):
+        read_policy_card(tmp_path / "policy.pt")
+    assert read_policy_card(tmp_path / "other.pt") is None

@@ -1,0 +1,128 @@
+"""Policy cards: under which keywords a policy of another trainer was trained.
+
+`SwarmVecEnv` puts a card on its observation space, and so stable-baselines3 keeps it in what
+`model.save("model.zip")` writes, as plain JSON. Beside other files it lies as JSON of the same
+name: `save_policy_card("policy.pt", "es1", learn="motion", decision_period=5)`.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from gymnasium.spaces import Box
+from pydantic import ValidationError
+
+from baselines.evaluation.output_files import write_atomically
+from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.make import Parts, checked_parts
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import Controller
+from swarm_forage_env.parameters import Part
+from swarm_forage_env.registry import CONTROLLERS
+from training.policy_form import PolicyForm
+
+ON_SPACE = "policy_card"
+"""Attribute of an observation space that holds a card as JSON."""
+
+Keywords = dict[str, Any]
+"""Keywords of `parallel_env` by which observations are made and actions read."""
+
+KEYWORDS = (
+    "learn",
+    "action",
+    "sharpest_turn",
+    "discrete",
+    "normalise",
+    "observation",
+    "stack",
+    "decision_period",
+    "residual",
+)
+
+
+class PolicyCard(Part):
+    """What a policy was trained on."""
+
+    format: Literal[1] = 1
+    """Version of the card; another one is refused."""
+    scenario: str
+    controller: str
+    """What did the rest, as `ssgiff:beta=0.01`."""
+    keywords: Keywords
+    observes: tuple[tuple[str, str], ...]
+    """Name and unit of each number of an observation."""
+
+
+def card_of(parts: Parts) -> PolicyCard:
+    """The card of a policy that is trained under checked keywords of `parallel_env`."""
+    config = parts.config
+    form = PolicyForm(parts.scenario, config, getattr(parts.controller, "message_path", 0.0))
+    keywords = {name: getattr(config, name) for name in KEYWORDS}
+    keywords["observation"] = "+".join(_names(config))
+    return PolicyCard(
+        scenario=parts.scenario.name,
+        controller=_text(parts.controller),
+        keywords=keywords,
+        observes=form.observes,
+    )
+
+
+def save_policy_card(
+    file: str | Path,
+    scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
+    controller: str | Controller | None = None,
+    **options: Any,  # noqa: ANN401 as parallel_env
+) -> Path:
+    """Write the card of a policy file beside it, under the keywords that it was trained with."""
+    card = card_of(checked_parts(scenario, controller, options))
+    path = Path(file).with_suffix(".json")
+    write_atomically(path, (card.model_dump_json(indent=1) + "\n").encode())
+    return path
+
+
+def read_policy_card(file: str | Path) -> PolicyCard | None:
+    """The card beside a policy file; None without one, ConfigError for one that is none."""
+    path = Path(file).with_suffix(".json")
+    return card_from(path.read_text(), str(path)) if path.is_file() else None
+
+
+def card_from(text: str, where: str) -> PolicyCard:
+    """The card that a text holds; ConfigError if it holds none."""
+    try:
+        return PolicyCard.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise ConfigError(
+            f"card {where}: {'.'.join(map(str, first['loc']))}: {first['msg']}; take it away, and"
+            " say what the policy was trained with, as in decision_period=5"
+        ) from None
+
+
+def with_card(space: Box, card: PolicyCard) -> Box:
+    """A copy of an observation space that carries a card along, also through pickle."""
+    found = Box(space.low, space.high, dtype=np.float32)
+    setattr(found, ON_SPACE, card.model_dump_json())
+    return found
+
+
+def _names(config: EnvConfig) -> Sequence[str]:
+    """What is observed, by name; a class of the user's own by its path."""
+    given = config.observation
+    listed = list(given) if isinstance(given, list | tuple) else [given]
+    return [each if isinstance(each, str) else _path(each) for each in listed]
+
+
+def _path(observation: Any) -> str:  # noqa: ANN401 a class or what it makes
+    made_by = observation if isinstance(observation, type) else type(observation)
+    return f"{made_by.__module__}:{made_by.__qualname__}"
+
+
+def _text(controller: Any) -> str:  # noqa: ANN401 of any kind
+    """A controller as its name and the parameters that differ from those of that name."""
+    name = str(controller.name)
+    if name not in CONTROLLERS or not hasattr(controller, "parameters"):
+        return name
+    usual = CONTROLLERS[name].parameters
+    changes = [f"{k}={v}" for k, v in controller.parameters.items() if usual.get(k) != v]
+    return f"{name}:{','.join(changes)}" if changes else name

@@ -1,0 +1,146 @@
+"""The environment as RLlib wants it: all worlds of an env runner in one block.
+
+    config = (
+        PPOConfig()
+        .environment(SwarmMultiAgentEnv, env_config={"scenario": "es1", "shaping": 1.0})
+        .env_runners(env_runner_cls=SwarmEnvRunner, num_envs_per_env_runner=8)
+        .multi_agent(policies={"robot"}, policy_mapping_fn=lambda agent, *_, **__: "robot")
+    )
+
+RLlib makes so many environments and steps one after the other; it knows of no other way to make
+many. `SwarmEnvRunner` puts a block of worlds in their place. Without it the same environment works
+world by world.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Dict as DictSpace
+from gymnasium.spaces import Space
+from ray.rllib.env.multi_agent_env import MultiAgentEnv
+from ray.rllib.env.multi_agent_env_runner import MultiAgentEnvRunner
+from ray.rllib.env.vector.vector_multi_agent_env import VectorMultiAgentEnv
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.envs.array_env import ArrayEnv
+
+OfAgents = dict[str, Any]
+"""What each agent of a world is told; under `__all__`, what holds for all."""
+
+ALL = "__all__"
+
+
+class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
+    """One world; the keys of its `env_config` are the keywords of `parallel_env`."""
+
+    def __init__(self, env_config: Mapping[str, Any] | None = None) -> None:
+        """Make the world; `reset` starts its episodes."""
+        super().__init__()
+        self.options = dict(env_config or {})
+        self._block = SwarmVectorEnv(self.options, 1)
+        self.possible_agents = self._block.env.learners
+        self.agents = list(self.possible_agents)
+        self.observation_spaces = self._block.single_observation_spaces
+        self.action_spaces = self._block.single_action_spaces
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[OfAgents, OfAgents]:
+        """Start an episode; a seed fixes it and all that follow without one."""
+        (observations,), (infos,) = self._block.reset(seed=seed)
+        return observations, infos
+
+    def step(
+        self, action_dict: OfAgents
+    ) -> tuple[OfAgents, OfAgents, OfAgents, OfAgents, OfAgents]:
+        """One decision period."""
+        told = self._block.advance([action_dict])
+        observations, rewards, terminated, truncated, infos = (each[0] for each in told)
+        return observations, rewards, terminated, truncated, infos
+
+
+class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
+    """Worlds in one block, whose episodes end together and start anew with the next step."""
+
+    def __init__(self, options: Mapping[str, Any], num_envs: int, envs: Sequence[Any] = ()) -> None:
+        """So many worlds; `envs` tell RLlib the spaces of each."""
+        super().__init__()
+        self.env = env = ArrayEnv(**options, n_worlds=num_envs)
+        self.num_envs, self.envs = num_envs, list(envs)
+        self.single_observation_spaces = dict.fromkeys(env.learners, env.observation_space)
+        self.single_action_spaces = dict.fromkeys(env.learners, env.action_space)
+        self.single_observation_space: Space[Any] = DictSpace({**self.single_observation_spaces})
+        self.single_action_space: Space[Any] = DictSpace({**self.single_action_spaces})
+        self._over = False
+
+    def reset(
+        self, *, seed: Any = None, options: dict[str, Any] | None = None  # noqa: ANN401 one, or a list
+    ) -> tuple[list[OfAgents], list[OfAgents]]:  # fmt: skip
+        """Start every world anew; seeds are those of `ArrayEnv`."""
+        observations, _ = self.env.reset(seed=seed)
+        self._over = False
+        return self._by_agent(observations), self._silence()
+
+    def step(
+        self, actions: Sequence[OfAgents]
+    ) -> tuple[
+        list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents]
+    ]:  # fmt: skip
+        """One decision period; after the end of the episodes a reset, whatever the actions."""
+        if not self._over:
+            return self.advance(actions)
+        observations, infos = self.reset()
+        rewards = [dict.fromkeys(self.env.learners, 0.0) for _ in range(self.num_envs)]
+        never = self._all(False)
+        return observations, rewards, never, self._all(False), infos
+
+    def advance(
+        self, actions: Sequence[OfAgents]
+    ) -> tuple[
+        list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents]
+    ]:  # fmt: skip
+        """One decision period; the last infos tell what `parallel_env` logs of a robot."""
+        agents = self.env.learners
+        rows = np.array([each[agent] for each in actions for agent in agents])
+        found = self.env.advance(self.env.actions.rows(rows))
+        observations, rewards, _, truncated, _ = found
+        self._over = bool(truncated.all())
+        return (
+            self._by_agent(observations),
+            [dict(zip(agents, row, strict=True)) for row in rewards.tolist()],
+            self._all(False),
+            self._all(self._over),
+            self._log() if self._over else self._silence(),
+        )
+
+    def _by_agent(self, observations: Float32[Array, "worlds learners numbers"]) -> list[OfAgents]:
+        return [dict(zip(self.env.learners, world, strict=True)) for world in observations]
+
+    def _all(self, value: bool) -> list[OfAgents]:
+        """The same for every agent of every world, and for all together."""
+        told = {**dict.fromkeys(self.env.learners, value), ALL: value}
+        return [dict(told) for _ in range(self.num_envs)]
+
+    def _silence(self) -> list[OfAgents]:
+        return [{agent: {} for agent in self.env.learners} for _ in range(self.num_envs)]
+
+    def _log(self) -> list[OfAgents]:
+        """What is logged of each agent."""
+        return [
+            {
+                agent: dict(zip(self.env.infos, row, strict=True))
+                for agent, row in zip(self.env.learners, world, strict=True)
+            }
+            for world in self.env.log().tolist()
+        ]
+
+
+class SwarmEnvRunner(MultiAgentEnvRunner):  # type: ignore[misc]
+    """Steps all its worlds at once."""
+
+    def make_env(self) -> None:
+        """Make the environments as RLlib does, and put one block in the place of their worlds."""
+        super().make_env()
+        worlds: list[Any] = self.env.envs
+        self.env: Any = SwarmVectorEnv(worlds[0].unwrapped.options, self.num_envs, worlds)

@@ -1,0 +1,51 @@
+"""Policies as TorchScript, which any trainer that is written in torch can save.
+
+    torch.jit.script(network).save("policy.pt")
+    save_policy_card("policy.pt", "es1", learn="motion", decision_period=5)
+
+The network maps observations, (robots, numbers), to deterministic actions: (robots, numbers), or
+whole numbers (robots,) or scores of all choices (robots, choices) where actions are discrete.
+"""
+
+import warnings
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Discrete
+
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.errors import ConfigError
+from training.policy_controller import PolicyFile, Predict
+from training.policy_form import PolicyForm
+
+
+class TorchScriptPolicy(PolicyFile):
+    """A network that torch.jit has saved: torchscript:policy.pt."""
+
+    def start(self, form: PolicyForm) -> Predict:
+        """The network."""
+        import torch
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # torch prefers its newer export
+            try:
+                load: Any = torch.jit.load
+                network = load(str(self.path), map_location="cpu").eval()
+            except RuntimeError as error:
+                told = str(error).partition("\n")[0]
+                raise ConfigError(f"policy {self.file}: is no TorchScript ({told})") from None
+        scores = isinstance(form.action_space, Discrete)
+
+        @torch.no_grad()
+        def predict(observed: Array) -> Array:
+            try:
+                given = network(torch.from_numpy(observed)).numpy()
+            except RuntimeError as error:
+                told = str(error).strip().rpartition("\n")[2]
+                raise ConfigError(
+                    f"policy {self.file}: does not take observations of {len(form.layout)} numbers"
+                    f" ({told}); say what it was trained with, as in normalise=false"
+                ) from None
+            return np.asarray(given.argmax(1) if scores and given.ndim == 2 else given)
+
+        return predict
