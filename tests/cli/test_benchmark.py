@@ -24,7 +24,7 @@ def test_benchmark_explains_itself(command, name):
 def test_the_cards_are_listed(command):
     status, stdout, _ = command("benchmark", "list")
     assert status == 0
-    assert "1 near  Near, without noise" in stdout
+    assert "1 near  Near, without drift" in stdout
     assert "sb3_ppo" in stdout
     _, told, _ = command("benchmark", "list", "--format=json")
     assert [each["name"] for each in json.loads(told)] == list(read_rungs())

@@ -46,6 +46,7 @@ class Job:
         card = self.rung.card
         return {
             "keywords": dict(self.rung.keywords),
+            "world": self.rung.test_scenario.model_dump(mode="json"),
             "test": self.rung.test_keywords,
             "episodes": [card.curve_episodes, card.episodes],
             "algorithm": self.algorithm.model_dump(
