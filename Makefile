@@ -61,6 +61,7 @@ test-torchrl: .venv-torchrl/.ready  ## the TorchRL and BenchMARL examples, in .v
 	.venv-torchrl/bin/pytest -m torchrl tests/plugs tests/training
 
 ladder: .venv-torchrl/.ready  ## train on all rungs of the ladder, and write docs/ladder.md (a night)
+	.venv-torchrl/bin/swarm-forage benchmark cards --missing --workers $(WORKERS)
 	.venv-torchrl/bin/swarm-forage benchmark ladder --workers $(WORKERS) --page docs/ladder.md
 
 lint: $(READY)  ## style, types, the house, spelling

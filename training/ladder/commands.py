@@ -50,14 +50,18 @@ def list_cards(form: ListedFormat = ListFormat.TABLE) -> None:
 @stoppable()
 def cards(
     rungs: Rungs = None,
-    workers: Annotated[int, typer.Option(help="Processes to run episodes in.")] = 2,
+    missing: Annotated[
+        bool, typer.Option("--missing", help="Only rungs whose cards have no scores yet.")
+    ] = False,
+    workers: Annotated[int, typer.Option(min=1, help="Processes to run episodes in.")] = 2,
     out: Annotated[Path, typer.Option(help="Folder of the episodes.")] = Path("runs/cards"),
 ) -> None:
     """Score random actions, hand-written controllers and oracles, and write it on the cards."""
     from training.ladder.cards import score_references
     from training.ladder.rungs import find_rungs, read_rungs
 
-    for rung in find_rungs(rungs, read_rungs()):
+    chosen = find_rungs(rungs, read_rungs())
+    for rung in [each for each in chosen if not (missing and each.card.scores)]:
         for name, score in score_references(rung, out, workers).items():
             typer.echo(f"{rung.name} {name}: {score.mean:.1f}")
 
@@ -96,6 +100,8 @@ def ladder(  # noqa: PLR0913 the options of a command
     chosen, trained = find_rungs(rungs, known), find_algorithms(algorithms)
     if page:
         _check_page(page)
+    for rung in chosen if seeds else ():
+        rung.normalised(0.0)  # tells early that its card has no scores
     run_jobs(jobs_of(chosen, trained, seeds, budget), out, workers)
     runs = read_runs(out, list(known.values()), find_algorithms(None))
     write_json(marl_eval(runs), out / "marl_eval.json")
