@@ -240,7 +240,8 @@ def test_figures_and_page_are_made_of_the_runs(ran):
     text = page.page([rung], runs, "command")
     assert "**PPO (SB3)**" in text
     assert "images/ladder/tiny.png" in text
-    assert "| `nc` | 4.0 | 0.20 |" in text
+    assert "| **QMIX** | 7.0 | 0.50 | 1 seed | 0.001 M |" in text
+    assert "| `nc` | 4.00 | 0.20 |" in text
     assert "$" not in text
 
 

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from importlib.resources import files
 from string import Template
 
-from baselines.evaluation.statistics import Estimate
 from baselines.papers.time_estimate import format_duration
 from training.ladder.algorithms import read_algorithms
 from training.ladder.rungs import RANDOM, Rung, Score
@@ -15,6 +14,11 @@ PROFILE = "profile"
 """The name of the figure of all rungs."""
 
 MILLION = 1e6
+
+MISSING = "-"
+
+FINE = 5.0
+"""Numbers below are shown with two digits."""
 
 
 def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
@@ -46,8 +50,8 @@ def _card(rung: Rung) -> tuple[str, ...]:
         str(rung.keywords["learn"]),
         f"{scenario.name}, {scenario.task.n_robots} robots",
         _shown(card.scores.get(RANDOM)),
-        f"{_shown(card.scores.get(best))}, `{best}`",
-        f"{_shown(card.scores.get(card.oracle))}, `{card.oracle}`",
+        f"`{best}` {_shown(card.scores.get(best))}" if card.scores else MISSING,
+        f"`{card.oracle}` {_shown(card.scores.get(card.oracle))}",
     )
 
 
@@ -77,10 +81,10 @@ def _reference(rung: Rung, name: str) -> tuple[str, ...]:
 def _learned(row: Row) -> tuple[str, ...]:
     return (
         f"**{_title(row.algorithm)}**",
-        _estimate(row.score),
+        _with_interval(row.score.value, row.score.interval),
         f"{row.normalised:.2f}",
-        f"{row.seeds} seeds",
-        f"{row.robot_steps / MILLION:g} M",
+        _counted(row.seeds, "seed"),
+        _millions(row.robot_steps),
         format_duration(row.train_s),
     )
 
@@ -91,7 +95,7 @@ def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
         return "Nothing was run yet."
     heads = ("algorithm", "normalised score, interquartile mean", "rungs", "runs")
     lines = [
-        (_title(name), _estimate(estimate, ".2f"), str(n), str(estimate.n))
+        (_title(name), _with_interval(estimate.value, estimate.interval), str(n), str(estimate.n))
         for name, (estimate, n) in over_all(rungs, runs).items()
     ]
     words = "Algorithms that were run on other rungs are not to be compared here."
@@ -106,13 +110,14 @@ def _made(runs: Sequence[Run]) -> str:
     lines = [
         f"- {_title(name)}: "
         + "; ".join(
-            f"`{rung}` {len(own)} seeds of {own[0].robot_steps / MILLION:g} M robot-steps"
+            f"`{rung}` {_counted(len(own), 'seed')} of {_millions(own[0].robot_steps)} robot-steps"
             for rung, own in _by_rung_name(each).items()
         )
         for name, each in by_algorithm(runs).items()
     ]
     versions = ", ".join(f"{name} {number}" for name, number in runs[0].versions.items())
-    head = f"{len(runs)} runs, {format_duration(seconds)} of training in all, with {versions}:"
+    in_all = f"{_counted(len(runs), 'run')}, {format_duration(seconds)} of training in all"
+    head = f"{in_all}, with {versions}:"
     return "\n".join([head, "", *lines])
 
 
@@ -132,18 +137,22 @@ def _mean(rung: Rung, name: str) -> float:
 
 def _shown(score: Score | None) -> str:
     if score is None:
-        return "-"
-    if score.low is None or score.high is None:
-        return f"{score.mean:.1f}"
-    return f"{score.mean:.1f} ({score.low:.1f} to {score.high:.1f})"
+        return MISSING
+    ends = None if score.low is None or score.high is None else (score.low, score.high)
+    return _with_interval(score.mean, ends)
 
 
-def _estimate(estimate: Estimate, form: str = ".1f") -> str:
-    shown = f"{estimate.value:{form}}"
-    if estimate.interval is None:
-        return shown
-    low, high = estimate.interval
-    return f"{shown} ({low:{form}} to {high:{form}})"
+def _with_interval(value: float, ends: tuple[float, float] | None) -> str:
+    form = ".1f" if abs(value) >= FINE else ".2f"
+    return f"{value:{form}}" + (f" ({ends[0]:{form}} to {ends[1]:{form}})" if ends else "")
+
+
+def _millions(number: int) -> str:
+    return f"{number / MILLION:g} M"
+
+
+def _counted(n: int, what: str) -> str:
+    return f"{n} {what}" if n == 1 else f"{n} {what}s"
 
 
 def _title(algorithm: str) -> str:
