@@ -91,8 +91,11 @@ def train(algorithm: Any, robot_steps: int) -> None:
         told = algorithm.train()["env_runners"]
         done = int(told["num_env_steps_sampled_lifetime"]) * len(env.learners) * PERIOD
         trips = env.world.robots["round_trips"].sum(axis=1).mean()
-        share = env.share_gone[0]
-        print(f"{done:10,} robot-steps: {trips:6.1f} round trips in {share:4.0%} of an episode")
+        share = env.episodes.share_gone[0]
+        print(
+            f"{done:10,} robot-steps: {trips:6.1f} round trips in {share:4.0%} of an episode",
+            flush=True,
+        )
 
 
 def compare(module: RLModule, episodes: int) -> dict[str, float]:
@@ -128,6 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--episodes", type=int, default=10, help="held-out ones, at most 10")
     parser.add_argument("--out", type=Path, default=Path("runs/rllib_ppo"))
     chosen = parser.parse_args(arguments)
+    torch.set_num_threads(1)  # quicker for networks this small
     ray.init(num_cpus=1, include_dashboard=False, ignore_reinit_error=True)
     algorithm = configure(chosen.seed, worlds=8, decisions=128).build_algo()
     train(algorithm, chosen.robot_steps)
