@@ -1,7 +1,8 @@
 """The setups of the papers: es1, es2, es3 and real (TR 6.1, 6.2), and ants2008 (ANTS 4.1).
 
 And two in which odometry and radio do not err, to start to learn in: near, and es1-clean. The
-infrared sensors do: where nothing is left to chance, robots without any go in circles for ever.
+infrared and ground sensors do: where nothing is left to chance, robots may repeat themselves for
+ever.
 
 Not in the papers: the distance between the areas, the cruise speed, the wheel noise of the TR,
 how many frames an exchange averages and how long it takes. The values are starting points
