@@ -9,7 +9,7 @@ TESTS   := pytest hypothesis beartype
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test test-wheel test-browser test-rllib test-torchrl check lint golden \
-	coverage bench reproduce pictures score-plot docs-equations clean
+	coverage bench ladder reproduce pictures score-plot docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -28,7 +28,7 @@ $(READY): pyproject.toml constraints.txt
 .venv-torchrl/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv-torchrl
 	.venv-torchrl/bin/python -m pip install -qq --constraint constraints.txt \
-		--editable '.[torchrl,render]' $(TESTS)
+		--editable '.[torchrl,train,render]' $(TESTS)
 	@touch $@
 
 install: $(READY)  ## make .venv with the tested set; quick when nothing changed
@@ -58,7 +58,11 @@ test-rllib: .venv-rllib/.ready  ## the RLlib example, in .venv-rllib, as ray pin
 	.venv-rllib/bin/pytest -m rllib tests/plugs
 
 test-torchrl: .venv-torchrl/.ready  ## the TorchRL and BenchMARL examples, in .venv-torchrl
-	.venv-torchrl/bin/pytest -m torchrl tests/plugs
+	.venv-torchrl/bin/pytest -m torchrl tests/plugs tests/training
+
+ladder: .venv-torchrl/.ready  ## train on all rungs of the ladder, and write docs/ladder.md (a night)
+	.venv-torchrl/bin/swarm-forage benchmark cards --missing --workers $(WORKERS)
+	.venv-torchrl/bin/swarm-forage benchmark ladder --workers $(WORKERS) --page docs/ladder.md
 
 lint: $(READY)  ## style, types, the house, spelling
 	$(BIN)/ruff check .

@@ -1,10 +1,11 @@
 """Extras: which of them brings a package, and so what to install where that is missing."""
 
 EXTRAS = {
-    "evaluate": {"joblib", "matplotlib", "pyarrow", "rich", "scipy", "typer"},
+    "evaluate": {"joblib", "matplotlib", "pyarrow", "rich", "scipy", "typer", "yaml"},
     "calibrate": {"optuna"},
     "render": {"imageio_ffmpeg", "pygame"},
     "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},
+    "torchrl": {"benchmarl", "torch", "torchrl"},
 }
 """What each extra brings beside those that it builds on."""
 

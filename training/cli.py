@@ -10,10 +10,12 @@ INTERRUPTED = 130
 def main() -> None:
     """Run one command, and print one line on stderr if a package that it needs is missing."""
     try:
-        from baselines.cli import run
+        from baselines.cli import app, run
+        from training.ladder.commands import add_benchmark
         from training.train_command import add_commands
 
         add_commands()
+        add_benchmark(app)
         status = run()
     except ModuleNotFoundError as error:
         from swarm_forage_env.extras import remedy

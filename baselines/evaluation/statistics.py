@@ -1,4 +1,4 @@
-"""Statistics: means with bootstrap intervals, and comparisons of two controllers.
+"""Statistics: means with bootstrap intervals, comparisons of two controllers, runs of learners.
 
 None stands where the numbers say nothing: an interval of one value or of equal values, a
 ratio to zero.
@@ -18,6 +18,9 @@ CONFIDENCE = 0.95
 
 RESAMPLES = 9999
 """Drawn for an interval."""
+
+RUN_RESAMPLES = 2000
+"""Of the runs of learners, drawn for an interval."""
 
 BATCH = 1000
 """Resamples held in memory at a time."""
@@ -87,6 +90,68 @@ def mann_whitney_p(values: Sequence[float], base: Sequence[float]) -> float | No
     if min(len(values), len(base)) < 2 or len({*values, *base}) == 1:
         return None
     return float(stats.mannwhitneyu(values, base, alternative="two-sided").pvalue)
+
+
+def iqm(values: Any, axis: int = -1) -> Any:  # noqa: ANN401 arrays of numbers
+    """The interquartile mean: of the middle half of the values.
+
+    Source: AgarwalEtAl2021, Section 4.3.
+
+    >>> float(iqm([0.0, 1.0, 2.0, 30.0]))
+    1.5
+    """
+    return stats.trim_mean(values, 0.25, axis=axis)
+
+
+def iqm_interval(strata: Sequence[Sequence[float]], seed: int = 0) -> Estimate | None:
+    """The interquartile mean of all runs and its stratified bootstrap interval.
+
+    A stratum is a task, its values are the scores of the runs; runs are drawn anew within each
+    task, and the interval lies between percentiles. None without values.
+
+    Source: AgarwalEtAl2021, Section 4.1.
+    """
+    drawn = _resampled(strata, seed)
+    if drawn is None:
+        return None
+    values = np.concatenate([np.asarray(each, np.float64) for each in strata])
+    varied = any(np.ptp(each) > 0.0 for each in strata if len(each))
+    interval = _percentiles(iqm(drawn)) if varied else None
+    ends = interval and (float(interval[0]), float(interval[1]))
+    return Estimate(float(iqm(values)), ends, len(values))
+
+
+def performance_profile(
+    strata: Sequence[Sequence[float]], taus: Sequence[float], seed: int = 0
+) -> tuple[Any, Any, Any]:
+    """The share of runs above each tau, and the ends of its stratified bootstrap interval.
+
+    Source: AgarwalEtAl2021, Section 4.2; DolanMore2002.
+    """
+    drawn = _resampled(strata, seed)
+    if drawn is None:
+        raise ValueError("a performance profile needs at least one run")
+    values = np.concatenate([np.asarray(each, np.float64) for each in strata])
+    share = np.array([(values > tau).mean() for tau in taus])
+    ends = np.array([_percentiles((drawn > tau).mean(axis=-1)) for tau in taus])
+    return share, ends[:, 0], ends[:, 1]
+
+
+def _resampled(strata: Sequence[Sequence[float]], seed: int) -> Any | None:  # noqa: ANN401 an array
+    """Resamples of all runs, drawn within each stratum: a row for each; None without runs."""
+    generator = np.random.default_rng(seed)
+    parts = [
+        generator.choice(np.asarray(each, np.float64), (RUN_RESAMPLES, len(each)))
+        for each in strata
+        if len(each)
+    ]
+    return np.concatenate(parts, axis=1) if parts else None
+
+
+def _percentiles(values: Any) -> tuple[Any, Any]:  # noqa: ANN401 arrays of numbers
+    tail = 50.0 * (1.0 - CONFIDENCE)
+    low, high = np.percentile(values, [tail, 100.0 - tail], axis=0)
+    return low, high
 
 
 def _ratio(x: Any, b: Any, seed: int) -> Estimate | None:  # noqa: ANN401 arrays of numbers

@@ -13,6 +13,8 @@ NAMES = {
     "es3": "ES3",
     "real": "Real",
     "ants2008": "Ants2008",
+    "es1-clean": "ES1-Clean",
+    "near": "Near",
     **{f"waypoints-{size}": f"Waypoints-{size}" for size in ("05", "10", "25", "50")},
     **{
         f"waypoints-{size}-authors": f"Waypoints-{size}-Authors"

@@ -5,7 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from baselines.evaluation.statistics import compare, mann_whitney_p, mean_interval
+from baselines.evaluation.statistics import (
+    compare,
+    iqm,
+    iqm_interval,
+    mann_whitney_p,
+    mean_interval,
+    performance_profile,
+)
 
 
 def test_the_interval_is_that_of_normal_theory_for_many_normal_values():
@@ -103,3 +110,39 @@ def test_equal_controllers_differ_by_nothing():
     found = compare([4.0, 5.0, 6.0], [4.0, 5.0, 6.0])
     assert (found.difference.value, found.difference.interval) == (0.0, None)
     assert found.p == pytest.approx(1.0)
+
+
+def test_the_interquartile_mean_leaves_out_a_quarter_at_either_end():
+    assert iqm([-1e9, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 1e9]) == pytest.approx(3.5)
+    assert iqm(np.array([[1.0, 1.0, 1.0, 9.0], [0.0, 2.0, 4.0, 8.0]])).tolist() == [1.0, 3.0]
+
+
+def test_runs_are_resampled_within_their_task():
+    apart = iqm_interval([[0.0] * 4, [1.0] * 4])
+    assert (apart.value, apart.interval, apart.n) == (0.5, None, 8)
+    mixed = iqm_interval([[0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0]])
+    assert mixed.value == 0.5
+    assert mixed.interval[0] < 0.2 < 0.8 < mixed.interval[1]
+    one_varies = iqm_interval([[0.0] * 4, [1.0, 1.2, 1.4, 1.6]])
+    assert one_varies.interval[1] - one_varies.interval[0] < 0.3
+
+
+def test_an_interval_of_runs_needs_runs_that_differ():
+    assert iqm_interval([]) is None
+    assert iqm_interval([[3.0]]).interval is None
+    assert iqm_interval([[3.0], [4.0]]).value == 3.5
+
+
+def test_one_seed_one_interval_of_runs():
+    strata = [np.random.default_rng(k).normal(k, 1.0, 5).tolist() for k in range(3)]
+    assert iqm_interval(strata, seed=2) == iqm_interval(strata, seed=2)
+    assert iqm_interval(strata, seed=2) != iqm_interval(strata, seed=3)
+
+
+def test_a_profile_is_the_share_of_runs_above_each_score():
+    share, low, high = performance_profile([[0.1, 0.5], [0.5, 0.9]], [0.0, 0.1, 0.5, 0.9])
+    assert share.tolist() == [1.0, 0.75, 0.25, 0.0]
+    assert np.all((low <= share) & (share <= high))
+    assert (low[0], high[0], low[-1], high[-1]) == (1.0, 1.0, 0.0, 0.0)
+    with pytest.raises(ValueError, match="at least one run"):
+        performance_profile([], [0.5])

@@ -42,8 +42,12 @@ class SwarmForageClass(TaskClass):  # type: ignore[misc]
     """Tells BenchMARL how a task is made, and what it can do.
 
     `config` holds keywords of `parallel_env`. What `discrete` says counts only for algorithms of
-    discrete actions; where it says nothing, they choose among the usual few.
+    discrete actions; where it says nothing, they choose among the usual few. The card of a rung
+    (`training.ladder`) is left out.
     """
+
+    def __init__(self, name: str, config: dict[str, Any]) -> None:
+        super().__init__(name, {key: value for key, value in config.items() if key != "card"})
 
     def get_env_fun(
         self, num_envs: int, continuous_actions: bool, seed: int | None, device: torch.device | str

@@ -1,0 +1,66 @@
+"""The command `benchmark`: the ladder's cards and runs."""
+
+import json
+
+import pytest
+
+from baselines.cli import app
+from training.ladder.commands import add_benchmark
+from training.ladder.rungs import read_rungs
+
+
+@pytest.fixture(autouse=True)
+def _with_benchmark():
+    add_benchmark(app)
+
+
+@pytest.mark.parametrize("name", [(), ("list",), ("cards",), ("ladder",)])
+def test_benchmark_explains_itself(command, name):
+    status, stdout, stderr = command("benchmark", *name, "--help")
+    assert (status, stderr) == (0, "")
+    assert max(map(len, stdout.splitlines())) <= 80
+
+
+def test_the_cards_are_listed(command):
+    status, stdout, _ = command("benchmark", "list")
+    assert status == 0
+    assert "1 near  Near, without drift" in stdout
+    assert "sb3_ppo" in stdout
+    _, told, _ = command("benchmark", "list", "--format=json")
+    assert [each["name"] for each in json.loads(told)] == list(read_rungs())
+
+
+def test_unknown_names_are_refused(command):
+    status, _, stderr = command("benchmark", "ladder", "--rung=nea")
+    assert (status, stderr.count("\n")) == (2, 1)
+    assert "no rung named 'nea'" in stderr
+    status, _, stderr = command("benchmark", "ladder", "--seeds=0", "--page=ladder.txt")
+    assert (status, "must end in .md" in stderr) == (2, True)
+
+
+def test_a_page_is_written_without_runs(command, tmp_path):
+    status, stdout, stderr = command("benchmark", "ladder", "--seeds=0", "--page=ladder.md")
+    assert (status, stdout) == (0, "")
+    assert "0 of 0 runs found in runs/ladder, 0 to make" in stderr
+    assert (tmp_path / "ladder.md").read_text().startswith("# The ladder")
+    assert json.loads((tmp_path / "runs/ladder/marl_eval.json").read_text()) == {"swarm_forage": {}}
+
+
+def test_what_is_missing_is_told(process):
+    code = """
+import sys
+
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] == "benchmarl":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Missing())
+sys.argv = ["swarm-forage", "benchmark", "ladder", "--algorithm=qmix", "--rung=near"]
+import training.cli
+training.cli.main()
+"""
+    run = process(code=code)
+    _, stderr = run.communicate(timeout=300)
+    assert run.returncode == 1
+    assert "this command needs 'benchmarl': pip install 'swarm-forage[torchrl]'" in stderr

@@ -1,0 +1,252 @@
+"""The ladder: rungs read and scored, runs kept and summed up, figures and page of them."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from training.experiment import HELD_BACK_SEEDS, TEST_SEEDS
+from training.ladder import benchmark, figures, page
+from training.ladder.algorithms import find_algorithms, read_algorithms
+from training.ladder.cards import score_references
+from training.ladder.play import POINTS, Watch, play, random_actions, seeds_of_tests
+from training.ladder.rungs import RANDOM, Card, Rung, Score, find_rungs, read_rungs, write_scores
+from training.ladder.runs import Job, Run, find, keep, marl_eval, read_run, read_runs
+from training.ladder.summary import over_all, rows_of, strata_of
+
+TINY = {
+    "scenario": "near",
+    "learn": "motion",
+    "physics": "kinematic",
+    "decision_period": 10,
+    "discount": 0.9,
+    "task.n_robots": 3,
+    "task.duration": 20.0,
+}
+
+SCORES = {RANDOM: Score(mean=2.0), "nc": Score(mean=4.0), "no-error": Score(mean=12.0)}
+
+every_rung = pytest.mark.parametrize("name", list(read_rungs()))
+
+
+@pytest.fixture
+def rung(tmp_path):
+    """A rung of seconds, in a file of its own."""
+    file = tmp_path / "tiny.yaml"
+    card = {"title": "Tiny", "hard": "Nothing.", "episodes": 2, "robot_steps": 1000, "also": []}
+    tree = {**TINY, "card": {**card, "controllers": ["nc"]}}
+    file.write_text(yaml.safe_dump(tree, sort_keys=False))
+    return read_rungs(tmp_path)["tiny"]
+
+
+@pytest.fixture
+def ran(rung):
+    """A function that makes up a run."""
+    rung = replace(rung, card=rung.card.model_copy(update={"scores": SCORES}))
+
+    def make(algorithm="sb3_ppo", seed=0, scores=(7.0, 7.0), rung=rung):
+        job = Job(rung, read_algorithms()[algorithm], seed)
+        curve = [
+            {"robot_steps": 500, "wall_s": 30.0 + seed, "scores": [1.0 + seed, 2.0]},
+            {"robot_steps": 1000, "wall_s": 60.0, "scores": list(scores)},
+        ]
+        versions = {"numpy": "2"}
+        return Run(
+            "tiny", algorithm, seed, job.key, job.config, 1000, 60.0, curve, scores, versions
+        )
+
+    return rung, make
+
+
+def test_the_rungs_stand_in_order_and_every_card_is_filled_in():
+    rungs = list(read_rungs().values())
+    assert [each.card.rung for each in rungs] == list(range(1, len(rungs) + 1))
+    assert [each.name for each in rungs[:3]] == ["near", "es1_clean", "es1"]
+    assert all(each.card.title and each.card.hard for each in rungs)
+
+
+@every_rung
+def test_what_is_learned_in_training_can_be_played_in_the_test(name):
+    rung = read_rungs()[name]
+    trained, tested = (ArrayEnv(**each) for each in (rung.keywords, rung.test_keywords))
+    assert trained.observation_space.shape == tested.observation_space.shape
+    assert trained.observation_layout.names == tested.observation_layout.names
+    assert trained.action_space == tested.action_space
+    assert tested.world.scenario == rung.test_scenario
+    assert tested.config.physics is None
+
+
+def test_a_transfer_rung_is_scored_on_more_robots_than_it_is_trained_with():
+    for name, robots in (("es2", 50), ("es3", 100)):
+        rung = read_rungs()[name]
+        assert ArrayEnv(**rung.keywords).world.n_robots == 10
+        assert rung.test_scenario.task.n_robots == robots
+
+
+def test_nobody_is_tested_on_what_it_was_chosen_by():
+    assert not set(TEST_SEEDS) & set(HELD_BACK_SEEDS)
+    assert seeds_of_tests(3) == list(TEST_SEEDS[:3])
+
+
+def test_a_score_is_normalised_between_random_actions_and_the_oracle(ran, rung):
+    scored, _ = ran
+    assert [scored.normalised(x) for x in (2.0, 7.0, 12.0, 22.0)] == [0.0, 0.5, 1.0, 2.0]
+    with pytest.raises(ConfigError, match="rung 'tiny': no scores; run swarm-forage benchmark"):
+        rung.normalised(1.0)
+
+
+def test_scores_are_written_below_what_is_written_by_hand(rung):
+    before = rung.file.read_text()
+    for scores in ({RANDOM: Score(mean=1.5)}, SCORES):
+        write_scores(rung, scores)
+        assert rung.file.read_text().startswith(before)
+        assert read_rungs(rung.file.parent)["tiny"].card.scores == scores
+    assert read_rungs(rung.file.parent)["tiny"].keywords == TINY
+
+
+def test_references_are_scored_in_the_test_worlds(rung, tmp_path):
+    scores = score_references(rung, tmp_path / "episodes", 1)
+    assert list(scores) == [RANDOM, "nc", "no-error"]
+    assert {each.episodes for each in scores.values()} == {2}
+    assert read_rungs(tmp_path)["tiny"].card.scores.keys() == scores.keys()
+
+
+def test_one_seed_one_score_and_blocks_do_not_matter(rung, monkeypatch):
+    from training.ladder import play as module
+
+    keywords = rung.test_keywords | {"task.area_distance": 0.62, "task.duration": 60.0}
+    act = random_actions(keywords)
+    still = ArrayEnv(**keywords).action_space.low * 0.0
+
+    def straight(observations):
+        return np.broadcast_to(still, (*observations.shape[:2], *still.shape))
+
+    together = play(keywords, straight, [1, 2, 3])
+    monkeypatch.setattr(module, "ROWS", 3)
+    assert play(keywords, straight, [1, 2, 3]) == together
+    assert len(play(keywords, act, [5])) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "easier"), [("es1_clean", {}), ("waypoints", {"task.tolerance": 4.0})]
+)
+def test_a_score_is_what_an_evaluation_counts(name, easier):
+    keywords = {**read_rungs()[name].test_keywords, **easier}
+    env = ArrayEnv(**keywords)
+    kind = env.task.episode
+    observations, _ = env.reset([3])
+    meter, act, period = kind.meter(env.loop), random_actions(keywords), env.config.decision_period
+    tick = 0
+    while not env.is_over.any():
+        observations, *_ = env.step(act(observations))
+        tick += period
+        meter.sample(tick)
+    (found,) = meter.results()
+    assert found[kind.score] > 0.0
+    assert play(keywords, random_actions(keywords), [3]) == [found[kind.score]]
+
+
+def test_the_best_policy_is_kept_and_the_clock_stops_in_evaluations(rung, monkeypatch):
+    from training.ladder import play as module
+
+    scores = iter([3.0, 9.0, 4.0])
+    monkeypatch.setattr(module, "play", lambda *_: [next(scores)])
+    watch = Watch(rung.test_keywords, 800, 1)
+    assert not watch.due(800 // POINTS - 1)
+    for k in (1, 2, 3):
+        assert watch.due(k * 800 // POINTS)
+        watch.evaluate(k * 100, None, lambda k=k: k)
+    assert watch.best == 2
+    assert [point["scores"] for point in watch.curve] == [[3.0], [9.0], [4.0]]
+
+
+def test_unknown_names_are_told():
+    with pytest.raises(UnknownNameError, match="no rung named 'nea', did you mean 'near'"):
+        find_rungs(["nea"], read_rungs())
+    with pytest.raises(UnknownNameError, match="no algorithm named 'mapo'"):
+        find_algorithms(["mapo"])
+    assert [each.name for each in find_rungs(["es1", "near"], read_rungs())] == ["near", "es1"]
+
+
+def test_a_run_is_found_again_unless_its_configuration_has_changed(ran, tmp_path):
+    rung, make = ran
+    job = Job(rung, read_algorithms()["sb3_ppo"], 0)
+    assert find(job, tmp_path) is None
+    keep(make(), job.file(tmp_path))
+    found = find(job, tmp_path)
+    assert found is not None
+    assert (found.score, found.robot_steps) == (7.0, 1000)
+    assert find(replace(job, budget=999), tmp_path) is None
+    other = replace(rung, keywords={**rung.keywords, "discount": 0.5})
+    assert find(replace(job, rung=other), tmp_path) is None
+    assert read_runs(tmp_path, [other], find_algorithms(None)) == []
+    job.file(tmp_path).write_text("[]")
+    with pytest.raises(ConfigError, match="is no run of the ladder"):
+        read_run(job.file(tmp_path))
+
+
+def test_sb3_learns_and_a_benchmark_goes_on_where_it_was(rung, tmp_path, capsys):
+    algorithm = read_algorithms()["sb3_ppo"]
+    settings = {"n_steps": 8, "batch_size": 24}
+    small = algorithm.model_copy(update={"worlds": 1, "settings": settings})
+    jobs = benchmark.jobs_of([rung], [small], 2, 480)
+    benchmark.run_jobs(jobs[:1], tmp_path, 1)
+    benchmark.run_jobs(jobs, tmp_path, 1)
+    assert "1 of 2 runs found" in capsys.readouterr().err
+    runs = read_runs(tmp_path, [rung], [small])
+    assert [run.seed for run in runs] == [0, 1]
+    for run in runs:
+        assert [point["robot_steps"] for point in run.curve] == [240, 480]
+        assert len(run.scores) == 2
+    assert find(jobs[0], tmp_path) == runs[0]
+
+
+def test_the_file_of_marl_eval_is_a_tree_by_rung_algorithm_and_seed(ran):
+    _, make = ran
+    tree = marl_eval([make(), make(seed=1), make("mappo")])["swarm_forage"]["tiny"]
+    assert set(tree) == {"sb3_ppo", "mappo"}
+    assert set(tree["sb3_ppo"]) == {"seed_0", "seed_1"}
+    first = tree["sb3_ppo"]["seed_1"]
+    assert first["step_0"] == {"step_count": 500, "elapsed_time": 31.0, "score": [2.0, 2.0]}
+    assert first["absolute_metrics"] == {"score": [7.0]}
+    json.dumps(tree)
+
+
+def test_algorithms_are_compared_by_interquartile_means(ran):
+    rung, make = ran
+    seeds = [make(seed=k, scores=(x, x)) for k, x in enumerate((2.0, 7.0, 7.0, 7.0, 100.0))]
+    best, second = rows_of(rung, [*seeds, make("mappo", scores=(12.0,))])
+    assert (best.algorithm, best.normalised, best.score.interval) == ("mappo", 1.0, None)
+    assert (second.score.value, second.normalised, second.seeds) == (7.0, 0.5, 5)
+    assert strata_of([rung], seeds) == [[0.0, 0.5, 0.5, 0.5, 9.8]]
+    estimate, n_rungs = over_all([rung], seeds)["sb3_ppo"]
+    assert (estimate.value, n_rungs) == (0.5, 1)
+
+
+def test_figures_and_page_are_made_of_the_runs(ran):
+    rung, make = ran
+    runs = [make(seed=0), make(seed=1, scores=(9.0, 8.0)), make("qmix")]
+    figure = figures.curves(rung, runs, "command")
+    assert [axes.get_xlabel() for axes in figure.axes] == [
+        "robot-steps of training [million]",
+        "wall-clock time of training [min]",
+    ]
+    (profile,) = figures.profiles([rung], runs, "command").axes
+    assert profile.get_ylabel() == "runs above it [%]"
+    text = page.page([rung], runs, "command")
+    assert "**PPO (SB3)**" in text
+    assert "images/ladder/tiny.png" in text
+    assert "| **QMIX** | 7.0 | 0.50 | 1 seed | 0.001 M |" in text
+    assert "| `nc` | 4.00 | 0.20 |" in text
+    assert "$" not in text
+
+
+def test_a_page_without_runs_and_scores_is_made_too(rung):
+    text = page.page([rung], [], "command")
+    assert "No algorithm was run here yet." in text
+    assert isinstance(rung, Rung)
+    assert isinstance(rung.card, Card)

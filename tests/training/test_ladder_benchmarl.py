@@ -1,0 +1,49 @@
+"""The ladder's algorithms of BenchMARL; run by `make test-torchrl`."""
+
+import importlib.util
+import json
+from dataclasses import replace
+
+import pytest
+
+from training.ladder.algorithms import read_algorithms
+from training.ladder.benchmark import make
+from training.ladder.rungs import read_rungs
+from training.ladder.runs import Job, find
+
+pytestmark = [
+    pytest.mark.torchrl,
+    pytest.mark.filterwarnings("ignore"),  # they warn about each other's versions
+    pytest.mark.skipif(
+        importlib.util.find_spec("benchmarl") is None, reason="run by `make test-torchrl`"
+    ),
+]
+
+FEW = {
+    f"{kind}_policy_{name}": number
+    for kind in ("on", "off")
+    for name, number in {"collected_frames_per_batch": 16, "n_envs_per_worker": 2}.items()
+} | {
+    "on_policy_minibatch_size": 8,
+    "on_policy_n_minibatch_iters": 1,
+    "off_policy_n_optimizer_steps": 1,
+    "off_policy_train_batch_size": 8,
+    "off_policy_memory_size": 100,
+}
+
+NAMES = [name for name, each in read_algorithms().items() if each.trainer == "benchmarl"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_algorithm_learns_on_a_rung_and_is_scored(name, tmp_path):
+    rung = read_rungs()["near"]
+    short = {**rung.keywords, "max_cycles": 8}
+    card = rung.card.model_copy(update={"episodes": 2, "curve_episodes": 2})
+    algorithm = read_algorithms()[name]
+    small = algorithm.model_copy(update={"experiment": FEW})
+    job = Job(replace(rung, keywords=short, card=card), small, 3, 32 * 5 * 10)
+    run = make(job, tmp_path)
+    assert [point["robot_steps"] for point in run.curve] == [800, 1600]
+    assert len(run.scores) == 2
+    assert find(job, tmp_path) == run
+    assert json.loads(job.file(tmp_path).read_text())["versions"]["benchmarl"]

@@ -1,0 +1,105 @@
+"""Make the runs that are missing, in processes, and tell how far it is."""
+
+import importlib
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+from joblib import Parallel, delayed
+
+from baselines.evaluation.console import progress_bar, say
+from baselines.evaluation.runner import ignore_sigint
+from training.ladder.algorithms import Algorithm
+from training.ladder.play import Watch, play, seeds_of_tests
+from training.ladder.rungs import Rung
+from training.ladder.runs import Job, Run, find, keep, versions
+
+TRAINERS = {"sb3": "training.ladder.sb3_trainer", "benchmarl": "training.ladder.benchmarl_trainer"}
+"""The module that trains by each library: imported where it is used."""
+
+
+class Trainer(Protocol):
+    """A module that trains."""
+
+    def is_discrete(self, algorithm: Algorithm) -> bool:
+        """The algorithm needs actions that are choices."""
+        ...
+
+    def train(self, rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
+        """Train from scratch; the watch is told."""
+        ...
+
+
+def trainer_of(algorithm: Algorithm) -> Trainer:
+    """What trains it; ModuleNotFoundError, by whose name the command tells what to install."""
+    return cast(Trainer, importlib.import_module(TRAINERS[algorithm.trainer]))
+
+
+def jobs_of(
+    rungs: Sequence[Rung], algorithms: Sequence[Algorithm], seeds: int, budget: int | None
+) -> list[Job]:
+    """The easiest rung first, and of it a seed of every algorithm before the next one."""
+    return [
+        Job(rung, algorithm, seed, budget)
+        for rung in rungs
+        for seed in range(seeds)
+        for algorithm in algorithms
+    ]
+
+
+def run_jobs(jobs: Sequence[Job], out: Path, workers: int) -> None:
+    """Make the runs that are missing: a line for each, a bar if stderr is a terminal."""
+    todo = [job for job in jobs if find(job, out) is None]
+    say(f"{len(jobs) - len(todo)} of {len(jobs)} runs found in {out}, {len(todo)} to make")
+    for algorithm in {job.algorithm.name: job.algorithm for job in todo}.values():
+        trainer_of(algorithm)  # tells early what is missing
+    begin = time.monotonic()
+    with progress_bar("runs") as progress:
+        bar = progress.add_task("", total=len(todo))
+        for run in _made(todo, out, workers):
+            progress.advance(bar)
+            say(
+                f"{run.rung}, {run.algorithm}, seed {run.seed}: {run.score:.1f} after"
+                f" {run.robot_steps / 1e6:g} M robot-steps in {run.train_s:.0f} s"
+            )
+    say(f"done in {time.monotonic() - begin:.0f} s")
+
+
+def _made(jobs: Sequence[Job], out: Path, workers: int) -> Iterator[Run]:
+    """The runs, as they end."""
+    if not jobs:
+        return
+    parallel = Parallel(
+        n_jobs=min(workers, len(jobs)), return_as="generator_unordered", batch_size=1
+    )
+    with ignore_sigint():
+        finished = parallel(delayed(make)(job, out) for job in jobs)
+    with closing(finished):  # ends the workers, whatever happens
+        yield from finished
+
+
+def make(job: Job, out: Path) -> Run:
+    """Train, score the best policy in the test episodes, and keep the run."""
+    trainer = trainer_of(job.algorithm)
+    keywords: Mapping[str, Any] = job.rung.test_keywords
+    if trainer.is_discrete(job.algorithm):
+        keywords = {**keywords, "discrete": keywords.get("discrete") or True}
+    watch = Watch(keywords, job.robot_steps, job.rung.card.curve_episodes)
+    trainer.train(job.rung, job.algorithm, job.seed, watch)
+    assert watch.best is not None
+    run = Run(
+        rung=job.rung.name,
+        algorithm=job.algorithm.name,
+        seed=job.seed,
+        key=job.key,
+        config=job.config,
+        robot_steps=job.robot_steps,
+        train_s=watch.curve[-1]["wall_s"],
+        curve=watch.curve,
+        scores=play(keywords, watch.best, seeds_of_tests(job.rung.card.episodes)),
+        versions=versions(),
+    )
+    keep(run, job.file(out))
+    return run

@@ -1,0 +1,54 @@
+"""Scores of the cards: random actions, hand-written controllers, oracles, in the test episodes."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from baselines.evaluation.console import say
+from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
+from baselines.evaluation.progress import run_with_progress
+from baselines.evaluation.runner import Plan
+from baselines.evaluation.statistics import mean_interval
+from swarm_forage_env.task import task_of
+from training.ladder.play import play, random_actions, seeds_of_tests
+from training.ladder.rungs import RANDOM, Rung, Score, write_scores
+
+
+def score_references(rung: Rung, out: Path, workers: int) -> dict[str, Score]:
+    """Score what a rung's card names, and write it into the rung's file.
+
+    Episodes are kept in a dataset: a command that was stopped goes on from there.
+    """
+    seeds = seeds_of_tests(rung.card.episodes)
+    keywords = rung.test_keywords
+    say(f"{rung.name}: random actions, {len(seeds)} episodes")
+    scores = {RANDOM: _score(play(keywords, random_actions(keywords), seeds))}
+    plan = _plan(rung, seeds, out)
+    run_with_progress(plan, workers)
+    metric = task_of(rung.test_scenario).episode.score
+    episodes = plan.results()
+    for number, configuration in enumerate(plan.configurations):
+        own = episodes[number * len(seeds) : (number + 1) * len(seeds)]
+        scores[configuration.label] = _score([float(getattr(each, metric)) for each in own])
+    write_scores(rung, scores)
+    return scores
+
+
+def _plan(rung: Rung, seeds: Sequence[int], out: Path) -> Plan:
+    """The episodes of the references."""
+    scenario = rung.test_scenario
+    physics = task_of(scenario).physics
+    configurations = [
+        ExperimentConfig(name, scenario, find_layered_controller(name), physics)
+        for name in rung.references
+    ]
+    dataset = Dataset(out)
+    dataset.open()
+    return Plan(configurations, seeds, dataset)
+
+
+def _score(values: Sequence[float]) -> Score:
+    found = mean_interval(values)
+    assert found is not None
+    low, high = found.interval or (None, None)
+    return Score(mean=found.value, low=low, high=high, episodes=found.n)

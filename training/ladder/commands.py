@@ -1,0 +1,147 @@
+"""The command `swarm-forage benchmark`: the ladder's cards, its runs, and its page."""
+
+import json
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from baselines.cli import ListedFormat, ListFormat, stoppable
+
+if TYPE_CHECKING:
+    from training.ladder.rungs import Rung
+    from training.ladder.runs import Run
+
+benchmark = typer.Typer(
+    name="benchmark",
+    help="The ladder: tasks of rising difficulty, and algorithms that learn them from scratch.",
+    no_args_is_help=True,
+)
+
+Rungs = Annotated[
+    list[str] | None,
+    typer.Option("--rung", metavar="NAME", help="Only this one; may be repeated."),
+]
+
+
+@benchmark.command("list")
+def list_cards(form: ListedFormat = ListFormat.TABLE) -> None:
+    """Show the rungs: what is hard about each, and what random actions and others score."""
+    from rich.console import Console
+
+    from training.ladder.algorithms import read_algorithms
+    from training.ladder.listing import tables
+    from training.ladder.rungs import read_rungs
+
+    rungs = list(read_rungs().values())
+    if form is ListFormat.JSON:
+        found = [
+            {"name": each.name, "keywords": each.keywords, **each.card.model_dump()}
+            for each in rungs
+        ]
+        typer.echo(json.dumps(found, indent=1))
+    else:
+        Console().print(tables(rungs, list(read_algorithms().values())))
+
+
+@benchmark.command()
+@stoppable()
+def cards(
+    rungs: Rungs = None,
+    missing: Annotated[
+        bool, typer.Option("--missing", help="Only rungs whose cards have no scores yet.")
+    ] = False,
+    workers: Annotated[int, typer.Option(min=1, help="Processes to run episodes in.")] = 2,
+    out: Annotated[Path, typer.Option(help="Folder of the episodes.")] = Path("runs/cards"),
+) -> None:
+    """Score random actions, hand-written controllers and oracles, and write it on the cards."""
+    from training.ladder.cards import score_references
+    from training.ladder.rungs import find_rungs, read_rungs
+
+    chosen = find_rungs(rungs, read_rungs())
+    for rung in [each for each in chosen if not (missing and each.card.scores)]:
+        for name, score in score_references(rung, out, workers).items():
+            typer.echo(f"{rung.name} {name}: {score.mean:.1f}")
+
+
+@benchmark.command()
+@stoppable()
+def ladder(  # noqa: PLR0913 the options of a command
+    rungs: Rungs = None,
+    algorithms: Annotated[
+        list[str] | None,
+        typer.Option("--algorithm", metavar="NAME", help="Only this one; may be repeated."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=0, help="Trainings of each; 0: none anew.")] = 5,
+    budget: Annotated[
+        int | None,
+        typer.Option(min=1, help="Robot-steps of a training.", show_default="the rung's"),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes to train in.")] = 2,
+    out: Annotated[Path, typer.Option(help="Folder of the runs.")] = Path("runs/ladder"),
+    page: Annotated[
+        Path | None,
+        typer.Option(help="Write a page of all runs (.md), with its figures beside it."),
+    ] = None,
+) -> None:
+    """Train algorithms on rungs from scratch, score them in test worlds, and draw their curves.
+
+    Every run is kept in --out as soon as it has ended; the same command later makes only those
+    that are missing. There is also one file for marl-eval of all runs, OUT/marl_eval.json.
+    """
+    from training.ladder.algorithms import find_algorithms
+    from training.ladder.benchmark import jobs_of, run_jobs
+    from training.ladder.rungs import find_rungs, read_rungs
+    from training.ladder.runs import marl_eval, read_runs, write_json
+
+    known = read_rungs()
+    chosen, trained = find_rungs(rungs, known), find_algorithms(algorithms)
+    if page:
+        _check_page(page)
+    for rung in chosen if seeds else ():
+        rung.normalised(0.0)  # tells early that its card has no scores
+    run_jobs(jobs_of(chosen, trained, seeds, budget), out, workers)
+    runs = read_runs(out, list(known.values()), find_algorithms(None))
+    write_json(marl_eval(runs), out / "marl_eval.json")
+    if page:
+        _write_page(page, list(known.values()), runs, out)
+    for run in read_runs(out, chosen, trained):
+        normalised = known[run.rung].normalised(run.score)
+        typer.echo(f"{run.rung} {run.algorithm} {run.seed}: {run.score:.1f}, {normalised:.2f}")
+
+
+def _check_page(page: Path) -> None:
+    from baselines.evaluation.output_files import check_file
+
+    check_file("--page", page, [".md"])
+
+
+def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", out: Path) -> None:
+    """Write the page and its figures."""
+    from baselines.evaluation.plot_style import check_plot, save_figure
+    from training.ladder import page as pages
+    from training.ladder.figures import curves, profiles
+    from training.ladder.summary import by_rung
+
+    command = shlex.join(["swarm-forage", "benchmark", "ladder", f"--out={out}", f"--page={page}"])
+    folder, groups = page.parent / "images" / "ladder", by_rung(rungs, runs)
+    drawn = {
+        rung.name: curves(rung, groups[rung.name], command) for rung in rungs if rung.name in groups
+    }
+    if runs:
+        drawn[pages.PROFILE] = profiles(
+            [rung for rung in rungs if rung.name in groups], runs, command
+        )
+    for name, figure in drawn.items():
+        file = folder / f"{name}.png"
+        check_plot(file, "--page")
+        save_figure(figure, file, command, "The ladder")
+    page.write_text(pages.page(rungs, runs, command), encoding="utf-8")
+
+
+def add_benchmark(app: typer.Typer) -> None:
+    """Add the command to an application; a second call does nothing."""
+    if all(each.typer_instance is not benchmark for each in app.registered_groups):
+        app.add_typer(benchmark)

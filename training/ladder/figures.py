@@ -1,0 +1,120 @@
+"""Figures of the ladder: the curves of a rung, and the performance profiles of all."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from baselines.evaluation.line_plots import Means, draw_band
+from baselines.evaluation.plot_style import (
+    FAINT,
+    LINES,
+    LineStyle,
+    draw_caption,
+    draw_legend,
+    finish_panel,
+    panel_grid,
+)
+from baselines.evaluation.statistics import iqm_interval, performance_profile
+from training.ladder.algorithms import read_algorithms
+from training.ladder.rungs import RANDOM, Rung
+from training.ladder.runs import Run
+from training.ladder.summary import by_algorithm, score_word, strata_of
+
+MILLION, MINUTE = 1e6, 60.0
+
+CLOSE = 0.045
+"""Of the height of a panel: labels of lines that lie closer are pushed apart."""
+
+TAUS = np.linspace(0.0, 1.5, 61)
+"""Normalised scores at which a profile is drawn."""
+
+
+def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
+    """The score of a rung over robot-steps and over wall-clock time, a line an algorithm."""
+    found = by_algorithm(runs)
+    styles = _styles(found)
+    figure, panels = panel_grid(2, 5.6)
+    for axes, name in zip(panels, ("robot_steps", "wall_s"), strict=True):
+        for algorithm, own in found.items():
+            title = _title(algorithm)
+            draw_band(axes, title, _curve(own, name), styles[title])
+        axes.set_xlim(left=0.0)
+    word = score_word(rung)
+    finish_panel(panels[0], rung.card.title, ("robot-steps of training [million]", word))
+    finish_panel(panels[1], "", ("wall-clock time of training [min]", word))
+    top = max(panel.get_ylim()[1] for panel in panels)
+    highest = max((score.mean for score in rung.card.scores.values()), default=0.0)
+    for axes in panels:
+        axes.set_ylim(0.0, 1.05 * max(top, highest))
+        _draw_references(axes, rung)
+    draw_legend(figure, panels, styles)
+    draw_caption(figure, _caption(rung, runs, command))
+    return figure
+
+
+def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure:
+    """The share of runs above each normalised score, a line an algorithm."""
+    found = by_algorithm(runs)
+    styles = _styles(found)
+    figure, (axes,) = panel_grid(1, 6.4)
+    for algorithm, own in found.items():
+        share, low, high = performance_profile(strata_of(rungs, own), TAUS.tolist())
+        means = Means(TAUS, 100.0 * share, 100.0 * low, 100.0 * high)
+        draw_band(axes, _title(algorithm), means, styles[_title(algorithm)])
+    axes.set_xlim(TAUS[0], TAUS[-1])
+    labels = "normalised score: 0 random, 1 oracle", "runs above it [%]"
+    finish_panel(axes, "Performance profiles", labels)
+    draw_legend(figure, [axes], styles)
+    names = ", ".join(rung.name for rung in rungs)
+    text = f"Runs of {names}, with 95 % stratified bootstrap bands. {command}"
+    draw_caption(figure, text)
+    return figure
+
+
+def _styles(found: Mapping[str, Sequence[Run]]) -> dict[str, LineStyle]:
+    """A style for each algorithm, the same on all figures."""
+    known = list(read_algorithms())
+    return {_title(name): LINES[known.index(name)] for name in found}
+
+
+def _title(algorithm: str) -> str:
+    return read_algorithms()[algorithm].title
+
+
+def _curve(runs: Sequence[Run], over: str) -> Means:
+    """The interquartile mean of the runs' scores at each evaluation that all of them have."""
+    n_points = min(len(run.curve) for run in runs)
+    x = [np.median([run.curve[k][over] for run in runs]) for k in range(n_points)]
+    found = [
+        iqm_interval([[float(np.mean(run.curve[k]["scores"])) for run in runs]])
+        for k in range(n_points)
+    ]
+    mean = np.array([each.value for each in found if each is not None])
+    ends = [each.interval or (each.value, each.value) for each in found if each is not None]
+    low, high = np.array(ends).T
+    return Means(np.array(x) / (MILLION if over == "robot_steps" else MINUTE), mean, low, high)
+
+
+def _draw_references(axes: Axes, rung: Rung) -> None:
+    """A thin line for each score of the card, named at the right end."""
+    top = axes.get_ylim()[1]
+    wanted = (RANDOM, *rung.references)
+    scores = {name: rung.card.scores[name].mean for name in wanted if name in rung.card.scores}
+    at = -1.0
+    for name, score in sorted(scores.items(), key=lambda each: each[1]):
+        axes.axhline(score, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+        at = max(score / top, at + CLOSE)
+        axes.annotate(
+            name, (1.01, at), xycoords="axes fraction", fontsize=7.5, color=FAINT, va="center"
+        )
+
+
+def _caption(rung: Rung, runs: Sequence[Run], command: str) -> str:
+    seeds = {len(own) for own in by_algorithm(runs).values()}
+    n = f"{min(seeds)}" if len(seeds) == 1 else f"{min(seeds)} to {max(seeds)}"
+    return (
+        f"Rung {rung.card.rung}, {rung.name}. Interquartile means over {n} seeds of training with"
+        f" 95 % bootstrap bands, on held-back episodes. Broken lines: means of the card. {command}"
+    )

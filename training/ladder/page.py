@@ -1,0 +1,159 @@
+"""The page of the ladder: cards, tables and figures in Markdown."""
+
+from collections.abc import Sequence
+from importlib.resources import files
+from string import Template
+
+from baselines.papers.time_estimate import format_duration
+from training.ladder.algorithms import read_algorithms
+from training.ladder.rungs import RANDOM, Rung, Score
+from training.ladder.runs import Run
+from training.ladder.summary import Row, by_algorithm, by_rung, over_all, rows_of, score_word
+
+PROFILE = "profile"
+"""The name of the figure of all rungs."""
+
+MILLION = 1e6
+
+MISSING = "-"
+
+FINE = 5.0
+"""Numbers below are shown with two digits."""
+
+
+def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
+    """The page, whose figures lie in images/ladder beside it."""
+    text = (files("training.ladder") / "page.md").read_text("utf-8")
+    groups = by_rung(rungs, runs)
+    return Template(text).substitute(
+        command=command,
+        cards=cards_table(rungs),
+        rungs="\n\n".join(_rung(rung, groups.get(rung.name, [])) for rung in rungs),
+        together=_together(rungs, runs),
+        made=_made(runs),
+    )
+
+
+def cards_table(rungs: Sequence[Rung]) -> str:
+    """The cards, a line each."""
+    heads = ("rung", "name", "robots learn", "tested in", "random", "hand-written", "oracle")
+    return _table(heads, [_card(rung) for rung in rungs])
+
+
+def _card(rung: Rung) -> tuple[str, ...]:
+    card = rung.card
+    best = max(card.controllers, key=lambda name: _mean(rung, name))
+    scenario = rung.test_scenario
+    return (
+        str(card.rung),
+        f"[`{rung.name}`](#{rung.name})",
+        str(rung.keywords["learn"]),
+        f"{scenario.name}, {scenario.task.n_robots} robots",
+        _shown(card.scores.get(RANDOM)),
+        f"`{best}` {_shown(card.scores.get(best))}" if card.scores else MISSING,
+        f"`{card.oracle}` {_shown(card.scores.get(card.oracle))}",
+    )
+
+
+def _rung(rung: Rung, runs: Sequence[Run]) -> str:
+    """The section of a rung."""
+    card = rung.card
+    parts = [f"### {rung.name}", f"**{card.title}.** {card.hard}"]
+    lines = [_reference(rung, name) for name in (RANDOM, *rung.references) if name in card.scores]
+    lines += [_learned(row) for row in rows_of(rung, runs)] if runs else []
+    heads = (score_word(rung), "score", "normalised", "n", "robot-steps", "time of a training")
+    if lines:
+        parts.append(_table(heads, lines))
+    if runs:
+        parts.append(f"![Curves of {rung.name}](images/ladder/{rung.name}.png)")
+    else:
+        parts.append("No algorithm was run here yet.")
+    return "\n\n".join(parts)
+
+
+def _reference(rung: Rung, name: str) -> tuple[str, ...]:
+    score = rung.card.scores[name]
+    n = f"{score.episodes} episodes"
+    label = name if name == RANDOM else f"`{name}`"
+    return label, _shown(score), f"{rung.normalised(score.mean):.2f}", n, "", ""
+
+
+def _learned(row: Row) -> tuple[str, ...]:
+    return (
+        f"**{_title(row.algorithm)}**",
+        _with_interval(row.score.value, row.score.interval),
+        f"{row.normalised:.2f}",
+        _counted(row.seeds, "seed"),
+        _millions(row.robot_steps),
+        format_duration(row.train_s),
+    )
+
+
+def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
+    """The table over all rungs, and the profiles."""
+    if not runs:
+        return "Nothing was run yet."
+    heads = ("algorithm", "normalised score, interquartile mean", "rungs", "runs")
+    lines = [
+        (_title(name), _with_interval(estimate.value, estimate.interval), str(n), str(estimate.n))
+        for name, (estimate, n) in over_all(rungs, runs).items()
+    ]
+    words = "Algorithms that were run on other rungs are not to be compared here."
+    return f"{_table(heads, lines)}\n\n{words}\n\n![Profiles](images/ladder/{PROFILE}.png)"
+
+
+def _made(runs: Sequence[Run]) -> str:
+    """How many runs, how long they took, with which versions."""
+    if not runs:
+        return "Nothing."
+    seconds = sum(run.train_s for run in runs)
+    lines = [
+        f"- {_title(name)}: "
+        + "; ".join(
+            f"`{rung}` {_counted(len(own), 'seed')} of {_millions(own[0].robot_steps)} robot-steps"
+            for rung, own in _by_rung_name(each).items()
+        )
+        for name, each in by_algorithm(runs).items()
+    ]
+    versions = ", ".join(f"{name} {number}" for name, number in runs[0].versions.items())
+    in_all = f"{_counted(len(runs), 'run')}, {format_duration(seconds)} of training in all"
+    head = f"{in_all}, with {versions}:"
+    return "\n".join([head, "", *lines])
+
+
+def _by_rung_name(runs: Sequence[Run]) -> dict[str, list[Run]]:
+    return {name: [run for run in runs if run.rung == name] for name in [r.rung for r in runs]}
+
+
+def _table(heads: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    rows = [heads, ["---"] * len(heads), *lines]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _mean(rung: Rung, name: str) -> float:
+    score = rung.card.scores.get(name)
+    return score.mean if score else 0.0
+
+
+def _shown(score: Score | None) -> str:
+    if score is None:
+        return MISSING
+    ends = None if score.low is None or score.high is None else (score.low, score.high)
+    return _with_interval(score.mean, ends)
+
+
+def _with_interval(value: float, ends: tuple[float, float] | None) -> str:
+    form = ".1f" if abs(value) >= FINE else ".2f"
+    return f"{value:{form}}" + (f" ({ends[0]:{form}} to {ends[1]:{form}})" if ends else "")
+
+
+def _millions(number: int) -> str:
+    return f"{number / MILLION:g} M"
+
+
+def _counted(n: int, what: str) -> str:
+    return f"{n} {what}" if n == 1 else f"{n} {what}s"
+
+
+def _title(algorithm: str) -> str:
+    return read_algorithms()[algorithm].title

@@ -1,0 +1,95 @@
+"""Play the test worlds with a policy, and watch one learn."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+import baselines.controllers  # noqa: F401 runs the layers that are not learned
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.envs.array_env import ArrayEnv
+from training.experiment import HELD_BACK_SEEDS, TEST_SEEDS
+
+Act = Callable[[Array], Array]
+"""Actions (worlds, robots, numbers) of observations (worlds, robots, numbers)."""
+
+ROWS = 1000
+"""Robots in a block, about."""
+
+PER_ROBOT = "per_robot"
+"""The end of a score's name that is a mean over the robots, and not their sum."""
+
+POINTS = 8
+"""Evaluations of a curve, evenly spread over the robot-steps."""
+
+
+def play(keywords: Mapping[str, Any], act: Act, seeds: Sequence[int]) -> list[float]:
+    """The score in the episodes of these seeds: round trips of the swarm, or goals of a robot."""
+    env = ArrayEnv(**keywords)
+    at_once = max(1, ROWS // len(env.learners))
+    found: list[float] = []
+    for first in range(0, len(seeds), at_once):
+        found += _play_block(keywords, act, seeds[first : first + at_once])
+    return found
+
+
+def _play_block(keywords: Mapping[str, Any], act: Act, seeds: Sequence[int]) -> list[float]:
+    env = ArrayEnv(n_worlds=len(seeds), **keywords)
+    observations, _ = env.reset(list(seeds))
+    while not env.is_over.any():
+        observations, *_ = env.step(act(observations))
+    of_robots = env.log()[:, :, 0]
+    is_mean = env.task.episode.score.endswith(PER_ROBOT)
+    score: list[float] = (of_robots.mean(axis=1) if is_mean else of_robots.sum(axis=1)).tolist()
+    return score
+
+
+def random_actions(keywords: Mapping[str, Any], seed: int = 0) -> Act:
+    """A policy that draws each action anew, evenly from the action space."""
+    space, generator = ArrayEnv(**keywords).action_space, np.random.default_rng(seed)
+
+    def act(observations: Array) -> Array:
+        shape = (*observations.shape[:2], *space.shape)  # type: ignore[misc] # never None
+        return generator.uniform(space.low, space.high, shape).astype(np.float32)  # type: ignore[union-attr]
+
+    return act
+
+
+def seeds_of_tests(episodes: int) -> list[int]:
+    """The seeds of test episodes, in which nobody trains and by which nothing is chosen."""
+    return list(TEST_SEEDS)[:episodes]
+
+
+@dataclass
+class Watch:
+    """Scores a policy on held-back seeds while it learns, and keeps the best one."""
+
+    keywords: Mapping[str, Any]
+    """Of the test worlds."""
+    robot_steps: int
+    """When it ends."""
+    episodes: int
+    """Of an evaluation."""
+    curve: list[dict[str, Any]] = field(default_factory=list)
+    """Of each evaluation `robot_steps`, `wall_s` without evaluations, and `scores`."""
+    best: Act | None = None
+
+    def __post_init__(self) -> None:
+        """Start the clock."""
+        self._clock, self._best_score = time.perf_counter(), -np.inf
+
+    def due(self, robot_steps: int) -> bool:
+        """It is time for an evaluation."""
+        return robot_steps * POINTS >= (len(self.curve) + 1) * self.robot_steps
+
+    def evaluate(self, robot_steps: int, act: Act, copy: Callable[[], Act]) -> None:
+        """Score a policy; if it is the best so far, keep its `copy`."""
+        wall = time.perf_counter() - self._clock
+        scores = play(self.keywords, act, list(HELD_BACK_SEEDS[: self.episodes]))
+        point = {"robot_steps": robot_steps, "wall_s": round(wall, 2), "scores": scores}
+        self.curve.append(point)
+        if np.mean(scores) > self._best_score:
+            self.best, self._best_score = copy(), float(np.mean(scores))
+        self._clock = time.perf_counter() - wall

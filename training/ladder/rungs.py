@@ -1,0 +1,133 @@
+"""Rungs: the tasks of the ladder, each one file of keywords with a card."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import Field
+
+from baselines.evaluation.output_files import write_atomically
+from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.parameters import Count, Part, validated
+from swarm_forage_env.scenarios import find_scenario
+
+FOLDER = Path(__file__).parents[1] / "benchmarl_tasks" / "conf" / "task" / "swarm_forage"
+
+RANDOM = "random"
+"""The name of the policy that draws its actions."""
+
+MARK = "  # Written by `swarm-forage benchmark cards`: means of test episodes, 95 % intervals.\n"
+"""What stands below this line of a file is not written by hand."""
+
+
+class Score(Part):
+    """A mean over test episodes and its 95 % interval; None where all are equal."""
+
+    mean: float = 0.0
+    low: float | None = None
+    high: float | None = None
+    episodes: Count = 1
+
+
+class Card(Part):
+    """What a rung is about, how it is scored, and what others score."""
+
+    rung: Count = Field(1, description="Its place on the ladder")
+    title: str = Field("", description="Its name in words")
+    hard: str = Field("", description="What is hard about it")
+    robot_steps: Count = Field(1_000_000, description="How long to learn, over all robots [ticks]")
+    controllers: tuple[str, ...] = Field(("nc", "ssgikf"), description="Hand-written ones")
+    also: tuple[str, ...] = Field(
+        ("learned-motion", "learned-both"), description="Policies in the box"
+    )
+    oracle: str = Field("no-error", description="What a normalised score of 1 is")
+    test: Mapping[str, Any] = Field(
+        default_factory=dict, description="Keywords of the test worlds that differ"
+    )
+    episodes: Count = Field(30, description="Test episodes")
+    curve_episodes: Count = Field(4, description="Held-back episodes of an evaluation in training")
+    scores: Mapping[str, Score] = Field(default_factory=dict, description="Of all these")
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A task to learn."""
+
+    name: str
+    file: Path
+    keywords: Mapping[str, Any]
+    """Of `parallel_env`, in training."""
+    card: Card
+
+    @property
+    def test_keywords(self) -> dict[str, Any]:
+        """Of `parallel_env`, in tests: the engine is the one that the scenario goes with.
+
+        Of another scenario none of the numbers changed for the training count.
+        """
+        given = {name: value for name, value in self.keywords.items() if name != "physics"}
+        if "scenario" in self.card.test:
+            given = {name: value for name, value in given.items() if "." not in name}
+        return {**given, **self.card.test}
+
+    @property
+    def test_scenario(self) -> Any:  # noqa: ANN401 of any task
+        """The scenario of the test worlds."""
+        given = self.test_keywords
+        changes = {name: value for name, value in given.items() if "." in name}
+        return find_scenario(given["scenario"], changes)
+
+    @property
+    def references(self) -> Sequence[str]:
+        """The controllers that are scored beside what is learned, each once."""
+        card = self.card
+        return list(dict.fromkeys((*card.controllers, *card.also, card.oracle)))
+
+    def normalised(self, score: float) -> float:
+        """A score as a share of the way from random actions to the oracle.
+
+        ConfigError if the card does not say what those score.
+        """
+        scores = self.card.scores
+        if RANDOM not in scores or self.card.oracle not in scores:
+            raise ConfigError(f"rung '{self.name}': no scores; run swarm-forage benchmark cards")
+        low, high = scores[RANDOM].mean, scores[self.card.oracle].mean
+        return (score - low) / (high - low)
+
+
+@cache
+def read_rungs(folder: Path = FOLDER) -> dict[str, Rung]:
+    """The rungs of a folder by name, the easiest first; files without a card are none."""
+    found = []
+    for file in folder.glob("*.yaml"):
+        keywords = yaml.safe_load(file.read_text(encoding="utf-8"))
+        card = keywords.pop("card", None)
+        if card is not None:
+            found.append(Rung(file.stem, file, keywords, validated(Card, card, str(file))))
+    return {rung.name: rung for rung in sorted(found, key=lambda each: each.card.rung)}
+
+
+def find_rungs(names: Sequence[str] | None, rungs: Mapping[str, Rung]) -> list[Rung]:
+    """The rungs of these names, all without names; UnknownNameError for a name of none."""
+    for name in names or ():
+        if name not in rungs:
+            raise UnknownNameError("rung", name, rungs)
+    return [rung for name, rung in rungs.items() if not names or name in names]
+
+
+def write_scores(rung: Rung, scores: Mapping[str, Score]) -> None:
+    """Write scores at the end of a rung's file, where the card stands, instead of older ones."""
+    text, _, _ = rung.file.read_text(encoding="utf-8").partition(MARK)
+    lines = [MARK, "  scores:\n"]
+    for name, score in scores.items():
+        numbers = ", ".join(f"{key}: {_number(value)}" for key, value in score)
+        lines.append(f"    {name}: {{{numbers}}}\n")
+    write_atomically(rung.file, (text + "".join(lines)).encode())
+    read_rungs.cache_clear()
+
+
+def _number(value: float | None) -> str:
+    return "null" if value is None else f"{value:.4g}"

@@ -1,0 +1,165 @@
+"""Runs: one for each rung, algorithm and seed, kept in a file of its own.
+
+    OUT/near/mappo/seed0.json
+
+Files are written atomically, so that a benchmark killed at any moment goes on with the runs that
+are missing. Nothing of a run that was under way is kept.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from baselines.evaluation.output_files import write_atomically
+from swarm_forage_env.errors import ConfigError
+from training.ladder.algorithms import Algorithm
+from training.ladder.rungs import Rung
+
+PACKAGES = ("swarm-forage", "numpy", "numba", "torch", "stable-baselines3", "torchrl", "benchmarl")
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run to make."""
+
+    rung: Rung
+    algorithm: Algorithm
+    seed: int
+    budget: int | None = None
+    """Robot-steps; None: the rung's times the algorithm's share."""
+
+    @property
+    def robot_steps(self) -> int:
+        """How long to train, over all robots [ticks]."""
+        return self.budget or round(self.rung.card.robot_steps * self.algorithm.share)
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """All that is chosen, but the seed and how long."""
+        card = self.rung.card
+        return {
+            "keywords": dict(self.rung.keywords),
+            "world": self.rung.test_scenario.model_dump(mode="json"),
+            "test": self.rung.test_keywords,
+            "episodes": [card.curve_episodes, card.episodes],
+            "algorithm": self.algorithm.model_dump(
+                exclude={"title", "share"}, exclude_defaults=True
+            ),
+        }
+
+    @cached_property
+    def key(self) -> str:
+        """What tells one configuration from another."""
+        text = json.dumps(self.config, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+    def file(self, out: Path) -> Path:
+        """Where the run is kept."""
+        return out / self.rung.name / self.algorithm.name / f"seed{self.seed}.json"
+
+
+@dataclass(frozen=True)
+class Run:
+    """What came of a job."""
+
+    rung: str
+    algorithm: str
+    seed: int
+    key: str
+    config: Mapping[str, Any]
+    robot_steps: int
+    """How long it was to train, over all robots [ticks]."""
+    train_s: float
+    """Wall-clock time of the training, without evaluations [s]."""
+    curve: Sequence[Mapping[str, Any]]
+    """Evaluations on held-back seeds: `robot_steps`, `wall_s`, `scores`."""
+    scores: Sequence[float]
+    """Of the best of these policies, in each test episode."""
+    versions: Mapping[str, str]
+
+    @property
+    def score(self) -> float:
+        """The mean over the test episodes."""
+        return float(np.mean(self.scores))
+
+
+def keep(run: Run, file: Path) -> None:
+    """Write a run to its file, whole or not at all."""
+    write_json(asdict(run), file)
+
+
+def write_json(tree: Mapping[str, Any], file: Path) -> None:
+    """Write a JSON file, whole or not at all."""
+    write_atomically(file, (json.dumps(tree, indent=1) + "\n").encode())
+
+
+def find(job: Job, out: Path) -> Run | None:
+    """The kept run of a job, if it is of this configuration and length."""
+    found = read_run(job.file(out))
+    if found is None or found.key != job.key or found.robot_steps != job.robot_steps:
+        return None
+    return found
+
+
+def read_run(file: Path) -> Run | None:
+    """The run of a file; None if there is no file, ConfigError if it is none of ours."""
+    try:
+        return Run(**json.loads(file.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        return None
+    except (TypeError, ValueError):
+        raise ConfigError(f"{file}: is no run of the ladder; move it away") from None
+
+
+def read_runs(out: Path, rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> list[Run]:
+    """The kept runs of these rungs and algorithms, of any length, as they are configured now."""
+    found = []
+    for rung in rungs:
+        for algorithm in algorithms:
+            job = Job(rung, algorithm, 0)
+            files = sorted((out / rung.name / algorithm.name).glob("seed*.json"), key=_seed_of)
+            runs = [run for run in map(read_run, files) if run is not None]
+            found += [run for run in runs if run.key == job.key]
+    return found
+
+
+def versions() -> dict[str, str]:
+    """Versions of the packages that a run depends on."""
+    found = {}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def marl_eval(runs: Sequence[Run]) -> dict[str, Any]:
+    """The runs as marl-eval reads them: by rung, algorithm, seed and evaluation.
+
+    Source: Gorsane et al. 2022.
+    """
+    tree: dict[str, Any] = {}
+    for run in runs:
+        seeds = tree.setdefault(run.rung, {}).setdefault(run.algorithm, {})
+        steps: dict[str, Any] = {
+            f"step_{k}": {
+                "step_count": point["robot_steps"],
+                "elapsed_time": point["wall_s"],
+                "score": point["scores"],
+            }
+            for k, point in enumerate(run.curve)
+        }
+        seeds[f"seed_{run.seed}"] = {**steps, "absolute_metrics": {"score": [run.score]}}
+    return {"swarm_forage": tree}
+
+
+def _seed_of(file: Path) -> int:
+    return int(file.stem.removeprefix("seed"))
