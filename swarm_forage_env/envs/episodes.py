@@ -64,14 +64,15 @@ class Episodes:
 
     def check_running(self) -> None:
         """ResetNeeded if the episode of a world has not begun, or has ended."""
+        if (self.steps < self.ends).all():
+            return
         if not self.ends.all():
             raise ResetNeeded("the episode has not begun: call reset() first")
         over = np.flatnonzero(self.is_over)
-        if len(over):
-            where = "" if len(self.ends) == 1 else f" of world {over[0]}"
-            raise ResetNeeded(
-                f"step after the end{where}, at {self.steps[over[0]]} cycles: call reset() first"
-            )
+        where = "" if len(self.ends) == 1 else f" of world {over[0]}"
+        raise ResetNeeded(
+            f"step after the end{where}, at {self.steps[over[0]]} cycles: call reset() first"
+        )
 
     def begin(
         self,

@@ -178,12 +178,15 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
 
     def _infos(self) -> Infos:
         env, step = self.array_env, self._infos_of_step
-        names = (*env.infos, *step)
-        told = [np.broadcast_to(each[0], len(env.learners)) for each in step.values()]
-        rows = np.column_stack([env.log()[0], *told]).tolist()
+        names, n = (*env.infos, *step), len(env.learners)
+        told = [
+            each[0].tolist() if each.ndim == 2 else [float(each[0])] * n for each in step.values()
+        ]
         return {
-            agent: dict(zip(names, row, strict=True))
-            for agent, row in zip(self.possible_agents, rows, strict=True)
+            agent: dict(zip(names, (*row, *more), strict=True))
+            for agent, row, *more in zip(
+                self.possible_agents, env.log()[0].tolist(), *told, strict=True
+            )
         }
 
     def _started(self) -> int:
