@@ -30,7 +30,7 @@ class PolicyForm:
         self.period = config.decision_period or min(self.policy.decision_period, scenario.n_ticks)
         self.config = config = config.model_copy(update={"decision_period": self.period})
         self.max_cycles = n_steps(scenario, config)
-        ticks = max(scenario.n_ticks, self.max_cycles * (config.decision_period or 1))
+        ticks = max(scenario.n_ticks, self.max_cycles * self.period)
         shown = self.policy.layout(self.task.bounds(scenario, ticks, message_path))
         agents = [f"{self.task.agent}_{k}" for k in range(scenario.task.n_robots)]
         self.observe = Observer(
