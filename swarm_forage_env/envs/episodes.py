@@ -87,7 +87,7 @@ class Episodes:
         """
         chosen = numbers_of(worlds, len(self.ends))
         given = checked_seeds(seed, len(chosen))
-        base = self._base_of(options)
+        base = self.scenario_under(options)
         self._restart(self._seeds(given, chosen), chosen, base)
         self.steps[chosen], self.ends[chosen] = 0, n_steps
         return chosen
@@ -105,7 +105,7 @@ class Episodes:
         """Go on as when the snapshot was taken."""
         self.drawn, self.generators, self.steps, self.ends = deepcopy(snapshot)
 
-    def _base_of(self, options: Mapping[str, Any]) -> Any:  # noqa: ANN401 of any task
+    def scenario_under(self, options: Mapping[str, Any]) -> Any:  # noqa: ANN401 of any task
         """The scenario of an episode under some options; ConfigError for what does not fit it."""
         numbers = {name: value for name, value in options.items() if name != TESTED_OPTION}
         known = leaves(self._scenario.model_dump()) if numbers else {}

@@ -47,7 +47,7 @@ class JointEnvCore:
 
     def reset(
         self,
-        seeds: Sequence[int],
+        seeds: Sequence[int | None],
         options: Mapping[str, Any] | None = None,
         worlds: Sequence[int] | None = None,
     ) -> Float32[Array, "worlds numbers"]:

@@ -67,6 +67,7 @@ class _SwarmEnv(gym.Env[Any, Any]):
     ) -> tuple[Any, dict[str, Any]]:
         """Start an episode; a seed fixes it and all that follow without one."""
         seed = None if seed is None else checked_seed(seed)
+        self._core.env.episodes.scenario_under(options or {})  # refused before a seed is drawn
         super().reset(seed=seed)
         world_seed = drawn_seed(self.np_random) if seed is None else seed
         (observation,) = self._core.reset([world_seed], options)

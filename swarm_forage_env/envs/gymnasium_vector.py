@@ -1,10 +1,8 @@
 """Worlds in one block of arrays, as Gymnasium vector environments: one learner in each, or all."""
 
-from copy import deepcopy
 from typing import Any, ClassVar
 
 import numpy as np
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
@@ -14,7 +12,6 @@ from swarm_forage_env.envs.gymnasium_core import JointEnvCore
 from swarm_forage_env.envs.gymnasium_env import METADATA
 from swarm_forage_env.envs.render import render_modes
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.random_streams import drawn_seed
 from swarm_forage_env.task import World
 
 VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -61,9 +58,6 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         self.single_action_space = core.action_space
         self.observation_space = batch_space(core.observation_space, self.num_envs)
         self.action_space = batch_space(core.action_space, self.num_envs)
-        self._rngs, self._rng_seeds = map(
-            list, zip(*(seeding.np_random() for _ in range(self.num_envs)), strict=True)
-        )
 
     @property
     def world(self) -> World:
@@ -85,13 +79,8 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         """
         given = dict(options or {})
         chosen = self._chosen(given.pop("reset_mask", None))
-        seeds, world_seeds = checked_seeds(seed, self.num_envs), []
-        for world in chosen:
-            own = seeds[world]
-            if own is not None:
-                self._rngs[world], self._rng_seeds[world] = seeding.np_random(own)
-            world_seeds.append(drawn_seed(self._rngs[world]) if own is None else own)
-        return self._core.reset(world_seeds, given, chosen), self._infos()
+        seeds = checked_seeds(seed, self.num_envs)
+        return self._core.reset([seeds[w] for w in chosen], given, chosen), self._infos()
 
     def step(
         self,
@@ -124,25 +113,24 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
     @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """The generator of each world's seeds, as of single environments side by side."""
-        return tuple(self._rngs)
+        return tuple(self._core.env.episodes.generators)
 
     @property
     def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
         """The seed of each of them."""
-        return tuple(self._rng_seeds)
+        sequences: list[Any] = [each.bit_generator.seed_seq for each in self.np_random]
+        return tuple(each.entropy for each in sequences)
 
     def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
         """All that the next steps depend on: to be restored any number of times, and pickled."""
-        return self._core.snapshot(), deepcopy(self._rngs)
+        return self._core.snapshot()
 
     def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
         """Go on as when the snapshot was taken, bit for bit.
 
         ConfigError if it is of an environment of other options.
         """
-        core, generators = snapshot
-        self._core.restore(core)
-        self._rngs = deepcopy(generators)
+        self._core.restore(snapshot)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
         """A frame of each world, as rows of red, green and blue.

@@ -321,3 +321,13 @@ def test_nothing_is_drawn_without_a_mode():
     swarm.reset(seed=0)
     with pytest.raises(ConfigError, match="give render_mode='human' or 'rgb_array'"):
         swarm.render()
+
+
+@every_kind
+def test_a_refused_reset_draws_no_seed(made):
+    one, other = (gym.make(made, **FEW).unwrapped for _ in range(2))
+    one.reset(seed=1)
+    other.reset(seed=1)
+    with pytest.raises(UnknownNameError, match="named 'colour'"):
+        one.reset(options={"colour": "red"})
+    assert_array_equal(one.reset()[0], other.reset()[0])
