@@ -62,7 +62,7 @@ def find_areas(belief: Belief, ground: Float32[Array, "3"], to_centre: float) ->
             dx, dy = to_outer(to_centre, 0.0, c, s)
             belief.location[area, 0] = belief.pose[0] + dx
             belief.location[area, 1] = belief.pose[1] + dy
-            belief.known[area] = True
+            belief.known[area] = belief.visited[area] = True
             belief.came_from = area
             belief.search_path_left = -1.0
     belief.on_area = area
@@ -93,6 +93,7 @@ def notice_loss(belief: Belief, odometry: Float32[Array, "2"], numbers: Numbers)
             belief.search_path_left = numbers.overshoot
     if belief.is_lost:
         belief.known[NEST] = belief.known[PREY] = False
+        belief.visited[NEST] = belief.visited[PREY] = False
         belief.came_from = NOWHERE
         belief.search_path_left = -1.0
         belief.ignore_ticks = int(numbers.deaf_ticks)

@@ -44,6 +44,9 @@ class Belief(Record):
     known: Int8[Array, " areas"] = field(np.int8, 2)
     """The robot believes it knows where the area is."""
 
+    visited: Int8[Array, " areas"] = field(np.int8, 2)
+    """The robot stood on the area itself since it was last lost."""
+
     on_area: int = field(np.int8, start=NOWHERE)
     """The area under the robot, NOWHERE on the floor."""
 

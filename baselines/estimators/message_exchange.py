@@ -6,7 +6,7 @@ Gutierrez et al. 2009 (TR), Sections 4.2 and 5.2.
 import math
 
 from baselines.estimators.belief import NOBODY, NOWHERE, Belief, Message, SocialMind
-from swarm_forage_env.arrays import Array
+from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 from swarm_forage_env.foraging.records import Heard
@@ -102,13 +102,17 @@ def slot_of(heard: Heard, sender: int) -> int:
 
 @kernel
 def accumulate_message(
-    belief: Belief, message: Message, heard: Heard, slot: int, message_path: float
+    belief: Belief,
+    message: Message,
+    beam: Float32[Array, "3"],
+    weight: float,
+    message_path: float,
 ) -> None:
     """Add one message to the running means of an exchange, in the receiver's own frame.
 
-    What is heard counts as if its sender had gone `message_path` farther [m].
+    The beam is the sender's range [m], its bearing and the bearing back [rad]; its weight is the
+    frames averaged in it. What is heard counts as if its sender had gone `message_path` farther [m].
     """
-    beam, weight = heard.range_bearing[slot], float(heard.n_averaged[slot])
     c, s = math.cos(belief.pose[2]), math.sin(belief.pose[2])
     for area in range(2):
         if message.told[area]:
@@ -134,11 +138,10 @@ def start_exchange(belief: Belief, ticks: int) -> None:
 
 
 @kernel
-def update_exchange(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Start, go on with or end the exchange of robot i; whether it ended in this tick.
+def has_partner(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+    """Robot i is in an exchange: in one that goes on, or in a new one.
 
-    An exchange starts with the first useful message of a robot not met recently, lasts a
-    fixed time, averages what that robot says in it, and then closes to that robot for a while.
+    An exchange starts with the first useful message of a robot not met recently.
     """
     belief = crowd[i].belief
     for k in range(belief.met_ticks_left.shape[0]):
@@ -150,10 +153,12 @@ def update_exchange(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> boo
         if belief.partner == NOBODY:
             return False
         start_exchange(belief, int(numbers.talk_ticks))
-    slot = slot_of(heard, belief.partner)
-    if slot < heard.n:
-        message = crowd[belief.partner].message
-        accumulate_message(belief, message, heard, slot, numbers.message_path)
+    return True
+
+
+@kernel
+def end_in_time(belief: Belief, numbers: Numbers) -> bool:
+    """End an exchange that has lasted its time, and close to its partner; whether it ended."""
     has_ended = bool(belief.exchange_ticks_left == 0)
     if has_ended:
         remember_partner(belief, int(numbers.refractory_ticks))
@@ -161,6 +166,24 @@ def update_exchange(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> boo
         belief.ignore_ticks = int(numbers.pause_ticks)
     belief.exchange_ticks_left -= 1
     return has_ended
+
+
+@kernel
+def update_exchange(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+    """Start, go on with or end the exchange of robot i; whether it ended in this tick.
+
+    An exchange lasts a fixed time, averages what its partner says in it, and then closes to that
+    robot for a while.
+    """
+    if not has_partner(crowd, i, heard, numbers):
+        return False
+    belief = crowd[i].belief
+    slot = slot_of(heard, belief.partner)
+    if slot < heard.n:
+        beam, weight = heard.range_bearing[slot], float(heard.n_averaged[slot])
+        message = crowd[belief.partner].message
+        accumulate_message(belief, message, beam, weight, numbers.message_path)
+    return end_in_time(belief, numbers)
 
 
 @kernel
@@ -203,12 +226,16 @@ def merge(mind: SocialMind, shared: Array, heard_p_share: float, numbers: Number
 
 @kernel
 def tells_of(belief: Belief, area: int, numbers: Numbers) -> bool:
-    """The robot tells of the area: a known one.
+    """The robot tells of the area: a known one, under `first_hand` one that it visited itself.
 
     Who knows both tells of one only while its p is at most `tells_within`; a single filter on its
     way tells only where it comes from.
+
+    Source: TR, Section 4.1, before Eq. 14, for `first_hand`; TR, Section 6.1.2.
     """
     if numbers.speaks == 0.0 or not belief.known[area]:
+        return False
+    if numbers.first_hand > 0.0 and not belief.visited[area]:
         return False
     if not belief.known[1 - area]:
         return True

@@ -76,6 +76,11 @@ class SocialOdometryParameters(Part):
         description="Exchange both areas; false: tell where it comes from, correct where it goes."
         " TR 6.1 (published)",
     )
+    first_hand: bool = Field(
+        True,
+        description="Tell of an area only having stood on it since last lost; false: pass on what"
+        " was told as well. TR 4.1 (published)",
+    )
     message_path: NotNegative = Field(
         0.0,
         description="What is heard counts as if its sender had gone this much farther, for a"
@@ -120,6 +125,7 @@ class SocialOdometryParameters(Part):
         return {
             "speaks": self.speaks,
             "double": self.double,
+            "first_hand": self.first_hand,
             "message_path": self.message_path,
             "tells_within": self.tells_within or math.inf,
             "listens_above": self.listens_above,

@@ -1,14 +1,18 @@
-"""Global communication: every robot takes over the mean of what the whole group believes.
+"""Global communication: every robot takes over the mean of what the whole group tells.
 
 Gutierrez et al. 2008 (ANTS), Section 5: "each robot updates its estimates by averaging the
-knowledge of the whole group". It is a reference, because averaging needs the true relative
-poses of robots that do not see each other.
+knowledge of the whole group". It is a reference, because no robot hears the whole group.
 
 Not in the paper, and chosen here:
-- the group averages once per exchange time of the radio, nobody stops for it, and nothing is
-  lost or measured wrongly;
-- the mean is over the robots that know the area, each counting alike; p becomes the mean of
-  their p;
+- the group talks through the same radio as in local communication, but its range is unlimited:
+  a beam is measured with the noise of one frame, as nobody stops for it, and the group averages
+  once in the time of an exchange and of the pause after it. Local communication is ahead of it
+  for these two reasons only, so that this choice decides the paper's claim: with two frames a
+  beam global communication gains a third, and averaged every exchange time it collapses
+  (`through_radio=false` has exact beams and averages every exchange time);
+- no message is lost;
+- robots tell of what they know; the mean is over them and the robot itself, each counting alike;
+  p becomes the mean of their p;
 - a robot that knows nothing takes the mean over, and so is recruited at once; one that just got
   lost is deaf for `deaf_when_lost` first;
 - a robot on an area is averaged like any other.
@@ -17,16 +21,20 @@ Not in the paper, and chosen here:
 import math
 
 import numpy as np
+from pydantic import Field
 
 from baselines.estimators.belief import Belief, SocialMind
 from baselines.estimators.layer_inputs import describe
+from baselines.estimators.message_exchange import heard_location
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from baselines.estimators.social_odometry import take_in as take_in_odometry
 from baselines.weighting.sgikf import SGIKF
-from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.arrays import Array, Float64, UInt64
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.equations.geometry import to_outer
-from swarm_forage_env.foraging.records import Readings
+from swarm_forage_env.equations.geometry import range_and_bearing, to_outer, wrap
+from swarm_forage_env.equations.radio import board_range
+from swarm_forage_env.equations.random_draws import symmetric
+from swarm_forage_env.foraging.records import RADIO, Readings, RobotState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, field
@@ -38,6 +46,9 @@ class GroupBelief(Belief):
     ticks: int = field(np.int64, unit="ticks")
     """Ticks since reset, in which the group last averaged at a multiple of the period."""
 
+    streams: UInt64[Array, "1"] = field(np.uint64, 1)
+    """The radio's random stream of the robot, which the radio does not use: nobody broadcasts."""
+
 
 class GroupMind(SocialMind):
     """All that global communication keeps of a robot."""
@@ -46,38 +57,76 @@ class GroupMind(SocialMind):
 
 
 @kernel
-def move_between(
-    x: float, y: float, pose: Float64[Array, "3"], to: Float64[Array, "3"]
-) -> tuple[float, float]:
-    """A place seen from `pose`, in the frame in which the same robot stands at `to` [m]."""
-    angle = to[2] - pose[2]
-    dx, dy = to_outer(x - pose[0], y - pose[1], math.cos(angle), math.sin(angle))
-    return dx + to[0], dy + to[1]
+def measured_beam(
+    here: RobotState, there: RobotState, streams: UInt64[Array, "1"], numbers: Numbers
+) -> tuple[float, float, float]:
+    """Range [m], bearing and bearing back [rad] of a robot at any distance, as of one frame."""
+    dx, dy = there.pose[0] - here.pose[0], there.pose[1] - here.pose[1]
+    d, bearing = range_and_bearing(dx, dy, here.pose[2])
+    back = math.atan2(-dy, -dx) - there.pose[2]
+    if numbers.is_board > 0.0:
+        body = 2.0 * numbers.radius
+        d = body + board_range(max(d - body, 0.0), streams, 0)
+    else:
+        d = max(d + numbers.range_noise * symmetric(streams, 0), 0.0)
+    bearing += numbers.bearing_noise * symmetric(streams, 0)
+    back += numbers.bearing_noise * symmetric(streams, 0)
+    return d, wrap(bearing), wrap(back)
 
 
 @kernel
-def average_area(swarm: Array, crowd: Array, area: int) -> None:
-    """Put the mean of all who know an area in the place of the estimates of all who hear."""
-    n = 0
-    for i in range(crowd.shape[0]):
-        n += crowd[i].belief.known[area]
-    if n == 0:
+def tell(mind: GroupMind) -> None:
+    """Write the message: distance, direction and p of every area that the robot knows."""
+    belief, message = mind.belief, mind.message
+    for area in range(2):
+        message.told[area] = belief.known[area]
+        dx = belief.location[area, 0] - belief.pose[0]
+        dy = belief.location[area, 1] - belief.pose[1]
+        distance, direction = range_and_bearing(dx, dy, belief.pose[2])
+        message.distance[area] = distance
+        message.direction[area] = direction
+        message.p[area] = belief.p[area]
+
+
+@kernel
+def add_own(belief: GroupBelief) -> None:
+    """Begin the sums of a robot with what it knows itself."""
+    for area in range(2):
+        known = float(belief.known[area])
+        belief.heard_weight[area] = known
+        belief.heard_p[area] = known * belief.p[area]
+        for axis in range(2):
+            belief.heard_sum[area, axis] = known * belief.location[area, axis]
+
+
+@kernel
+def add_heard(swarm: Array, crowd: Array, i: int, j: int, numbers: Numbers) -> None:
+    """Add to the sums of robot i what robot j tells, in the own frame of i."""
+    belief, message = crowd[i].belief, crowd[j].message
+    if not (message.told[0] or message.told[1]):
         return
-    share, mean_x, mean_y, mean_p = 1.0 / n, 0.0, 0.0, 0.0
-    for i in range(crowd.shape[0]):
-        belief = crowd[i].belief
-        if belief.known[area]:
-            place = belief.location[area]
-            x, y = move_between(place[0], place[1], belief.pose, swarm[i].pose)
-            mean_x += share * x
-            mean_y += share * y
-            mean_p += share * belief.p[area]
-    for i in range(crowd.shape[0]):
-        belief = crowd[i].belief
-        if belief.ignore_ticks == 0:
-            x, y = move_between(mean_x, mean_y, swarm[i].pose, belief.pose)
-            belief.location[area, 0], belief.location[area, 1] = x, y
-            belief.p[area] = mean_p
+    beam = measured_beam(swarm[i], swarm[j], belief.streams, numbers)
+    c, s = math.cos(belief.pose[2]), math.sin(belief.pose[2])
+    for area in range(2):
+        if message.told[area]:
+            d_j, phi_j = message.distance[area], message.direction[area]
+            ahead, left = heard_location(beam[0], beam[1], beam[2], d_j, phi_j)
+            dx, dy = to_outer(ahead, left, c, s)
+            belief.heard_sum[area, 0] += belief.pose[0] + dx
+            belief.heard_sum[area, 1] += belief.pose[1] + dy
+            belief.heard_p[area] += message.p[area]
+            belief.heard_weight[area] += 1.0
+
+
+@kernel
+def take_mean(belief: GroupBelief) -> None:
+    """Put the mean of all that was told in the place of the own estimates."""
+    for area in range(2):
+        n = belief.heard_weight[area]
+        if n > 0.0:
+            belief.location[area, 0] = belief.heard_sum[area, 0] / n
+            belief.location[area, 1] = belief.heard_sum[area, 1] / n
+            belief.p[area] = belief.heard_p[area] / n
             belief.known[area] = True
 
 
@@ -91,9 +140,20 @@ def take_in(mind: GroupMind, shared: Array, readings: Readings, numbers: Numbers
 @kernel
 def average(swarm: Array, crowd: Array, numbers: Numbers) -> None:
     """Average the estimates of one world, when it is time."""
-    if crowd[0].belief.ticks % int(numbers.talk_ticks) == 0:
-        for area in range(2):
-            average_area(swarm, crowd, area)
+    if crowd[0].belief.ticks == 1:
+        for i in range(crowd.shape[0]):
+            crowd[i].belief.streams[0] = swarm[i].streams[RADIO]
+    if crowd[0].belief.ticks % int(numbers.period_ticks) != 0:
+        return
+    for i in range(crowd.shape[0]):
+        tell(crowd[i])
+    for i in range(crowd.shape[0]):
+        if crowd[i].belief.ignore_ticks == 0:
+            add_own(crowd[i].belief)
+            for j in range(crowd.shape[0]):
+                if j != i:
+                    add_heard(swarm, crowd, i, j, numbers)
+            take_mean(crowd[i].belief)
 
 
 def observe_group(
@@ -115,6 +175,13 @@ def observe_group(
 class GlobalAverage(SocialOdometryParameters):
     """What social odometry leaves open; nobody broadcasts, all know all."""
 
+    through_radio: bool = Field(
+        True,
+        description="Beams have the noise of one frame, and all average once in the time of an"
+        " exchange and its pause; false: beams are exact, and all average in every exchange time."
+        " ANTS 5 has one radio for all (derived)",
+    )
+
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""
         kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in, "average": average}
@@ -122,3 +189,17 @@ class GlobalAverage(SocialOdometryParameters):
         return EstimatorLayer(
             GroupMind, self.numbers(scenario), kernels, observe_group, own_weighting=own
         )
+
+    def numbers(self, scenario: Scenario) -> dict[str, float]:
+        """The parameters as kernels read them, and the noise of one frame."""
+        own, radio = super().numbers(scenario), scenario.radio
+        noise = {name: getattr(radio, name) for name in ("range_noise", "bearing_noise")}
+        if not self.through_radio:
+            noise = dict.fromkeys(noise, 0.0)
+        return {
+            **own,
+            **noise,
+            "is_board": self.through_radio and radio.is_board,
+            "radius": scenario.robot.radius,
+            "period_ticks": own["talk_ticks"] + self.through_radio * own["pause_ticks"],
+        }

@@ -4,8 +4,9 @@ Gutierrez et al. 2008 (ANTS), Section 5: "robots communicate and are not affecte
 errors".
 
 Not in the paper, and chosen here:
-- all else stays as it is: the beam is measured with its noise, the messages are lost, and what
-  is heard is blended in by the weighting rule, although the own estimate is hardly wrong;
+- robots that "know accurately" also measure each other exactly (`exact_beam`);
+- all else stays as it is: messages are lost, and what is heard is blended in by the weighting
+  rule, although the own estimate is hardly wrong;
 - the controller's weighting is that of local communication there, the Fermi filter at
   beta = 1e-3;
 - being pushed or blocked counts as the motion that it truly is, also in p;
@@ -15,17 +16,24 @@ Not in the paper, and chosen here:
 import math
 
 import numpy as np
+from pydantic import Field
 
 from baselines.estimators.area_memory import choose_goal, find_areas, notice_loss
 from baselines.estimators.belief import Belief, SocialMind
+from baselines.estimators.message_exchange import (
+    accumulate_message,
+    end_in_time,
+    has_partner,
+    slot_of,
+)
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
 from swarm_forage_env.compiler import bind, kernel
 from swarm_forage_env.equations.differential_drive import path_length
-from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 from swarm_forage_env.foraging.control import observe
-from swarm_forage_env.foraging.records import Readings
+from swarm_forage_env.foraging.records import Heard, Readings
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, field
@@ -39,6 +47,9 @@ class ExactBelief(Belief):
 
     is_placed: bool = field(np.bool_)
     """The believed pose has been put at the true one, at the start."""
+
+    beam: Float32[Array, "3"] = field(np.float32, 3, unit="m, rad, rad")
+    """True range of the partner [m], its bearing and the bearing back [rad]."""
 
     moved: Float32[Array, "2"] = field(np.float32, 2, unit="m, rad")
     """The true motion of the last tick: distance, negative if backwards [m], and turn [rad]."""
@@ -81,6 +92,31 @@ def take_in(mind: ExactMind, shared: Array, readings: Readings, numbers: Numbers
     choose_goal(belief)
 
 
+@kernel
+def aim(belief: ExactBelief, partner: ExactBelief) -> None:
+    """Measure the beam to the partner exactly."""
+    here, there = belief.true_pose, partner.true_pose
+    dx, dy = there[0] - here[0], there[1] - here[1]
+    distance, bearing = range_and_bearing(dx, dy, here[2])
+    belief.beam[0], belief.beam[1] = distance, wrap(bearing)
+    belief.beam[2] = wrap(math.atan2(-dy, -dx) - there[2])
+
+
+@kernel
+def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+    """Social odometry's exchange, in which the true beam takes the place of the measured one."""
+    if not has_partner(crowd, i, heard, numbers):
+        return False
+    belief = crowd[i].belief
+    slot = slot_of(heard, belief.partner)
+    if slot < heard.n:
+        partner = crowd[belief.partner]
+        aim(belief, partner.belief)
+        weight = float(heard.n_averaged[slot])
+        accumulate_message(belief, partner.message, belief.beam, weight, numbers.message_path)
+    return end_in_time(belief, numbers)
+
+
 def observe_truth(
     robots: Array, minds: Array, shared: Array, settings: Array, first: int, last: int
 ) -> None:
@@ -98,9 +134,17 @@ def observe_truth(
 class PerfectOdometry(SocialOdometryParameters):
     """What social odometry leaves open; the odometry is exact."""
 
+    exact_beam: bool = Field(
+        True,
+        description='Robots measure each other exactly, as they "know accurately"; false: with the'
+        " radio's noise. ANTS 5 (published)",
+    )
+
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""
         kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in}
+        if self.exact_beam:
+            kernels["listen"] = listen
         kernels["observe"] = bind(observe, kernels)
         own = SGIKF().layer(scenario)
         return EstimatorLayer(
