@@ -111,7 +111,8 @@ def accumulate_message(
     """Add one message to the running means of an exchange, in the receiver's own frame.
 
     The beam is the sender's range [m], its bearing and the bearing back [rad]; its weight is the
-    frames averaged in it. What is heard counts as if its sender had gone `message_path` farther [m].
+    frames averaged in it. What is heard counts as if its sender had gone `message_path` farther
+    [m].
     """
     c, s = math.cos(belief.pose[2]), math.sin(belief.pose[2])
     for area in range(2):

@@ -29,7 +29,7 @@ from baselines.estimators.message_exchange import heard_location
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from baselines.estimators.social_odometry import take_in as take_in_odometry
 from baselines.weighting.sgikf import SGIKF
-from swarm_forage_env.arrays import Array, Float64, UInt64
+from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import range_and_bearing, to_outer, wrap
 from swarm_forage_env.equations.radio import board_range
@@ -138,6 +138,16 @@ def take_in(mind: GroupMind, shared: Array, readings: Readings, numbers: Numbers
 
 
 @kernel
+def average_robot(swarm: Array, crowd: Array, i: int, numbers: Numbers) -> None:
+    """Put the mean of what the others tell robot i, and of its own, in the place of its own."""
+    add_own(crowd[i].belief)
+    for j in range(crowd.shape[0]):
+        if j != i:
+            add_heard(swarm, crowd, i, j, numbers)
+    take_mean(crowd[i].belief)
+
+
+@kernel
 def average(swarm: Array, crowd: Array, numbers: Numbers) -> None:
     """Average the estimates of one world, when it is time."""
     if crowd[0].belief.ticks == 1:
@@ -149,11 +159,7 @@ def average(swarm: Array, crowd: Array, numbers: Numbers) -> None:
         tell(crowd[i])
     for i in range(crowd.shape[0]):
         if crowd[i].belief.ignore_ticks == 0:
-            add_own(crowd[i].belief)
-            for j in range(crowd.shape[0]):
-                if j != i:
-                    add_heard(swarm, crowd, i, j, numbers)
-            take_mean(crowd[i].belief)
+            average_robot(swarm, crowd, i, numbers)
 
 
 def observe_group(

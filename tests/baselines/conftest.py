@@ -97,11 +97,11 @@ class Believers:
         self.minds.is_composed[:] = False
         return self.exchange.is_valid.copy()
 
-    def know(self, robot, area, x, y, p, came_from=False):
-        """Give a robot an estimate, in its own frame."""
+    def know(self, robot, area, x, y, p, came_from=False, visited=True):
+        """Give a robot an estimate, in its own frame, of an area on which it stood or not."""
         self.beliefs.location[robot, area] = x, y
         self.beliefs.p[robot, area] = p
-        self.beliefs.known[robot, area] = True
+        self.beliefs.known[robot, area], self.beliefs.visited[robot, area] = True, visited
         if came_from:
             self.beliefs.came_from[robot] = area
 

@@ -66,6 +66,15 @@ def test_an_area_is_stored_a_radius_ahead_of_the_sensors_on_entering_it(believer
     np.testing.assert_array_equal(robot.beliefs.location[0, PREY], stored)
 
 
+def test_a_robot_has_visited_what_it_stood_on_until_it_is_lost(believers):
+    robot = believers(1, lost_within=0.05, overshoot=0.2)
+    robot.know(0, PREY, 1.0, 0.0, p=1.0, visited=False)
+    robot.sense(ground="nest")
+    assert robot.beliefs.visited[0].tolist() == [1, 0]
+    assert walk_until_lost(robot) < math.inf
+    assert robot.beliefs.visited[0].tolist() == [0, 0]
+
+
 def test_on_an_area_the_robot_is_sure_of_it_while_the_other_fades(believers):
     robot = believers(1)
     robot.know(0, NEST, -1.0, 0.0, p=1.0)

@@ -85,7 +85,7 @@ def told():
             x, y = to_body(dx, dy, np.cos(pose[robot, 2]), np.sin(pose[robot, 2]))
             c, s = np.cos(b.pose[robot, 2]), np.sin(b.pose[robot, 2])
             b.location[robot, area] = b.pose[robot, :2] + [c * x - s * y, s * x + c * y]
-            b.known[robot, area] = True
+            b.known[robot, area] = b.visited[robot, area] = True
             b.moments[robot, area, :3] = cov
             b.p[robot, area] = to_ellipse(*cov)[0]
         b.came_from[1] = NEST

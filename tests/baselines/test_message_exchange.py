@@ -69,7 +69,7 @@ class Pair:
         dx, dy = to_outer(ahead, left, *turned(b.pose[robot, 2]))
         b.location[robot, area] = b.pose[robot, 0] + dx, b.pose[robot, 1] + dy
         b.p[robot, area] = p
-        b.known[robot, area] = True
+        b.known[robot, area] = b.visited[robot, area] = True
         if came_from:
             b.came_from[robot] = area
 
@@ -338,6 +338,25 @@ def test_on_its_way_a_single_filter_tells_only_where_it_comes_from(believers):
         np.testing.assert_allclose(about(said[0], NEST), [2.0, -math.pi / 2, 1.5], rtol=1e-6)
         if double:
             np.testing.assert_allclose(about(said[0], PREY), [3.0, 0.0, 4.0], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("first_hand", "told"), [(True, [0, 1]), (False, [1, 1])])
+def test_hearsay_is_passed_on_only_without_first_hand(believers, first_hand, told):
+    swarm = believers(1, double=True, first_hand=first_hand)
+    swarm.know(0, NEST, 0.0, -2.0, p=1.5, visited=False)
+    swarm.know(0, PREY, 3.0, 0.0, p=4.0, came_from=True)
+    swarm.sense()
+    said, _ = swarm.say()
+    assert said.told[0].tolist() == told
+
+
+def test_who_knows_from_others_only_is_silent(believers):
+    swarm = believers(1, double=True)
+    swarm.know(0, NEST, 0.0, -2.0, p=1.5, visited=False)
+    swarm.sense()
+    said, speaking = swarm.say()
+    assert not speaking[0]
+    assert not said.told.any()
 
 
 def test_who_knows_both_areas_tells_of_none_of_which_it_is_too_unsure(believers):
