@@ -28,7 +28,7 @@ file, scenario, controller, physics, ticks = sys.argv[1:]
 loop = Loop(find_scenario(scenario), CONTROLLERS[controller], [5], physics)
 beliefs = loop.controller.minds["estimator"]["belief"]
 rng = np.random.default_rng(3)  # everybody knows something, and tells it from the first tick on
-beliefs["known"] = rng.integers(0, 2, beliefs["known"].shape)
+beliefs["known"] = beliefs["visited"] = rng.integers(0, 2, beliefs["known"].shape)
 beliefs["location"] = rng.uniform(-1.0, 1.0, beliefs["location"].shape)
 beliefs["p"] = rng.uniform(0.0, 3.0, beliefs["p"].shape)
 kept = {}

@@ -161,7 +161,7 @@ def test_every_robot_weighs_by_its_own_numbers():
 
 def test_a_message_is_composed_by_its_senders_numbers():
     """A single filter on its way tells of one area only, a double one of both."""
-    swarm = mixed(named("ssgiff", **TALKATIVE), named("dsgiff", **TALKATIVE))
+    swarm = mixed(*(named(name, **TALKATIVE, first_hand=False) for name in ("ssgiff", "dsgiff")))
     loop = Loop(busy(), swarm, [4], "kinematic")
     told_both, on_the_way = np.zeros(N, int), np.zeros(N, int)
     for _ in range(3 * TICKS):
