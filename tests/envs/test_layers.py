@@ -178,7 +178,7 @@ def scramble(robots, keep, rng):
 def test_a_robot_is_shown_and_does_only_what_follows_from_its_own_readings_and_messages(keep, busy):
     """Messages are what others say: those that the robot hears are put right."""
     rng = np.random.default_rng(0)
-    estimator = SocialOdometryParameters(double=True)
+    estimator = SocialOdometryParameters(double=True, first_hand=False)
     recipe = LayeredController("r", estimator, SGIKF(), SubsumptionParameters())
     true, other = Loop(busy, recipe, [SEED]), Loop(busy, recipe, [SEED])
     exchanges = 0
