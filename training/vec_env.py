@@ -163,7 +163,7 @@ class SwarmVecEnv(SharedAttributesVecEnv):
 
     def _shown_at(self) -> dict[str, Any]:
         """The render modes, and how many decisions pass in a second [Hz]."""
-        seconds = float(self.scenario.tick * self.env.config.decision_period)
+        seconds = float(self.scenario.tick * self.env.config.period)
         rate = max(1, round(1.0 / seconds))
         return {"render_modes": render_modes(self.scenario), "render_fps": rate}
 

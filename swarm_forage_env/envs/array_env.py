@@ -106,6 +106,11 @@ class ArrayEnv:
         return names
 
     @property
+    def robot_steps(self) -> int:
+        """Control ticks of the learners of all worlds, since the environment was made."""
+        return self._stepper.ticks * len(self.learners)
+
+    @property
     def is_over(self) -> Bool[Array, " worlds"]:
         """The episode of each world has ended: it must be reset."""
         return self.episodes.is_over
@@ -223,7 +228,7 @@ class ArrayEnv:
         """What a step is."""
         if self.config.step_on == "exchange":
             return Exchanges(self.loop, self.episodes, self._learns.tolist())
-        return Ticks(self.loop, self.episodes, self.config.decision_period or 1)
+        return Ticks(self.loop, self.episodes, self.config.period)
 
     def _describe(self, parts: Parts) -> None:
         """Make the spaces, and what writes observations and the state."""
@@ -262,7 +267,7 @@ class ArrayEnv:
 
     def _bounds(self, parts: Parts, scenario: Any) -> Any:  # noqa: ANN401 of its task
         """How large numbers get in a scenario."""
-        ticks = max(scenario.n_ticks, self.max_cycles * (self.config.decision_period or 1))
+        ticks = max(scenario.n_ticks, self.max_cycles * self.config.period)
         return self.task.bounds(scenario, ticks, getattr(parts.controller, "message_path", 0.0))
 
     def _observe(

@@ -56,15 +56,20 @@ class EnvConfig(Part):
         None, description="Decisions in an episode; none: as many as fit into the scenario's time"
     )
 
+    @property
+    def period(self) -> int:
+        """Ticks for which an action is held; 1 where none are said."""
+        return self.decision_period or 1
+
 
 def n_steps(scenario: Any, config: EnvConfig) -> int:  # noqa: ANN401 of any task
     """Decisions in an episode: `max_cycles`, or as many as fit into the scenario's time."""
-    period = config.decision_period or 1
-    if period > scenario.n_ticks:
+    if config.period > scenario.n_ticks:
         raise ConfigError(
-            f"decision_period={period}: must be at most the {scenario.n_ticks} ticks of an episode"
+            f"decision_period={config.period}: must be at most the {scenario.n_ticks} ticks of an"
+            " episode"
         )
-    return config.max_cycles or scenario.n_ticks // period
+    return config.max_cycles or scenario.n_ticks // config.period
 
 
 def chosen_robots(learners: Any, agents: Sequence[str]) -> list[int]:  # noqa: ANN401 whatever was given

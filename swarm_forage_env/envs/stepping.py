@@ -17,6 +17,9 @@ Earned = Float64[Array, "worlds robots"]
 class Stepper(Protocol):
     """Runs the worlds from one decision to the next."""
 
+    ticks: int
+    """How many were run, over all worlds."""
+
     def run(self, earned: EarnedInTick) -> Earned:
         """Run, count the step, and return what every robot earned in these ticks."""
         ...
@@ -31,6 +34,7 @@ class Ticks:
 
     def __init__(self, loop: Loop, episodes: Episodes, n_ticks: int) -> None:
         """A decision period of so many ticks."""
+        self.ticks = 0
         self._loop, self._episodes, self._n_ticks = loop, episodes, n_ticks
 
     def run(self, earned: EarnedInTick) -> Earned:
@@ -41,6 +45,7 @@ class Ticks:
             self._loop.step()
             total += earned()
         self._episodes.steps += 1
+        self.ticks += self._n_ticks * len(total)
         return total
 
     def acts(self) -> Bool[Array, "worlds robots"] | None:
@@ -62,6 +67,7 @@ class Exchanges:
                 "step_on='exchange': worlds run on their own, and a layer of this controller is a"
                 " rule on all of them, as learned ones are; take one whose motion is compiled"
             )
+        self.ticks = 0
         self._loop, self._episodes = loop, episodes
         self._learners = np.asarray(learners)
 
@@ -77,6 +83,7 @@ class Exchanges:
                 total[w] += rewards[w]
                 if ticks[w] >= end or is_valid[w, self._learners].any():
                     break
+        self.ticks += int((ticks - self._episodes.steps).sum())
         self._episodes.steps[:] = ticks
         return total
 

@@ -301,6 +301,24 @@ def test_half_weights_from_exchange_to_exchange_are_half_weights_in_every_tick(b
     assert earned == slow.world.robots["round_trips"].sum()
 
 
+def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exchanges):
+    held = ArrayEnv("es1", 2, learners=3, decision_period=7, **SHORT)
+    held.reset(seed=0)
+    for _ in range(2):
+        held.step(np.zeros((2, 3, 2), np.float32))
+    assert held.robot_steps == 2 * 7 * 2 * 3
+    exchanges.reset(seed=0)
+    ticks = 0
+    for _ in range(5):
+        before = exchanges.world.worlds["ticks"].sum()
+        exchanges.step(np.zeros((3, 10, 2), np.float32))
+        ticks += exchanges.world.worlds["ticks"].sum() - before
+    exchanges.reset(seed=1)
+    exchanges.step(np.zeros((3, 10, 2), np.float32))
+    ticks += exchanges.world.worlds["ticks"].sum()
+    assert exchanges.robot_steps == 10 * ticks > 10 * 3 * 6
+
+
 @pytest.mark.parametrize(
     ("options", "says"),
     [

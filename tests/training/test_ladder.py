@@ -205,6 +205,43 @@ def test_sb3_learns_and_a_benchmark_goes_on_where_it_was(rung, tmp_path, capsys)
     assert find(jobs[0], tmp_path) == runs[0]
 
 
+@pytest.fixture
+def weighting(rung):
+    """The rung of the weighting, in a minute's world of fast robots and near areas."""
+    keywords = {
+        **read_rungs()["weighting"].keywords,
+        "task.duration": 100.0,
+        "task.area_distance": 0.7,
+        "robot.cruise_speed": 0.12,
+    }
+    return replace(rung, keywords=keywords)
+
+
+def test_from_exchange_to_exchange_a_score_is_that_of_whole_episodes(weighting):
+    keywords = weighting.test_keywords
+    in_ticks = {name: value for name, value in keywords.items() if name != "step_on"}
+
+    def half(observations):
+        return np.zeros((*observations.shape[:2], 2), np.float32)
+
+    scores = play(keywords, half, [1, 2, 3])
+    assert scores == play(in_ticks, half, [1, 2, 3])
+    assert len(set(scores)) > 1
+
+
+def test_a_training_from_exchange_to_exchange_counts_ticks(weighting, tmp_path):
+    algorithm = read_algorithms()["sb3_ppo"]
+    settings = {"n_steps": 8, "batch_size": 80}
+    small = algorithm.model_copy(update={"worlds": 2, "settings": settings})
+    run = benchmark.make(Job(weighting, small, 0, 16_000), tmp_path)
+    steps = [point["robot_steps"] for point in run.curve]
+    assert steps == sorted(steps)
+    assert all(each % 10 == 0 for each in steps)
+    a_rollout = 2 * 10 * 8 * 1000  # at most: no step is longer than an episode
+    assert steps[-2] < 16_000 <= steps[-1] < 16_000 + a_rollout
+    assert steps[0] > 8 * 2 * 10  # a decision is no tick
+
+
 def test_the_file_of_marl_eval_is_a_tree_by_rung_algorithm_and_seed(ran):
     _, make = ran
     tree = marl_eval([make(), make(seed=1), make("mappo")])["swarm_forage"]["tiny"]

@@ -47,3 +47,18 @@ def test_an_algorithm_learns_on_a_rung_and_is_scored(name, tmp_path):
     assert len(run.scores) == 2
     assert find(job, tmp_path) == run
     assert json.loads(job.file(tmp_path).read_text())["versions"]["benchmarl"]
+
+
+@pytest.mark.parametrize("name", ["ippo", "iql"])
+def test_from_exchange_to_exchange_ticks_are_counted(name, tmp_path):
+    rung = read_rungs()["weighting"]
+    busy = {"task.area_distance": 0.7, "robot.cruise_speed": 0.12, "max_cycles": 600}
+    card = rung.card.model_copy(update={"episodes": 2, "curve_episodes": 2})
+    small = read_algorithms()[name].model_copy(update={"experiment": FEW})
+    job = Job(replace(rung, keywords={**rung.keywords, **busy}, card=card), small, 3, 30_000)
+    run = make(job, tmp_path)
+    steps = [point["robot_steps"] for point in run.curve]
+    assert steps == sorted(steps)
+    assert steps[-2] < 30_000 <= steps[-1]
+    assert all(each % 10 == 0 for each in steps)
+    assert steps[0] > 16 * 10  # a decision is no tick

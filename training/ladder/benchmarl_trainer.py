@@ -2,6 +2,7 @@
 
 import contextlib
 import copy
+import math
 import os
 import tempfile
 from typing import Any
@@ -17,7 +18,7 @@ from torchrl.envs.utils import ExplorationType, set_exploration_type
 from swarm_forage_env.arrays import Array
 from training.benchmarl_tasks import SwarmForageClass, settings
 from training.ladder.algorithms import Algorithm
-from training.ladder.play import Act, Watch
+from training.ladder.play import Act, Watch, robot_steps_of_a_decision
 from training.ladder.rungs import Rung
 
 SILENT = {
@@ -34,27 +35,39 @@ def is_discrete(algorithm: Algorithm) -> bool:
     return not algorithm_config_registry[algorithm.algorithm].supports_continuous_actions()
 
 
+class _Trained(Exception):  # noqa: N818 no error
+    """The robot-steps of a training are used up."""
+
+
 def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     """Train from scratch, for as many robot-steps as the watch says."""
     torch.set_num_threads(1)
     task = SwarmForageClass(rung.name, {**rung.keywords, **algorithm.keywords})
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, open(os.devnull, "w") as nowhere:
         experiment = _experiment(task, algorithm, seed, folder, watch)
-        with open(os.devnull, "w") as nowhere, contextlib.redirect_stderr(nowhere):
+        with (
+            contextlib.redirect_stdout(nowhere),
+            contextlib.redirect_stderr(nowhere),
+            contextlib.suppress(_Trained),
+        ):
             experiment.run()
 
 
 def _experiment(
     task: TaskClass, algorithm: Algorithm, seed: int, folder: str, watch: Watch
 ) -> Experiment:
-    """BenchMARL's experiment, watched."""
+    """BenchMARL's experiment, watched, which ends when the watch says so."""
     config = algorithm_config_registry[algorithm.algorithm].get_from_yaml()
     for name, value in algorithm.settings.items():
         setattr(config, name, value)
-    env = task.get_env_fun(1, not is_discrete(algorithm), None, "cpu")()
-    ticks = len(env.array_env.learners) * (env.array_env.config.decision_period or 1)
-    frames = -(-watch.robot_steps // ticks)
-    own = {**SILENT, "save_folder": folder, "max_n_frames": frames, **algorithm.experiment}
+    frames = math.ceil(watch.robot_steps / robot_steps_of_a_decision(task.config))
+    own = {
+        **SILENT,
+        "save_folder": folder,
+        "max_n_frames": watch.robot_steps,
+        "exploration_anneal_frames": frames // 3,
+        **algorithm.experiment,
+    }
     return Experiment(
         task=task,
         algorithm_config=config,
@@ -62,27 +75,30 @@ def _experiment(
         critic_model_config=MlpConfig.get_from_yaml(),
         seed=seed,
         config=settings(task, **own),
-        callbacks=[_Watcher(watch, ticks, env.group)],
+        callbacks=[_Watcher(watch)],
     )
 
 
 class _Watcher(Callback):  # type: ignore[misc]
     """Evaluates after updates, when it is time."""
 
-    def __init__(self, watch: Watch, ticks: int, group: str) -> None:
+    def __init__(self, watch: Watch) -> None:
         super().__init__()
-        self._watch, self._ticks, self._group = watch, ticks, group
+        self._watch = watch
 
     def on_train_end(self, training_td: Any, group: str) -> None:  # noqa: ANN401 as BenchMARL's
-        """Evaluate what the last update has made."""
-        robot_steps = self.experiment.total_frames * self._ticks
+        """Evaluate what the last update has made; _Trained when it is the last one."""
+        experiment = self.experiment
+        robot_steps = experiment.collector.env.base_env.array_env.robot_steps
         if self._watch.due(robot_steps):
-            policy = self.experiment.policy
+            policy = experiment.policy
             self._watch.evaluate(
                 robot_steps,
-                _acting(policy, self._group),
-                lambda: _acting(copy.deepcopy(policy), self._group),
+                _acting(policy, group),
+                lambda: _acting(copy.deepcopy(policy), group),
             )
+        if robot_steps >= self._watch.robot_steps:
+            raise _Trained
 
 
 def _acting(policy: Any, group: str) -> Act:  # noqa: ANN401 a TensorDictModule

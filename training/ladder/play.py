@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import baselines.controllers  # noqa: F401 runs the layers that are not learned
-from swarm_forage_env.arrays import Array
+from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.envs.array_env import ArrayEnv
 from training.experiment import HELD_BACK_SEEDS, TEST_SEEDS
 
@@ -38,12 +38,36 @@ def play(keywords: Mapping[str, Any], act: Act, seeds: Sequence[int]) -> list[fl
 def _play_block(keywords: Mapping[str, Any], act: Act, seeds: Sequence[int]) -> list[float]:
     env = ArrayEnv(n_worlds=len(seeds), **keywords)
     observations, _ = env.reset(list(seeds))
-    while not env.is_over.any():
+    score, is_scored = np.zeros(len(seeds)), np.zeros(len(seeds), np.bool_)
+    while not is_scored.all():
         observations, *_ = env.step(act(observations))
+        over = env.is_over
+        if over.any():  # from exchange to exchange one world's episode ends before another's
+            score = np.where(is_scored, score, _score(env))
+            is_scored |= over
+            observations, _ = env.reset(worlds=over)
+    found: list[float] = score.tolist()
+    return found
+
+
+def _score(env: ArrayEnv) -> Float64[Array, " worlds"]:
+    """The score of every world's episode so far."""
     of_robots = env.log()[:, :, 0]
     is_mean = env.task.episode.score.endswith(PER_ROBOT)
-    score: list[float] = (of_robots.mean(axis=1) if is_mean else of_robots.sum(axis=1)).tolist()
-    return score
+    return np.asarray(of_robots.mean(axis=1) if is_mean else of_robots.sum(axis=1))
+
+
+def robot_steps_of_a_decision(keywords: Mapping[str, Any]) -> float:
+    """Robot-steps of a world in one decision; of exchanges a mean over an episode."""
+    env = ArrayEnv(**keywords)
+    kind = np.int64 if env.config.discrete else np.float32
+    still = np.zeros((1, len(env.learners), *env.action_shape), kind)
+    env.reset(0)
+    n_steps = 0
+    while not env.is_over.any():
+        env.step(still)
+        n_steps += 1
+    return env.robot_steps / n_steps
 
 
 def random_actions(keywords: Mapping[str, Any], seed: int = 0) -> Act:

@@ -5,7 +5,6 @@ from typing import Any
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.policies import ActorCriticPolicy
 
 from swarm_forage_env.arrays import Array
@@ -25,7 +24,6 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     torch.set_num_threads(1)
     keywords = {**rung.keywords, **algorithm.keywords}
     env = SwarmVecEnv(n_worlds=algorithm.worlds, seed=seed, stagger=True, **keywords)
-    period = env.env.config.decision_period or 1
     model = PPO(
         "MlpPolicy",
         env,
@@ -34,31 +32,11 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
         device="cpu",
         **algorithm.settings,
     )
-    model.learn(-(-watch.robot_steps // period), callback=_Watcher(watch, period))
-
-
-class _Watcher(BaseCallback):
-    """Evaluates after updates, when it is time."""
-
-    def __init__(self, watch: Watch, period: int) -> None:
-        super().__init__()
-        self._watch, self._period = watch, period
-
-    def _on_step(self) -> bool:
-        return True
-
-    def _on_rollout_start(self) -> None:
-        self._look()
-
-    def _on_training_end(self) -> None:
-        self._look()
-
-    def _look(self) -> None:
-        """Evaluate what the last update has made."""
-        robot_steps = self.num_timesteps * self._period
-        if self._watch.due(robot_steps):
-            policy = self.model.policy
-            self._watch.evaluate(robot_steps, _acting(policy), lambda: _acting(_copied(self.model)))
+    while env.env.robot_steps < watch.robot_steps:
+        model.learn(1, reset_num_timesteps=False)  # one rollout, and the updates of it
+        if watch.due(env.env.robot_steps):
+            acting = _acting(model.policy)
+            watch.evaluate(env.env.robot_steps, acting, lambda: _acting(_copied(model)))
 
 
 def _acting(policy: Any) -> Act:  # noqa: ANN401 a policy of any kind
