@@ -1,6 +1,6 @@
 """Controllers by name, with parameters: `ssgiff` or `ssgiff:beta=0.01,refractory=10`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
@@ -55,7 +55,7 @@ def find_controllers(controller: Controllers | None, scenario: Any) -> Controlle
     """
     task = task_of(scenario)
     if isinstance(controller, Mapping):
-        named = _by_number(controller, task.agent, scenario.task.n_robots)
+        named = _by_number(controller, task.agents(scenario.task.n_robots))
         others = controller.get(OTHERS, task.controller)
         given = [named.get(robot, others) for robot in range(scenario.task.n_robots)]
     elif isinstance(controller, list | tuple):
@@ -74,16 +74,16 @@ def find_controllers(controller: Controllers | None, scenario: Any) -> Controlle
 
 
 def _by_number(
-    controllers: Mapping[Any, OneController], agent: str, n_robots: int
+    controllers: Mapping[Any, OneController], agents: Sequence[str]
 ) -> dict[int, OneController]:
     """The entries of a mapping by the numbers of the robots."""
-    names = {f"{agent}_{robot}": robot for robot in range(n_robots)}
+    names = {agent: robot for robot, agent in enumerate(agents)}
     found: dict[int, OneController] = {}
     for key, controller in controllers.items():
         if key == OTHERS:
             continue
         robot = names.get(key, key)
-        if isinstance(robot, bool) or robot not in range(n_robots):
+        if isinstance(robot, bool) or robot not in range(len(agents)):
             raise UnknownNameError("robot", str(key), [*names, OTHERS])
         if robot in found:
             raise ConfigError(f"controller: robot {robot} is given twice, by name and by number")

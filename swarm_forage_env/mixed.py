@@ -59,10 +59,10 @@ class MixedController:
         each: Sequence[Any],
     ) -> RunningController:
         """The running controllers of a block of worlds, of which `each` may have its own."""
-        whole = [_members(controller, world.n_robots) for controller in each]
+        whole = [members_of(controller, world.n_robots) for controller in each]
         for row, scenario in zip(whole, world.scenarios, strict=True):
             MixedController(tuple(row)).check_supports(scenario)
-        rows = _without_policies(whole)
+        rows = _without_policies(whole, world.scenario)
         teams = [_teams(row, own) for row, own in zip(rows, world.scenarios, strict=True)]
         for own in teams:
             if own != teams[0]:
@@ -103,21 +103,31 @@ class MixedController:
             )
 
 
-def _members(controller: Controller, n_robots: int) -> Sequence[Any]:
+def members_of(controller: Controller, n_robots: int) -> Sequence[Any]:
     """The controller of every robot of a world."""
     if isinstance(controller, MixedController):
         return controller.members
     return [controller] * n_robots
 
 
-def _without_policies(rows: Sequence[Sequence[Any]]) -> list[list[Any]]:
-    """The controllers, and of those that are a policy over hand-written layers these layers."""
-    layers = {id(each): each.hand_written for row in rows for each in row if hasattr(each, "over")}
-    return [[layers.get(id(each), each) for each in row] for row in rows]
+def with_members(
+    controller: Controller, others: Mapping[int, Controller], n_robots: int
+) -> MixedController:
+    """The same with other controllers of some robots, by number."""
+    before = members_of(controller, n_robots)
+    return MixedController(tuple(others.get(k, own) for k, own in enumerate(before)))
+
+
+def _without_policies(rows: Sequence[Sequence[Any]], scenario: Any) -> list[list[Any]]:  # noqa: ANN401 of any task
+    """The controllers, and of those that are a policy over something else what that is."""
+    under = {
+        id(each): each.under(scenario) for row in rows for each in row if hasattr(each, "over")
+    }
+    return [[under.get(id(each), each) for each in row] for row in rows]
 
 
 def _policies(rows: Sequence[Sequence[Any]]) -> list[tuple[Any, Team]]:
-    """Each policy over hand-written layers, with its robots; ConfigError if they are not the same
+    """Each policy over something else, with its robots; ConfigError if they are not the same
     in all worlds."""
     found: dict[int, tuple[Any, Team]] = {}
     for robot, policy in enumerate(rows[0]):

@@ -336,6 +336,10 @@ class Task:
     scene: Callable[[Any, Array, int], Scene] | None = None
     """What is drawn of one world, from a block of them, the minds of its robots and which."""
 
+    def agents(self, n_robots: int) -> list[str]:
+        """The names of so many robots."""
+        return [f"{self.agent}_{robot}" for robot in range(n_robots)]
+
     def __reduce__(self) -> tuple[Callable[[str], "Task"], tuple[str]]:
         """A copy is the task itself, in another process the one of that name."""
         return task_named, (self.name,)

@@ -26,6 +26,7 @@ from swarm_forage_env.envs.observations import Moment
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE, Controller, RunningController
 from swarm_forage_env.parameters import Count, Part, Positive, validated
+from swarm_forage_env.task import task_of
 from training.policy_card import PolicyCard, read_policy_card
 from training.policy_form import PolicyForm
 
@@ -156,6 +157,11 @@ class PolicyController(LayeredController):
         return {**self.hand_written.layer_names, "policy": own}
 
     @property
+    def is_everything(self) -> bool:
+        """The policy leaves no layer to anybody else."""
+        return self.policy.learn == "everything"
+
+    @property
     def hand_written(self) -> LayeredController:
         """The layers alone."""
         return LayeredController(self.name, self.estimator, self.weighting, self.motion)
@@ -184,14 +190,24 @@ class PolicyController(LayeredController):
         each: Sequence[Any],
     ) -> "RunningPolicy":
         """The running controller of a block of worlds; ConfigError if the policy does not fit."""
-        form = self.form(world.scenario)
         if any(own.policy != self.policy for own in each):
             raise ConfigError(f"policy {self.policy.source}: all worlds of a block need the same")
-        if self.policy.learn == "everything":
-            inner = form.task.no_layers.build(world, seeds, each)  # type: ignore[union-attr]
-        else:
-            inner = self.hand_written.build(world, seeds, [own.hand_written for own in each])
-        return self.over(world, inner, form.everybody)
+        under = [own.under(world.scenario) for own in each]
+        inner = under[0].build(world, seeds, under)
+        return self.over(world, inner, range(world.n_robots))
+
+    def under(self, scenario: Any) -> Any:  # noqa: ANN401 layers or none, in any task
+        """What does the rest: hand-written layers, or nothing beside a policy of everything."""
+        task = task_of(scenario)
+        if self.is_everything and task.no_layers is not None:
+            return task.no_layers
+        return self.hand_written
+
+    def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
+        """That of what does the rest."""
+        if self.is_everything:
+            return self.under(scenario).language(scenario)
+        return super().language(scenario)
 
     def over(
         self,
@@ -205,24 +221,20 @@ class PolicyController(LayeredController):
 
     def check_usable(self, scenario: Any) -> None:  # noqa: ANN401 of any task
         """ConfigError or UnknownNameError if a layer or the policy does not fit the scenario."""
-        if self.policy.learn != "everything":
+        if not self.is_everything:
             self.hand_written.check_usable(scenario)
         form = self.form(scenario)
         self._started(form, form.everybody)
 
     def check_supports(self, scenario: Any) -> None:  # noqa: ANN401 of any task
-        """ConfigError if no learner can work beside it in this scenario."""
-        super().check_supports(scenario)
-        if self.policy.learn == "everything":
-            raise ConfigError(
-                f"policy {self.policy.source}: is everything, so that it leaves a learner no layer"
-                " to take the place of; evaluate it, or take one of the motion"
-            )
+        """ConfigError if a hand-written layer is not made for the world of this scenario."""
+        if not self.is_everything:
+            super().check_supports(scenario)
 
     def form(self, scenario: Any) -> PolicyForm:  # noqa: ANN401 of any task
         """What the policy is shown and gives; ConfigError if its card says something else."""
-        everything = self.policy.learn == "everything"
-        form = PolicyForm(scenario, self.policy.config(), 0.0 if everything else self.message_path)
+        path = 0.0 if self.is_everything else self.message_path
+        form = PolicyForm(scenario, self.policy.config(), path)
         card = self.policy.card()
         if card is not None:
             _check_observes(self.policy, card.observes, form.observes)
@@ -245,7 +257,7 @@ class PolicyController(LayeredController):
             return self
         policy = validated(type(self.policy), {**self.policy.model_dump(), **card.keywords})
         changed = replace(self, policy=policy)
-        return changed if policy.learn == "everything" else changed._beside(card.controller)
+        return changed if changed.is_everything else changed._beside(card.controller)
 
     def _beside(self, controller: str | Controller) -> "PolicyController":
         """The same beside the layers of another controller."""

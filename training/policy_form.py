@@ -32,7 +32,7 @@ class PolicyForm:
         self.max_cycles = n_steps(scenario, config)
         ticks = max(scenario.n_ticks, self.max_cycles * self.period)
         shown = self.policy.layout(self.task.bounds(scenario, ticks, message_path))
-        agents = [f"{self.task.agent}_{k}" for k in range(scenario.task.n_robots)]
+        agents = self.task.agents(scenario.task.n_robots)
         self.observe = Observer(
             self.policy, config.observation, shown, scenario, agents, config.normalise
         )

@@ -23,7 +23,7 @@ from swarm_forage_env.envs.observations import (
 from swarm_forage_env.envs.rewards import EarnedInTick, shaping
 from swarm_forage_env.envs.stepping import Exchanges, Stepper, Ticks
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import CORRECT, REPLACE, Controller
+from swarm_forage_env.interface import CORRECT, REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import Count, Part, validated
 from swarm_forage_env.spaces import Layout, ObservationLayout, widest
@@ -82,7 +82,7 @@ class ArrayEnv:
         self._policy = parts.task.policies[parts.config.learn]
         self.max_cycles = n_steps(parts.scenario, parts.config)
         self.loop = self._made_loop(parts)
-        self.agents = [f"{self.task.agent}_{k}" for k in range(self.world.n_robots)]
+        self.agents = self.task.agents(self.world.n_robots)
         self._learns = np.array(chosen_robots(parts.config.learners, self.agents))
         self.learners = [self.agents[k] for k in self._learns]
         self._hand_over()
@@ -211,11 +211,8 @@ class ArrayEnv:
 
     def _made_loop(self, parts: Parts) -> Loop:
         """The worlds, and who runs the robots."""
-        config, task = parts.config, parts.task
-        no_layers = task.no_layers if config.learn == "everything" else None
-        controller: Controller = no_layers or parts.controller
-        seeds = range(self.n_worlds)
-        return Loop(parts.scenario, controller, seeds, config.physics, config.threads)
+        config, seeds = parts.config, range(self.n_worlds)
+        return Loop(parts.scenario, parts.controller, seeds, config.physics, config.threads)
 
     def _hand_over(self) -> None:
         """Mark the layers of the learners as theirs."""

@@ -118,7 +118,7 @@ class LearnerEnv(_SwarmEnv):
 
     The keywords are those of `parallel_env`. Observation, action, reward and info are the first
     robot's; with `reward="team"` it gets the mean over the swarm, its team-mates included.
-    `learn="everything"` is refused: what such a robot said would mean nothing to the others.
+    With `learn="everything"` the others do not understand it, and hear only where it is.
     """
 
     single_learner = True

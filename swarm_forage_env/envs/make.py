@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 from swarm_forage_env.controllers import Controllers, find_controllers
-from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.config import EnvConfig, chosen_robots
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller
+from swarm_forage_env.mixed import members_of, with_members
 from swarm_forage_env.parameters import leaves, resolve, validated
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import Task, task_of
@@ -40,9 +41,11 @@ def checked_parts(
     task = task_of(chosen)
     found = find_controllers(controller, chosen)
     _check_learns(config, task)
-    if controller is not None and config.learn == "everything":
-        _refuse(found, "none runs where learn='everything'; leave it out, or learn 'motion'")
-    if config.learn != "everything" and hasattr(found, "check_supports"):
+    if config.learn == "everything":
+        found = _beside_everything(found, controller is not None, config, chosen)
+    else:
+        _check_leaves_a_layer(found, config, chosen)
+    if hasattr(found, "check_supports"):
         found.check_supports(chosen)
     if config.learn == "weighting" and not getattr(found, "talks", True):
         _refuse(found, "nobody talks, so that there is nothing to weigh; choose one that does")
@@ -63,8 +66,45 @@ def _check_learns(config: EnvConfig, task: Task) -> None:
     if task.most_shaping is not None and config.shaping > task.most_shaping[0]:
         most, why = task.most_shaping
         raise ConfigError(f"shaping={config.shaping:g}: {why}; must be at most {most:g}")
-    if config.learners is not None:
-        _check_shares_a_language(config)
+
+
+def _beside_everything(
+    controller: Controller,
+    is_given: bool,
+    config: EnvConfig,
+    scenario: Any,  # noqa: ANN401 of any task
+) -> Controller:
+    """What runs the swarm where some robots learn everything: the given controller all others."""
+    task, n_robots = task_of(scenario), scenario.task.n_robots
+    policy = task.no_layers
+    assert policy is not None
+    learners = chosen_robots(config.learners, task.agents(n_robots))
+    if len(learners) < n_robots:
+        return with_members(controller, dict.fromkeys(learners, policy), n_robots)
+    if is_given:
+        _refuse(
+            controller,
+            "none runs where learn='everything' and all robots learn; leave it out, name the"
+            " `learners`, or learn 'motion'",
+        )
+    return policy
+
+
+def _check_leaves_a_layer(
+    controller: Controller,
+    config: EnvConfig,
+    scenario: Any,  # noqa: ANN401 of any task
+) -> None:
+    """ConfigError if a policy of everything drives a robot that learns."""
+    n_robots = scenario.task.n_robots
+    members = members_of(controller, n_robots)
+    for robot in chosen_robots(config.learners, task_of(scenario).agents(n_robots)):
+        if getattr(members[robot], "is_everything", False):
+            _refuse(
+                members[robot],
+                f"is everything, so that it leaves no layer of robot {robot} to learn; give it to"
+                " robots that do not learn, by `learners`, or take a policy of the motion",
+            )
 
 
 def _overridden(scenario: Any, overrides: Mapping[str, Any]) -> Any:  # noqa: ANN401 as above
@@ -88,8 +128,6 @@ def _check_residual(config: EnvConfig, task: Task) -> None:
         raise ConfigError(f"residual=True: cannot be had in the task {task.name}; leave it out")
     if config.learn not in task.residuals:
         raise UnknownNameError("layer to learn as a residual", config.learn, task.residuals)
-    if config.learners is not None:
-        raise ConfigError("residual=True: cannot be had where some robots learn; leave it out")
 
 
 def _check_exchanges(config: EnvConfig) -> None:
@@ -100,13 +138,3 @@ def _check_exchanges(config: EnvConfig) -> None:
         raise ConfigError("step_on='exchange': goes with no decision_period; leave it out")
     if not isinstance(config.reward, str):
         raise ConfigError("step_on='exchange': goes with reward='own' or 'team' alone")
-
-
-def _check_shares_a_language(config: EnvConfig) -> None:
-    """ConfigError for some learners of everything."""
-    if config.learn == "everything":
-        raise ConfigError(
-            "learn='everything': what a learner would say means nothing to hand-written team-mates;"
-            " learn 'weighting', 'motion' or 'both', or all robots at once, as in"
-            " SwarmForage/ES1-Joint-v1"
-        )

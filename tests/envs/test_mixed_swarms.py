@@ -129,6 +129,68 @@ def test_robots_that_correct_each_other_need_one_estimator():
         parallel_env("waypoints-05", controller={"*": other, 0: authors})
 
 
-def test_a_policy_of_everything_takes_no_mixture():
-    with pytest.raises(ConfigError, match="none runs where learn='everything'"):
-        parallel_env("es1", learn="everything", controller={0: "nc"})
+def test_where_all_robots_learn_everything_there_is_no_mixture():
+    for learners in (None, 10):
+        with pytest.raises(ConfigError, match="none runs where learn='everything' and all"):
+            parallel_env("es1", learn="everything", learners=learners, controller={0: "nc"})
+
+
+def test_some_robots_learn_everything_among_hand_written_ones(busy, sampler):
+    team = {"*": "dsgiff", 9: "sikf"}
+    env = parallel_env(
+        busy, learn="everything", learners=[2, 5], controller=team, physics="kinematic"
+    )
+    assert env.possible_agents == ["epuck_2", "epuck_5"]
+    env.reset(seed=3)
+    draw, robots = sampler(env, 0), env.world.robots
+    for _ in range(400):
+        actions = draw()
+        observations, rewards, *_ = env.step(actions)
+        said = env.array_env.loop.controller.minds["words"][0]
+        assert_array_equal(said[[2, 5]], [actions[each][3:] for each in env.possible_agents])
+        for agent, observed in observations.items():
+            assert env.observation_space(agent).contains(observed)
+    assert set(rewards) == set(env.possible_agents)
+    speaks = [actions[each][2] > 0.0 for each in env.possible_agents]
+    assert_array_equal(robots["command"]["is_speaking"][0, [2, 5]], speaks)
+    others = np.delete(np.arange(10), [2, 5])
+    assert robots["report"]["known"][0, others].any(axis=1).sum() > 4
+    assert env.state_space.contains(env.state())
+
+
+def test_hand_written_robots_go_on_as_if_a_learner_of_everything_were_silent(busy):
+    """They hear where it is and no more, so what it says makes no difference to them."""
+    options = {"learn": "everything", "learners": 1, "physics": "kinematic"}
+    envs = [parallel_env(busy, **options) for _ in range(2)]
+    poses = []
+    for env, word in zip(envs, (0.0, 1.0), strict=True):
+        env.reset(seed=3)
+        action = np.array([0.5, 0.1, 1.0, *[word] * 12], np.float32)
+        for _ in range(300):
+            env.step({"epuck_0": action})
+        poses.append(env.world.robots["pose"].copy())
+    assert_array_equal(*poses)
+
+
+def test_robots_that_correct_each_other_take_no_learner_of_everything_among_them():
+    with pytest.raises(ConfigError, match="all need the same estimator"):
+        parallel_env("waypoints-05", learn="everything", learners=2)
+
+
+def test_some_robots_learn_a_correction_and_the_others_go_by_their_motion(busy):
+    options = {"residual": True, "decision_period": 1, "physics": "kinematic"}
+    some = parallel_env(busy, learners=[3], **options)
+    everybody = parallel_env(busy, **options)
+    some.reset(seed=3)
+    everybody.reset(seed=3)
+    still, left = np.zeros(2, np.float32), np.array([-0.5, 0.5], np.float32)
+    for _ in range(200):
+        some.step({"epuck_3": left})
+        actions = dict.fromkeys(everybody.possible_agents, still)
+        everybody.step({**actions, "epuck_3": left})
+    assert_array_equal(some.world.robots["pose"], everybody.world.robots["pose"])
+    plain = parallel_env(busy, **options)
+    plain.reset(seed=3)
+    for _ in range(200):
+        plain.step(dict.fromkeys(plain.possible_agents, still))
+    assert not np.array_equal(plain.world.robots["pose"], some.world.robots["pose"])

@@ -156,7 +156,6 @@ def test_a_block_is_made_again_from_its_spec():
         ({"max_episode_steps": 0}, "max_episode_steps=0: must be"),
         ({"max_episode_steps": 2.5}, r"max_episode_steps=2\.5: must be"),
         ({"autoreset_mode": "never"}, "'never': must be one of 'NextStep', 'SameStep', 'Disabled'"),
-        ({"learn": "everything"}, "means nothing to hand-written team-mates"),
     ],
 )
 def test_a_value_that_cannot_be_used_is_refused(options, says):

@@ -295,8 +295,27 @@ def test_a_copied_episode_goes_on_as_the_first(model, scenario, tmp_path):
 
 def test_a_policy_of_everything_has_no_room_for_a_learner(model, tmp_path):
     model(learn="everything")
-    with pytest.raises(ConfigError, match="no layer to take the place of"):
+    with pytest.raises(ConfigError, match=r"is everything, .* no layer of robot 0 to learn"):
         parallel_env("es1", controller=f"sb3:{tmp_path / 'model.zip'}", **FAST)
+
+
+@pytest.mark.parametrize("learn", ["motion", "everything"])
+def test_a_policy_of_everything_is_a_team_mate_of_learners(learn, model, scenario, tmp_path):
+    made, env = model(learn="everything", decision_period=5)
+    named = f"sb3:{tmp_path / 'model.zip'}"
+    rest = dict.fromkeys(range(1, scenario.task.n_robots), named)
+    options = {"learn": learn, "learners": 1, "decision_period": 5, "physics": "kinematic"}
+    mixed = ArrayEnv(scenario, controller=rest, **options)
+    mixed.reset(seed=7)
+    (seen,), _ = env.env.reset(seed=7)
+    told = made.predict(seen, deterministic=True)[0]
+    still = np.zeros((1, 1, *mixed.action_shape), np.float32)
+    mixed.step(still)
+    own = env.env.actions.rows(told)[1:, :2]
+    assert_allclose(mixed.world.robots["command"]["wheels"][0, 1:], own, rtol=1e-5)
+    for _ in range(20):
+        mixed.step(still)
+    assert np.isfinite(mixed.state()).all()
 
 
 @pytest.mark.parametrize(
