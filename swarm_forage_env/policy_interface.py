@@ -11,9 +11,10 @@ from swarm_forage_env.spaces import FeatureGroup, Layout, ObservationLayout
 
 Groups = Mapping[str, tuple[FeatureGroup, ...]]
 
-ActOn = Callable[
-    [Any, Any, Int64[Array, " learners"], Float32[Array, "worlds learners numbers"]], None
-]
+Index = slice | Int64[Array, " learners"]
+"""Which robots learn: a slice that takes all, or their numbers."""
+
+ActOn = Callable[[Any, Any, Index, Float32[Array, "worlds learners numbers"]], None]
 """Writes the actions of the learners of every world; of world, controller, which robots learn, and
 their actions."""
 

@@ -22,7 +22,6 @@ from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.config import EnvConfig
-from swarm_forage_env.envs.observations import Moment
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE, Controller, RunningController
 from swarm_forage_env.parameters import Count, Part, Positive, validated
@@ -358,15 +357,11 @@ class RunningPolicy:
 
     def _seen(self, decisions: Array, due: Array) -> Float32[Array, "worlds robots numbers"]:
         """What every robot observes; right in the worlds where a decision is due."""
-        minds = self._inner.minds
-        moment = Moment(
-            self._world.robots,
-            self._world.worlds,
-            minds["estimator"] if "estimator" in (minds.dtype.names or ()) else None,
-            1.0 - np.minimum(decisions / self._form.max_cycles, 1.0),
-            self._held,
-        )
-        seen = self._form.observe(self._world, self._inner, moment)
+
+        def share_left() -> Array:
+            return np.asarray(1.0 - np.minimum(decisions / self._form.max_cycles, 1.0))
+
+        seen = self._form.observe(self._world, self._inner, share_left, self._held)
         self._frames[due, :, :-1] = self._frames[due, :, 1:]
         self._frames[due, :, -1] = seen[due]
         fresh = due[decisions[due] == 0]

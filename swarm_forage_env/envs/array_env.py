@@ -14,7 +14,6 @@ from swarm_forage_env.envs.episodes import Episodes, Seeds
 from swarm_forage_env.envs.make import Parts, checked_parts
 from swarm_forage_env.envs.observations import (
     LAYER,
-    Moment,
     Normaliser,
     Observer,
     normalised,
@@ -26,6 +25,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CORRECT, REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import Count, Part, validated
+from swarm_forage_env.policy_interface import Index
 from swarm_forage_env.spaces import Layout, ObservationLayout, widest
 from swarm_forage_env.task import World
 
@@ -83,8 +83,10 @@ class ArrayEnv:
         self.max_cycles = n_steps(parts.scenario, parts.config)
         self.loop = self._made_loop(parts)
         self.agents = self.task.agents(self.world.n_robots)
-        self._learns = np.array(chosen_robots(parts.config.learners, self.agents))
-        self.learners = [self.agents[k] for k in self._learns]
+        robots = chosen_robots(parts.config.learners, self.agents)
+        self.learners = [self.agents[robot] for robot in robots]
+        is_all = len(robots) == len(self.agents)
+        self._learns: Index = slice(None) if is_all else np.array(robots)
         self._hand_over()
         self._potential = self.task.potential(self.world)
         self._earned = EarnedInTick(self.world, self.task, parts.config.reward)
@@ -224,7 +226,7 @@ class ArrayEnv:
     def _made_stepper(self) -> Stepper:
         """What a step is."""
         if self.config.step_on == "exchange":
-            return Exchanges(self.loop, self.episodes, self._learns.tolist())
+            return Exchanges(self.loop, self.episodes, self._learns)
         return Ticks(self.loop, self.episodes, self.config.period)
 
     def _describe(self, parts: Parts) -> None:
@@ -271,15 +273,8 @@ class ArrayEnv:
         self, fresh: Int64[Array, " worlds"] | None = None
     ) -> Float32[Array, "worlds learners numbers"]:
         """What every learner observes; worlds that are `fresh` have no earlier frames."""
-        minds = self.loop.controller.minds
-        moment = Moment(
-            self.world.robots,
-            self.world.worlds,
-            minds["estimator"] if "estimator" in (minds.dtype.names or ()) else None,
-            1.0 - self.episodes.share_gone,
-            self._last_action,
-        )
-        seen = self._observer(self.world, self.loop.controller, moment)
+        episodes, last = self.episodes, self._last_action
+        seen = self._observer(self.world, self.loop.controller, episodes.share_left, last)
         if self._frames is not None:
             if fresh is None:
                 self._frames[:, :, :-1] = self._frames[:, :, 1:]
@@ -297,8 +292,7 @@ class ArrayEnv:
 
     def _of_learners(self, of_robots: Array) -> Array:
         """The columns of those that learn."""
-        is_all = len(self.learners) == len(self.agents)
-        return of_robots if is_all else of_robots[:, self._learns]
+        return of_robots[:, self._learns]
 
 
 class _Worlds(Part):

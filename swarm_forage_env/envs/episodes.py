@@ -62,6 +62,10 @@ class Episodes:
         """Share of the episode that each world has behind it."""
         return np.asarray(np.minimum(self.steps / np.maximum(self.ends, 1), 1.0))
 
+    def share_left(self) -> Float64[Array, " worlds"]:
+        """Share of the episode that each world has before it."""
+        return np.asarray(1.0 - self.share_gone)
+
     def check_running(self) -> None:
         """ResetNeeded if the episode of a world has not begun, or has ended."""
         if (self.steps < self.ends).all():

@@ -13,7 +13,7 @@ from the records of a block of worlds:
 `parallel_env("es1", observation=["layer", Heading])` shows it beside what the layer sees.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -262,20 +262,47 @@ class Observer:
         self.layout = normalised(layout) if normalise else layout
         self._n = len(layout)
 
-    def __call__(self, world: Any, controller: Any, moment: Moment) -> Float32[Array, "..."]:  # noqa: ANN401 of its task
-        """What every robot observes, worlds by robots by numbers."""
+    def __call__(
+        self,
+        world: Any,  # noqa: ANN401 of its task
+        controller: Any,  # noqa: ANN401 as above
+        time_left: Callable[[], Float64[Array, " worlds"]],
+        last_action: Float32[Array, "worlds robots numbers"],
+    ) -> Float32[Array, "worlds robots numbers"]:
+        """What every robot observes.
+
+        The share of the episode that is left is asked for, and the actions before are read, by
+        what is observed beside the layer.
+        """
         shape = (world.n_worlds, world.n_robots, self._n)
         out = np.empty(shape, np.float32)
         if self._n_shown:
             self._policy.observe(world, controller, out)
         if self._direction >= 0:
             write_directions(out, self._direction, self._n_shown)
-        for part, (first, last) in zip(self._parts, self._spans, strict=True):
-            part.write(moment, out[:, :, first:last])
-            _check_finite(out[:, :, first:last], self.layout[first:last])
+        if self._parts:
+            self._add(_moment(world, controller, time_left(), last_action), out)
         if self._normalise is not None:
             self._normalise(out)
         return out
+
+    def _add(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
+        """Write what is observed beside the layer; ConfigError for what is not finite."""
+        for part, (first, last) in zip(self._parts, self._spans, strict=True):
+            part.write(moment, out[:, :, first:last])
+            _check_finite(out[:, :, first:last], self.layout[first:last])
+
+
+def _moment(
+    world: Any,  # noqa: ANN401 of its task
+    controller: Any,  # noqa: ANN401 as above
+    time_left: Float64[Array, " worlds"],
+    last_action: Float32[Array, "worlds robots numbers"],
+) -> Moment:
+    """The records as they stand."""
+    minds = controller.minds
+    estimator = minds["estimator"] if "estimator" in (minds.dtype.names or ()) else None
+    return Moment(world.robots, world.worlds, estimator, time_left, last_action)
 
 
 def stacked(layout: Layout, n: int) -> Layout:

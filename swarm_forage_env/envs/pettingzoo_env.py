@@ -178,15 +178,14 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
 
     def _infos(self) -> Infos:
         env, step = self.array_env, self._infos_of_step
-        names, n = (*env.infos, *step), len(env.learners)
-        told = [
-            each[0].tolist() if each.ndim == 2 else [float(each[0])] * n for each in step.values()
-        ]
+        names = (*env.infos, *step)
+        table = np.empty((len(env.learners), len(names)))
+        table[:, : len(env.infos)] = env.log()[0]
+        for k, numbers in enumerate(step.values(), len(env.infos)):
+            table[:, k] = numbers[0]
         return {
-            agent: dict(zip(names, (*row, *more), strict=True))
-            for agent, row, *more in zip(
-                self.possible_agents, env.log()[0].tolist(), *told, strict=True
-            )
+            agent: dict(zip(names, row, strict=True))
+            for agent, row in zip(self.possible_agents, table.tolist(), strict=True)
         }
 
     def _started(self) -> int:

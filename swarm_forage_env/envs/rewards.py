@@ -69,13 +69,14 @@ class EarnedInTick:
         if self._own is not None:
             self._before[...] = self._world.robots
 
-    def __call__(self) -> Float64[Array, "worlds robots"]:
-        """What every robot earned in the tick since `remember`."""
+    def add_to(self, total: Float64[Array, "worlds robots"]) -> None:
+        """Add what every robot earned in the tick since `remember`."""
         if self._own is None or self._task.write_events is None:
-            return np.asarray(self._world.robots["reward"], np.float64)
+            total += self._world.robots["reward"]
+            return
         self._task.write_events(self._world, self._before, self._events)
         found = self._own(self._before, self._world.robots, self._events)
-        return _checked(found, self._world.robots.shape)
+        total += _checked(found, self._world.robots.shape)
 
 
 def _callable(reward: Any, task: Task) -> Callable[[Array, Array, Array], Any]:  # noqa: ANN401

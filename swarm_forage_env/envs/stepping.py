@@ -1,6 +1,5 @@
 """What an environment does in a step: so many ticks, or ticks until robots exchange."""
 
-from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -10,6 +9,7 @@ from swarm_forage_env.envs.episodes import Episodes
 from swarm_forage_env.envs.rewards import EarnedInTick
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.policy_interface import Index
 
 Earned = Float64[Array, "worlds robots"]
 
@@ -43,7 +43,7 @@ class Ticks:
         for _ in range(self._n_ticks):
             earned.remember()
             self._loop.step()
-            total += earned()
+            earned.add_to(total)
         self._episodes.steps += 1
         self.ticks += self._n_ticks * len(total)
         return total
@@ -60,7 +60,7 @@ class Exchanges:
     episode counts is ticks.
     """
 
-    def __init__(self, loop: Loop, episodes: Episodes, learners: Sequence[int]) -> None:
+    def __init__(self, loop: Loop, episodes: Episodes, learners: Index) -> None:
         """Exchanges of these robots of every world; ConfigError if a world cannot run alone."""
         if loop.controller.has_rules:
             raise ConfigError(
@@ -68,8 +68,7 @@ class Exchanges:
                 " rule on all of them, as learned ones are; take one whose motion is compiled"
             )
         self.ticks = 0
-        self._loop, self._episodes = loop, episodes
-        self._learners = np.asarray(learners)
+        self._loop, self._episodes, self._learners = loop, episodes, learners
 
     def run(self, earned: EarnedInTick) -> Earned:
         """Run, count the step, and return what every robot earned in these ticks."""

@@ -7,15 +7,14 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Float32, Float64
-from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.bounds import Bounds
-from swarm_forage_env.foraging.metrics import believed_places
 from swarm_forage_env.foraging.observations import AREAS, FLAG, PATH_SCALE, PLACE_SCALE
-from swarm_forage_env.foraging.records import Situation
+from swarm_forage_env.foraging.policies import put_goal
+from swarm_forage_env.foraging.records import RobotState, Situation
 from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.record import rows
-from swarm_forage_env.spaces import GOALS, Feature, Layout, goal_slots
+from swarm_forage_env.spaces import GOALS, Feature, Layout
 
 INFOS = (
     "round_trips",
@@ -59,11 +58,10 @@ class ForagingState:
 
     def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
         """One row for each world, as the layout says."""
-        world = self._world
-        robots = self._robots().reshape(world.n_worlds, -1)
-        areas = world.worlds["areas"].reshape(world.n_worlds, -1)
-        gone = np.minimum(share_gone, 1.0)[:, None]
-        return np.concatenate([robots, areas, gone], axis=1, dtype=np.float32)
+        out = np.empty((self._world.n_worlds, len(self.layout)), np.float32)
+        robots, worlds = self._world.robots, self._world.worlds
+        write_state(robots, self._situations, worlds, share_gone, self._has_beliefs, out)
+        return out
 
     @property
     def _situations(self) -> Array:
@@ -79,19 +77,51 @@ class ForagingState:
         write_log(self._world.robots, self._situations, self._world.worlds, numbers)
         return numbers.reshape(-1, len(INFOS))
 
-    def _robots(self) -> Float32[Array, "rows numbers"]:
-        """Pose, then beliefs in the world frame."""
-        pose, beliefs = self._world.state.pose, rows(self._situations)
-        x, y, theta = pose.T
-        known = beliefs.known != 0
-        parts = [
-            np.stack([x, y, np.cos(theta), np.sin(theta)], axis=1),
-            believed_places(pose, beliefs.areas, known).reshape(len(pose), 4),
-            known,
-            beliefs.p,
-            goal_slots(beliefs.goal) * np.float32(self._has_beliefs),
-        ]
-        return np.concatenate(parts, axis=1, dtype=np.float32)
+
+@kernel
+def put_truth(
+    robot: RobotState,
+    situation: Situation,
+    has_beliefs: bool,
+    out: Float32[Array, " numbers"],
+    at: int,
+) -> int:
+    """Write a robot's pose, and its beliefs in the world frame; where the next goes."""
+    x, y, theta = robot.pose[0], robot.pose[1], robot.pose[2]
+    c, s = np.cos(theta), np.sin(theta)
+    out[at], out[at + 1], out[at + 2], out[at + 3] = x, y, c, s
+    for area in range(2):
+        known = situation.known[area] != 0
+        dx, dy = to_outer(situation.areas[area, 0], situation.areas[area, 1], c, s)
+        out[at + 4 + 2 * area] = x + dx if known else 0.0
+        out[at + 5 + 2 * area] = y + dy if known else 0.0
+        out[at + 8 + area] = 1.0 if known else 0.0
+        out[at + 10 + area] = situation.p[area]
+    put_goal(situation.goal, out, at + 12)
+    if not has_beliefs:
+        for k in range(3):
+            out[at + 12 + k] = 0.0
+    return at + 15
+
+
+@entry_point
+def write_state(
+    robots: Array,
+    situations: Array,
+    worlds: Array,
+    share_gone: Float64[Array, " worlds"],
+    has_beliefs: bool,
+    out: Float32[Array, "worlds numbers"],
+) -> None:
+    """Write the truth about each world: its robots, its areas, and the time."""
+    for w in range(out.shape[0]):
+        at = 0
+        for i in range(robots.shape[1]):
+            at = put_truth(robots[w, i], situations[w, i], has_beliefs, out[w], at)
+        for area in range(2):
+            for k in range(2):
+                out[w, at + 2 * area + k] = worlds[w].areas[area, k]
+        out[w, at + 4] = min(share_gone[w], 1.0)
 
 
 @entry_point

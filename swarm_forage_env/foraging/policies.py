@@ -22,7 +22,7 @@ from swarm_forage_env.foraging.observations import (
 from swarm_forage_env.foraging.records import Exchange, RobotState, Situation
 from swarm_forage_env.foraging.views import MotionInput, WeightingInput
 from swarm_forage_env.interface import Kernel
-from swarm_forage_env.policy_interface import Groups, PolicyInterface, Steering
+from swarm_forage_env.policy_interface import Groups, Index, PolicyInterface, Steering
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.spaces import Feature, Layout
 
@@ -185,20 +185,20 @@ def carry_out(robots: Array, said: Array) -> None:
     robots["report"]["known"] = robots["first_visit"] >= 0
 
 
-def _weigh(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+def _weigh(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
     world.robots["action"]["weight"][:, learners] = action
 
 
-def _move(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+def _move(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
     world.robots["action"]["wheels"][:, learners] = action
 
 
-def _do_both(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+def _do_both(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
     _weigh(world, controller, learners, action[:, :, : len(G)])
     _move(world, controller, learners, action[:, :, len(G) :])
 
 
-def _do_everything(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+def _do_everything(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
     _move(world, controller, learners, action[:, :, :2])
     controller.minds["is_speaking"][:, learners] = action[:, :, 2] > 0.0
     controller.minds["words"][:, learners] = action[:, :, 3:]

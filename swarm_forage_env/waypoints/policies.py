@@ -7,7 +7,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.steering import drive_to_pull
-from swarm_forage_env.policy_interface import Groups, PolicyInterface, Steering
+from swarm_forage_env.policy_interface import Groups, Index, PolicyInterface, Steering
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.waypoints.observations import (
@@ -137,20 +137,20 @@ def carry_out(robots: Array, said: Array) -> None:
     robots["command"]["claim"] = said["claim"]
 
 
-def _weigh(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+def _weigh(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
     world.robots["action"]["weight"][:, learners] = action
 
 
-def _move(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+def _move(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
     world.robots["action"]["acceleration"][:, learners] = action
 
 
-def _do_both(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+def _do_both(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
     _weigh(world, controller, learners, action[:, :, :1])
     _move(world, controller, learners, action[:, :, 1:])
 
 
-def _do_everything(world: Any, controller: Any, learners: Array, action: Array) -> None:  # noqa: ANN401 of its task
+def _do_everything(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
     _move(world, controller, learners, action[:, :, :2])
     controller.minds["claim"][:, learners] = action[:, :, 2] > 0.0
     controller.minds["words"][:, learners] = action[:, :, 3:]
