@@ -1,7 +1,7 @@
 # Every target makes .venv where it is missing, so each works on a fresh clone.
 PYTHON  ?= python3
 WORKERS ?= 2
-EXTRAS  := evaluate,calibrate,render,train,dev
+EXTRAS  := evaluate,calibrate,render,train,onnx,dev
 SHORT   := not slow and not reproduces and not wheel
 BIN     := .venv/bin
 READY   := .venv/.ready

@@ -5,6 +5,7 @@ EXTRAS = {
     "calibrate": {"optuna"},
     "render": {"imageio_ffmpeg", "pygame"},
     "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},
+    "onnx": {"onnxruntime"},
     "torchrl": {"benchmarl", "torch", "torchrl"},
 }
 """What each extra brings beside those that it builds on."""

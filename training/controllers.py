@@ -19,6 +19,7 @@ from swarm_forage_env.registry import CONTROLLERS, POLICIES
 from training.callable_policy import CallablePolicy
 from training.learned_motion import LearnedMotion
 from training.learned_weighting import LearnedWeighting
+from training.onnx_policy import OnnxPolicy
 from training.policy_controller import named_policy
 from training.policy_file import LayerName
 from training.sb3_policy import SB3Policy
@@ -38,7 +39,12 @@ NAMED = (
 for controller in NAMED:
     CONTROLLERS.register(controller.name)(controller)
 
-KINDS = {"sb3": SB3Policy, "torchscript": TorchScriptPolicy, "callable": CallablePolicy}
+KINDS = {
+    "sb3": SB3Policy,
+    "torchscript": TorchScriptPolicy,
+    "onnx": OnnxPolicy,
+    "callable": CallablePolicy,
+}
 """Policies of other trainers, by the word before the colon."""
 
 for kind, policy in KINDS.items():

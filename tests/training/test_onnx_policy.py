@@ -1,0 +1,101 @@
+"""Policies in ONNX, run by onnxruntime as controllers."""
+
+import sys
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
+from swarm_forage_env import parallel_env
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.scenarios import find_scenario
+from training.policy_card import save_policy_card
+from training.policy_controller import policy_controller
+
+SMALL = {"task.n_robots": 4, "task.duration": 60.0}
+
+
+@pytest.fixture
+def file(tmp_path):
+    """A function that writes a linear network, which sees so many numbers and gives so many."""
+    onnx = pytest.importorskip("onnx", reason="comes with the extra dev")
+    pytest.importorskip("onnxruntime", reason="comes with the extra onnx")
+    from onnx import TensorProto, helper, numpy_helper
+
+    def make(n_seen, n_given, inputs=("seen",)):
+        rng = np.random.default_rng(0)
+        weights = rng.normal(0.0, 0.2, (n_seen, n_given)).astype(np.float32)
+        of_file = [
+            helper.make_tensor_value_info(name, TensorProto.FLOAT, ["robots", n_seen])
+            for name in inputs
+        ]
+        given = helper.make_tensor_value_info("given", TensorProto.FLOAT, ["robots", n_given])
+        graph = helper.make_graph(
+            [helper.make_node("MatMul", ["seen", "weights"], ["given"])],
+            "policy",
+            of_file,
+            [given],
+            [numpy_helper.from_array(weights, "weights")],
+        )
+        opset = [helper.make_opsetid("", 13)]
+        onnx.save(helper.make_model(graph, opset_imports=opset, ir_version=8), tmp_path / "p.onnx")
+        return tmp_path / "p.onnx", weights
+
+    return make
+
+
+def poses(controller, ticks):
+    """Where the robots are after so many ticks."""
+    loop = Loop(find_scenario("es1", SMALL), find_controller(controller), [7], "kinematic")
+    for _ in range(ticks):
+        loop.step()
+    return loop.world.robots["pose"].copy()
+
+
+@pytest.mark.parametrize("discrete", [False, True])
+def test_a_network_in_onnx_is_a_controller(discrete, file):
+    keywords = {"discrete": discrete, "decision_period": 5}
+    env = parallel_env("es1", **SMALL, **keywords)
+    path, weights = file(len(env.observation_layout), 5 if discrete else 2)
+    save_policy_card(path, "es1", **SMALL, **keywords)
+
+    def predict(observed):
+        given = observed @ weights
+        return given.argmax(1) if discrete else np.clip(given, -1.0, 1.0)
+
+    own = poses(f"onnx:{path}", 50)
+    np.testing.assert_allclose(own, poses(policy_controller(predict, **keywords), 50), atol=1e-4)
+    assert_array_equal(own, poses(f"onnx:{path}", 50))
+    assert not np.allclose(own, poses("ssgikf", 50), atol=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("n_seen", "inputs", "says"),
+    [
+        (3, ["seen"], "p.onnx: does not take observations of 4 robots and"),
+        (3, ["seen", "more"], "p.onnx: has inputs seen, more; must have one"),
+    ],
+)
+def test_a_network_that_does_not_fit_is_refused(n_seen, inputs, says, file):
+    path, _ = file(n_seen, 2, inputs)
+    with pytest.raises(ConfigError, match=says):
+        find_controller(f"onnx:{path}").check_usable(find_scenario("es1", SMALL))
+
+
+def test_a_file_that_is_no_onnx_is_refused(tmp_path):
+    pytest.importorskip("onnxruntime", reason="comes with the extra onnx")
+    (tmp_path / "p.onnx").write_text("no network")
+    with pytest.raises(ConfigError, match=r"p\.onnx: is no ONNX \("):
+        find_controller(f"onnx:{tmp_path / 'p.onnx'}").check_usable(find_scenario("es1"))
+
+
+def test_without_the_package_one_line_says_what_installs_it(tmp_path, monkeypatch):
+    (tmp_path / "p.onnx").write_text("")
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    controller = find_controller(f"onnx:{tmp_path / 'p.onnx'}")
+    with pytest.raises(ModuleNotFoundError, match=r"pip install 'swarm-forage\[onnx\]'$") as told:
+        controller.check_usable(find_scenario("es1"))
+    assert told.value.name == "onnxruntime"
