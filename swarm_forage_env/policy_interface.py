@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.spaces import FeatureGroup, Layout, ObservationLayout
 
 Groups = Mapping[str, tuple[FeatureGroup, ...]]
@@ -29,9 +30,8 @@ class Steering:
     choices: tuple[tuple[float, float], ...]
     """The discrete actions in this form, where no other number of them is asked for."""
 
-    write: Callable[[Float32[Array, "rows 2"], float], None] | None = None
-    """Writes the command in the place of the two numbers, under a sharpest turn; None: they are
-    the command."""
+    command: Kernel | None = None
+    """The command that two numbers stand for, under a sharpest turn; None: they are the command."""
 
 
 SILENT: Float32[Array, "1 0"] = np.zeros((1, 0), np.float32)

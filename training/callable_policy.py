@@ -5,10 +5,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from training.policy_card import PolicyCard
 from training.policy_controller import PolicyFile, Predict
-from training.policy_form import PolicyForm
 
 
 class CallablePolicy(PolicyFile):

@@ -16,11 +16,11 @@ from pydantic import ValidationError
 from baselines.evaluation.output_files import write_atomically
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.make import Parts, checked_parts
+from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.registry import CONTROLLERS
-from training.policy_form import PolicyForm
 
 ON_SPACE = "policy_card"
 """Attribute of an observation space that holds a card as JSON."""
@@ -57,7 +57,7 @@ class PolicyCard(Part):
 def card_of(parts: Parts) -> PolicyCard:
     """The card of a policy that is trained under checked keywords of `parallel_env`."""
     config = parts.config
-    form = PolicyForm(parts.scenario, config, getattr(parts.controller, "message_path", 0.0))
+    form = PolicyForm([parts.scenario], config, getattr(parts.controller, "message_path", 0.0))
     keywords = {name: getattr(config, name) for name in KEYWORDS}
     keywords["observation"] = "+".join(_names(config))
     return PolicyCard(

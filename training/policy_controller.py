@@ -22,12 +22,12 @@ from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE, Controller, RunningController
 from swarm_forage_env.parameters import Count, Part, Positive, validated
 from swarm_forage_env.task import task_of
 from training.policy_card import PolicyCard, read_policy_card
-from training.policy_form import PolicyForm
 
 Predict = Callable[[Float32[Array, "robots numbers"]], Any]
 """The actions of the robots of a world, from what each of them observes."""
@@ -233,7 +233,7 @@ class PolicyController(LayeredController):
     def form(self, scenario: Any) -> PolicyForm:  # noqa: ANN401 of any task
         """What the policy is shown and gives; ConfigError if its card says something else."""
         path = 0.0 if self.is_everything else self.message_path
-        form = PolicyForm(scenario, self.policy.config(), path)
+        form = PolicyForm([scenario], self.policy.config(), path)
         card = self.policy.card()
         if card is not None:
             _check_observes(self.policy, card.observes, form.observes)
@@ -289,10 +289,8 @@ class RunningPolicy:
         self._world, self._inner, self._form, self._steer = world, inner, form, steer
         self._robots = np.array(robots)
         self.minds = inner.minds
-        n_worlds, n_robots = world.n_worlds, world.n_robots
-        n_frames = n_worlds, n_robots, form.config.stack, len(form.observe.layout)
-        self._frames = np.zeros(n_frames, np.float32)
-        self._held = np.zeros((n_worlds, n_robots, len(form.policy.action)), np.float32)
+        self._frames = form.frames(world.n_worlds)
+        self._held = np.zeros((*world.robots.shape, len(form.policy.action)), np.float32)
         self._own: dict[str, Bool[Array, "worlds robots"]] | None = None
 
     def observe(self, first: int, last: int) -> None:
@@ -303,7 +301,7 @@ class RunningPolicy:
         """Ask the policy in worlds where a decision is due, then the rules written in NumPy."""
         if self._own is None:
             self._own = self._take_over()
-        ticks, period = self._world.worlds["ticks"], self._form.period
+        ticks, period = self._world.worlds["ticks"], self._form.config.period
         due = np.flatnonzero(ticks % period == 0)
         if len(due):
             self._held[ticks == 0] = 0.0
@@ -332,7 +330,7 @@ class RunningPolicy:
     def snapshot(self) -> dict[str, Any]:
         """What was observed and is being done, whose robots are the policy's, and all the rest."""
         return {
-            "frames": self._frames.copy(),
+            "frames": self._frames.snapshot(),
             "held": self._held.copy(),
             "own": deepcopy(self._own),
             "rest": self._inner.snapshot(),
@@ -340,7 +338,8 @@ class RunningPolicy:
 
     def restore(self, kept: Mapping[str, Any]) -> None:
         """Go on as when that snapshot was taken."""
-        self._frames[...], self._held[...] = kept["frames"], kept["held"]
+        self._frames.restore(kept["frames"])
+        self._held[...] = kept["held"]
         self._own = deepcopy(kept["own"])
         self._inner.restore(kept["rest"])
 
@@ -362,11 +361,8 @@ class RunningPolicy:
             return np.asarray(1.0 - np.minimum(decisions / self._form.max_cycles, 1.0))
 
         seen = self._form.observe(self._world, self._inner, share_left, self._held)
-        self._frames[due, :, :-1] = self._frames[due, :, 1:]
-        self._frames[due, :, -1] = seen[due]
-        fresh = due[decisions[due] == 0]
-        self._frames[fresh] = seen[fresh, :, None]
-        return self._frames.reshape(*seen.shape[:2], -1).copy()
+        self._frames.add(seen, due)
+        return self._frames.begin(seen, due[decisions[due] == 0])
 
     def _act(self, own: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
         """Write the actions, and leave those of learners as they were."""

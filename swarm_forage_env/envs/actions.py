@@ -8,9 +8,10 @@ import numpy as np
 from gymnasium.spaces import Box, Discrete
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.compiler import bind, entry_point
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.task import Task
@@ -20,6 +21,9 @@ MOST_CHOICES = 4096
 
 LEVELS = 3
 """Levels of a weight in a discrete action, beside steering."""
+
+command: Kernel
+"""Free name of the template: the equation of a form of steering."""
 
 Raw = Float32[Array, "rows numbers"]
 """Actions as the layers take them: weights, the command of the motion, what is said."""
@@ -35,6 +39,8 @@ class ActionForm:
         """The form that the options of an environment ask for."""
         self._policy, self._sharpest_turn = policy, config.sharpest_turn
         self._steering = _steering(task, policy, config)
+        command = None if self._steering is None else self._steering.command
+        self._write = None if command is None else bind(write_commands, {"command": command})
         self._is_symmetric = config.normalise and policy.n_weights > 0
         self.layout = self._layout()
         """What each number of a continuous action is."""
@@ -63,8 +69,7 @@ class ActionForm:
 
     def to_raw(self, given: Float32[Array, "rows numbers"]) -> Raw:
         """What the layers take, of numbers as the layout says."""
-        n, steering = self._policy.n_weights, self._steering
-        write = None if steering is None else steering.write
+        n, write = self._policy.n_weights, self._write
         if not self._is_symmetric and write is None:
             return given
         raw = given.copy()
@@ -211,6 +216,15 @@ class Actions:
                     f" [{feature.unit}]; clip it first, as numpy.clip does"
                 )
         return ""
+
+
+def write_commands(rows: Float32[Array, "rows 2"], sharpest_turn: float) -> None:
+    """Write the commands in the place of the two numbers that stand for them.
+
+    Free name: command.
+    """
+    for i in range(rows.shape[0]):
+        rows[i, 0], rows[i, 1] = command(rows[i, 0], rows[i, 1], sharpest_turn)
 
 
 @entry_point

@@ -1,24 +1,18 @@
 """ArrayEnv, the batch API: W worlds of N robots as arrays. Every API in this folder wraps it."""
 
 from collections.abc import Mapping, Sequence
-from copy import copy
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box, Discrete
+from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int64
-from swarm_forage_env.envs.actions import ActionForm, Actions
+from swarm_forage_env.envs.actions import Actions
 from swarm_forage_env.envs.config import chosen_robots, n_steps
 from swarm_forage_env.envs.episodes import Episodes, Seeds
 from swarm_forage_env.envs.make import Parts, checked_parts
-from swarm_forage_env.envs.observations import (
-    LAYER,
-    Normaliser,
-    Observer,
-    normalised,
-    stacked,
-)
+from swarm_forage_env.envs.observations import Normaliser, normalised
+from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.rewards import EarnedInTick, shaping
 from swarm_forage_env.envs.stepping import Exchanges, Stepper, Ticks
 from swarm_forage_env.errors import ConfigError
@@ -26,7 +20,7 @@ from swarm_forage_env.interface import CORRECT, REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import Count, Part, validated
 from swarm_forage_env.policy_interface import Index
-from swarm_forage_env.spaces import Layout, ObservationLayout, widest
+from swarm_forage_env.spaces import widest
 from swarm_forage_env.task import World
 
 Infos = dict[str, Array]
@@ -88,13 +82,13 @@ class ArrayEnv:
         is_all = len(robots) == len(self.agents)
         self._learns: Index = slice(None) if is_all else np.array(robots)
         self._hand_over()
+        n_numbers = len(self._policy.action)
+        self._last_action = np.zeros((*self.world.robots.shape, n_numbers), np.float32)
         self._potential = self.task.potential(self.world)
         self._earned = EarnedInTick(self.world, self.task, parts.config.reward)
-        self._frames: Array | None = None
         self.episodes = Episodes(self.loop, parts.scenario, parts.config.randomise)
         self._stepper = self._made_stepper()
         self._describe(parts)
-        self._remember()
 
     @property
     def world(self) -> World:
@@ -183,7 +177,7 @@ class ArrayEnv:
 
     def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
         """All that the next steps depend on: to be restored any number of times, and pickled."""
-        kept = self.episodes.snapshot(), self._last_action.copy(), copy(self._frames)
+        kept = self.episodes.snapshot(), self._last_action.copy(), self._frames.snapshot()
         return self.loop.snapshot(), kept
 
     def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
@@ -192,14 +186,12 @@ class ArrayEnv:
         ConfigError if it is of a block of another kind or of other sizes.
         """
         loop, (episodes, last_action, frames) = snapshot
-        own_stack = None if self._frames is None else self._frames.shape
-        its_stack = None if frames is None else frames.shape
-        if last_action.shape != self._last_action.shape or its_stack != own_stack:
+        if last_action.shape != self._last_action.shape or not self._frames.fits(frames):
             raise ConfigError("restore(): the snapshot is of an environment of other options")
         self.loop.restore(loop)
         self.episodes.restore(episodes)
         self._last_action[...] = last_action
-        self._frames = copy(frames)
+        self._frames.restore(frames)
 
     def __getstate__(self) -> dict[str, Any]:
         """What makes the same environment again, and how it stands."""
@@ -231,43 +223,22 @@ class ArrayEnv:
 
     def _describe(self, parts: Parts) -> None:
         """Make the spaces, and what writes observations and the state."""
-        config, policy = parts.config, self._policy
-        all_bounds = [self._bounds(parts, each) for each in self.episodes.extremes]
-        shown = cast(ObservationLayout, widest([policy.layout(bounds) for bounds in all_bounds]))
-        self._observer = Observer(
-            policy, config.observation, shown, parts.scenario, self.agents, config.normalise
-        )
-        is_plain = config.observation == LAYER and not config.normalise and config.stack == 1
-        self.observation_layout: Layout = (
-            shown if is_plain else stacked(self._observer.layout, config.stack)
-        )
-        self.observation_space: Box = self.observation_layout.box()
-        self._form = ActionForm(self.task, policy, config)
-        self.action_layout = self._form.layout
-        self.action_space: Box | Discrete[Any] = self._form.space
-        self.action_shape = self._form.shape
-        self.actions = Actions(_names(self.learners, self.n_worlds), self._form)
+        path = float(getattr(parts.controller, "message_path", 0.0))
+        form = PolicyForm(self.episodes.extremes, self.config, path)
+        self._observer, self._frames = form.observe, form.frames(self.n_worlds)
+        self.observation_layout, self.observation_space = form.layout, form.observation_space
+        self.action_layout, self.action_space = form.action.layout, form.action_space
+        self.action_shape = form.action.shape
+        self.actions = Actions(_names(self.learners, self.n_worlds), form.action)
         truths = [
             self.task.global_state(self.world, self.loop.controller, self.agents, bounds)
-            for bounds in all_bounds
+            for bounds in form.bounds
         ]
         self.truth, state_layout = truths[0], widest([each.layout for each in truths])
-        self._state = Normaliser(state_layout) if config.normalise else None
-        self.state_layout = normalised(state_layout) if config.normalise else state_layout
+        is_normal = self.config.normalise
+        self._state = Normaliser(state_layout) if is_normal else None
+        self.state_layout = normalised(state_layout) if is_normal else state_layout
         self.state_space: Box = self.state_layout.box()
-
-    def _remember(self) -> None:
-        """Make room for what is kept between steps."""
-        n_worlds, n_robots, stack = self.n_worlds, self.world.n_robots, self.config.stack
-        n_numbers = len(self._policy.action)
-        self._last_action = np.zeros((n_worlds, n_robots, n_numbers), np.float32)
-        n_frames = (n_worlds, n_robots, stack, len(self._observer.layout))
-        self._frames = np.zeros(n_frames, np.float32) if stack > 1 else None
-
-    def _bounds(self, parts: Parts, scenario: Any) -> Any:  # noqa: ANN401 of its task
-        """How large numbers get in a scenario."""
-        ticks = max(scenario.n_ticks, self.max_cycles * self.config.period)
-        return self.task.bounds(scenario, ticks, getattr(parts.controller, "message_path", 0.0))
 
     def _observe(
         self, fresh: Int64[Array, " worlds"] | None = None
@@ -275,13 +246,7 @@ class ArrayEnv:
         """What every learner observes; worlds that are `fresh` have no earlier frames."""
         episodes, last = self.episodes, self._last_action
         seen = self._observer(self.world, self.loop.controller, episodes.share_left, last)
-        if self._frames is not None:
-            if fresh is None:
-                self._frames[:, :, :-1] = self._frames[:, :, 1:]
-                self._frames[:, :, -1] = seen
-            else:
-                self._frames[fresh] = seen[fresh, :, None]
-            seen = self._frames.reshape(*seen.shape[:2], -1).copy()
+        seen = self._frames.add(seen) if fresh is None else self._frames.begin(seen, fresh)
         return self._of_learners(seen)
 
     def _infos(self, unshaped: Float64[Array, "worlds learners"]) -> Infos:

@@ -236,13 +236,6 @@ def _raw(bounds: Bounds) -> Groups:
     return {"readings": reading_features(bounds), "heard": heard_features(bounds, n_slots)}
 
 
-@entry_point
-def write_wheels(rows: Float32[Array, "rows 2"], sharpest_turn: float) -> None:
-    """Write the wheels in the place of a speed ahead and a turn."""
-    for i in range(rows.shape[0]):
-        rows[i, 0], rows[i, 1] = drive_to_wheels(rows[i, 0], rows[i, 1], sharpest_turn)
-
-
 STEERINGS = {
     "drive": Steering(
         Layout(
@@ -252,7 +245,7 @@ STEERINGS = {
             )
         ),
         choices=((1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)),
-        write=write_wheels,
+        command=drive_to_wheels,
     ),
     "wheels": Steering(
         Layout(SPEEDS),

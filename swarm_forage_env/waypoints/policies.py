@@ -188,13 +188,6 @@ def _raw(scenario: WaypointsScenario) -> Groups:
     return {"readings": reading_features(scenario), "heard": sighting_features(scenario)}
 
 
-@entry_point
-def write_pulls(rows: Float32[Array, "rows 2"], sharpest_turn: float) -> None:
-    """Write the accelerations in the place of a strength and a turn."""
-    for i in range(rows.shape[0]):
-        rows[i, 0], rows[i, 1] = drive_to_pull(rows[i, 0], rows[i, 1], sharpest_turn)
-
-
 STEERINGS = {
     "drive": Steering(
         Layout(
@@ -204,7 +197,7 @@ STEERINGS = {
             )
         ),
         choices=((-1.0, 0.0), (1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (0.0, 0.0)),
-        write=write_pulls,
+        command=drive_to_pull,
     ),
     "pull": Steering(
         Layout(PULLS),

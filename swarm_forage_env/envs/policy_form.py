@@ -1,0 +1,74 @@
+"""What a policy is shown and what it gives in a scenario, under the keywords of its training."""
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box, Discrete
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.envs.actions import ActionForm, Actions
+from swarm_forage_env.envs.config import EnvConfig, n_steps
+from swarm_forage_env.envs.frames import Frames
+from swarm_forage_env.envs.observations import Observer, stacked
+from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.spaces import Layout, widest
+from swarm_forage_env.task import task_of
+
+BOUND = re.compile(r"of [-+.e0-9]+ ")
+"""Start of the unit of a number that is divided by its bound, which goes by the scenario."""
+
+
+class PolicyForm:
+    """What a policy observes of a robot and gives for it, under the keywords of an environment."""
+
+    def __init__(self, scenarios: Sequence[Any], config: EnvConfig, message_path: float) -> None:
+        """The form in the first of these scenarios; numbers get as far as in any of them.
+
+        ConfigError or UnknownNameError for keywords that the scenario's task does not have.
+        """
+        scenario, *_ = scenarios
+        self.task = task_of(scenario)
+        if config.learn not in self.task.policies:
+            raise UnknownNameError("layer to learn", config.learn, self.task.policies)
+        self.policy = policy = self.task.policies[config.learn]
+        usual = min(policy.decision_period, scenario.n_ticks)
+        period = {"decision_period": config.decision_period or usual}
+        self.config = config = config.model_copy(update=period)
+        self.max_cycles = n_steps(scenario, config)
+        ticks = max(scenario.n_ticks, self.max_cycles * config.period)
+        self.bounds = [self.task.bounds(each, ticks, message_path) for each in scenarios]
+        """How large numbers get in each of the scenarios."""
+        self.agents = self.task.agents(scenario.task.n_robots)
+        shown = widest([policy.layout(bounds) for bounds in self.bounds])
+        self.observe = Observer(
+            policy, config.observation, shown, scenario, self.agents, config.normalise
+        )
+        self.layout: Layout = stacked(self.observe.layout, config.stack)
+        self.observation_space: Box = self.layout.box()
+        self.action = ActionForm(self.task, policy, config)
+        self.action_space: Box | Discrete[Any] = self.action.space
+
+    def frames(self, n_worlds: int) -> Frames:
+        """Room for the last observations of the robots of so many worlds."""
+        shape = n_worlds, len(self.agents)
+        return Frames(shape, self.config.stack, len(self.observe.layout))
+
+    @property
+    def observes(self) -> tuple[tuple[str, str], ...]:
+        """Name and unit of each number of an observation, the same under other bounds."""
+        return tuple((each.name, BOUND.sub("of its bound, in ", each.unit)) for each in self.layout)
+
+    def actions(self, robots: Sequence[int]) -> Actions:
+        """What turns the actions of these robots of a world into what the layers take."""
+        return Actions([self.agents[robot] for robot in robots], self.action)
+
+    def dummy(self, robots: Sequence[int]) -> Float32[Array, "robots numbers"]:
+        """An observation of each of these robots, all zeros."""
+        return np.zeros((len(robots), len(self.layout)), np.float32)
+
+    @property
+    def everybody(self) -> Sequence[int]:
+        """The numbers of all robots."""
+        return range(len(self.agents))
