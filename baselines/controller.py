@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from baselines.composition import functions_of
 from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
-from baselines.running import RunningLayers, functions_of
+from baselines.running import RunningLayers
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Part, leaves, override, resolve, validated

@@ -7,16 +7,16 @@ decides for them. All robots of one controller are a team of one squad.
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from baselines.settings import LAYERS, Crew, Layers, Members, settings_of
+from baselines.composition import check_alike, crew_of, is_numpy_motion, squads_of
+from baselines.settings import LAYERS, Crew, Members, settings_of
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.compiler import bind, kernel
-from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import KEEP, RULE, EstimatorLayer, MotionLayer, WeightingLayer
+from swarm_forage_env.compiler import bind
+from swarm_forage_env.interface import KEEP, RULE, MotionLayer
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import record_dtype
 from swarm_forage_env.task import task_of
@@ -84,9 +84,9 @@ class RunningLayers:
         """
         self._world, self._task = world, task_of(world.scenario)
         self._controllers = controllers
-        crew = _crew(controllers, world.scenarios)
-        _check_alike(controllers, crew)
-        squads = _squads(controllers[0], crew[0])
+        crew = crew_of(controllers, world.scenarios)
+        check_alike(controllers, crew)
+        squads = squads_of(controllers[0], crew[0])
         leader = int(np.argmax(squads[0]))
         self.estimator, self.weighting, self.motion = crew[0][leader]
         self._first_crew = crew[0]
@@ -141,8 +141,8 @@ class RunningLayers:
         ConfigError if a layer is not made for it.
         """
         own = self._controllers[world]
-        crew = _crew([own], [scenario])
-        _check_alike([self._controllers[0], own], [self._first_crew, crew[0]])
+        crew = crew_of([own], [scenario])
+        check_alike([self._controllers[0], own], [self._first_crew, crew[0]])
         team: Members = np.any([squad.members for squad in self._squads], axis=0)
         return [
             settings_of(crew, ("estimator",), team),
@@ -219,7 +219,7 @@ class RunningLayers:
         controller, (_, weighting, motion) = controllers[leader], crew[0][leader]
         functions = {**self.estimator.kernels, "gain": weighting.gain, "steer": motion.steer}
         steer = None
-        if _is_numpy_motion(motion):
+        if is_numpy_motion(motion):
             steer = controller.motion.start(self._world.scenario, seeds)
         return Squad(
             members,
@@ -231,104 +231,6 @@ class RunningLayers:
             steer,
             is_last,
         )
-
-
-def _crew(controllers: Sequence[Sequence[Any]], scenarios: Sequence[Any]) -> Crew:
-    """The layers of every robot, made once for each controller of a world."""
-    crew = []
-    for row, scenario in zip(controllers, scenarios, strict=True):
-        different = {id(each): each for each in row if each is not None}
-        layers = {key: _layers(each, scenario) for key, each in different.items()}
-        crew.append([layers.get(id(each)) for each in row])
-    return crew
-
-
-def _squads(controllers: Sequence[Any], layers: Sequence[Any]) -> list[Members]:
-    """Which robots of a world have layers of the same functions."""
-    compositions: dict[int, list[Any]] = {}
-    for controller, own in zip(controllers, layers, strict=True):
-        if own is not None and id(own) not in compositions:
-            compositions[id(own)] = _composition(controller, own)
-    different: list[list[Any]] = []
-    for each in compositions.values():
-        if each not in different:
-            different.append(each)
-    return [
-        np.array([compositions.get(id(own)) == composition for own in layers])
-        for composition in different
-    ]
-
-
-def _check_alike(controllers: Sequence[Sequence[Any]], crew: Crew) -> None:
-    """ConfigError if the controllers of a robot differ from world to world but in numbers."""
-    checked = set()
-    for row, layers in zip(controllers[1:], crew[1:], strict=True):
-        for one, other, mine, his in zip(controllers[0], row, crew[0], layers, strict=True):
-            if (id(mine), id(his)) in checked or mine is None:
-                continue
-            checked.add((id(mine), id(his)))
-            compositions = _composition(one, mine), _composition(other, his)
-            for name, first, layer in zip(LAYERS, *compositions, strict=True):
-                if first != layer:
-                    raise ConfigError(
-                        f"controllers '{one.name}' and '{other.name}' have another {name}: those"
-                        " of one block may differ in their numbers only"
-                    )
-
-
-def _composition(controller: Any, layers: Layers) -> list[Any]:  # noqa: ANN401 of any task
-    """What each layer of a controller consists of, but for its numbers; or its rule in NumPy."""
-    parts = (getattr(controller, name) for name in LAYERS)
-    return [
-        (functions_of(layer), part)
-        if not hasattr(part, "layer") or _is_numpy_motion(layer)
-        else (functions_of(layer), None)
-        for part, layer in zip(parts, layers, strict=True)
-    ]
-
-
-def _is_numpy_motion(layer: Any) -> bool:  # noqa: ANN401 any of the three
-    """Whether a layer leaves the motion to a rule in NumPy."""
-    return getattr(layer, "steer", None) is no_motion
-
-
-def functions_of(layer: Any) -> list[Any]:  # noqa: ANN401 any of the three
-    """What a layer consists of, but for its numbers: their names and shapes."""
-    numbers = ("numbers", "heard_p_share", "own_weighting")
-    kept = [getattr(layer, each.name) for each in fields(layer) if each.name not in numbers]
-    return [*kept, sorted((name, np.shape(value)) for name, value in layer.numbers.items())]
-
-
-@kernel
-def no_gain(*seen: Any) -> float:  # noqa: ANN401 of any task
-    """Nothing is taken over: the weight of a rule written in NumPy comes as an action."""
-    return 0.0
-
-
-@kernel
-def no_motion(*seen: Any) -> None:  # noqa: ANN401 of any task
-    """The command stays as it is: that of a rule written in NumPy comes as an action."""
-
-
-def _layers(controller: Any, scenario: Any) -> Layers:  # noqa: ANN401 of any task
-    """The three layers of a controller in a scenario."""
-    estimator = controller.estimator.layer(scenario)
-    weighting = _weighting_layer(controller.weighting, scenario, estimator)
-    return estimator, weighting, _motion_layer(controller.motion, scenario)
-
-
-def _weighting_layer(part: Any, scenario: Any, estimator: EstimatorLayer) -> WeightingLayer:  # noqa: ANN401 compiled or not
-    if not hasattr(part, "layer"):
-        return WeightingLayer(no_gain, heard_p_share=part.heard_p_share)
-    layer: WeightingLayer | None = part.layer(scenario) or estimator.own_weighting
-    if layer is None:
-        raise ConfigError("weighting 'filter': this estimator has no gain of its own; name a rule")
-    return layer
-
-
-def _motion_layer(part: Any, scenario: Any) -> MotionLayer:  # noqa: ANN401 compiled or not
-    layer: MotionLayer | None = part.layer(scenario) if hasattr(part, "layer") else None
-    return layer or MotionLayer(no_motion, {})
 
 
 def _rule(part: Any, running: RunningLayers, world: Any) -> Any:  # noqa: ANN401 as above

@@ -7,8 +7,8 @@ from typing import Any
 
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
+from training.policy import PolicyFile, Predict
 from training.policy_card import PolicyCard
-from training.policy_controller import PolicyFile, Predict
 
 
 class CallablePolicy(PolicyFile):

@@ -17,7 +17,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
-from training.policy_controller import PolicyFile, Predict
+from training.policy import PolicyFile, Predict
 
 
 class OnnxPolicy(PolicyFile):

@@ -19,8 +19,8 @@ from pydantic import Field
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
+from training.policy import PolicyFile, Predict
 from training.policy_card import ON_SPACE, PolicyCard, card_from
-from training.policy_controller import PolicyFile, Predict
 
 PICKLED = ":serialized:"
 """Key of what stable-baselines3 keeps as a pickle, within its JSON."""

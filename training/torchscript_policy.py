@@ -16,7 +16,7 @@ from gymnasium.spaces import Discrete
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
-from training.policy_controller import PolicyFile, Predict
+from training.policy import PolicyFile, Predict
 
 
 class TorchScriptPolicy(PolicyFile):

@@ -12,7 +12,7 @@ from swarm_forage_env.foraging.potential import MOST_SHAPING, ForagingPotential
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.views import exchange_of, situation_of
 from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.interface import NoLayers
+from swarm_forage_env.no_layers import NoLayers
 from swarm_forage_env.task import TASKS, Task
 
 FORAGING = Task(

@@ -1,6 +1,6 @@
 """The task of visiting waypoints, as the rest of the house knows it."""
 
-from swarm_forage_env.interface import NoLayers
+from swarm_forage_env.no_layers import NoLayers
 from swarm_forage_env.task import TASKS, Task
 from swarm_forage_env.waypoints.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.waypoints.control import decide

@@ -5,10 +5,10 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
+from baselines.composition import no_gain
 from baselines.controller import LayeredController
 from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
-from baselines.running import no_gain
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.compiler import bind, kernel
 from swarm_forage_env.interface import KEEP, EstimatorLayer, MotionLayer, WeightingLayer

@@ -1,0 +1,110 @@
+"""What the robots of a block of worlds are made of: their layers, and who has the same ones."""
+
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from baselines.settings import LAYERS, Crew, Layers, Members
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import EstimatorLayer, MotionLayer, WeightingLayer
+
+
+def crew_of(controllers: Sequence[Sequence[Any]], scenarios: Sequence[Any]) -> Crew:
+    """The layers of every robot, made once for each controller of a world."""
+    crew = []
+    for row, scenario in zip(controllers, scenarios, strict=True):
+        different = {id(each): each for each in row if each is not None}
+        layers = {key: layers_of(each, scenario) for key, each in different.items()}
+        crew.append([layers.get(id(each)) for each in row])
+    return crew
+
+
+def squads_of(controllers: Sequence[Any], layers: Sequence[Any]) -> list[Members]:
+    """Which robots of a world have layers of the same functions."""
+    compositions: dict[int, list[Any]] = {}
+    for controller, own in zip(controllers, layers, strict=True):
+        if own is not None and id(own) not in compositions:
+            compositions[id(own)] = composition_of(controller, own)
+    different: list[list[Any]] = []
+    for each in compositions.values():
+        if each not in different:
+            different.append(each)
+    return [
+        np.array([compositions.get(id(own)) == composition for own in layers])
+        for composition in different
+    ]
+
+
+def check_alike(controllers: Sequence[Sequence[Any]], crew: Crew) -> None:
+    """ConfigError if the controllers of a robot differ from world to world but in numbers."""
+    checked = set()
+    for row, layers in zip(controllers[1:], crew[1:], strict=True):
+        for one, other, mine, his in zip(controllers[0], row, crew[0], layers, strict=True):
+            if (id(mine), id(his)) in checked or mine is None:
+                continue
+            checked.add((id(mine), id(his)))
+            compositions = composition_of(one, mine), composition_of(other, his)
+            for name, first, layer in zip(LAYERS, *compositions, strict=True):
+                if first != layer:
+                    raise ConfigError(
+                        f"controllers '{one.name}' and '{other.name}' have another {name}: those"
+                        " of one block may differ in their numbers only"
+                    )
+
+
+def composition_of(controller: Any, layers: Layers) -> list[Any]:  # noqa: ANN401 of any task
+    """What each layer of a controller consists of, but for its numbers; or its rule in NumPy."""
+    parts = (getattr(controller, name) for name in LAYERS)
+    return [
+        (functions_of(layer), part)
+        if not hasattr(part, "layer") or is_numpy_motion(layer)
+        else (functions_of(layer), None)
+        for part, layer in zip(parts, layers, strict=True)
+    ]
+
+
+def is_numpy_motion(layer: Any) -> bool:  # noqa: ANN401 any of the three
+    """Whether a layer leaves the motion to a rule in NumPy."""
+    return getattr(layer, "steer", None) is no_motion
+
+
+def functions_of(layer: Any) -> list[Any]:  # noqa: ANN401 any of the three
+    """What a layer consists of, but for its numbers: their names and shapes."""
+    numbers = ("numbers", "heard_p_share", "own_weighting")
+    kept = [getattr(layer, each.name) for each in fields(layer) if each.name not in numbers]
+    return [*kept, sorted((name, np.shape(value)) for name, value in layer.numbers.items())]
+
+
+@kernel
+def no_gain(*seen: Any) -> float:  # noqa: ANN401 of any task
+    """Nothing is taken over: the weight of a rule written in NumPy comes as an action."""
+    return 0.0
+
+
+@kernel
+def no_motion(*seen: Any) -> None:  # noqa: ANN401 of any task
+    """The command stays as it is: that of a rule written in NumPy comes as an action."""
+
+
+def layers_of(controller: Any, scenario: Any) -> Layers:  # noqa: ANN401 of any task
+    """The three layers of a controller in a scenario."""
+    estimator = controller.estimator.layer(scenario)
+    weighting = _weighting_layer(controller.weighting, scenario, estimator)
+    return estimator, weighting, _motion_layer(controller.motion, scenario)
+
+
+def _weighting_layer(part: Any, scenario: Any, estimator: EstimatorLayer) -> WeightingLayer:  # noqa: ANN401 compiled or not
+    if not hasattr(part, "layer"):
+        return WeightingLayer(no_gain, heard_p_share=part.heard_p_share)
+    layer: WeightingLayer | None = part.layer(scenario) or estimator.own_weighting
+    if layer is None:
+        raise ConfigError("weighting 'filter': this estimator has no gain of its own; name a rule")
+    return layer
+
+
+def _motion_layer(part: Any, scenario: Any) -> MotionLayer:  # noqa: ANN401 compiled or not
+    layer: MotionLayer | None = part.layer(scenario) if hasattr(part, "layer") else None
+    return layer or MotionLayer(no_motion, {})

@@ -1,0 +1,119 @@
+"""Policies of other trainers: what they are, and the keywords of their training."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, field_validator
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.parameters import Count, Part, Positive, validated
+from training.policy_card import PolicyCard, read_policy_card
+
+Predict = Callable[[Float32[Array, "robots numbers"]], Any]
+"""The actions of the robots of a world, from what each of them observes."""
+
+
+class Policy(Part):
+    """A policy, and the keywords of `parallel_env` under which it was trained."""
+
+    learn: str = Field("motion", description="Layer that the policy takes the place of")
+    action: str = Field("", description="Form in which it steers: drive, or wheels; none: drive")
+    sharpest_turn: Positive = Field(0.3, description="Sharpest turn of `drive`")
+    discrete: bool | tuple[Count, Count] = Field(
+        False, description="Its actions are choices; 3x5: of 3 speeds times 5 turns"
+    )
+    normalise: bool = Field(True, description="Its observations lie in [-1, 1]; false: SI units")
+    observation: Any = Field("layer", description="What it observes, as layer+previous_action")
+    stack: Count = Field(1, description="Observations of so many decisions together")
+    decision_period: Count | None = Field(
+        None, description="Ticks for which an action is held; none: as suits the layer"
+    )
+    residual: bool = Field(False, description="Its wheels are added to the hand-written ones")
+
+    @field_validator("action", mode="before")
+    @classmethod
+    def _usual(cls, action: Any) -> Any:  # noqa: ANN401 whatever was given
+        return "" if action is None else action
+
+    @field_validator("discrete", mode="before")
+    @classmethod
+    def _grid(cls, discrete: Any) -> Any:  # noqa: ANN401 whatever was given
+        is_grid = isinstance(discrete, str) and "x" in discrete
+        return tuple(discrete.split("x")) if is_grid else discrete
+
+    @property
+    def reads(self) -> tuple[Path, ...]:
+        """Files, other than source code, that its output depends on."""
+        return ()
+
+    @property
+    def source(self) -> str:
+        """What a refusal calls it."""
+        return type(self).__name__
+
+    def config(self) -> EnvConfig:
+        """The keywords, as an environment has them."""
+        names = self.observation
+        listed = names.split("+") if isinstance(names, str) else names
+        own = [each for each in listed if ":" in each] if isinstance(names, str) else []
+        if own:
+            raise ConfigError(
+                f"policy {self.source}: observes {own[0]}, a class of its trainer's; make the"
+                " controller in Python, with policy_controller(..., observation=[...])"
+            )
+        given = {name: getattr(self, name) for name in Policy.model_fields}
+        given |= {"action": self.action or None, "observation": listed}
+        return validated(EnvConfig, given)
+
+    def card(self) -> PolicyCard | None:
+        """What it was trained on, where that is known."""
+        return None
+
+    def start(self, form: PolicyForm) -> Predict:
+        """The policy, ready to be asked; ConfigError if it does not fit."""
+        raise NotImplementedError
+
+
+class PolicyFile(Policy):
+    """A policy that is kept in a file."""
+
+    file: str = Field("", description="The file")
+
+    @property
+    def path(self) -> Path:
+        """The file; ConfigError if there is none."""
+        path = Path(self.file)
+        if not self.file:
+            raise ConfigError("policy: which file? Name it after the colon, as in sb3:model.zip")
+        if not path.is_file():
+            raise ConfigError(f"policy {path}: there is no such file")
+        return path
+
+    @property
+    def reads(self) -> tuple[Path, ...]:
+        """The file."""
+        return (self.path,)
+
+    @property
+    def source(self) -> str:
+        """The file's name as it was given."""
+        return self.file
+
+    def card(self) -> PolicyCard | None:
+        """The card beside the file."""
+        return read_policy_card(self.path)
+
+
+class FunctionPolicy(Policy):
+    """A function of Python's, from what the robots of a world observe to their actions."""
+
+    function: Any = None
+
+    def start(self, form: PolicyForm) -> Predict:
+        """The function itself."""
+        predict: Predict = self.function
+        return predict

@@ -1,0 +1,121 @@
+"""The running policy of another trainer: asked between `observe` and `decide`, as a learner is."""
+
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Bool, Float32
+from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE, RunningController
+from training.policy import Predict
+
+
+class RunningPolicy:
+    """A policy of some robots and what does the rest, on a block of worlds.
+
+    It acts where no learner does, so that its robots can be the team-mates of some.
+    """
+
+    has_rules = True
+    """The policy is asked about all worlds at once."""
+
+    def __init__(
+        self,
+        world: Any,  # noqa: ANN401 of any task
+        inner: RunningController,
+        form: PolicyForm,
+        steer: Predict,
+        robots: Sequence[int],
+    ) -> None:
+        """The policy has not been asked yet."""
+        self._world, self._inner, self._form, self._steer = world, inner, form, steer
+        self._robots = np.array(robots)
+        self.minds = inner.minds
+        self._frames = form.frames(world.n_worlds)
+        self._held = np.zeros((*world.robots.shape, len(form.policy.action)), np.float32)
+        self._own: dict[str, Bool[Array, "worlds robots"]] | None = None
+
+    def observe(self, first: int, last: int) -> None:
+        """Take in what the worlds first .. last - 1 gave back."""
+        self._inner.observe(first, last)
+
+    def consult(self) -> None:
+        """Ask the policy in worlds where a decision is due, then the rules written in NumPy."""
+        if self._own is None:
+            self._own = self._take_over()
+        ticks, period = self._world.worlds["ticks"], self._form.config.period
+        due = np.flatnonzero(ticks % period == 0)
+        if len(due):
+            self._held[ticks == 0] = 0.0
+            seen = self._seen(ticks // period, due)
+            for world in due:
+                self._held[world, self._robots] = self._steer(seen[world, self._robots])
+            self._act(self._own)
+        self._inner.consult()
+
+    def decide(self, first: int, last: int) -> None:
+        """Write the next commands of the worlds first .. last - 1."""
+        self._inner.decide(first, last)
+
+    def reset(self, world: int, seed: int) -> None:
+        """Forget everything about one world; the policy does at its first tick."""
+        self._inner.reset(world, seed)
+
+    def numbers_in(self, world: int, scenario: Any) -> Any:  # noqa: ANN401 of any task
+        """The numbers of one world's layers in another scenario."""
+        return self._inner.numbers_in(world, scenario)
+
+    def renumber(self, world: int, numbers: Any) -> None:  # noqa: ANN401 as above
+        """Go by these numbers in one world from now on."""
+        self._inner.renumber(world, numbers)
+
+    def snapshot(self) -> dict[str, Any]:
+        """What was observed and is being done, whose robots are the policy's, and all the rest."""
+        return {
+            "frames": self._frames.snapshot(),
+            "held": self._held.copy(),
+            "own": deepcopy(self._own),
+            "rest": self._inner.snapshot(),
+        }
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on as when that snapshot was taken."""
+        self._frames.restore(kept["frames"])
+        self._held[...] = kept["held"]
+        self._own = deepcopy(kept["own"])
+        self._inner.restore(kept["rest"])
+
+    def _take_over(self) -> dict[str, Bool[Array, "worlds robots"]]:
+        """Mark as the policy's what no learner has; which robots, for each layer."""
+        action, own = self._world.robots["action"], {}
+        for layer in self._form.policy.replaces:
+            mine = np.zeros(action.shape, np.bool_)
+            mine[:, self._robots] = True
+            own[layer] = mine & ((action[layer] == KEEP) | (action[layer] == RULE))
+            is_residual = self._form.config.residual and layer == "motion"
+            action[layer][own[layer]] = CORRECT if is_residual else REPLACE
+        return own
+
+    def _seen(self, decisions: Array, due: Array) -> Float32[Array, "worlds robots numbers"]:
+        """What every robot observes; right in the worlds where a decision is due."""
+
+        def share_left() -> Array:
+            return np.asarray(1.0 - np.minimum(decisions / self._form.max_cycles, 1.0))
+
+        seen = self._form.observe(self._world, self._inner, share_left, self._held)
+        self._frames.add(seen, due)
+        return self._frames.begin(seen, due[decisions[due] == 0])
+
+    def _act(self, own: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
+        """Write the actions, and leave those of learners as they were."""
+        action, robots = self._world.robots["action"], self._robots
+        before = None if all(mask[:, robots].all() for mask in own.values()) else action.copy()
+        self._form.policy.act(self._world, self._inner, robots, self._held[:, robots])
+        if before is None:
+            return
+        fields = {"weighting": "weight", "motion": self._form.task.commanded}
+        for layer, mask in own.items():
+            field = fields[layer]
+            action[field][~mask] = before[field][~mask]
