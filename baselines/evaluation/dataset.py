@@ -136,12 +136,19 @@ def episode_of(
     return kind.episode(scenario=scenario, controller=controller, **numbers)
 
 
-def _row(content: bytes, configuration: ExperimentConfig, seed: int) -> dict[str, Any]:
-    """The one row in a file's content; DamagedFileError if it is another episode's."""
+def read_table(content: bytes) -> pa.Table:
+    """The table in a file's content, its checksums verified; DamagedFileError if it is none."""
     try:
         table = pq.read_table(pa.BufferReader(content), page_checksum_verification=True)
+        table.validate(full=True)
     except (pa.ArrowException, OSError, ValueError):
         raise DamagedFileError("not a readable Parquet file") from None
+    return table
+
+
+def _row(content: bytes, configuration: ExperimentConfig, seed: int) -> dict[str, Any]:
+    """The one row in a file's content; DamagedFileError if it is another episode's."""
+    table = read_table(content)
     if (
         not table.schema.equals(schema(task_of(configuration.scenario).episode))
         or table.num_rows != 1

@@ -9,13 +9,18 @@ from typing import Any
 from urllib.parse import unquote
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
-from baselines.evaluation.dataset import IN_FOLDERS, episode_of, schema
+from baselines.evaluation.dataset import (
+    IN_FOLDERS,
+    DamagedFileError,
+    episode_of,
+    read_table,
+    schema,
+)
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.parameters import leaves
+from swarm_forage_env.parameters import leaves, validated
 from swarm_forage_env.task import TASKS, Task, task_of_episode
 
 
@@ -71,7 +76,8 @@ class EpisodeGroup:
 
         UnknownNameError or ConfigError if this code has no such controller or scenario.
         """
-        scenario = self.task.scenario.model_validate(json.loads(self.settings)["scenario"])
+        numbers = json.loads(self.settings)["scenario"]
+        scenario = validated(self.task.scenario, numbers, f"settings of {self.label()}")
         named = find_layered_controller(self.controller)
         controller = named.with_parameters(json.loads(self.parameters))
         return ExperimentConfig(self.label(), scenario, controller, self.physics)
@@ -140,20 +146,36 @@ def _in_folder(file: Path, field: str) -> str:
 def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind]:
     """The row of an episode, and its kind; ConfigError if the file is something else."""
     try:
-        table = pq.ParquetFile(file).read()
-    except (pa.ArrowException, OSError, ValueError):
+        table = read_table(file.read_bytes())
+    except (DamagedFileError, OSError) as damage:
         raise ConfigError(
-            f"dataset file {file}: not a readable Parquet file; remove it and run the command"
-            " that made the dataset again"
+            f"dataset file {file}: {getattr(damage, 'strerror', damage)}; remove it and run the"
+            " command that made the dataset again"
         ) from None
     for kind in _kinds():
         if table.schema.equals(schema(kind)) and table.num_rows == 1:
             row: dict[str, Any] = table.to_pylist()[0]
+            _check_texts(row, file)
             return row, kind
     raise ConfigError(
         f"dataset file {file}: written by another version of swarm-forage ({_differs(table)});"
         " evaluate again into another folder, or plot it with the version that wrote it"
     )
+
+
+def _check_texts(row: Mapping[str, Any], file: Path) -> None:
+    """ConfigError unless the settings of an episode are what `evaluate` writes."""
+    for name in TEXTS:
+        try:
+            tree = json.loads(row[name])
+            groups = [tree["scenario"], tree["controller"]] if name == "settings" else [tree]
+        except (ValueError, KeyError, TypeError, RecursionError):
+            groups = [None]
+        if not all(isinstance(group, dict) for group in groups):
+            raise ConfigError(
+                f"dataset file {file}: its column {name} is not what swarm-forage writes; remove it"
+                " and run the command that made the dataset again"
+            )
 
 
 def _kinds() -> list[EpisodeKind]:

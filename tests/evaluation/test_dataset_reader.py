@@ -1,13 +1,17 @@
 """Datasets read back: groups with their numbers, and what is no dataset of this version."""
 
+import json
+import random
 from dataclasses import replace
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.dataset import Dataset, schema
 from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 
 
 @pytest.fixture
@@ -85,6 +89,64 @@ def test_a_damaged_file_is_named(kept):
     files(kept)[0].write_bytes(b"PAR1")
     with pytest.raises(ConfigError, match=r"nc.*parquet: not a readable Parquet file; remove it"):
         read_groups([str(kept.folder)])
+
+
+def test_of_flipped_bits_none_changes_a_number_in_silence(kept):
+    file = files(kept)[0]
+    content, (sound, *_) = file.read_bytes(), read_groups([str(kept.folder)])
+    moments = random.Random(20)
+    told = 0
+    for bit in moments.sample(range(8 * len(content)), 300):
+        file.write_bytes(flipped(content, bit))
+        try:
+            found = read_groups([str(kept.folder)])[0]
+        except ConfigError as refusal:
+            told += str(file) in str(refusal)
+        else:
+            assert found == sound, f"bit {bit}"
+    assert told > 50
+
+
+def flipped(content, bit):
+    changed = bytearray(content)
+    changed[bit // 8] ^= 1 << bit % 8
+    return bytes(changed)
+
+
+@pytest.mark.parametrize(
+    ("column", "text"),
+    [
+        ("settings", "{}"),
+        ("settings", '{"scenario": [], "controller": {}}'),
+        ("settings", "[" * 100_000),
+        ("overrides", "none"),
+        ("parameters", "[1]"),
+    ],
+)
+def test_texts_that_are_no_settings_are_told_with_the_file(kept, column, text):
+    file = files(kept)[0]
+    row = pq.ParquetFile(file).read().to_pylist()[0] | {column: text}
+    pq.write_table(pa.Table.from_pylist([row], schema(FORAGING_EPISODE)), file)
+    with pytest.raises(ConfigError, match=rf"parquet: its column {column} is not what.*remove it"):
+        read_groups([str(kept.folder)])
+
+
+def test_a_text_that_is_no_unicode_is_told_with_the_file(kept):
+    file = files(kept)[0]
+    table = pq.ParquetFile(file).read()
+    broken = pa.array([b"\xff\xfe"], pa.binary()).view(pa.string())
+    place = table.schema.get_field_index("settings")
+    pq.write_table(table.set_column(place, table.schema.field(place), broken), file)
+    with pytest.raises(ConfigError, match=r"nc.*parquet: not a readable Parquet file; remove it"):
+        read_groups([str(kept.folder)])
+
+
+def test_settings_that_make_no_scenario_are_refused(kept):
+    group = read_groups([str(kept.folder)])[0]
+    tree = json.loads(group.settings)
+    tree["scenario"]["tick"] = "fast"
+    with pytest.raises(ConfigError, match=r"settings of nc: tick='fast'"):
+        replace(group, settings=json.dumps(tree)).configuration()
 
 
 def test_episodes_of_two_versions_of_the_code_are_not_mixed(kept, configure, episode):
