@@ -14,12 +14,12 @@ from baselines.cli import run, stoppable
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import parse_settings
-from baselines.evaluation.output_files import write_atomically
 from calibration import boids_gains, tables
 from calibration.ranges import Values, defaults
 from calibration.runner import CalibrationRunner, all_arenas, estimates, sensitivity
 from calibration.search import BestTrial, Search
 from calibration.source_edits import source_edits
+from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.physics import ENGINES
 

@@ -23,10 +23,10 @@ import optuna
 
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
-from baselines.evaluation.output_files import write_atomically
 from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import Comparison, compare
 from baselines.papers.adaptive_boids import ESTIMATORS, SIZES
+from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 from swarm_forage_env.waypoints.scenario import WaypointsScenario

@@ -18,10 +18,10 @@ import optuna
 from optuna.distributions import BaseDistribution, FloatDistribution, IntDistribution
 from optuna.trial import FrozenTrial, TrialState
 
-from baselines.evaluation.output_files import write_atomically
 from calibration.ranges import ARENAS, RANGES, ParameterRange, defaults, rounded
 from calibration.runner import Objective
 from calibration.targets import score
+from swarm_forage_env.atomic_write import write_atomically
 
 ELITE = 3
 """A trial goes on while its score so far is below that of the best trial but this many."""

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
-from baselines.evaluation.output_files import write_atomically
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
+from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Part
 from training.experiment import Experiment, versions

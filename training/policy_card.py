@@ -13,7 +13,7 @@ import numpy as np
 from gymnasium.spaces import Box
 from pydantic import ValidationError
 
-from baselines.evaluation.output_files import write_atomically
+from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.make import Parts, checked_parts
 from swarm_forage_env.envs.policy_form import PolicyForm

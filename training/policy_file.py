@@ -16,8 +16,8 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, ValidationError
 
-from baselines.evaluation.output_files import write_atomically
 from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.extras import remedy
 from swarm_forage_env.foraging.bounds import Bounds

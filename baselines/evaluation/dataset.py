@@ -11,14 +11,14 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, get_type_hints
-from urllib.parse import quote
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from baselines.evaluation.episode import kind_of_episode
 from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.evaluation.output_files import TEMPORARY, temporary_of, write_atomically
+from baselines.evaluation.output_files import folder_name
+from swarm_forage_env.atomic_write import sweep, temporary_of, write_atomically
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.task import task_of
@@ -56,6 +56,9 @@ def schema(kind: EpisodeKind) -> pa.Schema:
     return pa.schema([*fields, *texts])
 
 
+FILE_NAME = r"[0-9a-f]{16}-seed[0-9]{8,}\.parquet"
+"""Regular expression of the name of an episode's file."""
+
 DAMAGED = ".damaged"
 """Ending of files set aside; their names start with `_`, which readers skip."""
 
@@ -82,13 +85,14 @@ class Dataset:
             raise ConfigError(
                 f"--out {self.folder}: cannot be written ({error.strerror}); name another folder"
             ) from None
-        for leftover in self.folder.rglob(f"_*{TEMPORARY}"):
-            leftover.unlink(missing_ok=True)
+        sweep(self.folder, "trial")
+        for folder in self.folder.glob("scenario=*/controller=*"):
+            sweep(folder, FILE_NAME)
 
     def place(self, configuration: ExperimentConfig, seed: int) -> Path:
         """Path of an episode's file, whether it exists or not."""
-        folder = self.folder / f"scenario={_quoted(configuration.scenario.name)}"
-        folder /= f"controller={_quoted(configuration.controller.name)}"
+        folder = self.folder / folder_name(configuration.scenario.name, "scenario=")
+        folder /= folder_name(configuration.controller.name, "controller=")
         return folder / f"{configuration.key}-seed{seed:08d}.parquet"
 
     def find(self, configuration: ExperimentConfig, seed: int) -> Any | None:  # noqa: ANN401 of its task
@@ -158,8 +162,3 @@ def _row(content: bytes, configuration: ExperimentConfig, seed: int) -> dict[str
     if (row["configuration"], row["seed"]) != (configuration.key, seed):
         raise DamagedFileError("the episode of another configuration or seed")
     return row
-
-
-def _quoted(name: str) -> str:
-    """A name as readers of hive partitions decode it."""
-    return quote(name, safe="")

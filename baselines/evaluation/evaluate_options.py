@@ -4,7 +4,6 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import quote
 
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import (
@@ -12,6 +11,7 @@ from baselines.evaluation.experiment_config import (
     find_layered_controller,
     parse_settings,
 )
+from baselines.evaluation.output_files import folder_name
 from baselines.evaluation.runner import Plan
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.physics import ENGINES
@@ -40,7 +40,7 @@ class EvaluateOptions:
         """
         configurations = self.configurations()
         seeds = self.seeds()
-        folder = out or Path("runs") / quote(configurations[0].scenario.name, safe="")
+        folder = out or Path("runs") / folder_name(configurations[0].scenario.name)
         dataset = Dataset(folder)
         dataset.open()
         return Plan(configurations, seeds, dataset)

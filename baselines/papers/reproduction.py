@@ -13,7 +13,6 @@ import baselines.papers.social_odometry
 from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.evaluate_options import check_count
-from baselines.evaluation.output_files import write_atomically
 from baselines.evaluation.progress import run_with_progress
 from baselines.evaluation.runner import Plan
 from baselines.papers import report
@@ -22,6 +21,7 @@ from baselines.papers.experiments import Results
 from baselines.papers.figures import write_figures
 from baselines.papers.paper import PAPERS
 from baselines.papers.time_estimate import expected_seconds, format_duration
+from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.random_streams import checked_seed
 

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation.dataset import Dataset, schema
+from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
@@ -155,6 +156,34 @@ def test_what_a_killed_run_left_is_ignored_and_swept(dataset, configuration, fil
     dataset.open()
     assert not leftover.exists()
     assert file.exists()
+
+
+def test_temporaries_and_folders_of_others_are_let_be(dataset, file):
+    others = [
+        dataset.folder / "_theirs.tmp",
+        dataset.folder / "_checkpoint.safetensors.elsewhere-1.tmp",
+        file.with_name("_notes.elsewhere-1.tmp"),
+        dataset.folder / "training" / f"_{file.name}.elsewhere-1.tmp",
+    ]
+    for each in others:
+        each.parent.mkdir(exist_ok=True)
+        each.write_bytes(b"theirs")
+    blocking = file.with_name(f"_{file.name}.elsewhere-2.tmp")
+    blocking.mkdir()
+    dataset.open()
+    assert all(each.read_bytes() == b"theirs" for each in others)
+    assert blocking.is_dir()
+    assert file.exists()
+
+
+@pytest.mark.parametrize("name", ["..", ".", "x" * 300, "ä" * 60])
+def test_a_name_that_can_name_no_folder_is_refused(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scenario = tmp_path / "mine.toml"
+    scenario.write_text(f'base = "es1"\nname = "{name}"\n')
+    with pytest.raises(ConfigError, match=r"cannot name a folder; give it another name"):
+        EvaluateOptions(str(scenario), ["nc"], episodes=1).plan(None)
+    assert list(tmp_path.iterdir()) == [scenario]
 
 
 def test_a_file_is_written_again_if_another_run_sweeps_its_temporary(

@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 from pydantic import Field
 
-from baselines.evaluation.output_files import write_atomically
+from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.parameters import Count, Part, validated
 from swarm_forage_env.scenarios import find_scenario

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from baselines.evaluation.output_files import write_atomically
+from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from training.ladder.algorithms import Algorithm
 from training.ladder.rungs import Rung
