@@ -1,6 +1,9 @@
 """What holds for every test: shapes are checked, hypothesis repeats itself, no window opens."""
 
+import contextlib
 import os
+import resource
+import signal
 
 # Before any package is imported: `arrays.checked` reads it once.
 os.environ["SWARM_CHECK_SHAPES"] = "1"
@@ -49,3 +52,24 @@ def believable():
         assert np.all(np.asarray(p_value) > PASSES), p_value
 
     return check
+
+
+@pytest.fixture
+def full_disk():
+    """A context in which no file grows beyond so many bytes, as on a disk that is full.
+
+    Permissions do not stop root, and this does.
+    """
+
+    @contextlib.contextmanager
+    def limited(n_bytes):
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+            signal.signal(signal.SIGXFSZ, handler)
+
+    return limited

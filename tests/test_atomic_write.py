@@ -2,23 +2,10 @@
 
 import errno
 import os
-import resource
-import signal
 
 import pytest
 
 from swarm_forage_env.atomic_write import replacing, sweep, temporary_of, write_atomically
-
-
-@pytest.fixture
-def full_disk():
-    """No file may grow beyond 100 bytes, as on a disk that is full."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    signal.signal(signal.SIGXFSZ, handler)
 
 
 def test_a_file_and_its_folder_are_made_and_replaced(tmp_path):
@@ -32,7 +19,7 @@ def test_a_file_and_its_folder_are_made_and_replaced(tmp_path):
 def test_on_a_full_disk_the_older_file_stays_and_the_error_names_it(tmp_path, full_disk):
     file = tmp_path / "x.txt"
     write_atomically(file, b"older")
-    with pytest.raises(OSError, match=r"x\.txt") as told:
+    with full_disk(100), pytest.raises(OSError, match=r"x\.txt") as told:
         write_atomically(file, b"newer" * 100)
     assert told.value.errno == errno.EFBIG
     assert file.read_bytes() == b"older"

@@ -1,7 +1,11 @@
 """Progress of a training run: lines and a progress bar on stderr, curves for TensorBoard."""
 
+import os
+import socket
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from baselines.evaluation.console import progress_bar
 from training.policy_file import CurvePoint
@@ -9,16 +13,47 @@ from training.policy_file import CurvePoint
 FOLDER = "tensorboard"
 
 
+class EventFile:
+    """File of curves that TensorBoard reads.
+
+    The calling thread writes each point: an OSError reaches the training, where TensorBoard's own
+    writer prints the traceback of a thread.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Start a file in a folder, which is made."""
+        name = f"events.out.tfevents.{time.time_ns()}.{socket.gethostname()}.{os.getpid()}"
+        self._file = folder / name
+        self._write(file_version="brain.Event:2")
+
+    def add_scalar(self, name: str, value: float, step: int) -> None:
+        """Add a point to a curve. OSError, which names the file, where that fails."""
+        from tensorboard.compat.proto.summary_pb2 import Summary
+
+        point = Summary.Value(tag=name, simple_value=value)
+        self._write(step=step, summary=Summary(value=[point]))
+
+    def _write(self, **fields: Any) -> None:  # noqa: ANN401 fields of an event
+        from tensorboard.compat.proto.event_pb2 import Event
+        from tensorboard.summary.writer.record_writer import RecordWriter
+
+        event = Event(wall_time=time.time(), **fields)
+        try:
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            with self._file.open("ab", buffering=0) as stream:
+                RecordWriter(stream).write(event.SerializeToString())
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self._file)) from error
+
+
 class ProgressLogger:
     """Logs training steps and evaluations; a context manager."""
 
     def __init__(self, out: Path, unit: str, say: Callable[[str], None]) -> None:
         """Log TensorBoard curves to `out`; a progress bar is drawn if stderr is a terminal."""
-        from torch.utils.tensorboard import SummaryWriter
-
         self._unit = unit
         self._say = say
-        self._writer = SummaryWriter(str(out / FOLDER))
+        self._curves = EventFile(out / FOLDER)
         self._progress = progress_bar(f"{unit}s")
         self._bar = self._progress.add_task("", total=None)
 
@@ -28,7 +63,6 @@ class ProgressLogger:
 
     def __exit__(self, *_: object) -> None:
         self._progress.stop()
-        self._writer.close()
 
     def start(self, budget: int, done: int) -> None:
         """Set the total number of steps, and the number found in the checkpoint."""
@@ -38,7 +72,7 @@ class ProgressLogger:
     def log_scalars(self, step: int, values: Mapping[str, float]) -> None:
         """Log the scalars of one step; those under `speed/` are also shown beside the bar."""
         for name, value in values.items():
-            self._writer.add_scalar(name, value, step)
+            self._curves.add_scalar(name, value, step)
         speeds = {k: v for k, v in values.items() if k.startswith("speed/")}
         told = ", ".join(f"{v:.3g} {k.removeprefix('speed/')}" for k, v in speeds.items())
         self._progress.update(self._bar, completed=step, description=told)
@@ -46,9 +80,8 @@ class ProgressLogger:
     def log_evaluation(self, point: CurvePoint) -> None:
         """Log an evaluation on the held-back seeds, and print it."""
         step = int(point.step)
-        self._writer.add_scalar("held_back/value", point.value, step)
+        self._curves.add_scalar("held_back/value", point.value, step)
         for name, trips in point.round_trips.items():
-            self._writer.add_scalar(f"held_back/{name}", trips.mean, step)
-        self._writer.flush()
+            self._curves.add_scalar(f"held_back/{name}", trips.mean, step)
         told = ", ".join(f"{name} {trips.mean:.1f}" for name, trips in point.round_trips.items())
         self._say(f"{self._unit} {step}: held-back round trips {told}; value {point.value:.4f}")

@@ -2,17 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
 from stable_baselines3 import PPO
-from stable_baselines3.common.logger import configure
+from stable_baselines3.common.logger import KVWriter, Logger
 
 from swarm_forage_env.arrays import Array
 from training.actor_critic import LayerActorCriticPolicy
 from training.experiment import Experiment, worlds_per_scenario
 from training.multi_scenario_vec_env import MultiScenarioVecEnv
-from training.progress import FOLDER
+from training.progress import FOLDER, EventFile
 from training.vec_env import SwarmVecEnv
 
 MOMENTS = ("step", "exp_avg", "exp_avg_sq")
@@ -99,8 +101,31 @@ def make_ppo(
         seed=experiment.seed,
         device="cpu",
     )
-    model.set_logger(configure(str(experiment.out / FOLDER), ["tensorboard"]))
+    model.set_logger(Logger(folder=None, output_formats=[Curves(experiment.out / FOLDER)]))
     return model
+
+
+class Curves(KVWriter):
+    """Writes what stable-baselines3 logs of the training to a file of curves."""
+
+    def __init__(self, folder: Path) -> None:
+        """Start a file in a folder."""
+        self._file = EventFile(folder)
+
+    def write(
+        self,
+        key_values: dict[str, Any],
+        key_excluded: dict[str, tuple[str, ...]],
+        step: int = 0,
+    ) -> None:
+        """Write every number at one step."""
+        for name, value in key_values.items():
+            shown = "tensorboard" not in (key_excluded[name] or ())
+            if shown and isinstance(value, int | float | np.number):
+                self._file.add_scalar(name, float(value), step)
+
+    def close(self) -> None:
+        """Do nothing: the file is open only while a number is written."""
 
 
 def model_state(model: PPO) -> dict[str, Array]:

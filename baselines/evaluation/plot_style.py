@@ -3,6 +3,7 @@
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from io import BytesIO
 from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from baselines.evaluation.output_files import check_file
+from swarm_forage_env.atomic_write import write_atomically
 
 FORMATS = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
 """Endings of a figure's file, and the field of its metadata that holds the command."""
@@ -64,15 +66,16 @@ def check_plot(file: Path, option: str = "--plot") -> None:
 
 
 def save_figure(figure: Figure, file: Path, command: str, title: str = "Round trips") -> None:
-    """Write a figure to a file; its metadata name the command and hold no date."""
-    ending = file.suffix.lower()
+    """Write a figure to a file, whole or not at all; its metadata name the command and no date."""
+    ending, content = file.suffix.lower(), BytesIO()
     metadata: dict[str, str | None] = {FORMATS[ending]: command, "Title": title}
     if ending == ".pdf":
         metadata["CreationDate"] = None
     if ending == ".svg":
         metadata["Date"] = None
     with rc_context({"svg.hashsalt": "swarm-forage", "svg.fonttype": "none"}):
-        figure.savefig(file, dpi=200, metadata=metadata)
+        figure.savefig(content, format=ending[1:], dpi=200, metadata=metadata)
+    write_atomically(file, content.getvalue())
 
 
 HEIGHT = 3.3

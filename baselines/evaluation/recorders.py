@@ -89,7 +89,9 @@ class StillRecorder(ImageRecorder):
         try:
             save(picture, self._file)
         except OSError as error:
-            raise ConfigError(f"--frame {self._file}: cannot be written ({error})") from None
+            raise ConfigError(
+                f"--frame {self._file}: cannot be written ({error.strerror})"
+            ) from None
 
 
 class VideoRecorder(ImageRecorder):

@@ -4,14 +4,13 @@ The page is put together from the files in `page/`; `recording.py` packs the num
 """
 
 import base64
-import contextlib
 import html
 import json
-import os
 from importlib import resources
 from pathlib import Path
 from string import Template
 
+from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import P_RING
@@ -51,13 +50,9 @@ class Replay:
         ConfigError where no scene was added or the file cannot be written.
         """
         page = self.page()
-        temporary = file.with_name(f".{file.name}.{os.getpid()}.tmp")
         try:
-            temporary.write_text(page, encoding="utf-8")
-            temporary.replace(file)
+            write_atomically(file, page.encode())
         except OSError as error:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
             raise ConfigError(f"{file}: cannot be written ({error.strerror})") from None
 
     def page(self) -> str:

@@ -1,10 +1,11 @@
 """Video: frames to an MP4 or an animated GIF, by the ffmpeg that imageio-ffmpeg brings."""
 
-import os
+import subprocess
 from pathlib import Path
 from typing import Any
 
 from swarm_forage_env.arrays import Array, UInt8
+from swarm_forage_env.atomic_write import replacing, temporary_of
 from swarm_forage_env.errors import ConfigError
 
 FPS = 30
@@ -24,6 +25,22 @@ def fps_of(file: Path) -> int:
     return GIF_FPS if file.suffix.lower() == ".gif" else FPS
 
 
+PIPES: dict[str, Any] = {
+    "stdin": subprocess.PIPE,
+    "stdout": subprocess.DEVNULL,
+    "stderr": subprocess.DEVNULL,
+    "start_new_session": True,
+}
+"""Ctrl-C does not reach ffmpeg; the command that started it ends it."""
+
+FLAGS = {
+    ".mp4": "-c:v h264 -crf 20 -pix_fmt yuv420p -vf scale=ceil(iw/2)*2:ceil(ih/2)*2"
+    " -movflags +faststart -f mp4",
+    ".gif": f"-c:v gif -pix_fmt pal8 -filter_complex {ONE_PALETTE} -loop 0 -f gif",
+}
+"""What ffmpeg is told of each format; H.264 in this form has an even width and height."""
+
+
 class Video:
     """Writes frames of one size to a file, which appears when it is closed."""
 
@@ -31,45 +48,47 @@ class Video:
         """ConfigError where there is no ffmpeg."""
         import imageio_ffmpeg
 
-        self._file = file
-        self._trial = file.with_name(f".{file.stem}.{os.getpid()}{file.suffix}")
-        options: dict[str, Any] = {"quality": 6, "output_params": ["-movflags", "+faststart"]}
-        if file.suffix.lower() == ".gif":
-            options = {
-                "codec": "gif", "quality": None, "pix_fmt_out": "pal8",
-                "output_params": ["-filter_complex", ONE_PALETTE, "-loop", "0"],
-            }  # fmt: skip
-        self._frames = imageio_ffmpeg.write_frames(
-            str(self._trial), (width, height), fps=fps_of(file), macro_block_size=2,
-            ffmpeg_log_level="error", **options,
-        )  # fmt: skip
+        self._file, self._trial = file, temporary_of(file)
+        frames = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {fps_of(file)} -i -"
         try:
-            self._frames.send(None)
+            program = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-v", "quiet", *frames.split()]
+            program += [*FLAGS[file.suffix.lower()].split(), str(self._trial)]
+            self._ffmpeg = subprocess.Popen(program, bufsize=0, **PIPES)
         except (OSError, RuntimeError):
             raise ConfigError(
                 f"{file}: no ffmpeg was found to write it; pip install 'swarm-forage[render]'"
                 " brings one, or name yours in the variable IMAGEIO_FFMPEG_EXE"
             ) from None
+        assert self._ffmpeg.stdin is not None
+        self._frames = self._ffmpeg.stdin
 
     def add(self, frame: UInt8[Array, "height width 3"]) -> None:
         """Write the next frame. ConfigError where ffmpeg gives up."""
+        left = memoryview(frame.tobytes())
         try:
-            self._frames.send(frame)
-        except OSError as error:
-            raise ConfigError(f"{self._file}: cannot be written; {_reason(error)}") from None
+            while left:
+                left = left[self._frames.write(left) :]
+        except OSError:
+            raise self._refusal() from None
 
     def close(self) -> None:
-        """Finish the file and give it its name."""
-        self._frames.close()
-        self._trial.replace(self._file)
+        """Finish the file and give it its name. ConfigError where ffmpeg cannot write it."""
+        with replacing(self._file):
+            if self._end() != 0:
+                raise self._refusal()
 
     def discard(self) -> None:
         """Stop, and leave nothing behind."""
-        self._frames.close()
+        self._ffmpeg.kill()
+        self._end()
         self._trial.unlink(missing_ok=True)
 
+    def _end(self) -> int:
+        """The exit status of ffmpeg, which finishes what it has been given."""
+        self._frames.close()
+        return self._ffmpeg.wait()
 
-def _reason(error: OSError) -> str:
-    """The last thing ffmpeg said."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return lines[-1] if lines else "ffmpeg stopped"
+    def _refusal(self) -> ConfigError:
+        return ConfigError(
+            f"{self._file}: cannot be written; ffmpeg gave up, as where the disk is full"
+        )

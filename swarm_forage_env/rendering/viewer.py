@@ -1,12 +1,14 @@
 """Viewer: what the render() of every environment draws with."""
 
 from importlib.util import find_spec
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from swarm_forage_env.arrays import Array, UInt8
+from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scene import Scene, Stage
 
@@ -80,10 +82,9 @@ def frame_of(picture: "pygame.Surface") -> UInt8[Array, "height width 3"]:
 
 
 def save(picture: "pygame.Surface", file: Path) -> None:
-    """Write a picture to a PNG file. OSError where that fails."""
+    """Write a picture to a PNG file, whole or not at all. OSError where that fails."""
     import pygame
 
-    try:
-        pygame.image.save(picture, file)
-    except pygame.error as error:
-        raise OSError(str(error)) from None
+    content = BytesIO()
+    pygame.image.save(picture, content, ".png")
+    write_atomically(file, content.getvalue())

@@ -24,6 +24,21 @@ def test_a_figure_is_written_in_each_format_with_the_command_in_it(command, tmp_
 
 
 @pytest.mark.usefixtures("evaluated")
+@pytest.mark.parametrize("limit", [0, 4096])
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+def test_on_a_full_disk_an_earlier_figure_stays(command, tmp_path, full_disk, ending, limit):
+    file = tmp_path / f"x.{ending}"
+    file.write_bytes(b"older")
+    with full_disk(limit):
+        status, stdout, stderr = command("plot", "boxplot", "runs/es1", f"--out={file.name}")
+    assert (status, stdout) == (1, "")
+    assert f"'{file.name}'" in stderr
+    assert stderr.count("\n") == 1
+    assert file.read_bytes() == b"older"
+    assert {each.name for each in tmp_path.iterdir()} == {file.name, "runs"}
+
+
+@pytest.mark.usefixtures("evaluated")
 def test_the_same_command_draws_the_same_figure(command, tmp_path):
     for name in ("one", "two"):
         assert command("plot", "boxplot", "runs/es1", f"--out={name}.svg")[0] == 0

@@ -58,6 +58,21 @@ def test_training_ends_with_the_policy_and_how_to_test_it(command, tmp_path):
     assert "1 of 1 generations found, 0 to run" in again[2]
 
 
+@pytest.mark.parametrize("algorithm", ["cma", "imitation", "ppo"])
+@pytest.mark.parametrize("limit", [0, 200, 2000])
+def test_training_on_a_full_disk_ends_in_one_line(command, full_disk, algorithm, limit):
+    layer = "motion" if algorithm == "ppo" else "weighting"
+    tiny = [option for option in TINY if algorithm == "cma" or "population" not in option]
+    with full_disk(limit):
+        status, stdout, stderr = command(
+            "train", layer, "es1", f"--algorithm={algorithm}", "--out=x", *tiny
+        )
+    assert status in {1, 2}
+    assert stdout == ""
+    assert "Traceback" not in stderr
+    assert "too large" in stderr.splitlines()[-1]
+
+
 @pytest.mark.parametrize(
     ("layer", "rest", "runs"),
     [

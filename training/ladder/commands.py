@@ -121,6 +121,7 @@ def _check_page(page: Path) -> None:
 def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", out: Path) -> None:
     """Write the page and its figures."""
     from baselines.evaluation.plot_style import check_plot, save_figure
+    from swarm_forage_env.atomic_write import write_atomically
     from training.ladder import page as pages
     from training.ladder.figures import curves, profiles
     from training.ladder.summary import by_rung
@@ -138,7 +139,7 @@ def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", out:
         file = folder / f"{name}.png"
         check_plot(file, "--page")
         save_figure(figure, file, command, "The ladder")
-    page.write_text(pages.page(rungs, runs, command), encoding="utf-8")
+    write_atomically(page, pages.page(rungs, runs, command).encode())
 
 
 def add_benchmark(app: typer.Typer) -> None:

@@ -1,0 +1,40 @@
+"""Curves of a training run: what TensorBoard reads, and where they cannot be written."""
+
+import pytest
+
+from training.policy_file import CurvePoint, Interval
+from training.progress import FOLDER, ProgressLogger
+
+POINT = CurvePoint(
+    step=3, simulated_s=1.0, value=0.5, round_trips={"es1": Interval(low=1.0, mean=2.0, high=3.0)}
+)
+
+
+def test_tensorboard_reads_the_curves(tmp_path):
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    with ProgressLogger(tmp_path, "round", lambda _: None) as progress:
+        progress.start(10, 0)
+        progress.log_scalars(2, {"loss": 0.25, "speed/worlds a second": 4.0})
+        progress.log_evaluation(POINT)
+    curves = EventAccumulator(str(tmp_path / FOLDER)).Reload()
+    found = {
+        name: [(each.step, each.value) for each in curves.Scalars(name)]
+        for name in curves.Tags()["scalars"]
+    }
+    assert found == {
+        "loss": [(2, 0.25)],
+        "speed/worlds a second": [(2, 4.0)],
+        "held_back/value": [(3, 0.5)],
+        "held_back/es1": [(3, 2.0)],
+    }
+
+
+def test_a_full_disk_is_an_error_of_the_training_that_names_the_file(tmp_path, full_disk):
+    def log():
+        with ProgressLogger(tmp_path, "round", lambda _: None) as progress:
+            for step in range(1_000):
+                progress.log_scalars(step, {"loss": 0.25})
+
+    with full_disk(1_000), pytest.raises(OSError, match=r"File too large: .*tfevents"):
+        log()
