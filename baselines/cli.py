@@ -176,7 +176,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
     """
     with stoppable():
         from baselines.evaluation.evaluate_options import EvaluateOptions, check_count
-        from baselines.evaluation.progress import run_with_progress
+        from baselines.evaluation.progress import check_kept, run_with_progress
 
         request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
         check_count("--workers", workers)
@@ -189,6 +189,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
         if plot:
             _draw(plan, plot, request.command)
         _write(results, form, series)
+        check_kept(plan)
 
 
 @app.command()

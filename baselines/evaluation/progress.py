@@ -5,6 +5,9 @@ import time
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.runner import Plan
 
+NAMED = 20
+"""Files that a message names, at most."""
+
 
 def run_with_progress(plan: Plan, workers: int, threads: int = 1) -> None:
     """Run the missing episodes: a line before and after, a bar if stderr is a terminal."""
@@ -20,3 +23,16 @@ def run_with_progress(plan: Plan, workers: int, threads: int = 1) -> None:
         for done in plan.run(workers, threads):
             progress.advance(bar, done)
     say(f"done in {time.monotonic() - begin:.0f} s")
+
+
+def check_kept(plan: Plan) -> None:
+    """Raise OSError, which names the files, unless the dataset holds every episode of the plan."""
+    missing = plan.missing_files()
+    if missing:
+        names = ", ".join(str(file.relative_to(plan.dataset.folder)) for file in missing[:NAMED])
+        more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
+        raise OSError(
+            f"{plan.dataset.folder}: {len(missing)} of {len(plan.configurations) * len(plan.seeds)}"
+            f" episodes are not there any more: {names}{more}; the results above count them, and"
+            " the same command runs them again"
+        )

@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -100,6 +101,11 @@ class Plan:
             for each in self.configurations
             for seed in self.seeds
         ]
+
+    def missing_files(self) -> list[Path]:
+        """The files of episodes that the dataset does not hold, by controller, then seed."""
+        wanted = [self.dataset.place(each, s) for each in self.configurations for s in self.seeds]
+        return [file for file in wanted if not file.is_file()]
 
     def _room(self, key: str) -> int:
         """Number of worlds of this configuration that a thread of a block has room for."""

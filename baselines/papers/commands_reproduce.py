@@ -70,10 +70,11 @@ def reproduce(  # noqa: PLR0913 the options of a command
 
     Says how long it will take before it starts. Every episode is kept in --out as soon as it
     has been run, so that a run that was stopped goes on where it was. The exit status is 0
-    whether or not the claims hold.
+    whether or not the claims hold, and 1 if kept episodes are gone at the end.
     """
     from baselines.evaluation.console import say
     from baselines.evaluation.evaluate_options import check_count
+    from baselines.evaluation.progress import check_kept
     from baselines.papers import report
     from baselines.papers.reproduction import ReproduceOptions, Reproduction
 
@@ -90,3 +91,4 @@ def reproduce(  # noqa: PLR0913 the options of a command
         typer.echo(report.to_json(claim_results))
     else:
         Console().print(report.claims_table(claim_results))
+    check_kept(run.plan)

@@ -4,12 +4,15 @@ import csv
 import io
 import json
 import os
+import shutil
 import signal
 import sys
 import time
 
 import pyarrow.parquet as pq
 import pytest
+
+from baselines.evaluation import runner
 
 SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 
@@ -70,6 +73,30 @@ def test_threads_change_no_number(command):
     one = json.loads(command(*told, "--out=one")[1])
     two = json.loads(command(*told, "--out=two", "--threads=2")[1])
     assert [each | {"wall_s": 0} for each in one] == [each | {"wall_s": 0} for each in two]
+
+
+def test_a_folder_that_is_deleted_in_mid_run_is_told_with_its_files(command, tmp_path, monkeypatch):
+    run_block, blocks = runner._run_block, []
+
+    def delete_before_the_last(block, dataset, threads):
+        blocks.append(block)
+        if len(blocks) == 2:
+            shutil.rmtree(dataset.folder)
+        return run_block(block, dataset, threads)
+
+    monkeypatch.setattr(runner, "_run_block", delete_before_the_last)
+    told = "evaluate", "es1", "nc", "ssgikf", "--episodes=2", "--format=json", *SHORT
+    status, stdout, stderr = command(*told)
+    assert status == 1
+    assert len(json.loads(stdout)) == 4, "the run goes on to its end"
+    last = stderr.splitlines()[-1]
+    assert "runs/es1: 2 of 4 episodes are not there any more: scenario=es1/controller=nc/" in last
+    assert last.count(".parquet") == 2
+    assert len(pq.read_table(tmp_path / "runs" / "es1")) == 2
+    status, again, _ = command(*told)
+    assert status == 0
+    without = [[each | {"wall_s": 0} for each in json.loads(text)] for text in (stdout, again)]
+    assert without[0] == without[1]
 
 
 def test_csv_holds_the_same_episodes_and_they_are_not_run_again(command):
