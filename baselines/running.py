@@ -123,10 +123,15 @@ class RunningLayers:
                     squad.act(action, "weighting", "weight", squad.weigh(exchange))
 
     def decide(self, first: int, last: int) -> None:
-        """Write the next commands of the worlds first .. last - 1, and merge what was heard."""
+        """Write the next commands of the worlds first .. last - 1, and merge what was heard.
+
+        ConfigError for a command or a weight that is not finite.
+        """
         records = self._world.records
         for squad in self._squads:
-            squad.decide(records, squad.minds, self.shared, squad.settings, first, last)
+            at_fault = squad.decide(records, squad.minds, self.shared, squad.settings, first, last)
+            if at_fault is not None and at_fault >= 0:
+                raise self._not_finite(*divmod(at_fault, self._world.n_robots))
 
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world, and draw from this seed from now on."""
@@ -170,6 +175,16 @@ class RunningLayers:
             settings[...] = own
         for squad, motion in zip(self._squads, deepcopy(kept["motions"]), strict=True):
             squad.steer = motion
+
+    def _not_finite(self, world: int, robot: int) -> ConfigError:
+        """The error that names the controller, the tick and the robot."""
+        command = self._world.robots["command"][self._task.commanded][world, robot]
+        return ConfigError(
+            f"controller '{self._controllers[world][robot].name}', tick"
+            f" {self._world.worlds['ticks'][world] + 1}, robot {robot}: its"
+            f" {self._task.commanded} {command.tolist()} or its weights are not finite; a number"
+            " of its layers or of its policy is too large"
+        )
 
     @property
     def _all_settings(self) -> list[Array]:

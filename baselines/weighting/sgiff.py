@@ -42,7 +42,7 @@ class SGIFF(Part):
     """
 
     beta: NotNegative = Field(
-        0.01, description="Steepness [1/cm]. Best in ES1 and ES2: TR 6.1.2 (published)"
+        0.01, le=1e6, description="Steepness [1/cm]. Best in ES1 and ES2: TR 6.1.2 (published)"
     )
 
     def layer(self, scenario: Scenario) -> WeightingLayer:

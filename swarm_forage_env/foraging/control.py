@@ -7,6 +7,8 @@ A layer's functions receive records of the robot's interface only: never its pos
 its own numbers; robots of another controller, which are not `is_member`, are left alone.
 """
 
+import math
+
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
@@ -55,14 +57,14 @@ def observe(
                 describe(crowd[i], swarm[i].report)
 
 
-def decide(
-    robots: Array, minds: Array, shared: Array, layers: Array, first: int, last: int
-) -> None:
+def decide(robots: Array, minds: Array, shared: Array, layers: Array, first: int, last: int) -> int:
     """Steer, merge what was heard, and choose whether to speak, in the worlds first .. last - 1.
 
-    The wheels are decided before the merge: both layers go by what one observation shows.
+    The wheels are decided before the merge: both layers go by what one observation shows. Returns
+    a robot whose wheels or weights are not finite, as world * robots + robot, or else -1.
     Free names: steer, gain, merge, has_something_to_say.
     """
+    at_fault = -1
     for w in range(first, last):
         for i in range(robots.shape[1]):
             settings = layers[w, i]
@@ -74,14 +76,32 @@ def decide(
             if action.motion == KEEP or action.motion == CORRECT:
                 steer(situation, robot.readings, robot.heard, wheels, memory, settings.motion)
             take_wheels(action, situation.is_talking, wheels)
+            at_fault = check_finite(wheels, at_fault, w * robots.shape[1] + i)
             if exchange.is_valid:
                 for area in range(2):
                     if is_weighed(exchange, area):
                         exchange.weight[area] = gain(exchange, area, settings.weighting)
                 take_weights(action, exchange)
+                at_fault = check_weights(exchange, at_fault, w * robots.shape[1] + i)
                 merge(mind, shared[w, i], settings.weighting.heard_p_share, settings.estimator)
             robot.command.is_speaking = has_something_to_say(mind, settings.estimator)
             mind.is_composed = False
+    return at_fault
+
+
+@kernel
+def check_finite(numbers: Float32[Array, "2"], at_fault: int, robot: int) -> int:
+    """The robot, if one of its two numbers is not finite; else who was at fault before."""
+    return at_fault if math.isfinite(numbers[0] + numbers[1]) else robot
+
+
+@kernel
+def check_weights(exchange: Exchange, at_fault: int, robot: int) -> int:
+    """The robot, if a weight that it merges with is not finite; else who was at fault before."""
+    for area in range(2):
+        if is_weighed(exchange, area) and not math.isfinite(exchange.weight[area]):
+            return robot
+    return at_fault
 
 
 @kernel

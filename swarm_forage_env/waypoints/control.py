@@ -8,6 +8,8 @@ its own weighting and motion; robots of other ones, which are not `is_member`, a
 estimator is that of the whole swarm, as robots correct their estimates jointly.
 """
 
+import math
+
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.interface import KEEP, Kernel
@@ -43,14 +45,17 @@ def observe(
 
 def decide(
     records: Records, minds: Array, shared: Array, layers: Array, first: int, last: int
-) -> None:
+) -> int:
     """Steer, claim, and correct the estimates of all robots, in the worlds first .. last - 1.
 
     Accelerations are decided before the merge: both layers go by what one observation shows. Of
     robots that differ in their layers those that are decided last bring about the merge of all.
+    Returns a robot whose acceleration or weight is not finite, as world * robots + robot, or else
+    -1.
     Free names: steer, gain, merge.
     """
     robots, sightings = records
+    at_fault = -1
     for w in range(first, last):
         n_exchanges = 0
         for i in range(robots.shape[1]):
@@ -64,14 +69,26 @@ def decide(
             if action.motion == KEEP:
                 steer(situation, robot.readings, acceleration, memory, settings.motion)
             take_acceleration(action, acceleration)
+            at_fault = check_finite(acceleration, at_fault, w * robots.shape[1] + i)
             robot.command.claim = situation.has_arrived
             if exchange.is_valid:
                 if action.weighting == KEEP:
                     exchange.weight[0] = gain(exchange, 0, settings.weighting)
                 else:
                     exchange.weight[0] = action.weight[0]
+                at_fault = check_finite(exchange.weight, at_fault, w * robots.shape[1] + i)
         if n_exchanges > 0 and layers[w, 0].is_last:
             merge(minds[w].estimator, shared[w], sightings[w], layers[w, 0].estimator)
+    return at_fault
+
+
+@kernel
+def check_finite(numbers: Float32[Array, " numbers"], at_fault: int, robot: int) -> int:
+    """The robot, if one of its numbers is not finite; else who was at fault before."""
+    for k in range(numbers.shape[0]):
+        if not math.isfinite(numbers[k]):
+            return robot
+    return at_fault
 
 
 @kernel
