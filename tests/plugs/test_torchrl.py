@@ -1,7 +1,9 @@
 """TorchRL and BenchMARL: the examples learn, every task is made; run by `make test-torchrl`."""
 
+import copy
 import json
 import math
+import pickle
 
 import pytest
 
@@ -178,3 +180,33 @@ def test_a_misspelt_setting_is_refused():
 
     with pytest.raises(UnknownNameError, match="did you mean 'max_n_iters'"):
         settings(SwarmForageTask.NEAR.get_task(), max_n_iter=3)
+
+
+def pickled(env):
+    return pickle.loads(pickle.dumps(env))
+
+
+@pytest.mark.parametrize("engine", ["kinematic", "rigid"])
+@pytest.mark.parametrize("copied", [copy.deepcopy, pickled])
+def test_a_copy_in_mid_episode_goes_on_as_the_original(engine, copied):
+    import torch
+
+    from training.torchrl_env import SwarmTorchEnv
+
+    env = SwarmTorchEnv("es1", n_worlds=2, seed=3, physics=engine, max_cycles=20)
+    torch.manual_seed(1)
+    actions = [env.full_action_spec.rand() for _ in range(12)]
+    state = after(env, env.reset(), actions[:4], [])
+    other, seen, theirs = copied(env), [], []
+    after(other, state.clone(), actions[4:], theirs)
+    after(env, state.clone(), actions[4:], seen)
+    assert seen == theirs
+    assert len(set(seen)) == 8
+
+
+def after(env, state, actions, seen):
+    """The state after these actions; what was observed is appended."""
+    for action in actions:
+        state = env.step_mdp(env.step(state.update(action)))
+        seen.append(state[env.group, "observation"].numpy().tobytes())
+    return state
