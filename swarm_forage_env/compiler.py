@@ -10,7 +10,6 @@ function and of all that it calls. An edit of a comment or a docstring changes n
 """
 
 import hashlib
-import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -23,6 +22,8 @@ import llvmlite
 import numba
 import numpy as np
 from numba.core import caching, config
+
+from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
 
 FunctionT = TypeVar("FunctionT")
 
@@ -144,8 +145,9 @@ class _Locator:
         return cls(function)
 
     def ensure_cache_path(self) -> None:
-        """Make the folder."""
-        cache_folder().mkdir(parents=True, exist_ok=True)
+        """Make the folder, which only the user may write."""
+        cache_folder().parent.mkdir(parents=True, exist_ok=True)
+        cache_folder().mkdir(mode=0o700, exist_ok=True)
 
     def get_cache_path(self) -> str:
         """The folder."""
@@ -169,6 +171,14 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
 
     _impl_class = _CacheOfKernels
 
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Of one kernel."""
+        super().__init__(function)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = CheckedFiles(self._cache_path, self._impl.filename_base, stamp)
+        if not is_trusted(cache_folder()):
+            self.disable()
+
     def load_overload(self, *signature: Any) -> Any:  # noqa: ANN401 numba's
         """The machine code for a signature, None if it is not kept."""
         with suppress(OSError):
@@ -176,9 +186,11 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
         return None
 
     def save_overload(self, *code: Any) -> None:  # noqa: ANN401 numba's
-        """Keep the machine code for a signature."""
-        with suppress(OSError):
+        """Keep the machine code for a signature; where that fails, the user is told once."""
+        try:
             super().save_overload(*code)
+        except OSError as error:
+            tell_once(f"{cache_folder()} cannot be written ({error.strerror})")
 
 
 class _LateCache:
@@ -196,12 +208,6 @@ class _LateCache:
             if not Path(self._made._cache_file._index_path).exists():
                 announce()
         return getattr(self._made, name)
-
-
-def cache_folder() -> Path:
-    """Where the machine code of all kernels is kept."""
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(home) / "swarm-forage" / "kernels"
 
 
 @cache

@@ -11,7 +11,8 @@ import numba
 import numpy as np
 import pytest
 
-from swarm_forage_env.compiler import _bound, bind, cache_folder, entry_point, fingerprint, kernel
+from swarm_forage_env.compiler import _bound, bind, entry_point, fingerprint, kernel
+from swarm_forage_env.kernel_cache import cache_folder
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -184,11 +185,62 @@ def test_a_kernel_runs_without_the_interpreters_lock():
 
 
 @compiled
-def test_a_cache_that_cannot_be_written_keeps_nobody_from_working(tmp_path, monkeypatch):
+def test_a_cache_that_cannot_be_written_keeps_nobody_from_working(tmp_path, monkeypatch, capsys):
     (tmp_path / "swarm-forage").write_text("a file where the folder should be")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    _bound.cache_clear()
+    for change, expected in ((double, [2.0, 4.0, 6.0]), (negate, [-1.0, -2.0, -3.0])):
+        _bound.cache_clear()
+        assert applied(change) == expected
+    told = [line for line in capsys.readouterr().err.splitlines() if "in memory" in line]
+    assert len(told) == 1, "once for all kernels"
+    assert f"{cache_folder()} cannot be written (" in told[0]
+
+
+@compiled
+@pytest.mark.parametrize("mode", [0o777, 0o770])
+def test_a_cache_that_others_may_write_is_neither_read_nor_written(fresh_cache, capsys, mode):
     assert applied(double) == [2.0, 4.0, 6.0]
+    assert fresh_cache.stat().st_mode & 0o777 == 0o700
+    fresh_cache.chmod(mode)
+    before = sorted(fresh_cache.iterdir())
+    _bound.cache_clear()
+    again = bind(apply, {"change": double})
+    again(np.ones(3))
+    assert applied(negate) == [-1.0, -2.0, -3.0]
+    assert not sum(again.stats.cache_hits.values())
+    assert sorted(fresh_cache.iterdir()) == before
+    assert f"{fresh_cache}: others may write there" in capsys.readouterr().err
+
+
+def cut(content):
+    return content[: len(content) // 2]
+
+
+def flip(content):
+    middle = len(content) // 2
+    return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
+
+
+def empty(content):
+    return b""
+
+
+@compiled
+@pytest.mark.parametrize("damage", [cut, flip, empty])
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+def test_a_damaged_file_of_the_cache_is_replaced(fresh_cache, ending, damage):
+    hits = []
+    for moment in ("compiled", "damaged", "kept"):
+        _bound.cache_clear()
+        made = bind(apply, {"change": double})
+        numbers = np.array([1.0, 2.0, 3.0])
+        made(numbers)
+        assert numbers.tolist() == [2.0, 4.0, 6.0]
+        hits.append(sum(made.stats.cache_hits.values()))
+        if moment == "compiled":
+            (file,) = fresh_cache.glob(f"*.{ending}")
+            file.write_bytes(damage(file.read_bytes()))
+    assert hits == [0, 0, 1]
 
 
 # --- other processes -----------------------------------------------------------------------------
@@ -212,7 +264,7 @@ import baselines.controllers
 import swarm_forage_env.foraging.named
 import swarm_forage_env.foraging.task
 from numba.core.dispatcher import Dispatcher
-from swarm_forage_env.compiler import cache_folder
+from swarm_forage_env.kernel_cache import cache_folder
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
@@ -255,7 +307,7 @@ import numpy as np
 
 sys.path.insert(0, sys.argv[1])
 from caller import total
-from swarm_forage_env.compiler import cache_folder
+from swarm_forage_env.kernel_cache import cache_folder
 print(json.dumps([total(np.ones(2)), sum(total.stats.cache_hits.values())]))
 """
 

@@ -1,0 +1,87 @@
+"""The files in which machine code is kept: checked against damage, and against other people.
+
+A file begins with the hash of its content. One that is damaged counts as missing, so that its
+kernel is compiled again and the file replaced. Machine code runs with all rights of the user: a
+folder that others may write is not used.
+"""
+
+import os
+import pickle
+import stat
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from hashlib import sha256
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from numba.core.caching import IndexDataCacheFile
+
+HASH = sha256().digest_size
+"""Length of the hash in front of a file's content [byte]."""
+
+
+def cache_folder() -> Path:
+    """Where the machine code of all kernels is kept."""
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(home) / "swarm-forage" / "machine-code"
+
+
+def is_trusted(folder: Path) -> bool:
+    """Whether nobody but the user, or root, may write to a folder; one that is missing counts.
+
+    If others may, the user is told once.
+    """
+    with suppress(OSError):
+        found = folder.stat()
+        if hasattr(os, "geteuid") and (
+            found.st_uid not in {os.geteuid(), 0} or found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+        ):
+            tell_once(f"{folder}: others may write there (chmod 700 would do)")
+            return False
+    return True
+
+
+@cache
+def tell_once(why: str) -> None:
+    """Tell the user, once, that no machine code is kept, and why."""
+    sys.stderr.write(
+        f"swarm-forage: kernels are compiled in memory, and by every process anew: {why}; name"
+        " another folder in the variable XDG_CACHE_HOME\n"
+    )
+
+
+class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
+    """Numba's files of one kernel, with the hash of its content in front of each."""
+
+    def _load_index(self) -> dict[Any, str]:
+        content = _sound_content(Path(self._index_path))
+        if content is None:
+            return {}
+        stream = BytesIO(content)
+        version, (stamp, overloads) = pickle.load(stream), pickle.load(stream)
+        is_fresh = (version, stamp) == (self._version, self._source_stamp)
+        return dict(overloads) if is_fresh else {}
+
+    def _load_data(self, name: str) -> Any:  # noqa: ANN401 numba's
+        content = _sound_content(Path(self._data_path(name)))
+        return None if content is None else pickle.loads(content)
+
+    @contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[BytesIO]:
+        content = BytesIO()
+        yield content
+        with super()._open_for_write(filepath) as stream:
+            stream.write(sha256(content.getvalue()).digest() + content.getvalue())
+
+
+def _sound_content(file: Path) -> bytes | None:
+    """The content of a file behind its hash; None if the file is missing or damaged."""
+    try:
+        found = file.read_bytes()
+    except FileNotFoundError:
+        return None
+    content = found[HASH:]
+    return content if sha256(content).digest() == found[:HASH] else None
