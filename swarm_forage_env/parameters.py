@@ -3,25 +3,52 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import PydanticCustomError
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 LARGEST = 1e12
 """Bound of every number that has no other: its square and cube are finite in double precision."""
 
-Positive = Annotated[float, Field(gt=0.0, le=LARGEST)]
-NotNegative = Annotated[float, Field(ge=0.0, le=LARGEST)]
+
+def _at_most_the_largest(value: float) -> float:
+    """Refuse a number above `LARGEST`; a bound `le` here would hide that of a field."""
+    if value > LARGEST:
+        raise PydanticCustomError("too_large", f"Input should be at most {LARGEST:g}")
+    return value
+
+
+Positive = Annotated[float, Field(gt=0.0), AfterValidator(_at_most_the_largest)]
+NotNegative = Annotated[float, Field(ge=0.0), AfterValidator(_at_most_the_largest)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=1)]
 
 PartT = TypeVar("PartT", bound="Part")
 
 
+MIN_TICK = 1e-3
+"""Shortest control period [s]."""
+
+MAX_TICKS = 10**9
+"""Longest episode [ticks]."""
+
+
 class Part(BaseModel):
     """A frozen group of numbers that refuses what it does not know, NaN and infinity."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def check_duration(duration: float, tick: float) -> None:
+    """ValueError unless an episode of this duration [s] has from 1 to MAX_TICKS ticks [s]."""
+    if round(duration / tick) < 1:
+        raise ValueError(f"task.duration={duration}: must be at least one tick of {tick} s")
+    if duration / tick > MAX_TICKS:
+        raise ValueError(
+            f"task.duration={duration}: must be at most {MAX_TICKS * tick:g} s, {MAX_TICKS} ticks"
+            f" of {tick} s"
+        )
 
 
 def override(part: PartT, values: Mapping[str, Any], kind: str = "parameter") -> PartT:

@@ -32,10 +32,16 @@ def from_toml(file: Path) -> Any:  # noqa: ANN401 of any task
     """
     try:
         tree = tomllib.loads(file.read_text(encoding="utf-8"))
+        changes = leaves(tree)
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ConfigError(f"scenario file {file}: {error}") from None
-    base = tree.pop("base", None)
+    except RecursionError:
+        raise ConfigError(
+            f"scenario file {file}: its tables lie too deep in each other; a number of a scenario"
+            " lies in one, as max_range in [radio]"
+        ) from None
+    base = changes.pop("base", None)
     if not isinstance(base, str | None):
         raise ConfigError(f"scenario file {file}: base={base!r}: must be a name of a scenario")
     start = Scenario() if base is None else SCENARIOS[base]
-    return override(start, {"name": file.stem, **leaves(tree)}, "scenario parameter")
+    return override(start, {"name": file.stem, **changes}, "scenario parameter")

@@ -148,8 +148,12 @@ def train(  # noqa: PLR0913 the options of a command
         physics=physics,
         workers=workers,
     )
+    from training.folder_lock import lock_folder
+
     experiment.check()
-    _report(experiment, _run(experiment))
+    with lock_folder(experiment.out):
+        policy = _run(experiment)
+    _report(experiment, policy)
 
 
 def _run(experiment: "Experiment") -> "Policy":

@@ -12,7 +12,15 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.parameters import Count, NotNegative, Part, Positive, Share
+from swarm_forage_env.parameters import (
+    MIN_TICK,
+    Count,
+    NotNegative,
+    Part,
+    Positive,
+    Share,
+    check_duration,
+)
 
 
 class Arena(Part):
@@ -25,8 +33,10 @@ class Arena(Part):
 class Robot(Part):
     """The e-puck: a disc on two wheels."""
 
-    radius: Positive = Field(0.035, description="Body radius [m]. TR 6.1 (published)")
-    axle: Positive = Field(0.053, description="Distance between the wheels [m]. TR 3.1 (published)")
+    radius: Positive = Field(0.035, ge=1e-3, description="Body radius [m]. TR 6.1 (published)")
+    axle: Positive = Field(
+        0.053, ge=1e-3, description="Distance between the wheels [m]. TR 3.1 (published)"
+    )
     max_speed: Positive = Field(
         0.129,
         description="Wheel speed the motors reach [m/s]: 1 turn/s, 41 mm wheel. TR 3.1 (published)",
@@ -94,6 +104,7 @@ class Radio(Part):
     )
     frames: Count = Field(
         2,
+        le=10_000,
         description="Messages averaged into one reading while the receiver stands still; one"
         " when it moves. An area is three words of 9.2 ms (board firmware), and the partner"
         " speaks as long: two fit into a tick (derived)",
@@ -152,16 +163,15 @@ class Scenario(Part):
     sensors: Sensors = Sensors()
     radio: Radio = Radio()
     task: Task = Task()
-    tick: Positive = Field(0.1, description="Control period [s]. TR 5 (published)")
+    tick: Positive = Field(0.1, ge=MIN_TICK, description="Control period [s]. TR 5 (published)")
 
     @model_validator(mode="after")
     def _has_room(self) -> Self:
         _check_areas(self)
         _check_start(self)
-        if self.n_ticks < 1:
-            raise ValueError(
-                f"task.duration={self.task.duration}: must be at least one tick of {self.tick} s"
-            )
+        _check_speed(self)
+        check_duration(self.task.duration, self.tick)
+        _check_memory(self)
         return self
 
     @property
@@ -184,18 +194,56 @@ class Scenario(Part):
 MAX_START_DENSITY = 0.45
 """Share of the start circle that robots may cover; random placement jams at 0.547."""
 
+ROUNDING = 1e-9
+"""Sums of lengths that a user gives may miss a bound by so much [m]: 2 (0.2 + 0.1) > 0.6."""
+
+MAX_STEP = 1.5
+"""Way of a robot in a tick, at most, in radii: two that meet at twice that may overlap fully, so
+that nobody can tell to which side they belong."""
+
+MAX_CELLS, MAX_NEIGHBOURS = 10**7, 10**8
+"""Sizes of the lists of neighbours of a world, which take 4 bytes for each."""
+
+
+def _check_speed(scenario: Scenario) -> None:
+    robot, limit = scenario.robot, MAX_STEP * scenario.robot.radius / scenario.tick
+    if robot.cruise_speed > limit + ROUNDING:
+        raise ValueError(
+            f"robot.cruise_speed={robot.cruise_speed}: at most {limit:g} [m/s], {MAX_STEP} radii of"
+            f" {robot.radius} m in a tick of {scenario.tick} s, so that no robot drives through"
+            " another; shorten tick"
+        )
+
+
+def _check_memory(scenario: Scenario) -> None:
+    """ValueError for a world whose lists of neighbours would not fit into memory."""
+    arena, radius, n_robots = scenario.arena, scenario.robot.radius, scenario.task.n_robots
+    reach = max(scenario.radio.max_range, 2.0 * radius)
+    if arena.length * arena.width / reach**2 > MAX_CELLS:
+        raise ValueError(
+            f"arena.length={arena.length}, arena.width={arena.width}: at most {MAX_CELLS} squares"
+            f" of the radio's range, {reach:g} m; make the arena smaller or radio.max_range larger"
+        )
+    each = max(scenario.slots, min(n_robots, 2.0 * (reach / radius + 1.0) ** 2))
+    if n_robots * each > MAX_NEIGHBOURS:
+        raise ValueError(
+            f"task.n_robots={n_robots}: with {each:.0f} neighbours or slots each; robots times"
+            f" neighbours may be at most {MAX_NEIGHBOURS}; take fewer robots, or a smaller"
+            " radio.max_range"
+        )
+
 
 def _check_areas(scenario: Scenario) -> None:
     task, arena = scenario.task, scenario.arena
     farthest = arena.length - 2.0 * task.area_radius
-    if task.area_distance > farthest or 2.0 * task.area_radius > arena.width:
+    if task.area_distance > farthest + ROUNDING or 2.0 * task.area_radius > arena.width:
         raise ValueError(
             f"task.area_distance={task.area_distance}, task.area_radius={task.area_radius}: areas"
             f" outside the arena of {arena.length} x {arena.width} m; area_distance may be at most"
             f" {farthest:g}, area_radius at most {arena.width / 2:g} [m]"
         )
     nearest = 2.0 * (task.start_radius + task.area_radius)
-    if task.area_distance < nearest:
+    if task.area_distance < nearest - ROUNDING:
         raise ValueError(
             f"task.area_distance={task.area_distance}: the areas reach into the start circle of"
             f" radius {task.start_radius} m; must be at least {nearest:g} [m]"
@@ -205,7 +253,7 @@ def _check_areas(scenario: Scenario) -> None:
 def _check_start(scenario: Scenario) -> None:
     task, arena, radius = scenario.task, scenario.arena, scenario.robot.radius
     widest = 0.5 * min(arena.length, arena.width) - radius
-    if task.start_radius > widest:
+    if task.start_radius > widest + ROUNDING:
         raise ValueError(
             f"task.start_radius={task.start_radius}: robots would start outside the arena;"
             f" must be at most {widest:g} [m]"

@@ -14,7 +14,15 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from swarm_forage_env.parameters import Count, NotNegative, Part, Positive, Share
+from swarm_forage_env.parameters import (
+    MIN_TICK,
+    Count,
+    NotNegative,
+    Part,
+    Positive,
+    Share,
+    check_duration,
+)
 
 
 class CreateRobot(Part):
@@ -83,7 +91,11 @@ class WaypointSensors(Part):
 class WaypointTask(Part):
     """The task: visit random goals one after the other, and say when you are there."""
 
-    n_robots: Count = Field(25, description="Robots. Section 3 (published)")
+    n_robots: Count = Field(
+        25,
+        le=2_000,
+        description="Robots: each pair takes about 100 bytes. Section 3 (published)",
+    )
     duration: Positive = Field(100.0, description="Length of an episode [s]. Section 3 (published)")
     tolerance: Positive = Field(
         0.2, description="A goal is reached within this distance [m]. Section 3 (published)"
@@ -120,14 +132,11 @@ class WaypointsScenario(Part):
     robot: CreateRobot = CreateRobot()
     sensors: WaypointSensors = WaypointSensors()
     task: WaypointTask = WaypointTask()
-    tick: Positive = Field(0.5, description="Control period [s] (code)")
+    tick: Positive = Field(0.5, ge=MIN_TICK, description="Control period [s] (code)")
 
     @model_validator(mode="after")
     def _lasts(self) -> Self:
-        if self.n_ticks < 1:
-            raise ValueError(
-                f"task.duration={self.task.duration}: must be at least one tick of {self.tick} s"
-            )
+        check_duration(self.task.duration, self.tick)
         return self
 
     @property

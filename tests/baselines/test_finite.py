@@ -96,7 +96,9 @@ def test_of_a_policy_of_huge_weights_no_episode_is_kept(tmp_path):
 
 
 def test_a_steepness_that_would_overflow_is_refused():
-    with pytest.raises(ConfigError, match=r"beta='1e308': input should be less than or equal to"):
+    with pytest.raises(
+        ConfigError, match=r"beta='1e308': input should be less than or equal to 1000000"
+    ):
         find_controller("ssgiff:beta=1e308")
 
 
@@ -108,5 +110,5 @@ def test_the_steepest_weighting_makes_finite_weights():
 
 
 def test_gains_of_the_flock_are_bounded():
-    with pytest.raises(ValueError, match="less than or equal to"):
+    with pytest.raises(ValueError, match="at most 1e"):
         BoidsParameters(cohesion=1e300)

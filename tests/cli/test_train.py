@@ -1,8 +1,13 @@
 """The command `train`: what it prints and keeps, and what it refuses."""
 
+import os
+import socket
+
 import pytest
 
+from swarm_forage_env.atomic_write import temporary_of
 from swarm_forage_env.controllers import find_controller
+from training.folder_lock import lock_folder
 from training.train_command import add_commands
 
 TINY = (
@@ -56,6 +61,25 @@ def test_training_ends_with_the_policy_and_how_to_test_it(command, tmp_path):
     again = command("train", "weighting", "es1", "--out=mine", *TINY)
     assert again[:2] == (0, stdout)
     assert "1 of 1 generations found, 0 to run" in again[2]
+
+
+def test_a_second_training_in_one_folder_is_told_who_has_it(command, tmp_path):
+    with lock_folder(tmp_path / "x"):
+        status, stdout, stderr = command("train", "weighting", "es1", "--out=x", *TINY)
+    assert (status, stdout) == (2, "")
+    assert f"--out x: process {os.getpid()} on {socket.gethostname()} is training there" in stderr
+    assert stderr.count("\n") == 1
+    assert command("train", "weighting", "es1", "--out=x", *TINY)[0] == 0
+
+
+def test_what_a_killed_training_left_is_swept_and_nothing_else(tmp_path):
+    left = temporary_of(tmp_path / "checkpoint.safetensors")
+    others = tmp_path / "_notes.tmp", temporary_of(tmp_path / "notes.txt")
+    for each in (left, *others):
+        each.write_bytes(b"")
+    with lock_folder(tmp_path):
+        assert not left.exists()
+    assert all(each.exists() for each in others)
 
 
 @pytest.mark.parametrize("algorithm", ["cma", "imitation", "ppo"])

@@ -82,3 +82,11 @@ def test_a_file_that_is_its_own_base_is_refused(file, tmp_path):
     file(f'base = "{path.as_posix()}"\n')
     with pytest.raises((ConfigError, UnknownNameError)):
         find_scenario(path)
+
+
+def test_tables_that_lie_too_deep_are_refused(file):
+    deep = "[" + ".".join(["a"] * 3000) + "]\n"
+    with pytest.raises(ConfigError, match=r"tables lie too deep in each other.*\[radio\]"):
+        find_scenario(file(deep))
+    with pytest.raises(ConfigError, match="scenario file"):
+        find_scenario(file("x = " + "[" * 3000 + "]" * 3000 + "\n"))

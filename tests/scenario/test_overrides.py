@@ -137,7 +137,28 @@ def test_no_number_may_be_negative_infinite_or_none_at_all(path, value):
         ({"n_robots": 2.5}, ["task.n_robots=2.5", "integer"]),
         ({"n_robots": 0}, ["task.n_robots=0", "greater than or equal to 1"]),
         ({"duration": 0.01}, ["task.duration=0.01", "at least one tick of 0.1 s"]),
-        ({"tick": 0.0}, ["tick=0.0", "greater than 0"]),
+        ({"tick": 0.0}, ["tick=0.0", "greater than or equal to 0.001"]),
+        ({"tick": 1e-308}, ["tick=1e-308", "greater than or equal to 0.001"]),
+        ({"radius": 1e-200}, ["robot.radius=1e-200", "greater than or equal to 0.001"]),
+        ({"duration": 1e308}, ["task.duration=1e+308", "at most 1e+12"]),
+        ({"duration": 1e9}, ["task.duration=1000000000.0", "at most 1e+08 s"]),
+        (
+            {"length": 200_000.0, "width": 200_000.0},
+            ["arena.length=200000.0", "at most 10000000 squares of the radio's range, 0.15 m"],
+        ),
+        (
+            {
+                "length": 300.0,
+                "width": 300.0,
+                "start_radius": 100.0,
+                "area_distance": 250.0,
+                "n_robots": 20_000,
+                "max_range": 50.0,
+            },
+            ["task.n_robots=20000", "times neighbours may be at most 100000000"],
+        ),
+        ({"cruise_speed": 0.129, "tick": 0.5}, ["cruise_speed=0.129", "at most 0.105 [m/s]"]),
+        ({"frames": 10**6}, ["radio.frames=1000000", "less than or equal to 10000"]),
     ],
 )
 def test_a_message_names_the_field_the_value_and_what_is_allowed(changes, parts):
@@ -146,6 +167,25 @@ def test_a_message_names_the_field_the_value_and_what_is_allowed(changes, parts)
     message = str(error.value)
     assert [part for part in parts if part not in message] == []
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("changes", "parts"),
+    [
+        ({"n_robots": 60_000}, ["task.n_robots=60000", "less than or equal to 2000"]),
+        ({"tick": 1e-308}, ["tick=1e-308", "greater than or equal to 0.001"]),
+        ({"duration": 1e12}, ["task.duration=1000000000000.0", "at most 5e+08 s"]),
+    ],
+)
+def test_a_limit_of_waypoints_is_told(changes, parts):
+    with pytest.raises(ConfigError) as error:
+        find_scenario("waypoints-05", changes)
+    assert [part for part in parts if part not in str(error.value)] == []
+
+
+def test_the_bound_that_a_message_tells_is_accepted():
+    assert find_scenario("es1", {"area_distance": 0.6}).task.area_distance == 0.6
+    assert find_scenario("es1", {"start_radius": 0.565, "area_distance": 1.33})
 
 
 def test_two_wrong_numbers_are_both_named():
