@@ -1,10 +1,10 @@
 """Checkpoints of training runs: arrays and learning curve in one file, written atomically."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from pydantic import ValidationError
 
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
@@ -22,7 +22,11 @@ BEST_POLICY = "best.safetensors"
 RECORD = "record"
 """Key of the header in the metadata of the safetensors file."""
 
+ANY = -1
+"""Stands for any length in the shape of an array."""
+
 Identity = dict[str, str]
+Shapes = Mapping[str, tuple[int, ...]]
 
 
 class Header(Part):
@@ -30,6 +34,15 @@ class Header(Part):
 
     experiment: Identity
     curve: tuple[CurvePoint, ...]
+    sha256: str = ""
+    """Hash of the rest of the header and of all arrays; empty in checkpoints of older versions."""
+
+    def hashed(self, arrays: Mapping[str, Array]) -> str:
+        """The hash of this header, without its own, and of the arrays."""
+        found = hashlib.sha256(self.model_copy(update={"sha256": ""}).model_dump_json().encode())
+        for name, array in sorted(arrays.items()):
+            found.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())
+        return found.hexdigest()
 
 
 class Checkpoint:
@@ -100,9 +113,17 @@ class Checkpoint:
         write_checkpoint(self._file, self._identity, self.curve, arrays)
 
     def _read(self) -> None:
-        names = ("populations", "losses", "means")
-        self.curve, arrays = read_checkpoint(self._file, self._identity, names)
-        self._populations, self._losses, self._means = (arrays[name] for name in names)
+        (_, population), numbers = self._losses.shape, self._means.shape[1]
+        wanted: Shapes = {
+            "populations": (ANY, population, numbers),
+            "losses": (ANY, population),
+            "means": (ANY, numbers),
+        }
+        self.curve, arrays = read_checkpoint(self._file, self._identity, wanted)
+        self._populations, self._losses, self._means = (arrays[name] for name in wanted)
+        lengths = len(self._populations), len(self.curve)
+        if lengths != (len(self._losses), len(self._means)):
+            raise _unreadable(self._file, "its arrays do not fit each other")
 
 
 def write_checkpoint(
@@ -111,8 +132,9 @@ def write_checkpoint(
     """Write the checkpoint of an experiment, replacing the previous one."""
     from safetensors.numpy import save
 
-    record = Header(experiment=identity, curve=tuple(curve)).model_dump_json()
-    content = save(arrays, {RECORD: record})
+    header = Header(experiment=identity, curve=tuple(curve))
+    header = header.model_copy(update={"sha256": header.hashed(arrays)})
+    content = save(arrays, {RECORD: header.model_dump_json()})
     try:
         write_atomically(file, content)
     except OSError as error:
@@ -125,22 +147,23 @@ def not_writable(folder: Path, error: OSError) -> ConfigError:
 
 
 def read_checkpoint(
-    file: Path, identity: Identity, names: Iterable[str]
+    file: Path, identity: Identity, wanted: Shapes
 ) -> tuple[list[CurvePoint], dict[str, Array]]:
     """Read the learning curve and the arrays of an experiment's checkpoint.
 
-    ConfigError if it is damaged, lacks an array of these names or is of another experiment.
+    ConfigError if it is damaged, lacks an array of these names and shapes or is of another
+    experiment.
     """
     from safetensors import SafetensorError, safe_open
 
     try:
         with safe_open(file, "np") as kept:
             record = Header.model_validate_json(kept.metadata()[RECORD])
-            arrays = {name: kept.get_tensor(name) for name in names}
-    except (OSError, SafetensorError, KeyError, TypeError, ValidationError) as error:
-        raise ConfigError(
-            f"checkpoint {file}: cannot be read ({error}); remove it to start anew"
-        ) from None
+            arrays = {name: kept.get_tensor(name) for name in kept.keys()}  # noqa: SIM118 no mapping
+    except (OSError, SafetensorError, KeyError, TypeError, ValueError) as error:
+        raise _unreadable(file, str(error)) from None
+    if record.sha256 not in {"", record.hashed(arrays)}:
+        raise _unreadable(file, "its content is damaged")
     found = record.experiment
     for name in (*identity, *sorted(found.keys() - identity.keys())):
         there, here = found.get(name, "missing"), identity.get(name, "missing")
@@ -149,7 +172,19 @@ def read_checkpoint(
                 f"--out {file.parent}: holds an experiment with {name} = {there}, not"
                 f" {here}; name another folder"
             )
-    return list(record.curve), arrays
+    for name, shape in wanted.items():
+        has = arrays[name].shape if name in arrays else None
+        if has is None or len(has) != len(shape) or not _fits(has, shape):
+            raise _unreadable(file, f"array '{name}' is {has or 'missing'}: must be {shape}")
+    return list(record.curve), {name: arrays[name] for name in wanted}
+
+
+def _fits(has: tuple[int, ...], shape: tuple[int, ...]) -> bool:
+    return all(each in (ANY, n) for n, each in zip(has, shape, strict=True))
+
+
+def _unreadable(file: Path, why: str) -> ConfigError:
+    return ConfigError(f"checkpoint {file}: cannot be read ({why}); remove it to start anew")
 
 
 def policy_card(

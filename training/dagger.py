@@ -329,9 +329,9 @@ class DAggerTraining:
         write_checkpoint(self._file, self._experiment.identity, self.curve, arrays)
 
     def _read(self) -> None:
-        now = tuple(self._actor.arrays)
-        names = ("rounds", *now, *(f"best.{name}" for name in now))
-        self.curve, arrays = read_checkpoint(self._file, self._experiment.identity, names)
+        now = {name: array.shape for name, array in self._actor.to_numpy().items()}
+        wanted = {"rounds": (), **now, **{f"best.{name}": shape for name, shape in now.items()}}
+        self.curve, arrays = read_checkpoint(self._file, self._experiment.identity, wanted)
         self.done = int(arrays["rounds"])
         self._actor.load_numpy({name: arrays[name] for name in now})
         self._best = {name: arrays[f"best.{name}"] for name in now}

@@ -266,6 +266,8 @@ def _read_card(file: Path) -> Card:
 
 
 def _read(file: Path, what: str) -> bytes:
+    if file.exists() and not file.is_file():  # a pipe would block
+        raise ConfigError(f"{what} {file}: cannot be read (it is no regular file)")
     try:
         return file.read_bytes()
     except OSError as error:

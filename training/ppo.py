@@ -79,8 +79,10 @@ class PPOTraining:
         self.curve: list[CurvePoint] = []
         self._best = self._weights
         if self._file.exists():
-            names = [*model_state(self._model), *(f"best.{name}" for name in self._best)]
-            self.curve, arrays = read_checkpoint(self._file, experiment.identity, names)
+            kept = model_state(self._model)
+            kept |= {f"best.{name}": array for name, array in self._best.items()}
+            wanted = {name: array.shape for name, array in kept.items()}
+            self.curve, arrays = read_checkpoint(self._file, experiment.identity, wanted)
             restore_model(self._model, arrays)
             self._best = {name: arrays[f"best.{name}"] for name in self._best}
 

@@ -5,11 +5,14 @@ a block as soon as the block ends. The worlds of a block may share several threa
 episodes are cut into blocks nor the number of threads ever changes a result.
 """
 
+import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +89,7 @@ class Plan:
         parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
         with ignore_sigint():
             finished = parallel(
-                delayed(_run_block)(block, self.dataset, threads) for block in blocks
+                delayed(_run_block)(block, self.dataset, threads, os.getpid()) for block in blocks
             )
         with closing(finished):  # ends the workers, whatever happens
             for key, episodes in finished:
@@ -156,8 +159,22 @@ def ignore_sigint() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _run_block(block: Block, dataset: Dataset, threads: int) -> tuple[str, list[Any]]:
-    """Run a block and keep its episodes; the work of one process."""
+@cache
+def end_with(parent: int) -> None:
+    """Let a worker end within a second of its parent process, which may be killed."""
+    if os.getppid() == parent:
+        threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+
+
+def _watch(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(0.5)
+    os._exit(1)
+
+
+def _run_block(block: Block, dataset: Dataset, threads: int, parent: int) -> tuple[str, list[Any]]:
+    """Run a block and keep its episodes; the work of one process, a worker or the parent itself."""
+    end_with(parent)
     configuration = block.configuration
     scenario, controller = configuration.scenario, configuration.controller
     episodes = run_episodes(scenario, controller, block.seeds, configuration.physics, threads)

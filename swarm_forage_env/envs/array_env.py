@@ -9,7 +9,7 @@ from gymnasium.spaces import Box
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int64
 from swarm_forage_env.envs.actions import Actions
 from swarm_forage_env.envs.config import chosen_robots, n_steps
-from swarm_forage_env.envs.episodes import Episodes, Seeds
+from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.make import Parts, checked_parts
 from swarm_forage_env.envs.observations import Normaliser, normalised
 from swarm_forage_env.envs.policy_form import PolicyForm
@@ -124,7 +124,7 @@ class ArrayEnv:
         numbers of the scenario for these episodes, by dotted name.
         """
         is_first = not self.episodes.ends.any()
-        fresh = self.episodes.begin(seed, worlds, options or {}, self.max_cycles)
+        fresh = self.episodes.begin(seed, worlds, checked_options(options), self.max_cycles)
         if is_first and self._is_staggered:
             self.episodes.stagger()
         self._last_action[fresh] = 0.0
@@ -185,7 +185,8 @@ class ArrayEnv:
 
         ConfigError if it is of a block of another kind or of other sizes.
         """
-        loop, (episodes, last_action, frames) = snapshot
+        loop, rest = parts_of(snapshot, 2)
+        episodes, last_action, frames = parts_of(rest, 3)
         if last_action.shape != self._last_action.shape or not self._frames.fits(frames):
             raise ConfigError("restore(): the snapshot is of an environment of other options")
         self.loop.restore(loop)

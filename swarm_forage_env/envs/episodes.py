@@ -144,6 +144,25 @@ class Episodes:
         return found
 
 
+def checked_options(options: Any) -> Mapping[str, Any]:  # noqa: ANN401 whatever was given
+    """Options of a reset; ConfigError unless they go by name."""
+    if options is None:
+        return {}
+    if isinstance(options, Mapping) and all(isinstance(name, str) for name in options):
+        return options
+    raise ConfigError(
+        f"options={options!r}: must be numbers of the scenario by name, as"
+        " {'radio.max_range': 0.2}"
+    )
+
+
+def parts_of(snapshot: Any, n_parts: int) -> Any:  # noqa: ANN401 whatever was given
+    """The parts of a snapshot; ConfigError for what is none."""
+    if isinstance(snapshot, tuple) and len(snapshot) == n_parts:
+        return snapshot
+    raise ConfigError("restore(): must be given what snapshot() of such an environment gave")
+
+
 def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
     """A checked seed or None for each of n worlds, before anything is changed."""
     if seed is None:

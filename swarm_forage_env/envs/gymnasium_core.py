@@ -9,6 +9,7 @@ from gymnasium.spaces import Box, Discrete, MultiDiscrete
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
 from swarm_forage_env.envs.array_env import ArrayEnv, Infos
+from swarm_forage_env.envs.episodes import parts_of
 from swarm_forage_env.envs.render import EnvRenderer, Frame, title_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import check_render_mode
@@ -77,7 +78,7 @@ class JointEnvCore:
 
     def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
         """Go on as when the snapshot was taken."""
-        of_array, has_begun = snapshot
+        of_array, has_begun = parts_of(snapshot, 2)
         self.env.restore(of_array)
         self._has_begun = has_begun
 

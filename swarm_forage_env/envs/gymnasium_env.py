@@ -8,6 +8,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.spaces import Space, Tuple
 
 from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.envs.episodes import checked_options, parts_of
 from swarm_forage_env.envs.gymnasium_core import JointEnvCore
 from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.envs.render import render_modes
@@ -67,7 +68,9 @@ class _SwarmEnv(gym.Env[Any, Any]):
     ) -> tuple[Any, dict[str, Any]]:
         """Start an episode; a seed fixes it and all that follow without one."""
         seed = None if seed is None else checked_seed(seed)
-        self._core.env.episodes.scenario_under(options or {})  # refused before a seed is drawn
+        self._core.env.episodes.scenario_under(
+            checked_options(options)
+        )  # refused before a seed is drawn
         super().reset(seed=seed)
         world_seed = drawn_seed(self.np_random) if seed is None else seed
         (observation,) = self._core.reset([world_seed], options)
@@ -88,7 +91,7 @@ class _SwarmEnv(gym.Env[Any, Any]):
 
         ConfigError if it is of an environment of other options.
         """
-        core, generator = snapshot
+        core, generator = parts_of(snapshot, 2)
         self._core.restore(core)
         self.np_random = deepcopy(generator)
 

@@ -7,7 +7,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
-from swarm_forage_env.envs.episodes import Seeds, checked_seeds
+from swarm_forage_env.envs.episodes import Seeds, checked_options, checked_seeds
 from swarm_forage_env.envs.gymnasium_core import JointEnvCore
 from swarm_forage_env.envs.gymnasium_env import METADATA
 from swarm_forage_env.envs.render import render_modes
@@ -77,7 +77,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         With the autoreset mode DISABLED `options["reset_mask"]` chooses some of them; the other
         options are numbers of the scenario for these episodes.
         """
-        given = dict(options or {})
+        given = dict(checked_options(options))
         chosen = self._chosen(given.pop("reset_mask", None))
         seeds = checked_seeds(seed, self.num_envs)
         return self._core.reset([seeds[w] for w in chosen], given, chosen), self._infos()

@@ -11,6 +11,7 @@ from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, para
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.episodes import parts_of
 from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes, title_of
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.interface import Controller
@@ -146,8 +147,9 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
 
         ConfigError if it is of an environment of other options.
         """
-        of_array, agents, self._cycles = snapshot
+        of_array, agents, cycles = parts_of(snapshot, 3)
         self.array_env.restore(of_array)
+        self._cycles = cycles
         self.agents = list(agents)
 
     def observation_space(self, agent: str) -> Space[Any]:

@@ -1,12 +1,15 @@
 """Bad input gets one exception that says which, what and what would do; nothing changes."""
 
+import gymnasium
 import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env import ConfigError, UnknownNameError
+from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.swarm_forage_v0 import env, parallel_env
+from training.vec_env import SwarmVecEnv
 
 
 @pytest.mark.parametrize(
@@ -170,6 +173,32 @@ def test_unknown_options_of_reset_are_refused_but_that_of_pettingzoos_tests(runn
     assert_array_equal(running.state(), before)
     running.reset(seed=0, options={"options": 1})
     assert len(running.agents) == 3
+
+
+MISUSED = {
+    "pettingzoo": lambda: parallel_env("es1"),
+    "gymnasium": lambda: gymnasium.make("SwarmForage/ES1-v1").unwrapped,
+    "vector": lambda: gymnasium.make_vec("SwarmForage/ES1-v1", num_envs=2),
+    "array": lambda: ArrayEnv("es1", 2),
+}
+
+
+@pytest.mark.parametrize("made", MISUSED.values(), ids=MISUSED)
+def test_options_and_snapshots_that_are_none_are_refused(made):
+    misused = made()
+    for options in (5, "x", [1], {5: 1}, {None: 1}, [("a", 1)], np.ones(3), True):
+        with pytest.raises(ConfigError, match=r"options=.*must be numbers of the scenario by name"):
+            misused.reset(options=options)
+    misused.reset(seed=1)
+    for snapshot in (5, None, (), (1, 2)):
+        with pytest.raises(ConfigError, match=r"restore\(\): must be given what snapshot\(\)"):
+            misused.restore(snapshot)
+
+
+def test_a_step_of_the_batch_of_sb3_before_reset_is_refused():
+    batch = SwarmVecEnv("es1", 2)
+    with pytest.raises(ResetNeeded, match="call reset"):
+        batch.step(np.zeros((batch.num_envs, *batch.action_space.shape)))
 
 
 def test_an_unknown_agent_has_no_space(running):

@@ -15,10 +15,10 @@ ROOT = Path(__file__).resolve().parents[2]
 COMMAND = "evaluate", "es1", "nc", "ssgikf", "--episodes=6", "--set=task.duration=40"
 
 
-def start(out, workers):
+def start(out, workers, *more):
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     environment.pop("SWARM_CHECK_SHAPES", None)
-    program = sys.executable, "-m", "training.cli", *COMMAND
+    program = sys.executable, "-m", "training.cli", *COMMAND, *more
     return subprocess.Popen(
         [*program, f"--out={out}", f"--workers={workers}"],
         env=environment,
@@ -79,3 +79,41 @@ def test_a_run_killed_and_started_again_gives_the_data_of_an_unbroken_run(unbrok
     assert table(out) == expected
     assert not list(out.rglob("*.tmp"))
     assert not list(out.rglob("*.damaged"))
+
+
+def state(process):
+    """The letter of a process's state and its parent; None if it has ended."""
+    try:
+        letter, parent = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[:2]
+    except OSError:
+        return None
+    return None if letter == "Z" else int(parent)
+
+
+def workers_of(run):
+    """The worker processes of a run: those that loky has started."""
+    children = [int(each.name) for each in Path("/proc").iterdir() if each.name.isdigit()]
+    mine = [child for child in children if state(child) == run.pid]
+    commands = {child: Path(f"/proc/{child}/cmdline").read_text() for child in mine}
+    return [child for child, text in commands.items() if "loky" in text and "tracker" not in text]
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
+def test_workers_end_with_the_parent_process_that_is_killed(tmp_path):
+    out = tmp_path / "out"
+    run = start(out, 2, "--episodes=3000")
+    until = time.monotonic() + 200.0
+    while len(files(out)) < 100 and time.monotonic() < until:  # each has ended a block
+        time.sleep(0.1)
+    workers = workers_of(run)
+    assert len(workers) == 2
+    os.kill(run.pid, signal.SIGKILL)
+    run.wait()
+    until = time.monotonic() + 20.0
+    while any(map(state, workers)) and time.monotonic() < until:
+        time.sleep(0.1)
+    left = [worker for worker in workers if state(worker)]
+    for worker in left:
+        os.kill(worker, signal.SIGKILL)
+    assert not left
+    run.communicate()

@@ -1,7 +1,9 @@
 """Policies come back from their files as they were, and what does not fit is refused."""
 
 import json
+import os
 import pickle
+import random
 
 import numpy as np
 import pytest
@@ -201,3 +203,32 @@ def test_the_features_of_the_motion_follow_the_scenario(policy_file):
     fewer = find_scenario("es1", {"radio.slots": 2})
     with pytest.raises(ConfigError, match=r"was situation.heard.2 .* is situation.beam.0.range"):
         policy.check_fits("motion", fewer)
+
+
+def test_a_pipe_in_the_place_of_a_policy_or_of_its_card_is_refused(policy_file, tmp_path):
+    os.mkfifo(tmp_path / "pipe.safetensors")
+    with pytest.raises(ConfigError, match=r"pipe.safetensors: cannot be read \(it is no regular"):
+        load_policy(tmp_path / "pipe.safetensors")
+    card = policy_file.with_suffix(".json")
+    card.unlink()
+    os.mkfifo(card)
+    with pytest.raises(ConfigError, match=r"card .*: cannot be read \(it is no regular"):
+        load_policy(policy_file)
+
+
+def test_of_flipped_bits_of_a_policy_none_is_run_in_silence(policy_file):
+    sound = load_policy(policy_file)
+    for file in (policy_file, policy_file.with_suffix(".json")):
+        content = file.read_bytes()
+        for bit in random.Random(9).sample(range(8 * len(content)), 200):
+            changed = bytearray(content)
+            changed[bit // 8] ^= 1 << bit % 8
+            file.write_bytes(bytes(changed))
+            try:
+                found = load_policy(policy_file)
+            except ConfigError:
+                continue
+            for name, array in found.weights.items():
+                np.testing.assert_array_equal(array, sound.weights[name])
+            assert file.suffix == ".json", "weights are covered by the hash on the card"
+        file.write_bytes(content)
