@@ -37,6 +37,19 @@ def test_team_gives_everyone_the_mean(busy, constant):
     np.testing.assert_allclose(team, np.repeat(own.mean(axis=1, keepdims=True), 10, axis=1))
 
 
+def test_a_team_is_the_robots_of_one_world(busy):
+    def run(reward):
+        env = ArrayEnv(busy, 3, learn="weighting", reward=reward, decision_period=10)
+        env.reset(seed=1)
+        half = np.full((3, 10, *env.action_shape), 0.5, np.float32)
+        return np.array([env.step(half)[1] for _ in range(STEPS // 10)])
+
+    own, team = run("own"), run("team")
+    assert len({each.tobytes() for each in np.moveaxis(own, 1, 0)}) == 3, "the worlds differ"
+    assert (own.sum(axis=(0, 2)) > 0).all()
+    np.testing.assert_allclose(team, np.broadcast_to(own.mean(axis=2, keepdims=True), own.shape))
+
+
 def test_rewards_of_a_decision_period_are_added_up(busy, constant):
     slow, _ = rewards_of(busy, constant, decision_period=3)
     fast, _ = rewards_of(busy, constant)

@@ -92,3 +92,17 @@ def test_blocks_hold_each_seed_once_and_leave_nobody_idle(
     assert all(len(block.seeds) == 1 or len(block.seeds) * robots <= MAX_ROWS for block in blocks)
     sizes = {len(block.seeds) for block in blocks}
     assert max(sizes) - min(sizes) <= 1
+
+
+def test_results_stand_in_the_order_of_the_seeds_as_asked(dataset, configure, episode):
+    seeds = [7, 3, 5, 2**40]
+    both = configure("nc"), configure("ssgikf")
+    for configuration in both:
+        name = configuration.controller.name
+        kept = [replace(episode, seed=each, controller=name, round_trips=each) for each in seeds]
+        dataset.keep(configuration, kept)
+    plan = Plan(both, seeds, dataset)
+    assert plan.n_todo == 0
+    assert [(each.controller, each.seed) for each in plan.results()] == [
+        (name, seed) for name in ("nc", "ssgikf") for seed in seeds
+    ]

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from baselines.evaluation.statistics import (
     compare,
@@ -30,6 +31,19 @@ def test_the_interval_covers_the_true_mean_as_often_as_it_says():
     intervals = [mean_interval(rng.normal(size=30).tolist()).interval for _ in range(200)]
     covered = np.mean([low <= 0.0 <= high for low, high in intervals])
     assert 0.90 <= covered <= 0.99
+
+
+def test_the_interval_of_skewed_values_is_corrected_for_bias_and_acceleration():
+    values = np.random.default_rng(3).lognormal(0.0, 1.2, 15)
+
+    def of(method):
+        random = np.random.default_rng(8)
+        found = stats.bootstrap((values,), np.mean, n_resamples=9999, method=method, rng=random)
+        return np.array(found.confidence_interval)
+
+    bca, percentile = of("BCa"), of("percentile")
+    assert np.abs(bca - percentile).max() > 0.2
+    assert mean_interval(values.tolist()).interval == pytest.approx(tuple(bca), rel=0.05)
 
 
 def test_the_interval_shifts_and_scales_with_its_values():

@@ -15,7 +15,7 @@ WIDEST_OVERLAP = 0.001
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("engine", ["kinematic", "rigid"])
-def test_the_fastest_robots_do_not_overlap(engine, seed):
+def test_the_fastest_robots_of_every_world_neither_overlap_nor_leave_it(engine, seed):
     rng = np.random.default_rng(seed)
     radius = rng.uniform(0.02, 0.1)
     limit = MAX_STEP * radius / 0.1
@@ -24,14 +24,14 @@ def test_the_fastest_robots_do_not_overlap(engine, seed):
         {"radius": radius, "max_speed": limit, "cruise_speed": limit, "start_radius": 0.2,
          "n_robots": 4, "length": 0.9, "width": 0.6, "area_radius": 0.01, "area_distance": 0.45},
     )  # fmt: skip
-    loop = Loop(scenario, find_controller("nc"), [seed], engine)
+    loop = Loop(scenario, find_controller("nc"), [seed, seed + 10, seed + 20], engine)
     robots = loop.world.robots
     robots["action"]["motion"] = 1
     widest = 0.0
     for _ in range(400):
         robots["action"]["wheels"] = rng.uniform(-0.2, 1.0, robots["action"]["wheels"].shape)
         loop.step()
-        places = robots["pose"][0, :, :2]
-        widest = max(widest, 2 * radius - pdist(places).min())
-        assert (np.abs(places) <= [0.45 - radius + 1e-6, 0.3 - radius + 1e-6]).all()
+        for places in robots["pose"][:, :, :2]:
+            widest = max(widest, 2 * radius - pdist(places).min())
+            assert (np.abs(places) <= [0.45 - radius + 1e-9, 0.3 - radius + 1e-9]).all()
     assert widest < WIDEST_OVERLAP

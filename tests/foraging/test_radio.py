@@ -78,6 +78,15 @@ def test_a_receiver_at_rest_averages_its_frames_and_a_moving_one_does_not(block)
     assert moving / at_rest == pytest.approx(10.0, rel=0.15)
 
 
+@pytest.mark.parametrize("wheels", [(0.06, -0.06), (-0.03, 0.03), (0.0, 0.06), (0.06, 0.0)])
+def test_a_receiver_that_turns_is_not_at_rest(block, wheels):
+    robots = block([(0, 0, 0), (0.1, 0, 0)], n_worlds=20, frames=10, **NO_LOSS)
+    robots.state.wheels[1::2] = wheels
+    heard, _ = robots.listen()
+    assert heard.n_averaged[0::2, 0].tolist() == [10] * 20
+    assert heard.n_averaged[1::2, 0].tolist() == [1] * 20
+
+
 def test_a_bearing_stays_in_its_circle(block):
     heard, valid = block([(0.1, 0, 0), (0, 0, 0)], n_worlds=1000).listen()
     bearings = heard.range_bearing[valid][:, 1:].astype(float)

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+import baselines.papers.reproduction  # noqa: F401 enters the papers
+from baselines.evaluation.statistics import mann_whitney_p
 from baselines.papers.claim_types import (
     INDISTINCT,
     Below,
@@ -22,6 +24,7 @@ from baselines.papers.experiments import (
     recruitment_time,
     sample,
 )
+from baselines.papers.paper import PAPERS
 
 A, B, C = Experiment("es1", "nc"), Experiment("es1", "ssgikf"), Experiment("es1", "dsgikf")
 LOW, HIGH = [10, 11, 12, 13, 14, 15], [30, 31, 32, 33, 34, 35]
@@ -76,6 +79,25 @@ def test_an_order_needs_the_right_direction_and_significance(episodes):
     assert Order("b above a", ((B, A),)).judge(results).reproduced
     assert not Order("a above b", ((A, B),)).judge(results).reproduced
     assert not Order("c above a", ((C, A),)).judge(results).reproduced
+
+
+def test_an_order_needs_a_p_below_one_in_a_hundred(episodes):
+    results = {
+        A: episodes(A, [1, 2, 3, 4, 5, 6]),
+        B: episodes(B, [4, 5, 6, 7, 8, 9]),  # p = 0.04
+        C: episodes(C, [5, 7, 8, 9, 10, 11]),  # p = 0.006
+    }
+    p = [mann_whitney_p([e.round_trips for e in results[x]], range(1, 7)) for x in (B, C)]
+    assert 0.02 < p[0] < 0.05
+    assert p[1] < 0.01
+    assert not Order("b above a", ((B, A),)).judge(results).reproduced
+    assert Order("c above a", ((C, A),)).judge(results).reproduced
+
+
+def test_numbers_of_es1_are_judged_at_fifteen_per_cent_and_all_others_at_twenty():
+    judged = [each for each in PAPERS["social-odometry"]().claims if hasattr(each, "tolerance")]
+    found = {(each.text.partition(":")[0], each.tolerance) for each in judged}
+    assert found == {("es1", 0.15), ("es2", 0.2), ("es3", 0.2), ("real", 0.2)}
 
 
 def test_an_order_of_several_pairs_needs_all_and_shows_the_closest(episodes):

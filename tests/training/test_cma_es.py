@@ -49,6 +49,29 @@ def test_the_search_climbs(experiment):
     assert network_of(policy)[-1] == pytest.approx(1.0, abs=0.2)
 
 
+def test_every_generation_has_worlds_and_random_numbers_of_its_own(experiment, monkeypatch):
+    worlds, drawn = [], []
+    reseed = cma_es.CMA.reseed_rng
+
+    def noted(self, seed):
+        drawn.append(seed)
+        reseed(self, seed)
+
+    def round_trips(self, networks, seeds):
+        if len(networks) > 1:
+            worlds.append(tuple(seeds))
+        return dict.fromkeys(self.scenarios, np.ones((len(networks), len(seeds))))
+
+    monkeypatch.setattr(cma_es.CMA, "reseed_rng", noted)
+    monkeypatch.setattr(CandidateRollouts, "round_trips", round_trips)
+    train(experiment(budget=4, population=4, every=4, out=Path("one")), silent)
+    train(experiment(budget=4, population=4, every=4, out=Path("other"), seed=1), silent)
+    met = [seed for each in worlds for seed in each]
+    assert len(worlds) == len(drawn) == 8
+    assert len(set(met)) == len(met), "no two generations of any training share a world"
+    assert len(set(drawn)) == 8
+
+
 def test_the_best_is_the_first_mean_with_the_highest_value(experiment):
     checkpoint = Checkpoint.open(experiment(), population=4, numbers=1)
     for step, value in enumerate((1.0, 3.0, 2.0, 3.0)):

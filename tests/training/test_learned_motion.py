@@ -1,5 +1,6 @@
 """A learned motion: the same network in training and evaluation, whatever order it hears in."""
 
+import math
 import pickle
 from copy import deepcopy
 from dataclasses import replace
@@ -22,8 +23,10 @@ from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.spaces import ObservationWriter
 from training.actor_critic import LayerActorCriticPolicy, MotionActor, WeightingActor
 from training.learned_motion import (
+    NEAR,
     LearnedMotion,
     NetworkMotion,
+    _message_features,
     field_columns,
     wheel_speeds,
 )
@@ -238,3 +241,13 @@ def test_two_networks_and_a_hand_written_motion_in_one_swarm_steer_their_own_rob
         each.step()
     wheels = (each.world.state.command.wheels[[2, 6]] for each in (loop, uniform))
     assert_array_equal(*wheels)
+
+
+def test_a_message_is_felt_as_its_closeness_and_the_cosines_then_the_sines_of_its_bearings():
+    beam = np.array([[[NEAR, 0.0, math.pi / 2], [3 * NEAR, math.pi / 6, -math.pi / 6]]], np.float32)
+    felt = _message_features(beam, np)
+    expected = [
+        [0.5, 1.0, 0.0, 0.0, 1.0],
+        [0.75, math.cos(math.pi / 6), math.cos(math.pi / 6), 0.5, -0.5],
+    ]
+    np.testing.assert_allclose(felt[0], expected, atol=1e-6)
