@@ -2,13 +2,14 @@
 PYTHON  ?= python3
 WORKERS ?= 2
 EXTRAS  := evaluate,calibrate,render,train,onnx,dev
-SHORT   := not slow and not reproduces and not wheel
+SHORT   := not slow and not reproduces and not wheel and not faults
+FAULTS  ?= 20
 BIN     := .venv/bin
 READY   := .venv/.ready
 TESTS   := pytest hypothesis beartype
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test test-wheel test-browser test-rllib test-torchrl check lint golden \
+.PHONY: help install demo test faults test-wheel test-browser test-rllib test-torchrl check lint golden \
 	coverage bench ladder reproduce pictures score-plot docs-equations clean
 
 help:  ## list the targets
@@ -44,6 +45,9 @@ score-plot: $(READY)  ## the boxplot of the README: docs/images/score.png
 
 test: $(READY)  ## the tests, without those marked slow, reproduces or wheel
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m '$(SHORT)'
+
+faults: $(READY)  ## bring about faults of each kind, FAULTS=20 of them (docs/reliability.md)
+	FAULTS=$(FAULTS) $(BIN)/pytest -m faults tests/faults
 
 test-wheel: $(READY)  ## the wheel alone and with each extra alone, installed from the index
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m wheel tests/packaging

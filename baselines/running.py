@@ -16,6 +16,7 @@ from baselines.composition import check_alike, crew_of, is_numpy_motion, squads_
 from baselines.settings import LAYERS, Crew, Members, settings_of
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP, RULE, MotionLayer
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import record_dtype

@@ -1,0 +1,69 @@
+"""One flipped bit in any kept file: the same content, or a refusal in one line."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.dataset_reader import read_groups
+from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.episode import ForagingEpisode
+from swarm_forage_env.scenarios import find_scenario
+from training.checkpoint import ANY, read_checkpoint, write_checkpoint
+from training.policy_file import BUNDLED, load_policy
+
+pytestmark = pytest.mark.faults
+
+EPISODE = ForagingEpisode(
+    scenario="es1", controller="nc", seed=3, physics="kinematic", n_robots=10, duration_s=20.0,
+    round_trips=12, recruitment_time_s=None, on_path_share=1 / 3, lost_events=4, messages=567,
+    localisation_error_m=0.3, wall_s=1.5, on_path_over_time=(0.0, 0.1, 0.3), recruited_at_s=(7.5,),
+)  # fmt: skip
+
+
+def dataset(folder):
+    kept = Dataset(folder)
+    kept.open()
+    configuration = ExperimentConfig("nc", find_scenario("es1"), find_layered_controller("nc"))
+    kept.keep(configuration, [replace(EPISODE, physics="rigid")])
+    return kept.place(configuration, 3), lambda: read_groups([str(folder)])
+
+
+def checkpoint(folder):
+    file = folder / "checkpoint.safetensors"
+    arrays = {"means": np.arange(60, dtype=np.float32).reshape(20, 3), "losses": np.ones((4, 5))}
+    wanted = {"means": (ANY, 3), "losses": (ANY, 5)}
+    write_checkpoint(file, {"seed": "3"}, [], arrays)
+
+    def read():
+        curve, found = read_checkpoint(file, {"seed": "3"}, wanted)
+        return curve, {name: array.tobytes() for name, array in found.items()}
+
+    return file, read
+
+
+def policy(folder):
+    file = folder / "motion.safetensors"
+    for ending in (".safetensors", ".json"):
+        part = BUNDLED / f"motion{ending}"
+        file.with_suffix(ending).write_bytes(part.read_bytes())
+    return file, lambda: {name: each.tobytes() for name, each in load_policy(file).weights.items()}
+
+
+@pytest.mark.parametrize("kind", [dataset, checkpoint, policy])
+def test_a_flipped_bit_changes_nothing_in_silence(kind, tmp_path, tries, rng, tell):
+    file, read = kind(tmp_path)
+    content, sound = file.read_bytes(), read()
+    refused = silent = 0
+    for _ in range(tries()):
+        bit, changed = rng.randrange(8 * len(content)), bytearray(content)
+        changed[bit // 8] ^= 1 << bit % 8
+        file.write_bytes(bytes(changed))
+        try:
+            silent += read() != sound
+        except ConfigError:
+            refused += 1
+    tell(tried=tries(), refused=refused, same=tries() - refused - silent, failed=silent)
+    assert not silent
