@@ -116,7 +116,13 @@ REFERENCES: Registry[Any] = Registry("reference")
 """Controllers that know the ground truth: for comparison only, never beside a learner."""
 
 SCENARIOS: Registry[Any] = Registry(
-    "scenario", ("swarm_forage_env.foraging.named", "swarm_forage_env.waypoints.named")
+    "scenario",
+    (
+        "swarm_forage_env.foraging.named",
+        "swarm_forage_env.foraging.arenas",
+        "swarm_forage_env.foraging.several_areas",
+        "swarm_forage_env.waypoints.named",
+    ),
 )
 """Scenarios that a name stands for."""
 

@@ -3,14 +3,31 @@
 Plain numbers in the world frame; no drawing library is needed to take them or to read them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int32, checked
+import numpy as np
+
+from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float32, Float64, Int8, Int32, checked
 
 STATES = ("exploring", "to nest", "to prey", "lost", "talking")
 """What a robot is doing, in the order of the codes in `Scene.doing`."""
 
 EXPLORING, TO_THE_NEST, TO_THE_PREY, LOST, TALKING = range(len(STATES))
+
+
+@checked
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """An obstacle: a disc where it has one point, else walls from point to point."""
+
+    points: Float64[Array, "points 2"]
+    """Corners in order [m]."""
+
+    radius: float
+    """Radius of a disc; half the thickness of walls [m]."""
+
+    is_closed: bool
+    """A wall joins the last point to the first one."""
 
 
 @checked
@@ -31,7 +48,7 @@ class Stage:
     """Side of the arena along y [m]."""
 
     areas: Float64[Array, "areas 2"]
-    """True centres of nest and prey [m]."""
+    """True centres of the areas at the start [m]: first nest, first prey area, all others."""
 
     area_radius: float
     """Radius of the nest and of the prey area [m]."""
@@ -50,6 +67,37 @@ class Stage:
 
     duration: float
     """Length of the episode [s]."""
+
+    corners: Float64[Array, "corners 2"] = field(default_factory=lambda: np.zeros((0, 2)))
+    """Corners of an outer wall inside the arena, in order [m]; none: the rectangle alone."""
+
+    obstacles: tuple[Outline, ...] = ()
+    """Obstacles inside the arena."""
+
+    kinds: tuple[int, ...] = (NEST, PREY)
+    """What each area is."""
+
+    names: tuple[str, ...] = ("nest", "prey")
+    """What each area is called."""
+
+    moves: tuple[tuple[int, float, float, float], ...] = ()
+    """Areas that move: which, when [s], and where to, x and y [m]."""
+
+    def areas_at(self, time: float) -> Float64[Array, "areas 2"]:
+        """True centres of the areas at a time since the start [s]."""
+        found = self.areas.copy()
+        for area, when, x, y in self.moves:
+            if time >= when:
+                found[area] = x, y
+        return found
+
+    def nearest_area(
+        self, kind: int, place: Float64[Array, " 2"], time: float
+    ) -> Float64[Array, " 2"]:
+        """True centre of the area of a kind that is nearest to a place at that time [m]."""
+        centres = self.areas_at(time)[np.array(self.kinds) == kind]
+        nearest: Float64[Array, " 2"] = centres[np.hypot(*(centres - place).T).argmin()]
+        return nearest
 
 
 @checked

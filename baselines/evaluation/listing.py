@@ -160,7 +160,7 @@ def _scenarios() -> Table:
         numbers = leaves(SCENARIOS[name].model_dump())
         side = numbers.get("task.side")
         sides = numbers.get("arena.length", side), numbers.get("arena.width", side)
-        apart = numbers.get("task.area_distance")
+        apart = None if numbers.get("task.areas") else numbers.get("task.area_distance")
         table.add_row(
             name,
             str(numbers["task.n_robots"]),

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.foraging.metrics import nearest_areas
 from swarm_forage_env.foraging.views import WeightingInput
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.parameters import Part
@@ -50,11 +51,10 @@ def errors(
     """
     beliefs = rows(minds["estimator"]["belief"])
     true_pose = world.state.pose
-    areas = np.repeat(world.worlds["areas"], world.n_robots, axis=0)
     told = np.maximum(beliefs.heard_weight, 1.0)[:, :, None]
-    own = moved(beliefs.location, beliefs.pose, true_pose) - areas
-    heard = moved(beliefs.heard_sum / told, beliefs.pose, true_pose) - areas
-    return own, heard
+    own = moved(beliefs.location, beliefs.pose, true_pose)
+    heard = moved(beliefs.heard_sum / told, beliefs.pose, true_pose)
+    return own - nearest_areas(world.worlds, own), heard - nearest_areas(world.worlds, heard)
 
 
 def moved(

@@ -15,6 +15,10 @@ NAMES = {
     "ants2008": "Ants2008",
     "es1-clean": "ES1-Clean",
     "near": "Near",
+    "two-prey": "Two-Prey",
+    "moving-prey": "Moving-Prey",
+    "two-nests": "Two-Nests",
+    **{f"mg1-{shape}": f"MG1-{shape.title()}" for shape in ("square", "hexagon", "dodecagon")},
     **{f"waypoints-{size}": f"Waypoints-{size}" for size in ("05", "10", "25", "50")},
     **{
         f"waypoints-{size}-authors": f"Waypoints-{size}-Authors"

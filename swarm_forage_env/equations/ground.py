@@ -11,9 +11,11 @@ FLOOR = -1
 
 
 @kernel
-def area_at(x: float, y: float, areas: Float64[Array, "areas 2"], radius: float) -> int:
-    """Which area holds the point (x, y) of the world frame [m]: NEST, PREY or FLOOR."""
-    for area in range(2):
+def area_at(
+    x: float, y: float, areas: Float64[Array, "areas 2"], n_areas: int, radius: float
+) -> int:
+    """Which of the first n areas holds the point (x, y) [m]: its number, or FLOOR."""
+    for area in range(n_areas):
         dx, dy = x - areas[area, 0], y - areas[area, 1]
         if dx * dx + dy * dy <= radius * radius:
             return area

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Int8, Int32
+from swarm_forage_env.foraging.areas import KINDS, move_tick
 from swarm_forage_env.foraging.metrics import believed_places, knows_both_areas_now
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
@@ -16,6 +17,7 @@ from swarm_forage_env.scene import (
     TALKING,
     TO_THE_NEST,
     TO_THE_PREY,
+    Outline,
     Scene,
     Stage,
 )
@@ -29,13 +31,28 @@ def stage_of(scenario: Scenario, controller: str) -> Stage:
         controller=controller,
         length=arena.length,
         width=arena.width,
-        areas=scenario.areas,
+        areas=np.array([area.centre for area in scenario.places]),
+        kinds=tuple(KINDS.index(area.kind) for area in scenario.places),
+        names=tuple(
+            area.kind if area.worth == 1.0 else f"{area.kind} x{area.worth:g}"
+            for area in scenario.places
+        ),
+        moves=tuple(
+            (k, move_tick(area.moves_at, scenario.tick) * scenario.tick, *area.moves_to)
+            for k, area in enumerate(scenario.places)
+            if area.moves_at is not None and area.moves_to is not None
+        ),
         area_radius=task.area_radius,
         start_radius=task.start_radius,
         robot_radius=scenario.robot.radius,
         n_robots=task.n_robots,
         tick=scenario.tick,
         duration=scenario.n_ticks * scenario.tick,
+        corners=np.array(arena.corners, np.float64).reshape(-1, 2),
+        obstacles=tuple(
+            Outline(np.array(each.points, np.float64), each.radius, each.is_closed)
+            for each in scenario.obstacles
+        ),
     )
 
 

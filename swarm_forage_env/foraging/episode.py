@@ -9,9 +9,11 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.foraging.metrics import (
+    believed_places,
     knows_both_areas_now,
     knows_both_areas_share,
     localisation_error,
+    nearest_areas,
     recruited_at,
     recruitment_time,
     total,
@@ -85,8 +87,9 @@ class LocalisationErrorMeter:
     def sample(self, loop: Any) -> None:  # noqa: ANN401 a control loop
         """Compare what is believed now with what is true."""
         world, situation = loop.world, loop.situation
-        areas = np.repeat(world.worlds["areas"], world.n_robots, axis=0)
-        error = localisation_error(world.state.pose, situation.areas, situation.known, areas)
+        pose, known = world.state.pose, situation.known
+        areas = nearest_areas(world.worlds, believed_places(pose, situation.areas, known))
+        error = localisation_error(pose, situation.areas, known, areas)
         self._sum += error.reshape(len(self._sum), -1).sum(axis=1)
         self._count += situation.known.reshape(len(self._sum), -1).sum(axis=1)
 

@@ -4,17 +4,19 @@ import math
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Int32
+from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.geometry import to_outer
-from swarm_forage_env.equations.ground import FLOOR, area_at
+from swarm_forage_env.equations.ground import FLOOR
+from swarm_forage_env.equations.obstacles import from_axis
+from swarm_forage_env.foraging.floor import kind_at
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.surroundings import COUNT, FIRST
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.record import Record, field
 
 TOUCH = 1e-3
-"""Bodies within this of each other, or of a wall, are in contact [m]."""
+"""Bodies within this of each other, of a wall or of an obstacle are in contact [m]."""
 
 
 class Events(Record):
@@ -30,7 +32,7 @@ class Events(Record):
     """It found itself lost, and forgot where the areas are."""
 
     contact: bool = field(np.bool_)
-    """Its body touches another or a wall."""
+    """Its body touches another, a wall or an obstacle."""
 
     message: int = field(np.int32)
     """Messages that it heard."""
@@ -40,7 +42,7 @@ class Events(Record):
 def area_under(robot: RobotState, world: WorldState) -> int:
     """The area under the middle ground sensor of a robot, as `score` counts visits."""
     dx, dy = to_outer(world.ground_ahead, 0.0, robot.heading[0], robot.heading[1])
-    return area_at(robot.pose[0] + dx, robot.pose[1] + dy, world.areas, world.area_radius)
+    return kind_at(robot.pose[0] + dx, robot.pose[1] + dy, world)
 
 
 @kernel
@@ -57,16 +59,30 @@ def is_touching(swarm: Array, i: int, near: Int32[Array, " columns"], world: Wor
     return False
 
 
+@kernel
+def is_touching_obstacle(
+    robot: RobotState, world: WorldState, obstacles: Float64[Array, "obstacles 5"]
+) -> bool:
+    """The body of a robot touches an obstacle."""
+    for k in range(obstacles.shape[0]):
+        dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
+        if math.hypot(dx, dy) <= world.radius + obstacles[k, 4] + TOUCH:
+            return True
+    return False
+
+
 @entry_point
 def write_rows(
     robots: Array,
     before: Array,
     worlds: Array,
     near: Int32[Array, "worlds robots columns"],
+    obstacles: Float64[Array, "worlds obstacles 5"],
     out: Array,
 ) -> None:
     """Write the events of every robot of every world."""
     for w in range(robots.shape[0]):
+        standing = obstacles[w, : worlds[w].n_obstacles]
         for i in range(robots.shape[1]):
             robot, event = robots[w, i], out[w, i]
             area = area_under(robot, worlds[w])
@@ -74,9 +90,10 @@ def write_rows(
             event.visit = area if area != area_under(before[w, i], worlds[w]) else FLOOR
             event.loss = robot.report.is_lost
             event.contact = is_touching(robots[w], i, near[w, i], worlds[w])
+            event.contact |= is_touching_obstacle(robot, worlds[w], standing)
             event.message = robot.heard.n
 
 
 def write_events(world: ForagingWorld, before: Array, out: Array) -> None:
     """Write what happened to the robots of these worlds since they were as `before`."""
-    write_rows(world.robots, before, world.worlds, world.near, out)
+    write_rows(world.robots, before, world.worlds, world.near, world.obstacles, out)

@@ -10,6 +10,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.bounds import Bounds
+from swarm_forage_env.foraging.floor import distance_to_kind
 from swarm_forage_env.foraging.observations import AREAS, FLAG, PATH_SCALE, PLACE_SCALE
 from swarm_forage_env.foraging.policies import put_goal
 from swarm_forage_env.foraging.records import RobotState, Situation
@@ -25,7 +26,7 @@ INFOS = (
     "localisation_error_m",
 )
 """What is logged of each robot: counts of the episode so far, and how it stands. The error is
-the mean over the areas that it knows, 0 if none."""
+the mean over the kinds of area that it knows, 0 if none, each to the nearest of its kind."""
 
 COUNTS = frozenset({"round_trips", "lost_events", "messages"})
 """Those of which several robots have the sum; of everything else they have the mean."""
@@ -33,6 +34,8 @@ COUNTS = frozenset({"round_trips", "lost_events", "messages"})
 
 class ForagingState:
     """What is true in a block of worlds, flat: each robot, then the areas and the time.
+
+    Of several areas of a kind the first is told.
 
     Of each robot: where it is, and what it believes; zeros for what it does not know, and for
     all beliefs where no hand-written estimator runs.
@@ -138,9 +141,8 @@ def write_log(
                     n_known += 1
                     ahead, left = situation.areas[area, 0], situation.areas[area, 1]
                     dx, dy = to_outer(ahead, left, robot.heading[0], robot.heading[1])
-                    x = robot.pose[0] + dx - worlds[w].areas[area, 0]
-                    y = robot.pose[1] + dy - worlds[w].areas[area, 1]
-                    error += np.hypot(x, y)
+                    x, y = robot.pose[0] + dx, robot.pose[1] + dy
+                    error += distance_to_kind(x, y, area, worlds[w])
             row[0], row[1] = robot.round_trips, robot.lost_events
             row[2] = 1.0 if robot.known[0] and robot.known[1] else 0.0
             row[3], row[4] = robot.messages, n_known

@@ -5,7 +5,7 @@ Each takes arrays over all rows and the number of worlds W; robots of a world ar
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int32, Int64
+from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float32, Float64, Int8, Int32, Int64
 
 
 def total(count: Int32[Array, " rows"], n_worlds: int) -> Int64[Array, " worlds"]:
@@ -74,6 +74,25 @@ def believed_places(
     ahead, left = believed[:, :, 0].T, believed[:, :, 1].T
     place = np.stack([x + c * ahead - s * left, y + s * ahead + c * left], axis=2)
     return np.where(known[:, :, None], place.transpose(1, 0, 2), 0.0)
+
+
+def nearest_areas(
+    worlds: Array, places: Float64[Array, "rows areas 2"]
+) -> Float64[Array, "rows areas 2"]:
+    """The centre of the nest that is nearest to the first place of a row, and so for the prey [m].
+
+    Rows of a world are consecutive; `worlds` are the records of all worlds.
+    """
+    n_areas = worlds["n_areas"].max()
+    centres, kinds = worlds["areas"][:, :n_areas], worlds["kinds"][:, :n_areas]
+    own = places.reshape(len(worlds), -1, 2, 2)
+    found = np.empty_like(own)
+    for kind in (NEST, PREY):
+        away = own[:, :, None, kind] - centres[:, None]
+        squared = np.where((kinds == kind)[:, None], (away**2).sum(axis=3), np.inf)
+        nearest = squared.argmin(axis=2)
+        found[:, :, kind] = np.take_along_axis(centres, nearest[:, :, None], axis=1)
+    return found.reshape(places.shape)
 
 
 def localisation_error(

@@ -3,6 +3,7 @@
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.foraging.metrics import nearest_areas
 from swarm_forage_env.foraging.world import ForagingWorld
 
 LEGS = 3
@@ -17,9 +18,9 @@ class ForagingPotential:
 
         Phi = (leg + 1 - d / far) / 3
 
-    leg counts nest (first visit), prey, nest; d is the true distance to the centre of the area
-    that leg leads to [m], far the largest distance possible in the arena [m]: both as they are in
-    the robot's own world.
+    leg counts nest (first visit), prey, nest; d is the true distance to the centre of the nearest
+    area of the kind that leg leads to [m], far the largest distance possible in the arena [m]: both
+    as they are in the robot's own world.
 
     Not in the paper: the potential itself; and an episode that is cut short keeps the potential of
     its last state, as its value is bootstrapped.
@@ -34,9 +35,12 @@ class ForagingPotential:
     def __call__(self) -> Float64[Array, " rows"]:
         """Phi of every robot."""
         robots, worlds = self._world.robots, self._world.worlds
-        pose, leg, areas = robots["pose"], robots["leg"], worlds["areas"]
+        pose, leg = robots["pose"], robots["leg"]
         x, y = 0.5 * worlds["arena"].T
-        far = np.hypot(x + areas[:, 1, 0], y)[:, None]
-        goal = areas[np.arange(len(worlds))[:, None], leg % 2]  # legs lead to areas 0, 1, 0
+        away = np.abs(worlds["areas"]).max(axis=1).T
+        far = np.hypot(x + away[0], y + away[1])[:, None]
+        here = np.repeat(pose[..., None, :2], 2, axis=2).reshape(-1, 2, 2)
+        areas = nearest_areas(worlds, here).reshape(*leg.shape, 2, 2)
+        goal = np.where((leg % 2 == 0)[..., None], areas[:, :, 0], areas[:, :, 1])
         d = np.hypot(goal[..., 0] - pose[..., 0], goal[..., 1] - pose[..., 1])
         return np.asarray((leg + 1.0 - np.minimum(d / far, 1.0)) / LEGS).reshape(-1)

@@ -8,6 +8,8 @@ On an axis of length 2 that counts areas, 0 is the nest and 1 the prey area.
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int32, Int64, UInt64
+from swarm_forage_env.equations.ground import FLOOR
+from swarm_forage_env.foraging.areas import MOST_AREAS
 from swarm_forage_env.record import Record, field
 
 ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO = range(6)
@@ -28,7 +30,19 @@ class WorldState(Record):
 
     dt: float = field(np.float64, unit="s")
     arena: Float64[Array, "2"] = field(np.float64, 2, unit="m")
-    areas: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
+    areas: Float64[Array, "8 2"] = field(np.float64, MOST_AREAS, 2, unit="m")
+    """Centres of the areas as they are now: the first nest, the first prey area, then all others.
+    Writers: reset, tick."""
+
+    kinds: Int8[Array, "8"] = field(np.int8, MOST_AREAS, start=FLOOR)
+    """NEST or PREY; FLOOR from `n_areas` on."""
+
+    n_areas: int = field(np.int64)
+    worths: Float64[Array, "8"] = field(np.float64, MOST_AREAS)
+    moves_at: Int64[Array, "8"] = field(np.int64, MOST_AREAS, unit="ticks")
+    """When an area moves to `moves_to`; NEVER if it stays."""
+
+    moves_to: Float64[Array, "8 2"] = field(np.float64, MOST_AREAS, 2, unit="m")
     area_radius: float = field(np.float64, unit="m")
     radius: float = field(np.float64, unit="m")
     axle: float = field(np.float64, unit="m")
@@ -52,6 +66,12 @@ class WorldState(Record):
 
     reach: float = field(np.float64, unit="m")
     """Robots within this of each other are listed as neighbours, centre to centre."""
+
+    n_obstacles: int = field(np.int64)
+    """Capsules in this world's row of `obstacles`; the rest of the row is padding."""
+
+    is_shadowed: bool = field(np.bool_)
+    """An obstacle between two robots keeps their messages from each other."""
 
 
 class Readings(Record):
@@ -141,8 +161,11 @@ class RobotState(Record):
     leg: int = field(np.int8)
     """0: nest not yet visited; 1: on the way to the prey; 2: on the way back. Writer: tick."""
 
+    load: float = field(np.float32)
+    """Worth of the prey area that the robot brings an item from. Writer: tick."""
+
     reward: float = field(np.float32)
-    """Round trips completed in the last tick. Writer: tick."""
+    """What the round trip that was completed in the last tick is worth, or 0. Writer: tick."""
 
     round_trips: int = field(np.int32)
     """Completed trips nest -> prey -> nest. Writer: tick."""

@@ -12,6 +12,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.foraging.areas import Area, check_areas, in_order
+from swarm_forage_env.foraging.obstacles import Obstacle, Point, check_corners
+from swarm_forage_env.foraging.room import check_room
 from swarm_forage_env.parameters import (
     MIN_TICK,
     Count,
@@ -28,6 +31,16 @@ class Arena(Part):
 
     length: Positive = Field(1.7, description="Side along x [m]. TR Table 2 (published)")
     width: Positive = Field(1.2, description="Side along y [m]. TR Table 2 (published)")
+    corners: tuple[Point, ...] = Field(
+        (),
+        description="Corners of an outer wall inside that rectangle, in order [m]; none: the"
+        " rectangle is the outer wall. Not in the papers (chosen)",
+    )
+
+    @model_validator(mode="after")
+    def _has_its_corners_inside(self) -> Self:
+        check_corners(self.corners, self.length, self.width)
+        return self
 
 
 class Robot(Part):
@@ -115,6 +128,11 @@ class Radio(Part):
     exchange_time: Positive = Field(
         0.4, description="How long an exchange takes [s]. Not in the papers (derived)"
     )
+    is_shadowed: bool = Field(
+        False,
+        description="A message is lost where an obstacle lies between sender and receiver. Not in"
+        " the papers (chosen)",
+    )
 
     @property
     def is_board(self) -> bool:
@@ -152,6 +170,16 @@ class Task(Part):
         description="Robots start with their centres in this circle about the arena's centre"
         " [m]. TR Table 2 (published)",
     )
+    areas: tuple[Area, ...] = Field(
+        (),
+        description="Nests and prey areas, instead of the two that area_distance sets; none: those"
+        " two. Not in the papers (chosen)",
+    )
+
+    @model_validator(mode="after")
+    def _has_both_kinds(self) -> Self:
+        check_areas(self.areas)
+        return self
 
 
 class Scenario(Part):
@@ -164,14 +192,14 @@ class Scenario(Part):
     radio: Radio = Radio()
     task: Task = Task()
     tick: Positive = Field(0.1, ge=MIN_TICK, description="Control period [s]. TR 5 (published)")
+    obstacles: tuple[Obstacle, ...] = Field(
+        (), description="Discs and walls inside the arena [m]. Not in the papers (chosen)"
+    )
 
     @model_validator(mode="after")
     def _has_room(self) -> Self:
-        _check_areas(self)
-        _check_start(self)
-        _check_speed(self)
+        check_room(self)
         check_duration(self.task.duration, self.tick)
-        _check_memory(self)
         return self
 
     @property
@@ -185,82 +213,14 @@ class Scenario(Part):
         return min(self.radio.slots, max(1, self.task.n_robots - 1))
 
     @property
-    def areas(self) -> Float64[Array, "areas 2"]:
-        """Centres of nest and prey, world frame [m]."""
+    def places(self) -> tuple[Area, ...]:
+        """All areas, the first nest and the first prey area in front."""
+        if self.task.areas:
+            return in_order(self.task.areas)
         half = 0.5 * self.task.area_distance
-        return np.array([[-half, 0.0], [half, 0.0]])
+        return Area(kind="nest", centre=(-half, 0.0)), Area(kind="prey", centre=(half, 0.0))
 
-
-MAX_START_DENSITY = 0.45
-"""Share of the start circle that robots may cover; random placement jams at 0.547."""
-
-ROUNDING = 1e-9
-"""Sums of lengths that a user gives may miss a bound by so much [m]: 2 (0.2 + 0.1) > 0.6."""
-
-MAX_STEP = 1.5
-"""Way of a robot in a tick, at most, in radii: two that meet at twice that may overlap fully, so
-that nobody can tell to which side they belong."""
-
-MAX_CELLS, MAX_NEIGHBOURS = 10**7, 10**8
-"""Sizes of the lists of neighbours of a world, which take 4 bytes for each."""
-
-
-def _check_speed(scenario: Scenario) -> None:
-    robot, limit = scenario.robot, MAX_STEP * scenario.robot.radius / scenario.tick
-    if robot.cruise_speed > limit + ROUNDING:
-        raise ValueError(
-            f"robot.cruise_speed={robot.cruise_speed}: at most {limit:g} [m/s], {MAX_STEP} radii of"
-            f" {robot.radius} m in a tick of {scenario.tick} s, so that no robot drives through"
-            " another; shorten tick"
-        )
-
-
-def _check_memory(scenario: Scenario) -> None:
-    """ValueError for a world whose lists of neighbours would not fit into memory."""
-    arena, radius, n_robots = scenario.arena, scenario.robot.radius, scenario.task.n_robots
-    reach = max(scenario.radio.max_range, 2.0 * radius)
-    if arena.length * arena.width / reach**2 > MAX_CELLS:
-        raise ValueError(
-            f"arena.length={arena.length}, arena.width={arena.width}: at most {MAX_CELLS} squares"
-            f" of the radio's range, {reach:g} m; make the arena smaller or radio.max_range larger"
-        )
-    each = max(scenario.slots, min(n_robots, 2.0 * (reach / radius + 1.0) ** 2))
-    if n_robots * each > MAX_NEIGHBOURS:
-        raise ValueError(
-            f"task.n_robots={n_robots}: with {each:.0f} neighbours or slots each; robots times"
-            f" neighbours may be at most {MAX_NEIGHBOURS}; take fewer robots, or a smaller"
-            " radio.max_range"
-        )
-
-
-def _check_areas(scenario: Scenario) -> None:
-    task, arena = scenario.task, scenario.arena
-    farthest = arena.length - 2.0 * task.area_radius
-    if task.area_distance > farthest + ROUNDING or 2.0 * task.area_radius > arena.width:
-        raise ValueError(
-            f"task.area_distance={task.area_distance}, task.area_radius={task.area_radius}: areas"
-            f" outside the arena of {arena.length} x {arena.width} m; area_distance may be at most"
-            f" {farthest:g}, area_radius at most {arena.width / 2:g} [m]"
-        )
-    nearest = 2.0 * (task.start_radius + task.area_radius)
-    if task.area_distance < nearest - ROUNDING:
-        raise ValueError(
-            f"task.area_distance={task.area_distance}: the areas reach into the start circle of"
-            f" radius {task.start_radius} m; must be at least {nearest:g} [m]"
-        )
-
-
-def _check_start(scenario: Scenario) -> None:
-    task, arena, radius = scenario.task, scenario.arena, scenario.robot.radius
-    widest = 0.5 * min(arena.length, arena.width) - radius
-    if task.start_radius > widest + ROUNDING:
-        raise ValueError(
-            f"task.start_radius={task.start_radius}: robots would start outside the arena;"
-            f" must be at most {widest:g} [m]"
-        )
-    fit = max(1, int(MAX_START_DENSITY * ((task.start_radius + radius) / radius) ** 2))
-    if task.n_robots > fit:
-        raise ValueError(
-            f"task.n_robots={task.n_robots}: at most {fit} robots of radius {radius} m fit into the"
-            f" start circle of radius {task.start_radius} m; enlarge task.start_radius"
-        )
+    @property
+    def areas(self) -> Float64[Array, "areas 2"]:
+        """Centres of the first nest and the first prey area at the start, world frame [m]."""
+        return np.array([area.centre for area in self.places[:2]])

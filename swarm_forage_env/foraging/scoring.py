@@ -5,8 +5,9 @@ import math
 from swarm_forage_env.arrays import NEST, PREY, Array, Float64, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import to_outer
-from swarm_forage_env.equations.ground import FLOOR, area_at
+from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.equations.random_draws import symmetric, unit
+from swarm_forage_env.foraging.floor import number_at
 from swarm_forage_env.foraging.records import RobotState, WorldState
 
 TO_FIRST_NEST, TO_PREY, TO_NEST = 0, 1, 2
@@ -81,17 +82,25 @@ def next_leg(leg: int, area: int) -> tuple[int, bool]:
 
 @kernel
 def score(robot: RobotState, world: WorldState) -> None:
-    """Count the visit and the round trip of a tick.
+    """Count the visit and the round trip of a tick, and what the trip is worth.
 
     A robot visits an area when its middle ground sensor, `ground_ahead` of its centre [m], is
-    truly over it.
+    truly over it. It takes an item where its way to the prey ends, and a trip is worth what that
+    prey area is worth, times what the nest is worth.
     """
+    robot.reward = 0.0
     dx, dy = to_outer(world.ground_ahead, 0.0, robot.heading[0], robot.heading[1])
-    area = area_at(robot.pose[0] + dx, robot.pose[1] + dy, world.areas, world.area_radius)
-    robot.leg, completed = next_leg(robot.leg, area)
-    robot.round_trips += completed
-    robot.reward = completed
-    if area != FLOOR and robot.first_visit[area] < 0:
+    number = number_at(robot.pose[0] + dx, robot.pose[1] + dy, world)
+    if number == FLOOR:
+        return
+    area, before = int(world.kinds[number]), robot.leg
+    robot.leg, completed = next_leg(before, area)
+    if completed:
+        robot.round_trips += 1
+        robot.reward = robot.load * world.worths[number]
+    if before == TO_PREY and robot.leg == TO_NEST:
+        robot.load = world.worths[number]
+    if robot.first_visit[area] < 0:
         robot.first_visit[area] = world.ticks
 
 

@@ -6,7 +6,7 @@ from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.geometry import range_and_bearing, to_body, to_outer, wrap
-from swarm_forage_env.equations.ground import area_at, brightness
+from swarm_forage_env.equations.ground import brightness
 from swarm_forage_env.equations.odometry import encoder
 from swarm_forage_env.equations.proximity import (
     RAY_COS,
@@ -18,6 +18,7 @@ from swarm_forage_env.equations.proximity import (
 )
 from swarm_forage_env.equations.radio import loss, mean_board_range, mean_error
 from swarm_forage_env.equations.random_draws import below, symmetric, unit
+from swarm_forage_env.foraging.floor import kind_at
 from swarm_forage_env.foraging.records import (
     ENCODER,
     GROUND,
@@ -51,21 +52,20 @@ def read_ground(robot: RobotState, world: WorldState) -> None:
     c, s = robot.heading[0], robot.heading[1]
     for sensor in range(3):
         dx, dy = to_outer(world.ground_ahead, (1 - sensor) * world.ground_spacing, c, s)
-        area = area_at(robot.pose[0] + dx, robot.pose[1] + dy, world.areas, world.area_radius)
-        light = brightness(area)
+        light = brightness(kind_at(robot.pose[0] + dx, robot.pose[1] + dy, world))
         if light > 0.0:
             light *= 1.0 + world.ground_noise * symmetric(robot.streams, GROUND)
         robot.readings.ground[sensor] = light
 
 
 @kernel
-def cast_rays_at_walls(robot: RobotState, world: WorldState) -> None:
-    """Set the length of every infrared ray to the walls; infinite where they are out of reach."""
+def shorten_rays_at_walls(robot: RobotState, world: WorldState) -> None:
+    """Shorten every infrared ray of a robot at the outer walls of the arena."""
     x, y, c, s = robot.pose[0], robot.pose[1], robot.heading[0], robot.heading[1]
     for ray in range(8):
         u = c * RAY_COS[ray] - s * RAY_SIN[ray]
         v = s * RAY_COS[ray] + c * RAY_SIN[ray]
-        robot.rays[ray] = ray_to_walls(x, y, u, v, world.arena, world.radius)
+        robot.rays[ray] = min(robot.rays[ray], ray_to_walls(x, y, u, v, world.arena, world.radius))
 
 
 @kernel
@@ -88,11 +88,17 @@ def shorten_rays(robot: RobotState, dx: float, dy: float, radius: float) -> None
 def cast_rays(
     swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
 ) -> bool:
-    """Find the length of each infrared ray of robot i; false if nothing is in reach at all."""
+    """Find the length of each infrared ray of robot i; false if nothing is in reach at all.
+
+    Where there are obstacles, the rays end at those already.
+    """
     robot, reach = swarm[i], 2.0 * world.radius + SENSING_RANGE
-    is_any_near = is_near_walls(robot, world)
-    if is_any_near:
-        cast_rays_at_walls(robot, world)
+    is_any_near = world.n_obstacles > 0
+    if is_near_walls(robot, world):
+        if not is_any_near:
+            robot.rays[:] = math.inf
+            is_any_near = True
+        shorten_rays_at_walls(robot, world)
     for k in range(FIRST, FIRST + near[i, COUNT]):
         other = swarm[near[i, k]]
         dx, dy = other.pose[0] - robot.pose[0], other.pose[1] - robot.pose[1]

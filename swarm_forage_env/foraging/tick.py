@@ -2,9 +2,11 @@
 
 import math
 
-from swarm_forage_env.arrays import Array, Int32
+from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
+from swarm_forage_env.foraging.floor import move_areas
+from swarm_forage_env.foraging.obstacle_sensing import cast_rays_at_obstacles, put_shadowed_last
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scoring import count_reports, score
 from swarm_forage_env.foraging.sensors import (
@@ -13,7 +15,7 @@ from swarm_forage_env.foraging.sensors import (
     read_proximity,
     receive_messages,
 )
-from swarm_forage_env.foraging.surroundings import find_neighbours, resolve_contacts
+from swarm_forage_env.foraging.surroundings import COUNT, find_neighbours, resolve_contacts
 
 
 @kernel
@@ -41,11 +43,12 @@ def face(robot: RobotState) -> None:
 
 
 @entry_point
-def tick(
+def tick(  # noqa: PLR0913 a block of worlds, its tables, and which of them
     robots: Array,
     worlds: Array,
     near: Int32[Array, "worlds robots columns"],
     cells: Int32[Array, "worlds cells"],
+    obstacles: Float64[Array, "worlds obstacles 5"],
     first: int,
     last: int,
 ) -> int:
@@ -53,30 +56,32 @@ def tick(
     most = 0
     for w in range(first, last):
         world, swarm = worlds[w], robots[w]
+        standing = obstacles[w, : world.n_obstacles]
         world.ticks += 1
+        move_areas(world)
         if not world.has_moved:
             for i in range(swarm.shape[0]):
                 set_wheels(swarm[i], world)
                 drive(swarm[i], world)
         world.has_moved = False
         most = max(most, find_neighbours(swarm, near[w], cells[w], world))
-        resolve_contacts(swarm, near[w], world)
+        resolve_contacts(swarm, near[w], world, standing)
         for i in range(swarm.shape[0]):
             face(swarm[i])
             score(swarm[i], world)
             count_reports(swarm[i], world)
-        sense(swarm, near[w], world)
-        for i in range(swarm.shape[0]):
-            receive_messages(swarm, i, near[w], world)
+        sense(swarm, near[w], world, standing)
+        hear(swarm, near[w], world, standing)
     return most
 
 
 @entry_point
-def sense_first(
+def sense_first(  # noqa: PLR0913 a block of worlds, its tables, and which of them
     robots: Array,
     worlds: Array,
     near: Int32[Array, "worlds robots columns"],
     cells: Int32[Array, "worlds cells"],
+    obstacles: Float64[Array, "worlds obstacles 5"],
     first: int,
     last: int,
 ) -> int:
@@ -84,18 +89,42 @@ def sense_first(
     most = 0
     for w in range(first, last):
         world, swarm = worlds[w], robots[w]
+        standing = obstacles[w, : world.n_obstacles]
         most = max(most, find_neighbours(swarm, near[w], cells[w], world))
         for i in range(swarm.shape[0]):
             face(swarm[i])
             swarm[i].heard.n = 0
-        sense(swarm, near[w], world)
+        sense(swarm, near[w], world, standing)
     return most
 
 
 @kernel
-def sense(swarm: Array, near: Int32[Array, "robots columns"], world: WorldState) -> None:
+def sense(
+    swarm: Array,
+    near: Int32[Array, "robots columns"],
+    world: WorldState,
+    obstacles: Float64[Array, "obstacles 5"],
+) -> None:
     """Read all sensors but the radio."""
+    if obstacles.shape[0] > 0:
+        cast_rays_at_obstacles(swarm, world, obstacles)
     for i in range(swarm.shape[0]):
         read_encoders(swarm[i], world)
         read_ground(swarm[i], world)
         read_proximity(swarm, i, near, world)
+
+
+@kernel
+def hear(
+    swarm: Array,
+    near: Int32[Array, "robots columns"],
+    world: WorldState,
+    obstacles: Float64[Array, "obstacles 5"],
+) -> None:
+    """Deliver the messages, where the radio is shadowed to neighbours that no obstacle hides."""
+    for i in range(swarm.shape[0]):
+        n_near = near[i, COUNT]
+        if world.is_shadowed:
+            near[i, COUNT] = put_shadowed_last(swarm, i, near, obstacles)
+        receive_messages(swarm, i, near, world)
+        near[i, COUNT] = n_near

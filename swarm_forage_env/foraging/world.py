@@ -13,6 +13,8 @@ from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.equations.proximity import SENSING_RANGE
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging import scoring
+from swarm_forage_env.foraging.areas import write_areas
+from swarm_forage_env.foraging.obstacles import capsules_of
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.surroundings import FIRST
@@ -60,6 +62,8 @@ class ForagingWorld(Block):
         """Clock and numbers of every world."""
         self.near: Int32[Array, "worlds robots columns"] = np.zeros((*shape, FIRST), np.int32)
         """Who is near whom, as `find_neighbours` lists it."""
+        self.obstacles: Float64[Array, "worlds obstacles 5"] = np.zeros((self.n_worlds, 0, 5))
+        """Capsules of every world, as many as `n_obstacles` of it says; zeros after them."""
         self._cells: Int32[Array, "worlds cells"] = np.zeros((self.n_worlds, 0), np.int32)
         for w in range(self.n_worlds):
             self.take_numbers(w)
@@ -73,8 +77,8 @@ class ForagingWorld(Block):
 
     @property
     def areas(self) -> Float64[Array, "areas 2"]:
-        """Centres of nest and prey in the first world [m]."""
-        centres: Float64[Array, "areas 2"] = self.worlds["areas"][0]
+        """Centres of the first nest and the first prey area in the first world, now [m]."""
+        centres: Float64[Array, "areas 2"] = self.worlds["areas"][0, :2]
         return centres
 
     def check_start(self, scenario: Scenario, seed: int) -> None:
@@ -87,6 +91,9 @@ class ForagingWorld(Block):
         write_numbers(scenario, self.worlds[which])
         self.near = _widened(self.near, FIRST + most_neighbours(scenario), 0)
         self._cells = _widened(self._cells, number_of_cells(scenario), EMPTY)
+        standing = capsules_of(scenario.obstacles, scenario.arena.corners)
+        self.obstacles = _widened(self.obstacles, len(standing), 0, axis=1)
+        self.obstacles[which, : len(standing)] = standing
 
     def restart(self, which: int, seed: int) -> None:
         """Put one world's robots at their starting places and its streams at their seed."""
@@ -98,18 +105,21 @@ class ForagingWorld(Block):
         for column, source in enumerate(SOURCES):
             swarm["streams"][:, column] = streams([seed], self.n_robots, source)
         self.worlds[which]["ticks"], self.worlds[which]["has_moved"] = 0, False
+        write_areas(scenario.places, scenario.tick, self.worlds[which])
         self._physics.reset(which, scenario)
 
     def sense_first(self, first: int = 0, last: int | None = None) -> None:
         """Sense before the first tick, in the worlds first .. last - 1."""
         last = self.n_worlds if last is None else last
-        most = sense_first(self.robots, self.worlds, self.near, self._cells, first, last)
+        most = sense_first(
+            self.robots, self.worlds, self.near, self._cells, self.obstacles, first, last
+        )
         self._check_room(most)
 
     def tick(self, first: int, last: int) -> None:
         """Carry out the commands in the worlds first .. last - 1: move, score, sense, hear."""
-        self._physics.move(self.robots, self.worlds, self.near, first, last)
-        most = tick(self.robots, self.worlds, self.near, self._cells, first, last)
+        self._physics.move(self.robots, self.worlds, self.near, self.obstacles, first, last)
+        most = tick(self.robots, self.worlds, self.near, self._cells, self.obstacles, first, last)
         self._check_room(most)
 
     def snapshot(self) -> dict[str, Any]:
@@ -129,11 +139,12 @@ class ForagingWorld(Block):
             )
 
 
-def _widened(table: Array, width: int, fill: int) -> Array:
-    """A table with at least so many columns: the same one if it has them."""
-    more = max(0, width - table.shape[-1])
-    added = np.full((*table.shape[:-1], more), fill, table.dtype)
-    return np.concatenate([table, added], axis=-1) if more else table
+def _widened(table: Array, width: int, fill: int, axis: int = -1) -> Array:
+    """A table at least so wide along an axis, columns if none is named: the same one if it is."""
+    shape = list(table.shape)
+    shape[axis] = more = max(0, width - table.shape[axis])
+    added = np.full(shape, fill, table.dtype)
+    return np.concatenate([table, added], axis=axis) if more else table
 
 
 def reach_of(scenario: Scenario) -> float:
@@ -162,7 +173,6 @@ def write_numbers(scenario: Scenario, out_world: Any) -> None:  # noqa: ANN401 a
         "half_time": scenario.n_ticks // 2,
         "dt": scenario.tick,
         "arena": (scenario.arena.length, scenario.arena.width),
-        "areas": scenario.areas,
         "area_radius": scenario.task.area_radius,
         "encoder_error": error,
         "proximity_noise": sensors.proximity_noise,
@@ -172,17 +182,19 @@ def write_numbers(scenario: Scenario, out_world: Any) -> None:  # noqa: ANN401 a
         "is_board": radio.is_board,
         "slots": scenario.slots,
         "reach": reach_of(scenario),
+        "n_obstacles": len(capsules_of(scenario.obstacles, scenario.arena.corners)),
         **{name: getattr(robot, name) for name in ("radius", "axle", "max_speed", "cruise_speed")},
         **{
             name: getattr(radio, name)
             for name in (
                 "max_range", "near", "loss_near", "loss_far", "range_noise", "bearing_noise",
-                "frames",
+                "frames", "is_shadowed",
             )
         },
     }  # fmt: skip
     for name, value in numbers.items():
         out_world[name] = value
+    write_areas(scenario.places, scenario.tick, out_world)
 
 
 def _first_poses(scenario: Scenario, seed: int) -> Float64[Array, "robots 3"]:

@@ -16,10 +16,12 @@ class Physics(Protocol):
     the kernel resolves contacts after it.
     """
 
-    def move(self, robots: Array, worlds: Array, near: Array, first: int, last: int) -> None:
+    def move(
+        self, robots: Array, worlds: Array, near: Array, obstacles: Array, first: int, last: int
+    ) -> None:
         """Move the robots of the worlds first .. last - 1 by one tick.
 
-        `near` holds the neighbours before the move.
+        `near` holds the neighbours before the move, `obstacles` the capsules of each world.
         """
         ...
 

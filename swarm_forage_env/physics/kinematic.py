@@ -18,7 +18,9 @@ class Kinematic:
     def __init__(self, scenarios: Sequence[Scenario]) -> None:
         """Nothing is kept."""
 
-    def move(self, robots: Array, worlds: Array, near: Array, first: int, last: int) -> None:
+    def move(
+        self, robots: Array, worlds: Array, near: Array, obstacles: Array, first: int, last: int
+    ) -> None:
         """Leave the motion to the kernel."""
 
     def reset(self, world: int, scenario: Scenario) -> None:

@@ -6,6 +6,7 @@ from swarm_forage_env.arrays import Array, Bool, Float64, Int32
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.equations.obstacles import from_axis
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.surroundings import COUNT, FIRST
 from swarm_forage_env.foraging.tick import set_wheels
@@ -26,14 +27,32 @@ def may_touch_wall(robot: RobotState, world: WorldState) -> bool:
 
 
 @kernel
-def may_touch(swarm: Array, near: Int32[Array, "robots columns"], world: WorldState) -> bool:
-    """A body of the world can reach another, or a wall, within the tick.
+def may_touch_obstacle(
+    robot: RobotState, world: WorldState, obstacles: Float64[Array, "obstacles 5"]
+) -> bool:
+    """The body can reach an obstacle within the tick."""
+    far = world.radius + path_of(robot, world.dt)
+    for k in range(obstacles.shape[0]):
+        dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
+        if math.hypot(dx, dy) <= far + obstacles[k, 4]:
+            return True
+    return False
+
+
+@kernel
+def may_touch(
+    swarm: Array,
+    near: Int32[Array, "robots columns"],
+    world: WorldState,
+    obstacles: Float64[Array, "obstacles 5"],
+) -> bool:
+    """A body of the world can reach another, a wall or an obstacle within the tick.
 
     `near` lists the neighbours before the tick.
     """
     for i in range(swarm.shape[0]):
         robot = swarm[i]
-        if may_touch_wall(robot, world):
+        if may_touch_wall(robot, world) or may_touch_obstacle(robot, world, obstacles):
             return True
         for k in range(FIRST, FIRST + near[i, COUNT]):
             other = swarm[near[i, k]]
@@ -60,6 +79,7 @@ def write_bodies(  # noqa: PLR0913 a block of worlds, its buffers, and which of 
     robots: Array,
     worlds: Array,
     near: Int32[Array, "worlds robots columns"],
+    obstacles: Float64[Array, "worlds obstacles 5"],
     first: int,
     last: int,
     out_bodies: Float64[Array, "worlds bodies 6"],
@@ -73,7 +93,7 @@ def write_bodies(  # noqa: PLR0913 a block of worlds, its buffers, and which of 
         world, swarm = worlds[w], robots[w]
         for i in range(swarm.shape[0]):
             set_wheels(swarm[i], world)
-        out_touching[w] = may_touch(swarm, near[w], world)
+        out_touching[w] = may_touch(swarm, near[w], world, obstacles[w, : world.n_obstacles])
         if out_touching[w]:
             for i in range(swarm.shape[0]):
                 write_body(swarm[i], world, out_bodies[w, i])

@@ -8,6 +8,7 @@ import pymunk
 from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 
 from swarm_forage_env.arrays import Array, Bool, Float64
+from swarm_forage_env.foraging.obstacles import capsules_of
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.physics.base import ENGINES
 from swarm_forage_env.physics.contact_memory import ContactMemory, recall, remembered
@@ -29,8 +30,8 @@ _READ = BodyFields.POSITION | BodyFields.ANGLE
 class Rigid:
     """One pymunk space for each world; poses and velocities are written, poses read back.
 
-    In a tick in which no body of a world can reach another or a wall, its space would only
-    carry each robot along its chord; that is left to the kernel `tick`.
+    In a tick in which no body of a world can reach another, a wall or an obstacle, its space would
+    only carry each robot along its chord; that is left to the kernel `tick`.
     """
 
     def __init__(self, scenarios: Sequence[Scenario]) -> None:
@@ -49,9 +50,11 @@ class Rigid:
             (_buffer(self._written[w]), _buffer(self._read[w])) for w in range(n_worlds)
         ]
 
-    def move(self, robots: Array, worlds: Array, near: Array, first: int, last: int) -> None:
+    def move(
+        self, robots: Array, worlds: Array, near: Array, obstacles: Array, first: int, last: int
+    ) -> None:
         """Move the worlds in which bodies may touch."""
-        write_bodies(robots, worlds, near, first, last, self._written, self._touching)
+        write_bodies(robots, worlds, near, obstacles, first, last, self._written, self._touching)
         with self._one_at_a_time:
             for w in np.flatnonzero(self._touching[first:last]) + first:
                 space, (written, read) = self._spaces[w], self._buffers[w]
@@ -89,7 +92,7 @@ class Rigid:
 
 
 def _space(scenario: Scenario) -> pymunk.Space:
-    """A space with the robots of one world, in order, and its four walls."""
+    """A space with the robots of one world, in order, its four walls and its obstacles."""
     space = pymunk.Space()
     space.collision_slop = 1e-4
     radius = scenario.robot.radius
@@ -105,6 +108,10 @@ def _space(scenario: Scenario) -> pymunk.Space:
         wall = pymunk.Segment(space.static_body, a, b, 0.0)
         wall.friction = FRICTION
         space.add(wall)
+    for ax, ay, bx, by, thick in capsules_of(scenario.obstacles, scenario.arena.corners).tolist():
+        obstacle = pymunk.Segment(space.static_body, (ax, ay), (bx, by), thick)
+        obstacle.friction = FRICTION
+        space.add(obstacle)
     return space
 
 

@@ -125,7 +125,9 @@ class HeadUpDisplay:
         words = [f"Robot {selected}: {STATES[scene.doing[selected]]}"]
         for area, name in enumerate(("nest", "prey")):
             if scene.known[selected, area]:
-                off = np.hypot(*(scene.believed[selected, area] - self._stage.areas[area]))
+                believed = scene.believed[selected, area]
+                true = self._stage.nearest_area(area, believed, scene.time)
+                off = np.hypot(*(believed - true))
                 words.append(f"{name} {100 * off:.0f} cm off, p {scene.p[selected, area]:.2f} m")
             else:
                 words.append(f"{name} unknown")

@@ -1,5 +1,6 @@
 """Painter: scenes in, pictures out. Surfaces in memory, so it needs no display."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,15 +10,19 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.hud import HeadUpDisplay
 from swarm_forage_env.rendering.layout import P_RING, Layout
-from swarm_forage_env.rendering.palette import mixed, trail_colour
-from swarm_forage_env.rendering.shapes import dashed_circle, draw_arc, draw_belief, draw_robot
+from swarm_forage_env.rendering.palette import Colour, mixed, trail_colour
+from swarm_forage_env.rendering.shapes import (
+    dashed_circle,
+    draw_arc,
+    draw_belief,
+    draw_robot,
+    draw_walls,
+)
 from swarm_forage_env.rendering.trails import Trails
 from swarm_forage_env.scene import Scene, Stage
 
 FINENESS = 3
 """The arena is drawn this many times larger, then made smaller: that smooths every edge."""
-
-NAMES = ("nest", "prey")
 
 
 @dataclass
@@ -42,6 +47,7 @@ class Painter:
         self._trails = Trails()
         pygame.font.init()
         self._large = pygame.font.Font(None, round(1.1 * layout.text * self._fine))
+        self._areas = stage.areas_at(0.0)
         self._floor = self._empty_floor()
         self._canvas = self._floor.copy()
         self._picture = pygame.Surface((layout.width, layout.height), depth=32)
@@ -54,6 +60,10 @@ class Painter:
 
     def paint(self, scene: Scene, show: Show, aside: str = "") -> pygame.Surface:
         """The picture of the scene that was taken in last; valid until the next is painted."""
+        areas = self._stage.areas_at(scene.time)
+        if not np.array_equal(areas, self._areas):
+            self._areas = areas
+            self._floor = self._empty_floor()
         self._canvas.blit(self._floor, (0, 0))
         if show.trails:
             self._draw_trails(scene)
@@ -89,24 +99,35 @@ class Painter:
         return np.asarray((self.layout.pixels(places) + self._wall) * self._fine)
 
     def _empty_floor(self) -> pygame.Surface:
-        """Walls, floor, start circle and areas."""
+        """Walls, floor, start circle, areas and obstacles."""
         stage, scale = self._stage, self.layout.scale * self._fine
         size = [self._fine * side for side in self._with_walls(self.layout.arena)]
         floor = pygame.Surface(size, depth=32)
         floor.fill(palette.WALL)
         inside = floor.get_rect().inflate(*([-2 * self._fine * self._wall] * 2))
-        floor.fill(palette.FLOOR, inside)
+        if len(stage.corners):
+            pygame.draw.polygon(floor, palette.FLOOR, self._spot(stage.corners).tolist())
+        else:
+            floor.fill(palette.FLOOR, inside)
         start = self._spot(np.zeros(2))
         stroke = max(1, round(self._pixel)), 6.0 * self._pixel
         dashed_circle(floor, palette.FAINT, start, stage.start_radius * scale, stroke)
-        for centre, colour, name in zip(self._spot(stage.areas), palette.AREA, NAMES, strict=True):
+        for centre, colour, name in self._named_areas():
             radius = stage.area_radius * scale
             pygame.draw.circle(floor, mixed(colour, palette.FLOOR, 0.28), centre, radius)
             pygame.draw.circle(floor, colour, centre, radius, round(1.5 * self._pixel))
             if self._fits(name, radius):
                 word = self._large.render(name, True, palette.INK)
                 floor.blit(word, word.get_rect(center=centre))
+        for each in stage.obstacles:
+            points = self._spot(each.points).tolist()
+            draw_walls(floor, points, each.radius * scale, each.is_closed)
         return floor
+
+    def _named_areas(self) -> Iterator[tuple[Float64[Array, " 2"], Colour, str]]:
+        """Centre on the canvas [px], colour and name of each area as they are now."""
+        colours = [palette.AREA[kind] for kind in self._stage.kinds]
+        return zip(self._spot(self._areas), colours, self._stage.names, strict=True)
 
     def _fits(self, name: str, radius: float) -> bool:
         """There is room for the name of an area inside it."""
@@ -115,7 +136,7 @@ class Painter:
     def _draw_rims(self) -> None:
         """The rims of the areas, over robots that are drawn larger than they are."""
         radius = self._stage.area_radius * self.layout.scale * self._fine
-        for centre, colour in zip(self._spot(self._stage.areas), palette.AREA, strict=True):
+        for centre, colour, _ in self._named_areas():
             wide = round(1.5 * self._pixel)
             pygame.draw.circle(self._canvas, palette.WHITE, centre, radius + wide / 2, 2 * wide)
             pygame.draw.circle(self._canvas, colour, centre, radius, wide)
@@ -123,7 +144,7 @@ class Painter:
     def _write_names(self) -> None:
         """The names of areas too small to hold them: above, on a pale ground."""
         radius = self._stage.area_radius * self.layout.scale * self._fine
-        for (x, y), name in zip(self._spot(self._stage.areas), NAMES, strict=True):
+        for (x, y), _, name in self._named_areas():
             if self._fits(name, radius):
                 continue
             word = self._large.render(name, True, palette.INK)
@@ -156,14 +177,16 @@ class Painter:
     def _draw_beliefs(self, scene: Scene, robot: int) -> None:
         """Where the robot believes each area to be, how sure it is, and how far that is off."""
         stage, scale = self._stage, self.layout.scale * self._fine
-        true, believed = self._spot(stage.areas), self._spot(scene.believed[robot])
+        believed = self._spot(scene.believed[robot])
         for area, colour in enumerate(palette.AREA):
             if not scene.known[robot, area]:
                 continue
+            nearest = stage.nearest_area(area, scene.believed[robot, area], scene.time)
+            true = self._spot(nearest)
             radius = stage.area_radius + P_RING * float(scene.p[robot, area])
             radii = stage.area_radius * scale, radius * scale
             wide = max(1, round(1.5 * self._pixel))
-            pygame.draw.line(self._canvas, palette.INK, true[area], believed[area], wide)
+            pygame.draw.line(self._canvas, palette.INK, true, believed[area], wide)
             draw_belief(self._canvas, believed[area], radii, colour, self._pixel)
 
     def _draw_robots(self, scene: Scene, selected: int | None) -> None:

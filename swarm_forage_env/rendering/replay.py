@@ -78,8 +78,16 @@ class Replay:
             "length": stage.length,
             "width": stage.width,
             "areas": stage.areas.tolist(),
+            "kinds": stage.kinds,
+            "names": stage.names,
+            "moves": stage.moves,
             "areaRadius": stage.area_radius,
             "startRadius": stage.start_radius,
+            "corners": stage.corners.tolist(),
+            "obstacles": [
+                {"points": each.points.tolist(), "radius": each.radius, "closed": each.is_closed}
+                for each in stage.obstacles
+            ],
             "robotRadius": stage.robot_radius,
             "robots": stage.n_robots,
             "tick": stage.tick,

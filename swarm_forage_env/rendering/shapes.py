@@ -1,6 +1,7 @@
 """Shapes, drawn large: a picture made smaller afterwards has smooth edges."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pygame
@@ -66,6 +67,25 @@ def draw_arc(
     bow = 0.35 * np.array([receiver[1] - sender[1], sender[0] - receiver[0]])
     arc = (1.0 - share) * sender + share * receiver + 4.0 * share * (1.0 - share) * bow
     pygame.draw.lines(surface, palette.MESSAGE, False, arc.tolist(), width)
+
+
+def draw_walls(
+    surface: pygame.Surface, points: list[list[float]], radius: float, is_closed: bool
+) -> None:
+    """An obstacle: a disc, or walls of that radius with round ends, a polygon of them filled.
+
+    Points and radius in pixels; thin walls are drawn three pixels wide.
+    """
+    ends = [*points, points[0]] if is_closed else points
+    if is_closed:
+        pygame.draw.polygon(surface, palette.WALL, points)
+    for place in ends:
+        pygame.draw.circle(surface, palette.WALL, place, max(radius, 1.5))
+    for (ax, ay), (bx, by) in pairwise(ends):
+        length = math.hypot(bx - ax, by - ay)
+        nx, ny = (max(radius, 1.5) / max(length, 1e-9) * each for each in (ay - by, bx - ax))
+        side = [(ax + nx, ay + ny), (bx + nx, by + ny), (bx - nx, by - ny), (ax - nx, ay - ny)]
+        pygame.draw.polygon(surface, palette.WALL, side)
 
 
 def dashed_circle(

@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 PAGE = (ROOT / "docs" / "environment.md").read_text(encoding="utf-8")
+ARENAS = (ROOT / "docs" / "arenas.md").read_text(encoding="utf-8")
 
 
 def blocks(language, text=README):
@@ -64,6 +65,14 @@ def test_the_scenario_file_is_read(tmp_path):
     scenario = find_scenario(mine)
     assert (scenario.name, scenario.task.n_robots) == ("mine", 20)
     assert scenario.arena == find_scenario("es1").arena
+
+
+@pytest.mark.parametrize("file", blocks("toml", ARENAS), ids=["obstacles", "areas"])
+def test_the_files_on_the_page_on_arenas_are_read(tmp_path, file):
+    mine = tmp_path / "mine.toml"
+    mine.write_text(file, encoding="utf-8")
+    scenario = find_scenario(mine)
+    assert (len(scenario.obstacles), len(scenario.task.areas)) in {(3, 0), (0, 3)}
 
 
 @pytest.fixture(params=RULES)

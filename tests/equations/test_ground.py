@@ -22,7 +22,7 @@ AREAS = np.array([[-0.4, 0.0], [0.4, 0.0]])
     ],
 )
 def test_a_point_lies_in_nest_prey_or_neither(x, y, area):
-    assert area_at(x, y, AREAS, 0.1) == area
+    assert area_at(x, y, AREAS, len(AREAS), 0.1) == area
 
 
 def test_the_nest_is_black_the_prey_grey_and_the_floor_white():

@@ -9,9 +9,8 @@ import swarm_forage_env.foraging.task  # noqa: F401 all three enter their parts
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.neighbours import EMPTY, cells_of
 from swarm_forage_env.foraging.records import RobotState, WorldState
-from swarm_forage_env.foraging.sensors import receive_messages
 from swarm_forage_env.foraging.surroundings import FIRST, find_neighbours, resolve_contacts
-from swarm_forage_env.foraging.tick import sense_first
+from swarm_forage_env.foraging.tick import hear, sense_first
 from swarm_forage_env.foraging.world import SOURCES, write_numbers
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.random_streams import streams
@@ -30,36 +29,41 @@ def look_around(robots, worlds, near, cells):
 
 
 @entry_point
-def settle(robots, worlds, near, cells):
+def settle(robots, worlds, near, cells, obstacles):
     """Resolve the contacts of every world; in how many worlds that succeeded."""
     settled = 0
     for w in range(worlds.shape[0]):
         find_neighbours(robots[w], near[w], cells[w], worlds[w])
-        settled += resolve_contacts(robots[w], near[w], worlds[w])
+        settled += resolve_contacts(robots[w], near[w], worlds[w], obstacles[w])
     return settled
 
 
 @entry_point
-def listen(robots, worlds, near, cells):
+def listen(robots, worlds, near, cells, obstacles):
     """Deliver the messages in every world."""
     for w in range(worlds.shape[0]):
         find_neighbours(robots[w], near[w], cells[w], worlds[w])
-        for i in range(robots.shape[1]):
-            receive_messages(robots[w], i, near[w], worlds[w])
+        hear(robots[w], near[w], worlds[w], obstacles[w])
 
 
 class Block:
     """Worlds of robots at the same given places, without an engine and a controller."""
 
     def __init__(self, places, n_worlds=1, **numbers):
-        """Places are (x, y, heading); numbers of es1 are changed by name, `reach` directly."""
-        reach = numbers.pop("reach", None)
+        """Places are (x, y, heading); numbers of es1 are changed by name, `reach` directly.
+
+        `obstacles` are capsules, the same in every world.
+        """
+        reach, obstacles = numbers.pop("reach", None), numbers.pop("obstacles", ())
         scenario, n_robots = find_scenario("es1", numbers), len(places)
         self.worlds = WorldState.array((n_worlds,))
         write_numbers(scenario, self.worlds[0])
         self.worlds[:] = self.worlds[0]
         if reach is not None:
             self.worlds["reach"] = reach
+        standing = np.array(obstacles, np.float64).reshape(-1, 5)
+        self.worlds["n_obstacles"] = len(standing)
+        self.obstacles = np.repeat(standing[None], n_worlds, axis=0)
         shape = n_worlds, n_robots
         self.robots = RobotState.array(shape, slots=scenario.slots)
         self.robots["pose"] = places
@@ -81,23 +85,27 @@ class Block:
         """The robots, a row for each of every world."""
         return rows(self.robots)
 
+    @property
+    def tables(self):
+        return self.robots, self.worlds, self.near, self.cells, self.obstacles
+
     def look_around(self):
         """The most neighbours that any robot has."""
         return look_around(self.robots, self.worlds, self.near, self.cells)
 
     def settle(self):
         """Resolve contacts; whether that succeeded in all worlds."""
-        n_settled = settle(self.robots, self.worlds, self.near, self.cells)
+        n_settled = settle(*self.tables)
         return n_settled == len(self.worlds)
 
     def sense(self):
         """What the robots' own sensors read."""
-        sense_first(self.robots, self.worlds, self.near, self.cells, 0, len(self.worlds))
+        sense_first(*self.tables, 0, len(self.worlds))
         return self.state.readings
 
     def listen(self):
         """What the robots hear, and which slots hold a message."""
-        listen(self.robots, self.worlds, self.near, self.cells)
+        listen(*self.tables)
         heard = self.state.heard
         return heard, np.arange(heard.sender.shape[1]) < heard.n[:, None]
 

@@ -66,6 +66,47 @@ def test_areas_and_floor_lie_where_they_are(name):
     assert at(0.49 * stage.length, 0.49 * stage.width) == near(palette.FLOOR)
 
 
+def test_several_areas_lie_where_they_are_and_one_moves():
+    areas = [
+        {"kind": "nest", "centre": [-0.7, 0.0]},
+        {"kind": "nest", "centre": [-0.5, 0.4], "worth": 2.0},
+        {"kind": "prey", "centre": [0.7, 0.3], "moves_at": 50.0, "moves_to": [0.7, -0.3]},
+    ]
+    stage = stage_of(find_scenario("es1", {"task.areas": areas}), "nc")
+    assert stage.names == ("nest", "prey", "nest x2")
+    nest, prey = (palette.mixed(colour, palette.FLOOR, 0.28) for colour in palette.AREA)
+    early, late = scene([(0.0, 0.0)], time=49.0), scene([(0.0, 0.0)])
+    for scenes, up, down in (([early], prey, palette.FLOOR), ([early, late], palette.FLOOR, prey)):
+        _, at = painted(*scenes, stage=stage, width=720)
+        for place, colour in (((0.7, 0.24), up), ((0.7, -0.36), down)):
+            assert at(*place) == near(colour)
+        assert at(-0.7, -0.06) == near(nest)
+        assert at(-0.5, 0.34) == near(nest)
+
+
+def test_the_error_of_a_belief_is_told_to_the_nearest_area_of_its_kind():
+    areas = [{"kind": kind, "centre": [x, y]} for kind, x in (("nest", -0.7), ("prey", 0.7))
+             for y in (-0.3, 0.3)]  # fmt: skip
+    stage = stage_of(find_scenario("es1", {"task.areas": areas}), "nc")
+    assert stage.nearest_area(0, np.array([-0.2, 0.1]), 0.0).tolist() == [-0.7, 0.3]
+    assert stage.nearest_area(1, np.array([-0.2, -0.1]), 0.0).tolist() == [0.7, -0.3]
+
+
+def test_obstacles_and_the_outer_wall_lie_where_they_are():
+    obstacles = [
+        {"points": [[0.3, 0.25], [0.3, 0.45]], "radius": 0.02},
+        {"points": [[-0.3, 0.4]], "radius": 0.1},
+        {"points": [[-0.2, -0.5], [0.2, -0.5], [0.0, -0.3]], "is_closed": True},
+    ]
+    corners = [(-0.85, -0.6), (0.7, -0.6), (0.85, -0.45), (0.85, 0.6), (-0.85, 0.6)]
+    scenario = find_scenario("es1", {"obstacles": obstacles, "arena.corners": corners})
+    _, at = painted(scene([(0.0, 0.0)]), stage=stage_of(scenario, "nc"), width=720)
+    for place in ((0.3, 0.3), (-0.3, 0.4), (-0.3, 0.49), (0.0, -0.4), (0.83, -0.58)):
+        assert at(*place) == near(palette.WALL)
+    for place in ((0.35, 0.3), (-0.3, 0.52), (0.2, -0.4), (0.7, -0.5)):
+        assert at(*place) == near(palette.FLOOR)
+
+
 @pytest.mark.parametrize(
     ("name", "width"), [("es1", 400), ("es1", 512), ("es3", 512), ("es3", 900)]
 )

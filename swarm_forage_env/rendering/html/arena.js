@@ -23,6 +23,7 @@ const arena = {
     const robots = Array.from({ length: about.robots }, (_, robot) => robotAt(robot));
     this.floor();
     this.areas();
+    this.obstacles();
     if (view.show.trails) robots.forEach((robot) => this.trail(robot));
     if (view.show.beliefs) robots.forEach((robot) => this.crosses(robot));
     if (view.focus !== null) this.beliefs(robots[view.focus]);
@@ -35,12 +36,41 @@ const arena = {
   floor() {
     const { context } = this, [left, top] = this.place(-about.length / 2, about.width / 2);
     context.beginPath();
-    context.rect(left, top, about.length * this.scale, about.width * this.scale);
+    if (about.corners.length) this.chain(about.corners, true);
+    else context.rect(left, top, about.length * this.scale, about.width * this.scale);
     context.fillStyle = about.colours.floor;
     context.fill();
     context.strokeStyle = about.colours.wall;
     context.lineWidth = 2;
     context.stroke();
+  },
+
+  chain(points, closed) {
+    const { context } = this;
+    points.forEach((point) => context.lineTo(...this.place(...point)));
+    if (closed) context.closePath();
+  },
+
+  /* Discs, walls with round ends, and polygons of them, which are filled. */
+  obstacles() {
+    const { context } = this;
+    context.fillStyle = context.strokeStyle = about.colours.wall;
+    about.obstacles.forEach(({ points, radius, closed }) => {
+      const size = Math.max(radius * this.scale, 1);
+      if (points.length === 1) {
+        this.circle(...points[0], size);
+        context.fill();
+        return;
+      }
+      context.beginPath();
+      this.chain(points, closed);
+      if (closed) context.fill();
+      context.lineWidth = 2 * size;
+      context.lineCap = context.lineJoin = "round";
+      context.stroke();
+    });
+    context.lineCap = "butt";
+    context.lineJoin = "miter";
   },
 
   circle(x, y, radius) {
@@ -56,18 +86,20 @@ const arena = {
     context.lineWidth = 1;
     context.stroke();
     context.setLineDash([]);
-    about.areas.forEach(([x, y], which) => {
+    areasNow().forEach(([x, y], which) => {
+      const colour = about.colours.areas[about.kinds[which]];
       this.circle(x, y, about.areaRadius * this.scale);
-      context.fillStyle = about.colours.areas[which] + "38";
+      context.fillStyle = colour + "38";
       context.fill();
-      context.strokeStyle = about.colours.areas[which];
+      context.strokeStyle = colour;
       context.lineWidth = 2;
       context.stroke();
     });
   },
 
   names() {
-    about.areas.forEach(([x, y], which) => this.label(AREAS[which], x, y - about.areaRadius, 15));
+    areasNow().forEach(
+      ([x, y], which) => this.label(about.names[which], x, y - about.areaRadius, 15));
     this.label("start", 0, -about.startRadius, 13);
   },
 
@@ -145,7 +177,7 @@ const arena = {
       context.setLineDash([]);
       context.beginPath();
       context.moveTo(...this.place(belief.x, belief.y));
-      context.lineTo(...this.place(...about.areas[which]));
+      context.lineTo(...this.place(...nearestArea(which, belief)));
       context.lineWidth = 1.2;
       context.stroke();
       this.cross(belief, colour, 6);

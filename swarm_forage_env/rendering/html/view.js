@@ -16,6 +16,22 @@ const view = {
 
 const AREAS = ["nest", "prey"];
 
+/* Centres of all areas at the present time. */
+function areasNow() {
+  const found = [...about.areas];
+  about.moves.forEach(([which, when, x, y]) => {
+    if (view.time >= when - 1e-4) found[which] = [x, y];
+  });
+  return found;
+}
+
+/* The centre of the area of a kind that is nearest to a place. */
+function nearestArea(kind, { x, y }) {
+  const away = ([left, top]) => Math.hypot(left - x, top - y);
+  return areasNow().filter((_, which) => about.kinds[which] === kind)
+    .reduce((best, each) => away(each) < away(best) ? each : best);
+}
+
 /* The last frame that is not later than a time. */
 function frameAt(time) {
   const times = view.episode.times;
@@ -47,7 +63,7 @@ function robotAt(robot) {
       if (!(episode.known[a] & (1 << bit))) return null;
       const along = episode.known[b] & (1 << bit) ? between : (name) => episode[name][a];
       const place = { x: along(area + "X"), y: along(area + "Y"), p: episode[area + "P"][a] };
-      const [x, y] = about.areas[bit];
+      const [x, y] = nearestArea(bit, place);
       return { ...place, off: Math.hypot(place.x - x, place.y - y) };
     }),
   };

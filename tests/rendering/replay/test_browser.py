@@ -4,6 +4,7 @@ import io
 import re
 import shutil
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from PIL import Image
 
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.replay import Replay
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.task import stage_of
 
 NAMES = "chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
@@ -249,6 +252,53 @@ def test_a_picture_shows_areas_and_robots_where_they_are(opened, scenes, stage, 
             assert alike(colour, palette.DOING[int(doing)])
             seen.add(int(doing))
     assert len(seen) >= 3
+
+
+def test_a_picture_shows_obstacles_and_the_outer_wall_where_they_are(opened, made_up, tmp_path):
+    obstacles = [
+        {"points": [[0.3, 0.25], [0.3, 0.45]], "radius": 0.02},
+        {"points": [[-0.3, 0.4]], "radius": 0.1},
+        {"points": [[-0.2, -0.5], [0.2, -0.5], [0.0, -0.3]], "is_closed": True},
+    ]
+    corners = [(-0.85, -0.6), (0.7, -0.6), (0.85, -0.45), (0.85, 0.6), (-0.85, 0.6)]
+    overrides = {"obstacles": obstacles, "arena.corners": corners, "n_robots": 3}
+    replay = Replay(stage_of(find_scenario("es1", overrides), "nc"), 1, "")
+    away = np.array([[x, 0.0, 0.0] for x in (-0.3, 0.0, 0.3)])
+    replay.add(replace(made_up(0), pose=away))
+    replay.write(tmp_path / "walls.html")
+    page = opened(path=tmp_path / "walls.html")
+    until(page, LOADED)
+    page.evaluate(DRAWN)
+    walls = [(0.3, 0.3), (0.3, 0.4), (-0.3, 0.4), (-0.3, 0.49), (0.0, -0.4)]
+    assert all(alike(each, palette.WALL) for each in pixels(page, walls))
+    floor = [(0.35, 0.3), (-0.3, 0.52), (0.2, -0.4), (0.7, -0.5)]
+    assert all(alike(each, palette.FLOOR) for each in pixels(page, floor))
+    (beyond,) = pixels(page, [(0.83, -0.58)])
+    assert not alike(beyond, palette.FLOOR)
+
+
+def test_a_picture_shows_several_areas_and_the_move_of_one(opened, made_up, tmp_path):
+    areas = [
+        {"kind": "nest", "centre": [-0.7, 0.0]},
+        {"kind": "nest", "centre": [-0.5, 0.4], "worth": 2.0},
+        {"kind": "prey", "centre": [0.7, 0.3], "moves_at": 5.0, "moves_to": [0.7, -0.3]},
+    ]
+    scenario = find_scenario("es1", {"task.areas": areas, "n_robots": 3})
+    replay = Replay(stage_of(scenario, "nc"), 1, "")
+    away = np.array([[x, 0.0, 0.0] for x in (-0.3, 0.0, 0.3)])
+    for tick in range(0, 101, 10):
+        replay.add(replace(made_up(tick), pose=away))
+    replay.write(tmp_path / "areas.html")
+    page = opened(path=tmp_path / "areas.html")
+    until(page, LOADED)
+    nest, prey = (palette.mixed(colour, palette.FLOOR, 0x38 / 255) for colour in palette.AREA)
+    for seconds, up, down in ((2.0, prey, palette.FLOOR), (8.0, palette.FLOOR, prey)):
+        scrub(page, seconds)
+        places = [(0.7, 0.36), (0.7, -0.24), (-0.7, 0.06), (-0.5, 0.46)]
+        for found, colour in zip(pixels(page, places), (up, down, nest, nest), strict=True):
+            assert alike(found, colour)
+    off = page.evaluate("nearestArea(0, { x: -0.4, y: 0.2 })")
+    assert off == [-0.5, 0.4]
 
 
 def test_keys_do_what_the_page_says(page):

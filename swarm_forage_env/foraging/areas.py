@@ -1,0 +1,82 @@
+"""Areas of a scenario: nests and prey areas, what they are worth, and whether they move."""
+
+from collections.abc import Sequence
+from typing import Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from swarm_forage_env.equations.ground import FLOOR
+from swarm_forage_env.foraging.obstacles import Point
+from swarm_forage_env.parameters import NotNegative, Part, Positive
+
+KINDS = ("nest", "prey")
+"""In the order of the axis `areas`."""
+
+MOST_AREAS = 8
+"""Areas for which the record of a world has room."""
+
+NEVER = -1
+"""Tick at which an area moves that stays where it is."""
+
+
+class Area(Part):
+    """A nest or a prey area: a circle of task.area_radius on the floor."""
+
+    kind: Literal["nest", "prey"] = Field("prey", description="What it is. (chosen)")
+    centre: Point = Field((0.0, 0.0), description="World frame [m]. (chosen)")
+    worth: Positive = Field(
+        1.0,
+        description="A round trip pays worth of prey area times worth of nest. (chosen)",
+    )
+    moves_at: NotNegative | None = Field(
+        None, description="When it moves, once in an episode; none: it stays [s]. (chosen)"
+    )
+    moves_to: Point | None = Field(None, description="Its centre from then on [m]. (chosen)")
+
+    @model_validator(mode="after")
+    def _moves_whole(self) -> Self:
+        if (self.moves_at is None) != (self.moves_to is None):
+            raise ValueError(
+                f"task.areas: {self.kind} at {self.centre}: give both moves_at and moves_to, or"
+                " neither"
+            )
+        return self
+
+    @property
+    def centres(self) -> list[Point]:
+        """Where it is in an episode, one after the other."""
+        return [self.centre] if self.moves_to is None else [self.centre, self.moves_to]
+
+
+def check_areas(areas: Sequence[Area]) -> None:
+    """ValueError if there are too many areas, or none of a kind."""
+    if len(areas) > MOST_AREAS:
+        raise ValueError(f"task.areas: {len(areas)} areas; at most {MOST_AREAS} are possible")
+    for kind in KINDS:
+        if areas and kind not in {area.kind for area in areas}:
+            raise ValueError(f"task.areas: no area of the kind '{kind}'; give one at least")
+
+
+def in_order(areas: Sequence[Area]) -> tuple[Area, ...]:
+    """The areas with the first nest and the first prey area in front, as the records have them."""
+    first = [next(area for area in areas if area.kind == kind) for kind in KINDS]
+    return (*first, *(area for area in areas if all(area is not each for each in first)))
+
+
+def write_areas(areas: Sequence[Area], tick: float, out_world: Any) -> None:  # noqa: ANN401 a record
+    """Write areas in their order, as they are at the start, to the record of a world.
+
+    `tick` is the control period [s].
+    """
+    out_world["n_areas"], out_world["kinds"] = len(areas), FLOOR
+    for k, area in enumerate(areas):
+        out_world["areas"][k] = area.centre
+        out_world["kinds"][k], out_world["worths"][k] = KINDS.index(area.kind), area.worth
+        is_still = area.moves_at is None
+        out_world["moves_at"][k] = NEVER if is_still else move_tick(area.moves_at or 0.0, tick)
+        out_world["moves_to"][k] = area.centres[-1]
+
+
+def move_tick(moves_at: float, tick: float) -> int:
+    """The tick from which on an area is at its second place; `moves_at` and `tick` in seconds."""
+    return max(1, round(moves_at / tick))

@@ -1,0 +1,118 @@
+"""Arenas with polygons of walls and with obstacles, after the mission generator MG1 of IRIDIA.
+
+MG1 draws missions for swarms of 15 to 20 e-pucks: the shape of the arena, none to three obstacles,
+and where the areas lie. Side lengths, the ring on which obstacles stand, their lengths, and the
+distance of the areas from the centre are those of its square and its hexagon.
+
+Not in the source: the dodecagon, which is that of IRIDIA's laboratory (4.91 m2, Francesca et al.
+2014; its obstacles stand as in the hexagon); the thickness of the obstacles; which of the four
+obstacles stand (here: in order, the first two across the way between the areas); robots that start
+in a circle; and the length of an episode, in MG1 at most three minutes.
+
+Source: Ligot et al. 2022, and its code, github.com/demiurge-project/MissionGeneratorMG1.
+"""
+
+import math
+from dataclasses import dataclass
+
+from swarm_forage_env.foraging.obstacles import Obstacle, Point
+from swarm_forage_env.foraging.scenario import Arena, Scenario, Task
+from swarm_forage_env.registry import ORIGINS, SCENARIOS
+
+THICKNESS = 0.01
+"""Of an obstacle [m]."""
+
+OF_THE_WAY = 2.0 / 3.0
+"""Areas lie this share of the way from the centre to a corner of the arena."""
+
+MARGIN = 0.01
+"""Of the rectangle around a polygon [m]."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A regular polygon, and where obstacles stand in it."""
+
+    n_sides: int
+    side: float
+    """Length of a side [m]."""
+
+    ring: float
+    """Distance of an obstacle from the centre, as a share of the circumradius."""
+
+    obstacle: float
+    """Length of an obstacle [m]."""
+
+    @property
+    def circumradius(self) -> float:
+        """Distance of a corner from the centre [m]."""
+        return self.side / (2.0 * math.sin(math.pi / self.n_sides))
+
+
+SHAPES = {
+    "square": Shape(4, 1.94, 1.0 / 3.0, 0.45),
+    "hexagon": Shape(6, 1.29, math.cos(math.pi / 6) / 3.0, 0.35),
+    "dodecagon": Shape(12, 0.66, math.cos(math.pi / 6) / 3.0, 0.35),
+}
+
+DIRECTIONS = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+"""Where obstacles stand, seen from the centre, in the order in which they are placed."""
+
+
+def regular_polygon(n_sides: int, circumradius: float) -> tuple[Point, ...]:
+    """The corners of a regular polygon about the origin, counter-clockwise from the x axis [m]."""
+    angles = [2.0 * math.pi * k / n_sides for k in range(n_sides)]
+    return tuple(_rounded(circumradius * math.cos(a), circumradius * math.sin(a)) for a in angles)
+
+
+def across(direction: Point, distance: float, length: float) -> Obstacle:
+    """A straight wall so far from the origin in a direction, at right angles to that direction."""
+    (x, y), half = direction, 0.5 * length
+    middle = distance * x, distance * y
+    ends = (
+        _rounded(middle[0] - half * y, middle[1] + half * x),
+        _rounded(middle[0] + half * y, middle[1] - half * x),
+    )
+    return Obstacle(points=ends, radius=0.5 * THICKNESS)
+
+
+def _rounded(x: float, y: float) -> Point:
+    """A point to a tenth of a millimetre."""
+    return round(x, 4) + 0.0, round(y, 4) + 0.0  # adding zero takes the sign off a zero
+
+
+def mg1(shape: str, n_obstacles: int = 2) -> Scenario:
+    """The scenario `mg1-<shape>`: a square, hexagon or dodecagon with none to four obstacles."""
+    form = SHAPES[shape]
+    size = form.circumradius
+    distance = form.ring * size
+    return Scenario(
+        name=f"mg1-{shape}",
+        arena=Arena(
+            length=round(2.0 * (size + MARGIN), 4),
+            width=round(2.0 * (size + MARGIN), 4),
+            corners=regular_polygon(form.n_sides, size),
+        ),
+        obstacles=tuple(across(each, distance, form.obstacle) for each in DIRECTIONS[:n_obstacles]),
+        task=Task(
+            n_robots=20,
+            area_radius=0.15,
+            area_distance=round(2.0 * OF_THE_WAY * size, 4),
+            start_radius=0.25,
+        ),
+    )
+
+
+for shape in SHAPES:
+    SCENARIOS.register(f"mg1-{shape}")(mg1(shape))
+    source = "IRIDIA's laboratory (published)" if shape == "dodecagon" else "MG1 (published)"
+    ORIGINS[f"mg1-{shape}"] = {
+        "arena.length": "Holds the polygon (derived)",
+        "arena.width": "Holds the polygon (derived)",
+        "arena.corners": source,
+        "obstacles": "MG1, but for their thickness (published)",
+        "task.n_robots": "MG1, at most (published)",
+        "task.area_radius": "MG1, the smallest (published)",
+        "task.area_distance": "MG1, two thirds of the way to a corner (published)",
+        "task.start_radius": "Inside the ring of obstacles (chosen)",
+    }

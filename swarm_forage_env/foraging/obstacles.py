@@ -1,0 +1,130 @@
+"""Obstacles of a scenario: discs, walls and polygons of walls; and what they must leave free."""
+
+import math
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from typing import Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.equations import obstacles
+from swarm_forage_env.parameters import NotNegative, Part
+
+Point = tuple[float, float]
+
+ROUNDING = 1e-9
+"""Circles and walls that overlap by less than this only touch [m]."""
+
+from_axis = entry_point(obstacles.from_axis)
+
+
+class Obstacle(Part):
+    """What no robot can pass: a disc, a wall, a chain of walls, or a polygon of walls.
+
+    One point and a radius are a disc. Two points are a straight wall, more are a chain of them, and
+    a closed chain is a polygon.
+    """
+
+    points: tuple[Point, ...] = Field(
+        ((0.0, 0.0),),
+        min_length=1,
+        description="Corners in order, or the centre of a disc, world frame [m]. (chosen)",
+    )
+    radius: NotNegative = Field(
+        0.0, description="Radius of a disc; half the thickness of walls [m]. (chosen)"
+    )
+    is_closed: bool = Field(
+        False, description="A wall joins the last point to the first one. (chosen)"
+    )
+
+    @model_validator(mode="after")
+    def _has_a_body(self) -> Self:
+        if len(self.points) == 1 and self.radius == 0.0:
+            raise ValueError(
+                f"obstacles: points={list(self.points)}, radius=0: a single point is a disc and"
+                " needs a radius above 0 [m]"
+            )
+        if self.is_closed and len(self.points) < 3:
+            raise ValueError(
+                f"obstacles: points={list(self.points)}, is_closed=true: a polygon has at least 3"
+                " points"
+            )
+        return self
+
+    @property
+    def capsules(self) -> list[tuple[float, float, float, float, float]]:
+        """The capsules that the obstacle consists of: two ends [m] and a radius [m] each."""
+        return [(*a, *b, self.radius) for a, b in sides(self.points, self.is_closed)]
+
+
+def sides(points: Sequence[Point], is_closed: bool) -> list[tuple[Point, Point]]:
+    """The pairs of points that a wall joins; a single point is paired with itself."""
+    if len(points) == 1:
+        return [(points[0], points[0])]
+    pairs = list(pairwise(points))
+    return [*pairs, (points[-1], points[0])] if is_closed else pairs
+
+
+def capsules_of(
+    every: Iterable[Obstacle], corners: Sequence[Point]
+) -> Float64[Array, "obstacles 5"]:
+    """The capsules of all obstacles, then those of the outer wall with these corners."""
+    found = [capsule for obstacle in every for capsule in obstacle.capsules]
+    found += [(*a, *b, 0.0) for a, b in (sides(corners, True) if corners else [])]
+    return np.array(found, np.float64).reshape(-1, 5)
+
+
+def is_inside(place: Point, corners: Sequence[Point]) -> bool:
+    """A place lies inside a polygon: a ray from it crosses the sides an odd number of times.
+
+    Source: textbook (even-odd rule).
+    """
+    x, y = place
+    crossings = 0
+    for (ax, ay), (bx, by) in sides(corners, True):
+        if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
+            crossings += 1
+    return crossings % 2 == 1
+
+
+def check_corners(corners: Sequence[Point], length: float, width: float) -> None:
+    """ValueError if these are no corners of an outer wall inside an arena of these sides [m]."""
+    if 0 < len(corners) < 3:
+        raise ValueError(f"arena.corners={list(corners)}: a polygon has at least 3 corners")
+    for x, y in corners:
+        if abs(x) > 0.5 * length or abs(y) > 0.5 * width:
+            raise ValueError(
+                f"arena.corners: ({x:g}, {y:g}) lies outside the arena of {length:g} x {width:g} m"
+                " about the origin; enlarge arena.length or arena.width"
+            )
+
+
+def check_clear(
+    what: str, centre: Point, radius: float, every: Sequence[Obstacle], corners: Sequence[Point]
+) -> None:
+    """ValueError if a circle [m] touches an obstacle or the outer wall, or lies beyond them.
+
+    `what` names the circle in the message.
+    """
+    where = f"{what} about ({centre[0]:g}, {centre[1]:g}) with radius {radius:g} m"
+    if corners and not is_inside(centre, corners):
+        raise ValueError(f"{where} lies outside of arena.corners; move it inside")
+    for number, obstacle in enumerate(every):
+        closed = obstacle.is_closed and is_inside(centre, obstacle.points)
+        if closed or _distance(centre, capsules_of([obstacle], ())) < radius - ROUNDING:
+            raise ValueError(
+                f"{where} overlaps obstacles[{number}] at {list(obstacle.points)}; move one of them"
+            )
+    if _distance(centre, capsules_of((), corners)) < radius - ROUNDING:
+        raise ValueError(f"{where} overlaps the wall along arena.corners; move it inside")
+
+
+def _distance(place: Point, capsules: Float64[Array, "obstacles 5"]) -> float:
+    """From a place to the nearest capsule [m]; infinite if there is none."""
+    return min(
+        (math.hypot(*from_axis(*place, capsule)) - capsule[4] for capsule in capsules),
+        default=math.inf,
+    )

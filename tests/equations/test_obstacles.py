@@ -1,0 +1,128 @@
+"""Capsules: where a disc touches one, and where a ray meets one."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.equations import obstacles, proximity
+
+from_axis = entry_point(obstacles.from_axis)
+is_between = entry_point(obstacles.is_between)
+keep_out = entry_point(obstacles.keep_out)
+ray_to_capsule = entry_point(obstacles.ray_to_capsule)
+ray_to_disc = entry_point(proximity.ray_to_disc)
+
+WALL = np.array([0.0, -1.0, 0.0, 1.0, 0.1])
+"""An upright wall, 20 cm thick."""
+THIN = np.array([0.0, -1.0, 0.0, 1.0, 0.0])
+DISC = np.array([0.0, 0.0, 0.0, 0.0, 0.5])
+
+PLACE = st.floats(-2.0, 2.0)
+CAPSULES = st.tuples(PLACE, PLACE, PLACE, PLACE, st.floats(0.0, 0.5)).map(np.array)
+
+
+def gap(x, y, capsule):
+    """From a place to a capsule [m], by comparing with many points of its axis."""
+    share = np.linspace(0.0, 1.0, 20001)
+    px = capsule[0] + share * (capsule[2] - capsule[0])
+    py = capsule[1] + share * (capsule[3] - capsule[1])
+    return np.hypot(px - x, py - y).min() - capsule[4]
+
+
+@pytest.mark.parametrize(
+    ("capsule", "place", "away"),
+    [
+        (WALL, (0.3, 0.5), (0.3, 0.0)),
+        (WALL, (-0.2, 0.0), (-0.2, 0.0)),
+        (WALL, (0.3, 1.4), (0.3, 0.4)),  # past the end: from the end
+        (DISC, (0.3, -0.4), (0.3, -0.4)),
+    ],
+)
+def test_the_displacement_from_an_axis_is_the_shortest(capsule, place, away):
+    assert from_axis(*place, capsule) == pytest.approx(away)
+
+
+@given(CAPSULES, PLACE, PLACE)
+def test_no_point_of_an_axis_is_nearer(capsule, x, y):
+    assert math.hypot(*from_axis(x, y, capsule)) - capsule[4] == pytest.approx(
+        gap(x, y, capsule), abs=1e-3
+    )
+
+
+@given(CAPSULES, PLACE, PLACE, st.floats(0.01, 0.5))
+def test_a_disc_that_was_moved_out_touches_and_one_beside_stays(capsule, x, y, radius):
+    pose = np.array([x, y, 1.0])
+    before = math.hypot(*from_axis(x, y, capsule)) - capsule[4] - radius
+    short = keep_out(pose, capsule, radius)
+    if before >= 0.0:
+        assert (short, *pose) == (0.0, x, y, 1.0)
+    else:
+        assert short == pytest.approx(-before)
+        after = math.hypot(*from_axis(pose[0], pose[1], capsule)) - capsule[4] - radius
+        assert after == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("capsule", [WALL, DISC])
+def test_a_disc_in_the_very_middle_leaves(capsule):
+    pose = np.zeros(3)
+    assert keep_out(pose, capsule, 0.2) == pytest.approx(0.2 + capsule[4])
+    assert np.isfinite(pose).all()
+    assert math.hypot(pose[0], pose[1]) == pytest.approx(0.2 + capsule[4])
+
+
+@pytest.mark.parametrize(
+    ("capsule", "start", "direction", "far"),
+    [
+        (WALL, (1.0, 0.0), (-1.0, 0.0), 0.9),
+        (WALL, (1.0, 0.0), (1.0, 0.0), math.inf),
+        (WALL, (1.0, 0.0), (0.0, 1.0), math.inf),
+        (WALL, (0.0, 2.0), (0.0, -1.0), 0.9),  # onto the round end
+        (THIN, (1.0, 0.0), (-math.sqrt(0.5), math.sqrt(0.5)), math.sqrt(2.0)),
+        (THIN, (1.0, 0.0), (-0.6, 0.8), math.inf),  # past its end
+        (THIN, (0.0, 2.0), (0.0, -1.0), math.inf),  # along it
+        (DISC, (1.0, 0.0), (-1.0, 0.0), 0.5),
+    ],
+)
+def test_a_ray_meets_a_capsule_where_it_should(capsule, start, direction, far):
+    assert ray_to_capsule(*start, *direction, capsule) == pytest.approx(far)
+
+
+@given(CAPSULES, PLACE, PLACE, st.floats(0.0, 2.0 * math.pi))
+def test_where_a_ray_meets_a_capsule_is_its_rim_and_nothing_lies_before(capsule, x, y, angle):
+    if gap(x, y, capsule) < 1e-3:
+        return
+    u, v = math.cos(angle), math.sin(angle)
+    far = ray_to_capsule(x, y, u, v, capsule)
+    for way in np.linspace(0.0, min(far, 6.0) - 1e-6, 50):
+        dx, dy = from_axis(x + way * u, y + way * v, capsule)
+        assert math.hypot(dx, dy) >= capsule[4] - 1e-6
+    if math.isfinite(far):
+        dx, dy = from_axis(x + far * u, y + far * v, capsule)
+        assert math.hypot(dx, dy) == pytest.approx(capsule[4], abs=1e-6)
+
+
+@pytest.mark.parametrize("ray", range(8))
+@pytest.mark.parametrize("place", [(0.1, 0.0), (0.08, 0.05), (-0.07, -0.03), (0.0, 0.09)])
+def test_a_disc_of_the_size_of_a_robot_is_seen_as_a_robot(ray, place):
+    radius, angle = 0.035, proximity.PROXIMITY_ANGLES[ray]
+    disc = np.array([*place, *place, radius])
+    far = ray_to_capsule(0.0, 0.0, math.cos(angle), math.sin(angle), disc) - radius
+    assert far == pytest.approx(ray_to_disc(*place, ray, radius))
+
+
+@pytest.mark.parametrize(
+    ("here", "there", "expected"),
+    [
+        ((-1.0, 0.0), (1.0, 0.0), True),
+        ((-1.0, 0.0), (-0.2, 0.0), False),
+        ((-1.0, 0.0), (1.0, 3.0), False),
+        ((-1.0, 0.0), (-1.0, 0.0), False),
+    ],
+)
+def test_a_wall_lies_between_those_on_its_two_sides(here, there, expected):
+    assert is_between(*here, *there, WALL) == expected
+    assert is_between(*there, *here, WALL) == expected

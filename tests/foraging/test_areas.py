@@ -1,0 +1,166 @@
+"""Worlds with several areas of a kind, of differing worth, or that move."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.metrics import nearest_areas
+from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenarios import find_scenario
+
+NEST_AREA = {"kind": "nest", "centre": [-0.7, 0.0]}
+SECOND_NEST = {"kind": "nest", "centre": [-0.5, 0.4], "worth": 2.0}
+POOR = {"kind": "prey", "centre": [0.7, 0.0], "worth": 0.5}
+RICH = {"kind": "prey", "centre": [0.5, 0.4], "worth": 3.0}
+MOVING = {"kind": "prey", "centre": [0.7, 0.3], "moves_at": 1.0, "moves_to": [0.7, -0.3]}
+
+
+def es1_with(*areas, **more):
+    return find_scenario("es1", {"task.areas": list(areas), **more})
+
+
+def test_the_pair_written_out_is_the_default_bit_for_bit(bits):
+    pair = [{"kind": "prey", "centre": [0.75, 0.0]}, {"kind": "nest", "centre": [-0.75, 0.0]}]
+    loops = [
+        Loop(scenario, CONTROLLERS["ssgiff"], [0, 1], "kinematic")
+        for scenario in (find_scenario("es1"), es1_with(*pair))
+    ]
+    for _ in range(600):
+        for loop in loops:
+            loop.step()
+    assert bits(loops[0]) == bits(loops[1])
+
+
+def visit(world, go, place):
+    """The only robot stands on a place for a tick; its reward."""
+    world.state.pose[:] = [place[0] - 0.03, place[1], 0.0]
+    go(world)
+    return float(world.state.reward[0])
+
+
+@pytest.fixture
+def alone():
+    def start(*areas):
+        return ForagingWorld([es1_with(*areas, n_robots=1)], [0], "kinematic")
+
+    return start
+
+
+def test_a_trip_pays_what_prey_area_and_nest_are_worth_and_counts_as_one(alone, go):
+    world = alone(NEST_AREA, SECOND_NEST, POOR, RICH)
+    nest, second, poor, rich = (a["centre"] for a in (NEST_AREA, SECOND_NEST, POOR, RICH))
+    assert visit(world, go, nest) == 0.0
+    assert visit(world, go, rich) == 0.0
+    assert visit(world, go, poor) == 0.0  # it carries an item already
+    assert visit(world, go, nest) == 3.0
+    assert visit(world, go, second) == 0.0
+    assert visit(world, go, poor) == 0.0
+    assert visit(world, go, second) == 1.0  # 0.5 from the poor one, times 2
+    assert world.state.round_trips.tolist() == [2]
+    assert world.state.first_visit[0].tolist() == [1, 2]
+
+
+def test_all_areas_of_a_kind_look_alike(alone, go):
+    world = alone(NEST_AREA, SECOND_NEST, POOR, RICH)
+    for area, light in ((NEST_AREA, 0.0), (SECOND_NEST, 0.0), (POOR, 0.5), (RICH, 0.5)):
+        visit(world, go, area["centre"])
+        assert world.state.readings.ground[0] == pytest.approx(light, rel=0.31)
+
+
+def test_an_area_moves_once_and_is_back_at_the_next_start(alone, go):
+    world = alone(NEST_AREA, MOVING)
+    for tick in range(1, 15):
+        go(world)
+        expected = [0.7, 0.3] if tick < 10 else [0.7, -0.3]
+        assert world.areas[PREY].tolist() == expected, tick
+    visit(world, go, [0.7, 0.3])
+    assert world.state.readings.ground[0, 1] > 0.6  # the floor
+    visit(world, go, [0.7, -0.3])
+    assert world.state.readings.ground[0, 1] < 0.66
+    world.reset([0])
+    assert world.areas[PREY].tolist() == [0.7, 0.3]
+
+
+def test_a_snapshot_before_a_move_moves_again(bits):
+    loop = Loop(es1_with(NEST_AREA, MOVING), CONTROLLERS["ssgikf"], [0], "kinematic")
+    for _ in range(5):
+        loop.step()
+    kept = loop.snapshot()
+    for _ in range(10):
+        loop.step()
+    expected = bits(loop)
+    loop.restore(kept)
+    assert loop.world.areas[PREY].tolist() == [0.7, 0.3]
+    for _ in range(10):
+        loop.step()
+    assert bits(loop) == expected
+
+
+def test_worlds_of_a_block_have_their_own_areas(same):
+    scenarios = [es1_with(NEST_AREA, MOVING), find_scenario("es1"), es1_with(NEST_AREA, POOR, RICH)]
+    together = Loop(scenarios, CONTROLLERS["ssgikf"], [3, 4, 5], "kinematic")
+    for which, scenario in enumerate(scenarios):
+        alone = Loop(scenario, CONTROLLERS["ssgikf"], [3 + which], "kinematic")
+        for _ in range(200):
+            alone.step()
+        if which == 0:
+            for _ in range(200):
+                together.step()
+        same(together, which, alone)
+
+
+def test_what_is_nearest_is_told_by_kind():
+    world = ForagingWorld([es1_with(NEST_AREA, SECOND_NEST, POOR)] * 2, [0, 1], "kinematic")
+    places = np.zeros((world.rows, 2, 2))
+    places[: world.n_robots, NEST] = -0.6, 0.4
+    places[world.n_robots :, NEST] = -0.6, -0.1
+    found = nearest_areas(world.worlds, places)
+    assert_array_equal(found[: world.n_robots, NEST], [[-0.5, 0.4]] * world.n_robots)
+    assert_array_equal(found[world.n_robots :, NEST], [[-0.7, 0.0]] * world.n_robots)
+    assert_array_equal(found[:, PREY], [[0.7, 0.0]] * world.rows)
+
+
+@pytest.mark.parametrize("name", ["two-prey", "moving-prey", "two-nests"])
+def test_a_learner_is_paid_what_trips_are_worth_and_told_how_many(name):
+    env = ArrayEnv(name, physics="kinematic", learn="weighting")
+    env.reset(seed=0)
+    action = np.zeros((1, 20, 2), np.float32)
+    paid = sum(env.step(action)[1].sum() for _ in range(6000))
+    trips = env.world.robots["round_trips"].sum()
+    assert trips > 0
+    assert paid == trips if name != "two-prey" else paid >= trips
+
+
+@pytest.mark.parametrize(
+    ("areas", "parts"),
+    [
+        ([NEST_AREA], ["task.areas", "kind 'prey'"]),
+        ([POOR, RICH], ["kind 'nest'"]),
+        ([NEST_AREA, POOR, {**RICH, "centre": [0.7, 0.19]}], ["task.areas[2]", "task.areas[1]"]),
+        ([NEST_AREA, {**MOVING, "moves_to": [-0.6, 0.0]}], ["overlaps task.areas[0]", "moves to"]),
+        ([NEST_AREA, {**POOR, "centre": [0.8, 0.0]}], ["task.areas[1]", "outside the arena"]),
+        ([NEST_AREA, {**MOVING, "moves_to": [0.0, 0.55]}], ["(0, 0.55)", "outside the arena"]),
+        ([NEST_AREA, {**POOR, "centre": [0.2, 0.1]}], ["task.areas[1]", "start circle"]),
+        ([NEST_AREA, {"kind": "prey", "centre": [0.7, 0.0], "moves_at": 5.0}], ["moves_to"]),
+        ([NEST_AREA, {**POOR, "worth": 0.0}], ["task.areas.1.worth=0.0", "greater than 0"]),
+        ([NEST_AREA, {**POOR, "kind": "home"}], ["task.areas.1.kind='home'", "'nest' or 'prey'"]),
+        ([NEST_AREA, POOR, RICH] * 3, ["9 areas", "at most 8"]),
+    ],
+)
+def test_areas_that_cannot_be_are_refused_in_one_line(areas, parts):
+    with pytest.raises(ConfigError) as error:
+        es1_with(*areas)
+    message = str(error.value)
+    assert [part for part in parts if part not in message] == []
+    assert "\n" not in message
+
+
+def test_an_area_must_not_move_onto_an_obstacle():
+    obstacle = {"points": [[0.7, -0.45]], "radius": 0.1}
+    with pytest.raises(ConfigError, match=r"prey area about \(0\.7, -0\.3\).*obstacles\[0\]"):
+        es1_with(NEST_AREA, MOVING, obstacles=[obstacle])

@@ -1,0 +1,208 @@
+"""Worlds with obstacles: robots touch them, see them, and may be hidden behind them."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.arenas import SHAPES, mg1
+from swarm_forage_env.foraging.obstacles import is_inside
+from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenarios import find_scenario
+
+RADIUS = 0.035
+UPRIGHT = (0.3, -0.5, 0.3, 0.5, 0.0)
+"""A thin wall along y."""
+
+WALL = {"points": [[0.3, -0.4], [0.3, 0.4]], "radius": 0.01}
+DISC = {"points": [[0.0, 0.4]], "radius": 0.1}
+TRIANGLE = {"points": [[-0.3, -0.5], [0.3, -0.5], [0.0, -0.3]], "is_closed": True}
+ENGINES = ["rigid", "kinematic"]
+
+
+def es1_with(*obstacles, **more):
+    return find_scenario("es1", {"obstacles": list(obstacles), **more})
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.4, -1.3, math.pi])
+@pytest.mark.parametrize("gap", [0.001, 0.02, 0.049])
+def test_a_wall_inside_is_seen_as_the_outer_wall_is(block, heading, gap):
+    outer = block([(0.85 - RADIUS - gap, 0.0, heading)], proximity_noise=0.0)
+    inner = block([(0.3 - RADIUS - gap, 0.0, heading)], proximity_noise=0.0, obstacles=[UPRIGHT])
+    seen = inner.sense().proximity
+    assert seen == pytest.approx(outer.sense().proximity, abs=1e-5)
+    assert np.any(seen > 0.0) or gap > 0.04
+
+
+def test_an_obstacle_out_of_reach_is_not_seen(block):
+    far = block([(0.3 - RADIUS - 0.0501, 0.0, 0.3)], obstacles=[UPRIGHT])
+    assert_array_equal(far.sense().proximity, 0.0)
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+@pytest.mark.parametrize(
+    ("obstacle", "goal"), [(WALL, (0.3, 0.1)), (DISC, (0.0, 0.4)), (TRIANGLE, (0.0, -0.4))]
+)
+def test_robots_that_drive_at_an_obstacle_come_to_stand_at_it(physics, obstacle, goal, go):
+    world = ForagingWorld([es1_with(obstacle, n_robots=1)], [0], physics)
+    world.robots["pose"][0, 0, :2] = 0.0, 0.1
+    for _ in range(200):
+        x, y, _ = world.state.pose[0]
+        world.state.pose[0, 2] = np.arctan2(goal[1] - y, goal[0] - x)
+        go(world, 0.06)
+    from_goal = math.hypot(*(world.state.pose[0, :2] - goal))
+    assert RADIUS - 1e-3 <= from_goal <= 0.2
+    assert gap_of(world) == pytest.approx(0.0, abs=1e-3)
+
+
+def gap_of(world, which=0):
+    """The smallest distance of a robot of a world from an obstacle [m]."""
+    found = math.inf
+    for x, y, _ in world.robots["pose"][which]:
+        for ax, ay, bx, by, radius in world.obstacles[which, : world.worlds["n_obstacles"][which]]:
+            share = np.linspace(0.0, 1.0, 2001)
+            away = np.hypot(ax + share * (bx - ax) - x, ay + share * (by - ay) - y).min()
+            found = min(found, away - radius - world.worlds["radius"][which])
+    return found
+
+
+@pytest.mark.parametrize(("is_shadowed", "heard"), [(False, 3), (True, 1)])
+def test_robots_behind_an_obstacle_are_heard_only_where_the_radio_is_not_shadowed(
+    block, is_shadowed, heard
+):
+    places = [(0.25, 0.0, 0.0), (0.35, 0.0, 0.0), (0.35, 0.05, 0.0), (0.25, 0.05, 0.0)]
+    robots = block(
+        places, obstacles=[UPRIGHT], is_shadowed=is_shadowed, loss_near=0.0, loss_far=0.0
+    )
+    found, slots = robots.listen()
+    assert_array_equal(found.n, heard)
+    if is_shadowed:
+        assert_array_equal(found.sender[slots], [3, 2, 1, 0])
+
+
+def test_touching_an_obstacle_is_an_event():
+    env = ArrayEnv(es1_with(WALL, n_robots=1), reward=lambda before, after, e: e["contact"] * 1.0)
+    env.reset(seed=0)
+    for x, touched in ((0.3 - 0.01 - RADIUS - 0.0005, True), (0.2, False)):
+        env.world.robots["pose"][0, 0] = x, 0.0, 0.0
+        reward = env.step(np.array([[[-1.0, 0.0]]], np.float32))[1]
+        assert bool(reward[0, 0] > 0) == touched
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_worlds_of_a_block_have_their_own_obstacles(physics, same):
+    scenarios = [es1_with(WALL), es1_with(), es1_with(DISC, TRIANGLE, is_shadowed=True)]
+    together = Loop(scenarios, CONTROLLERS["ssgikf"], [3, 4, 5], physics)
+    alone = [
+        Loop(each, CONTROLLERS["ssgikf"], [seed], physics)
+        for each, seed in zip(scenarios, [3, 4, 5], strict=True)
+    ]
+    for _ in range(300):
+        together.step()
+        for loop in alone:
+            loop.step()
+    for which, loop in enumerate(alone):
+        same(together, which, loop)
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_a_world_goes_on_from_a_snapshot_and_takes_other_obstacles_at_a_reset(physics, bits):
+    loop = Loop([es1_with(WALL), es1_with()], CONTROLLERS["ssgikf"], [0, 1], physics)
+    for _ in range(100):
+        loop.step()
+    kept = loop.snapshot()
+    for _ in range(100):
+        loop.step()
+    expected = bits(loop)
+    loop.reset([7], [1], [es1_with(DISC, TRIANGLE, WALL)])
+    assert loop.world.worlds["n_obstacles"].tolist() == [1, 5]
+    loop.step()
+    loop.restore(kept)
+    for _ in range(100):
+        loop.step()
+    assert bits(loop) == expected
+
+
+def test_numbers_are_randomised_beside_obstacles():
+    env = ArrayEnv(es1_with(DISC), n_worlds=3, randomise={"task.area_distance": (1.0, 1.4)})
+    env.reset(seed=0)
+    assert env.world.worlds["n_obstacles"].tolist() == [1, 1, 1]
+    env.reset(seed=0, options={"obstacles": [DISC, WALL]})
+    assert env.world.worlds["n_obstacles"].tolist() == [2, 2, 2]
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+def test_the_same_rectangle_as_corners_keeps_robots_in(physics):
+    corners = [(-0.8, -0.55), (0.8, -0.55), (0.8, 0.55), (-0.8, 0.55)]
+    scenario = find_scenario("es1", {"arena.corners": corners, "task.area_distance": 1.35})
+    loop = Loop(scenario, CONTROLLERS["subsumption"], [0], physics)
+    for _ in range(1500):
+        loop.step()
+        assert np.all(np.abs(loop.world.state.pose[:, :2]) <= np.array([0.765, 0.515]) + 1e-3)
+
+
+@pytest.mark.parametrize("physics", ENGINES)
+@pytest.mark.parametrize("n_obstacles", range(4))
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_arenas_of_mg1_are_foraged_in(shape, n_obstacles, physics):
+    scenario = mg1(shape, n_obstacles)
+    loop = Loop(scenario, CONTROLLERS["ssgikf"], [0], physics)
+    for _ in range(3000):
+        loop.step()
+    assert loop.world.state.round_trips.sum() > 0
+    assert gap_of(loop.world) > -1e-3
+    assert all(is_inside((x, y), scenario.arena.corners) for x, y, _ in loop.world.state.pose)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "parts"),
+    [
+        ({"obstacles": [{"points": [[0.1, 0.1]], "radius": 0.05}]}, ["start circle", "[0]"]),
+        ({"obstacles": [DISC, {"points": [[0.75, 0.3], [0.75, -0.3]]}]}, ["prey area", "[1]"]),
+        ({"obstacles": [{"points": [[-0.75, 0.0]], "radius": 0.01}]}, ["nest", "(-0.75, 0)"]),
+        (
+            {"obstacles": [{"points": [[-0.4, -0.4], [0.4, -0.4], [0, 0.5]], "is_closed": True}]},
+            ["start circle", "overlaps"],
+        ),
+        ({"obstacles": [{"points": [[0.4, 0.4]]}]}, ["single point", "radius above 0"]),
+        ({"obstacles": [{"points": [[0.4, 0.4], [0.5, 0.4]], "is_closed": True}]}, ["at least 3"]),
+        ({"obstacles": [{"points": []}]}, ["obstacles.0.points", "at least 1"]),
+        ({"obstacles": [{"points": [[0.4, math.nan]]}]}, ["obstacles.0.points", "finite"]),
+        ({"obstacles": [{"points": [[0.4, 0.4]], "radios": 1.0}]}, ["obstacles.0.radios"]),
+        ({"arena.corners": [(0.0, 0.0), (1.0, 0.0)]}, ["arena.corners", "at least 3"]),
+        ({"arena.corners": [(0.0, 0.0), (1.0, 0.0), (0.0, 0.5)]}, ["(1, 0)", "arena.length"]),
+        ({"arena.corners": [(-0.8, -0.5), (0.8, -0.5), (0.8, 0.3)]}, ["outside of arena.corners"]),
+        (
+            {"arena.corners": [(-0.8, -0.6), (0.8, -0.6), (0.8, 0.6), (-0.8, 0.6)]},
+            ["nest", "along arena.corners"],
+        ),
+        ({"obstacles": [DISC], "robot.max_speed": 0.2}, ["robot.max_speed=0.2", "0.175"]),
+    ],
+)
+def test_what_stands_in_the_way_is_refused_in_one_line(overrides, parts):
+    with pytest.raises(ConfigError) as error:
+        find_scenario("es1", overrides)
+    message = str(error.value)
+    assert [part for part in parts if part not in message] == []
+    assert "\n" not in message
+
+
+def test_a_file_names_obstacles_and_corners(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        "[arena]\ncorners = [[-0.85, -0.6], [0.85, -0.6], [0.85, 0.6], [-0.85, 0.6]]\n"
+        "[[obstacles]]\npoints = [[0.3, -0.4], [0.3, 0.4]]\nradius = 0.01\n"
+        "[[obstacles]]\npoints = [[0.0, 0.4]]\nradius = 0.1\n",
+        encoding="utf-8",
+    )
+    found = find_scenario(file)
+    assert [each.model_dump() for each in found.obstacles] == [
+        {"points": ((0.3, -0.4), (0.3, 0.4)), "radius": 0.01, "is_closed": False},
+        {"points": ((0.0, 0.4),), "radius": 0.1, "is_closed": False},
+    ]
+    assert len(found.arena.corners) == 4
