@@ -11,13 +11,24 @@ FLOOR = -1
 
 
 @kernel
+def is_within(
+    x: float, y: float, areas: Float64[Array, "areas 2"], area: int, radius: float
+) -> bool:
+    """The point (x, y) lies in an area of that radius [m]."""
+    dx, dy = x - areas[area, 0], y - areas[area, 1]
+    return dx * dx + dy * dy <= radius * radius
+
+
+@kernel
 def area_at(
     x: float, y: float, areas: Float64[Array, "areas 2"], n_areas: int, radius: float
 ) -> int:
-    """Which of the first n areas holds the point (x, y) [m]: its number, or FLOOR."""
-    for area in range(n_areas):
-        dx, dy = x - areas[area, 0], y - areas[area, 1]
-        if dx * dx + dy * dy <= radius * radius:
+    """Which of the first n >= 2 areas holds the point (x, y) [m]: its number, or FLOOR."""
+    for area in range(2):  # that many are there nearly always: a compiler unrolls the loop
+        if is_within(x, y, areas, area, radius):
+            return area
+    for area in range(2, n_areas):
+        if is_within(x, y, areas, area, radius):
             return area
     return FLOOR
 

@@ -1,6 +1,6 @@
 """What needs the whole world: who is near whom, and where bodies may not overlap."""
 
-from swarm_forage_env.arrays import Array, Float64, Int32
+from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.contacts import (
     GENTLE_PASSES,
@@ -12,7 +12,6 @@ from swarm_forage_env.equations.contacts import (
     separate_pair,
 )
 from swarm_forage_env.equations.neighbours import EMPTY, cell_of, cells_of
-from swarm_forage_env.equations.obstacles import keep_out
 from swarm_forage_env.foraging.records import WorldState
 
 COUNT, NEXT, FIRST = 0, 1, 2
@@ -78,41 +77,10 @@ def keep_all_inside(swarm: Array, world: WorldState) -> None:
 
 
 @kernel
-def keep_out_of_all(
-    pose: Float64[Array, "3"], obstacles: Float64[Array, "obstacles 5"], radius: float
-) -> float:
-    """Move a robot out of every obstacle in turn, in place; the largest overlap there was [m]."""
-    worst = 0.0
-    for k in range(obstacles.shape[0]):
-        worst = max(worst, keep_out(pose, obstacles[k], radius))
-    return worst
-
-
-@kernel
-def keep_all_out(
-    swarm: Array, world: WorldState, obstacles: Float64[Array, "obstacles 5"]
-) -> float:
-    """Move every robot out of the obstacles, in place; the largest overlap there was [m]."""
-    worst = 0.0
-    if obstacles.shape[0] > 0:
-        for i in range(swarm.shape[0]):
-            worst = max(worst, keep_out_of_all(swarm[i].pose, obstacles, world.radius))
-    return worst
-
-
-@kernel
 def separate_all(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    world: WorldState,
-    obstacles: Float64[Array, "obstacles 5"],
-    share: float,
+    swarm: Array, near: Int32[Array, "robots columns"], world: WorldState, share: float
 ) -> float:
-    """Move the robots of every overlapping pair apart, each by a share; the largest overlap [m].
-
-    A robot that was moved leaves the obstacles at once, so that several moves do not carry its
-    centre across a wall.
-    """
+    """Move the robots of every overlapping pair apart, each by a share; the largest overlap [m]."""
     worst = 0.0
     for i in range(swarm.shape[0]):
         for k in range(FIRST, FIRST + near[i, COUNT]):
@@ -121,35 +89,24 @@ def separate_all(
                 break
             short = separate_pair(swarm[i].pose, swarm[j].pose, 2.0 * world.radius, share)
             worst = max(worst, short)
-            if short > 0.0 and obstacles.shape[0] > 0:
-                keep_out_of_all(swarm[i].pose, obstacles, world.radius)
-                keep_out_of_all(swarm[j].pose, obstacles, world.radius)
     return worst
 
 
 @kernel
-def resolve_contacts(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    world: WorldState,
-    obstacles: Float64[Array, "obstacles 5"],
-) -> bool:
-    """Move overlapping robots apart, out of the obstacles and back inside the walls, in place.
+def resolve_contacts(swarm: Array, near: Int32[Array, "robots columns"], world: WorldState) -> bool:
+    """Move overlapping robots apart and back inside the walls, in place.
 
-    Each pass moves every robot inside the walls and out of the obstacles, then both robots of an
-    overlapping pair by half the overlap, in a clump by more, until no overlap exceeds OVERLAP.
-    False if MOST_PASSES were not enough.
+    Each pass moves both robots of an overlapping pair by half the overlap, in a clump by more,
+    then every robot inside the walls, until no overlap exceeds OVERLAP. False if MOST_PASSES
+    were not enough.
     """
     for n_passes in range(MOST_PASSES):
         keep_all_inside(swarm, world)
-        overlap = keep_all_out(swarm, world, obstacles)
         share = HALF if n_passes < GENTLE_PASSES else OVER_RELAXED
-        worst = separate_all(swarm, near, world, obstacles, share)
-        if max(worst, overlap) <= OVERLAP:
+        worst = separate_all(swarm, near, world, share)
+        if worst <= OVERLAP:
             if worst > 0.0:
                 keep_all_inside(swarm, world)
-                keep_all_out(swarm, world, obstacles)
             return True
     keep_all_inside(swarm, world)
-    keep_all_out(swarm, world, obstacles)
     return False

@@ -6,6 +6,7 @@ from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
 from swarm_forage_env.foraging.floor import move_areas
+from swarm_forage_env.foraging.obstacle_contacts import resolve_contacts_among
 from swarm_forage_env.foraging.obstacle_sensing import cast_rays_at_obstacles, put_shadowed_last
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scoring import count_reports, score
@@ -65,7 +66,10 @@ def tick(  # noqa: PLR0913 a block of worlds, its tables, and which of them
                 drive(swarm[i], world)
         world.has_moved = False
         most = max(most, find_neighbours(swarm, near[w], cells[w], world))
-        resolve_contacts(swarm, near[w], world, standing)
+        if world.n_obstacles == 0:
+            resolve_contacts(swarm, near[w], world)
+        else:
+            resolve_contacts_among(swarm, near[w], world, standing)
         for i in range(swarm.shape[0]):
             face(swarm[i])
             score(swarm[i], world)

@@ -8,6 +8,7 @@ import swarm_forage_env.foraging.named
 import swarm_forage_env.foraging.task  # noqa: F401 all three enter their parts
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.neighbours import EMPTY, cells_of
+from swarm_forage_env.foraging.obstacle_contacts import resolve_contacts_among
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.surroundings import FIRST, find_neighbours, resolve_contacts
 from swarm_forage_env.foraging.tick import hear, sense_first
@@ -34,7 +35,10 @@ def settle(robots, worlds, near, cells, obstacles):
     settled = 0
     for w in range(worlds.shape[0]):
         find_neighbours(robots[w], near[w], cells[w], worlds[w])
-        settled += resolve_contacts(robots[w], near[w], worlds[w], obstacles[w])
+        if obstacles.shape[1] == 0:
+            settled += resolve_contacts(robots[w], near[w], worlds[w])
+        else:
+            settled += resolve_contacts_among(robots[w], near[w], worlds[w], obstacles[w])
     return settled
 
 

@@ -1,0 +1,96 @@
+"""Contacts in a world with obstacles: no robot overlaps another one, an obstacle or a wall.
+
+A world without obstacles runs `resolve_contacts` of `surroundings`, which is quicker.
+"""
+
+from swarm_forage_env.arrays import Array, Float64, Int32
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.contacts import (
+    GENTLE_PASSES,
+    HALF,
+    MOST_PASSES,
+    OVER_RELAXED,
+    OVERLAP,
+    separate_pair,
+)
+from swarm_forage_env.equations.obstacles import keep_out
+from swarm_forage_env.foraging.records import WorldState
+from swarm_forage_env.foraging.surroundings import COUNT, FIRST, keep_all_inside
+
+
+@kernel
+def keep_out_of_all(
+    pose: Float64[Array, "3"], obstacles: Float64[Array, "obstacles 5"], radius: float
+) -> float:
+    """Move a robot out of every obstacle in turn, in place; the largest overlap there was [m]."""
+    worst = 0.0
+    for k in range(obstacles.shape[0]):
+        worst = max(worst, keep_out(pose, obstacles[k], radius))
+    return worst
+
+
+@kernel
+def keep_all_clear(
+    swarm: Array, world: WorldState, obstacles: Float64[Array, "obstacles 5"]
+) -> float:
+    """Move every robot inside the walls, then out of the obstacles, in place.
+
+    Returns the largest overlap with an obstacle that there was [m].
+    """
+    keep_all_inside(swarm, world)
+    worst = 0.0
+    for i in range(swarm.shape[0]):
+        worst = max(worst, keep_out_of_all(swarm[i].pose, obstacles, world.radius))
+    return worst
+
+
+@kernel
+def separate_all_among(
+    swarm: Array,
+    near: Int32[Array, "robots columns"],
+    world: WorldState,
+    obstacles: Float64[Array, "obstacles 5"],
+    share: float,
+) -> float:
+    """Move the robots of every overlapping pair apart, each by a share; the largest overlap [m].
+
+    A robot that was moved leaves the obstacles at once, so that several moves do not carry its
+    centre across a wall.
+    """
+    worst = 0.0
+    for i in range(swarm.shape[0]):
+        for k in range(FIRST, FIRST + near[i, COUNT]):
+            j = near[i, k]
+            if j >= i:
+                break
+            short = separate_pair(swarm[i].pose, swarm[j].pose, 2.0 * world.radius, share)
+            worst = max(worst, short)
+            if short > 0.0:
+                keep_out_of_all(swarm[i].pose, obstacles, world.radius)
+                keep_out_of_all(swarm[j].pose, obstacles, world.radius)
+    return worst
+
+
+@kernel
+def resolve_contacts_among(
+    swarm: Array,
+    near: Int32[Array, "robots columns"],
+    world: WorldState,
+    obstacles: Float64[Array, "obstacles 5"],
+) -> bool:
+    """Move overlapping robots apart, out of the obstacles and back inside the walls, in place.
+
+    Each pass moves every robot inside the walls and out of the obstacles, then both robots of an
+    overlapping pair by half the overlap, in a clump by more, until no overlap exceeds OVERLAP.
+    False if MOST_PASSES were not enough.
+    """
+    for n_passes in range(MOST_PASSES):
+        overlap = keep_all_clear(swarm, world, obstacles)
+        share = HALF if n_passes < GENTLE_PASSES else OVER_RELAXED
+        worst = separate_all_among(swarm, near, world, obstacles, share)
+        if max(worst, overlap) <= OVERLAP:
+            if worst > 0.0:
+                keep_all_clear(swarm, world, obstacles)
+            return True
+    keep_all_clear(swarm, world, obstacles)
+    return False
