@@ -16,7 +16,7 @@ def is_within(
 ) -> bool:
     """The point (x, y) lies in an area of that radius [m]."""
     dx, dy = x - areas[area, 0], y - areas[area, 1]
-    return dx * dx + dy * dy <= radius * radius
+    return bool(dx * dx + dy * dy <= radius * radius)
 
 
 @kernel

@@ -172,8 +172,8 @@ class Task(Part):
     )
     areas: tuple[Area, ...] = Field(
         (),
-        description="Nests and prey areas, instead of the two that area_distance sets; none: those"
-        " two. Not in the papers (chosen)",
+        description="Nests and prey areas, their centres in [m], instead of the two that"
+        " area_distance sets; none: those two. Not in the papers (chosen)",
     )
 
     @model_validator(mode="after")
