@@ -92,6 +92,7 @@ def no_motion(*seen: Any) -> None:  # noqa: ANN401 of any task
 def layers_of(controller: Any, scenario: Any) -> Layers:  # noqa: ANN401 of any task
     """The three layers of a controller in a scenario."""
     estimator = controller.estimator.layer(scenario)
+    estimator.check_falsifiable(controller.name, scenario)
     weighting = _weighting_layer(controller.weighting, scenario, estimator)
     return estimator, weighting, _motion_layer(controller.motion, scenario)
 

@@ -140,13 +140,15 @@ class LayeredController:
         return self._unsupported(scenario) is None
 
     def check_supports(self, scenario: Any) -> None:  # noqa: ANN401 of any task
-        """ConfigError if a layer is not made for the world of this scenario."""
+        """ConfigError if a layer is not made for the world of this scenario, or cannot tell lies
+        where there are liars."""
         layer = self._unsupported(scenario)
         if layer is not None:
             raise ConfigError(
                 f"controller '{self.name}' does not run on '{scenario.name}': its {layer} is not"
                 f" made for the task {task_of(scenario).name}; see swarm-forage list"
             )
+        self.estimator.layer(scenario).check_falsifiable(self.name, scenario)
 
     def _unsupported(self, scenario: Any) -> str | None:  # noqa: ANN401 of any task
         """The first layer that is not made for the world of this scenario."""

@@ -9,6 +9,7 @@ from baselines.controller import LayeredController
 from baselines.estimators import ESTIMATORS
 from baselines.estimators.covariance import CovarianceParameters
 from baselines.estimators.decentralised_ekf import DecentralisedEKF
+from baselines.estimators.sceptical_odometry import ScepticalOdometryParameters
 from baselines.estimators.sikf import SIKFParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.motion import MOTIONS
@@ -20,6 +21,7 @@ from baselines.weighting.filter import Filter
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
 from baselines.weighting.sikf import SIKF
+from baselines.weighting.validation_gate import ValidationGate
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.registry import CONTROLLERS
 
@@ -29,6 +31,7 @@ DOUBLE = SocialOdometryParameters(double=True)
 PENALISED = SocialOdometryParameters(double=True, message_path=4.0, tells_within=20.0)
 FREQUENT = PENALISED.model_copy(update={"pause": 4.0, "listens_above": 5.0})
 SINGLE_FIELDS = SINGLE.model_dump()
+SCEPTICAL = ScepticalOdometryParameters(pause=5.0, refractory=10.0)
 SUBSUMPTION = SubsumptionParameters()
 EKF = DecentralisedEKF()
 
@@ -40,6 +43,7 @@ NAMED = (
     LayeredController("dsgiff", DOUBLE, SGIFF(), SUBSUMPTION),
     LayeredController("dsgiff-penalised", PENALISED, SGIFF(), SUBSUMPTION),
     LayeredController("dsgiff-frequent", FREQUENT, SGIFF(), SUBSUMPTION),
+    LayeredController("ssgikf-sceptical", SCEPTICAL, ValidationGate(), SUBSUMPTION),
     LayeredController("sikf", SIKFParameters(**SINGLE_FIELDS), SIKF(), SUBSUMPTION),
     LayeredController(
         "covariance", CovarianceParameters(**SINGLE_FIELDS), Covariance(), SUBSUMPTION
@@ -50,9 +54,10 @@ NAMED = (
     LayeredController("boids-adaptive", EKF, Filter(), BoidsParameters(gains="adaptive")),
 )
 """The strategies of TR 6.1: no communication, and the single and double filters; the double one
-with a penalty on hearsay, and with more frequent exchanges of robots that are unsure; then the
-filters of covariances that they simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5, and
-subsumption over its filters, where robots forage."""
+with a penalty on hearsay, and with more frequent exchanges of robots that are unsure; the single
+one with a second witness and a gate against liars; then the filters of covariances that they
+simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5, and subsumption over its filters, where robots
+forage."""
 
 for controller in NAMED:
     CONTROLLERS.register(controller.name)(controller)

@@ -37,6 +37,10 @@ class EpisodeKind:
     columns: Mapping[str, tuple[str, float]]
     """Metrics in the order of the table, with their headings and the factor to their units."""
 
+    sometimes: tuple[str, ...] = ()
+    """Fields that only episodes of some scenarios have, None in all others: tables leave them out
+    where no episode has them, and datasets of earlier releases lack them."""
+
     series: tuple[str, ...] = ()
     """Fields of an episode that are lists."""
 

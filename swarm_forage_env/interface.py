@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.record import Record
 from swarm_forage_env.record import field as record_field
@@ -27,6 +28,15 @@ class NoMemory(Record):
     """The memory of a layer that remembers nothing; numba knows no record without a field."""
 
     nothing: int = record_field(np.int8)
+
+
+def refuse_falsifying(name: str, scenario: Any) -> None:  # noqa: ANN401 of any task
+    """ConfigError if faults of a scenario change messages: those of this controller cannot be."""
+    for fault in getattr(scenario, "falsifying", ()):
+        raise ConfigError(
+            f"{fault}: scenario '{scenario.name}' falsifies messages, and those of controller"
+            f" '{name}' cannot be falsified; take one that tells places, as ssgikf"
+        )
 
 
 @dataclass(frozen=True)
@@ -59,7 +69,8 @@ class EstimatorLayer:
     """Its parameters, one record a world."""
 
     kernels: Mapping[str, Kernel]
-    """The functions that the templates `observe` and `decide` of the task name."""
+    """The functions that the templates `observe` and `decide` of the task name. Of robots that
+    forage they include `falsify` and `repeat` if faults can change the messages."""
 
     observe: Kernel
     """The template of the first half of a tick, before the cut."""
@@ -69,6 +80,11 @@ class EstimatorLayer:
 
     own_weighting: WeightingLayer | None = None
     """The weighting that the filter itself has, for the rule `filter`."""
+
+    def check_falsifiable(self, name: str, scenario: Any) -> None:  # noqa: ANN401 of any task
+        """ConfigError if faults of a scenario would change messages that this cannot falsify."""
+        if not {"falsify", "repeat"} <= set(self.kernels):
+            refuse_falsifying(name, scenario)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarm_forage_env.arrays import Array
+from swarm_forage_env.interface import refuse_falsifying
 from swarm_forage_env.record import Record
 
 
@@ -21,7 +22,9 @@ class NoLayers:
     name: str = "policy"
 
     def build(self, world: Any, seeds: Sequence[int], each: Sequence[Any]) -> "RunningPolicy":  # noqa: ANN401 of its task
-        """The running policy of a block of worlds."""
+        """The running policy of a block of worlds; ConfigError where faults falsify messages."""
+        for scenario in world.scenarios:
+            refuse_falsifying(self.name, scenario)
         return RunningPolicy(world, self.said, self.carry_out, range(world.n_robots))
 
     def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
@@ -35,6 +38,8 @@ class NoLayers:
         each: Sequence[Sequence[Any]],
     ) -> "RunningPolicy":
         """The running policy of some robots, worlds by robots; None for one of another's."""
+        for scenario in world.scenarios:
+            refuse_falsifying(self.name, scenario)
         robots = [robot for robot, own in enumerate(each[0]) if own is not None]
         return RunningPolicy(world, self.said, self.carry_out, robots)
 
@@ -76,7 +81,8 @@ class RunningPolicy:
             self._carry_out(robots[first:last, part], self.minds[first:last, part])
 
     def numbers_in(self, world: int, scenario: Any) -> None:  # noqa: ANN401 of its task
-        """There are no numbers."""
+        """There are no numbers; ConfigError where faults falsify messages."""
+        refuse_falsifying("policy", scenario)
 
     def renumber(self, world: int, numbers: None) -> None:
         """There are no numbers."""

@@ -6,6 +6,7 @@ draws alone; and drawing more for one cause does not move another.
 
 from collections.abc import Sequence
 from enum import IntEnum
+from hashlib import blake2b
 
 import numpy as np
 
@@ -33,6 +34,7 @@ class NoiseSource(IntEnum):
     LIDAR = 9
     DEVICE = 10
     SCENARIO = 11
+    FAULT = 12
     WANDER = 64
 
 
@@ -42,6 +44,11 @@ seed_streams = entry_point(random_draws.seed_streams)
 def streams(seeds: Sequence[int], n_robots: int, source: NoiseSource) -> UInt64[Array, " rows"]:
     """Fresh streams of one source: a word for each row, `n_robots` rows for each seed."""
     return seed_streams(np.asarray(seeds, dtype=np.uint64), n_robots, int(source))
+
+
+def hash_of(name: str) -> np.uint64:
+    """64 bits of a name, the same in every process: for several streams of one source."""
+    return np.uint64(int.from_bytes(blake2b(name.encode(), digest_size=8).digest(), "little"))
 
 
 def checked_seed(seed: object) -> int:

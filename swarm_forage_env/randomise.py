@@ -2,19 +2,16 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from hashlib import blake2b
 from itertools import product
 from numbers import Integral, Real
 from typing import Any
-
-import numpy as np
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations import random_draws
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import leaves, override, resolve
-from swarm_forage_env.random_streams import NoiseSource, checked_seed, streams
+from swarm_forage_env.random_streams import NoiseSource, checked_seed, hash_of, streams
 from swarm_forage_env.task import task_of
 
 Number = int | float
@@ -61,7 +58,7 @@ class Randomisation:
         Each is uniform from low to high; of whole numbers both ends are among them.
         """
         word = streams([checked_seed(seed)], 1, NoiseSource.SCENARIO)
-        numbers = {name: _drawn(word ^ _hash(name), *pair) for name, pair in self.ranges.items()}
+        numbers = {name: _drawn(word ^ hash_of(name), *pair) for name, pair in self.ranges.items()}
         return self._at(numbers), numbers
 
     def _at(self, numbers: Mapping[str, Number]) -> Any:  # noqa: ANN401 of any task
@@ -106,11 +103,6 @@ def _corners(ranges: Mapping[str, tuple[Number, Number]]) -> Iterator[dict[str, 
     together = every if len(ranges) <= MOST_TOGETHER else ends_alike
     for ends in together:
         yield dict(zip(ranges, ends, strict=True))
-
-
-def _hash(name: str) -> np.uint64:
-    """64 bits of a name, the same in every process."""
-    return np.uint64(int.from_bytes(blake2b(name.encode(), digest_size=8).digest(), "little"))
 
 
 def _drawn(word: Array, low: Number, high: Number) -> Number:

@@ -68,6 +68,9 @@ class Stage:
     duration: float
     """Length of the episode [s]."""
 
+    has_faults: bool = False
+    """Robots may be faulty: pictures say how those are marked."""
+
     corners: Float64[Array, "corners 2"] = field(default_factory=lambda: np.zeros((0, 2)))
     """Corners of an outer wall inside the arena, in order [m]; none: the rectangle alone."""
 
@@ -135,6 +138,9 @@ class Scene:
 
     on_path: float
     """Share of the robots that is on the path now, as `metrics.knows_both_areas_now` defines it."""
+
+    faulty: Bool[Array, " robots"] | None = None
+    """A fault of the robot is in effect; None where no robot can be faulty."""
 
     @property
     def total(self) -> int:

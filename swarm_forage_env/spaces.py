@@ -172,14 +172,17 @@ class ObservationLayout(Layout):
 
 
 def widest(layouts: Sequence[Layout]) -> Layout:
-    """A layout whose bounds hold for all of these, which differ in nothing else."""
-    first = layouts[0]
-    lows = np.min([[feature.low for feature in each] for each in layouts], axis=0).tolist()
-    highs = np.max([[feature.high for feature in each] for each in layouts], axis=0).tolist()
-    wide = [
-        replace(feature, low=low, high=high)
-        for feature, low, high in zip(first, lows, highs, strict=True)
-    ]
+    """A layout whose bounds hold for all of these, which differ in nothing else.
+
+    Only that some may leave out features of the longest.
+    """
+    first = max(layouts, key=len)
+    lows: dict[str, float] = {}
+    highs: dict[str, float] = {}
+    for feature in (each for layout in layouts for each in layout):
+        lows[feature.name] = min(feature.low, lows.get(feature.name, feature.low))
+        highs[feature.name] = max(feature.high, highs.get(feature.name, feature.high))
+    wide = [replace(each, low=lows[each.name], high=highs[each.name]) for each in first]
     if not isinstance(first, ObservationLayout):
         return Layout(wide)
     parts: dict[str, list[FeatureGroup]] = {part: [] for part in first.parts}

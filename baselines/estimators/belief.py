@@ -29,6 +29,16 @@ class Message(Record):
     """The sender's inverse confidence."""
 
 
+class KeptMessage(Message):
+    """A message that a robot tells again. Writer: `repeat`."""
+
+    pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
+    """The believed pose in which it was told first."""
+
+    is_kept: bool = field(np.bool_)
+    """There is one."""
+
+
 class Belief(Record):
     """What a robot believes, in its own frame: it starts at the origin, looking along x."""
 
@@ -102,6 +112,9 @@ class SocialMind(Record):
 
     is_composed: bool = field(np.bool_)
     """The message is that of this tick: it is composed only when somebody listens."""
+
+    kept: KeptMessage = field(KeptMessage)
+    """Of a stale robot: the message that it repeats."""
 
     exchange: Exchange = field(Exchange)
     situation: Situation = field(Situation)

@@ -17,6 +17,7 @@ Not in the paper, and chosen here:
 
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.covariance_exchange import EllipseMind, compose, listen, merge
+from baselines.estimators.falsified_messages import falsify_ellipse, repeat_ellipse
 from baselines.estimators.path_covariance import take_in
 from baselines.estimators.sikf import CovarianceFilterParameters
 from baselines.estimators.social_odometry import KERNELS as SOCIAL_KERNELS
@@ -28,6 +29,8 @@ from swarm_forage_env.interface import EstimatorLayer, Kernel
 KERNELS: dict[str, Kernel] = {
     **SOCIAL_KERNELS,
     "compose": compose,
+    "repeat": repeat_ellipse,
+    "falsify": falsify_ellipse,
     "take_in": take_in,
     "listen": listen,
     "merge": merge,

@@ -6,7 +6,7 @@ ellipse as p; here it also tells that along the short axis, and where the long a
 
 import numpy as np
 
-from baselines.estimators.belief import NOBODY, Message
+from baselines.estimators.belief import NOBODY, KeptMessage, Message
 from baselines.estimators.error_ellipse import Matrix, heard_direction, to_ellipse, to_matrix
 from baselines.estimators.message_exchange import compose as compose_places
 from baselines.estimators.message_exchange import is_merged, slot_of, update_exchange
@@ -42,6 +42,13 @@ class EllipseMessage(Message):
     """Of the long axis in the body frame of the sender."""
 
 
+class KeptEllipseMessage(KeptMessage):
+    """A message that a robot tells again, with its error ellipses. Writer: `repeat_ellipse`."""
+
+    short: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    long_direction: Float32[Array, " areas"] = field(np.float32, 2, unit="rad")
+
+
 class EllipseBelief(CovarianceBelief):
     """What a robot believes, and the error ellipses it is being told."""
 
@@ -58,6 +65,7 @@ class EllipseMind(CovarianceMind):
 
     belief: EllipseBelief = field(EllipseBelief)
     message: EllipseMessage = field(EllipseMessage)
+    kept: KeptEllipseMessage = field(KeptEllipseMessage)
 
 
 @kernel

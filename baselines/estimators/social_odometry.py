@@ -26,6 +26,7 @@ from pydantic import Field
 from baselines.estimators.area_memory import choose_goal, dead_reckon, find_areas, notice_loss
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import SocialMind
+from baselines.estimators.falsified_messages import falsify, repeat
 from baselines.estimators.layer_inputs import describe
 from baselines.estimators.message_exchange import (
     compose,
@@ -57,6 +58,8 @@ def take_in(mind: SocialMind, shared: Array, readings: Readings, numbers: Number
 KERNELS: dict[str, Kernel] = {
     "is_listening": is_listening,
     "compose": compose,
+    "repeat": repeat,
+    "falsify": falsify,
     "take_in": take_in,
     "listen": update_exchange,
     "describe": describe,

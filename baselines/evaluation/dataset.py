@@ -35,6 +35,7 @@ COLUMN_TYPES = {
     int: pa.int64(),
     float: pa.float64(),
     float | None: pa.float64(),
+    int | None: pa.int64(),
     str: pa.string(),
     tuple[float, ...]: pa.list_(pa.float64()),
 }
@@ -47,7 +48,7 @@ def schema(kind: EpisodeKind) -> pa.Schema:
         pa.field(
             name,
             pa.uint64() if name == "seed" else COLUMN_TYPES[each],
-            nullable=each == (float | None),
+            nullable=each in (float | None, int | None),
         )
         for name, each in types.items()
         if name not in IN_FOLDERS
@@ -58,6 +59,19 @@ def schema(kind: EpisodeKind) -> pa.Schema:
 
 FILE_NAME = r"[0-9a-f]{16}-seed[0-9]{8,}\.parquet"
 """Regular expression of the name of an episode's file."""
+
+
+def with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
+    """The table of a file, with empty columns for what it lacks and episodes have `sometimes`."""
+    columns = schema(kind)
+    lacks = [name for name in columns.names if name not in table.schema.names]
+    if not lacks or not set(lacks) <= set(kind.sometimes):
+        return table
+    for name in lacks:
+        column = columns.field(name)
+        table = table.append_column(column, pa.nulls(len(table), column.type))
+    return table.select(columns.names)
+
 
 DAMAGED = ".damaged"
 """Ending of files set aside; their names start with `_`, which readers skip."""

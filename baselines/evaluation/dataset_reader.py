@@ -16,6 +16,7 @@ from baselines.evaluation.dataset import (
     episode_of,
     read_table,
     schema,
+    with_all_columns,
 )
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from swarm_forage_env.episode import EpisodeKind
@@ -153,8 +154,9 @@ def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind]:
             " command that made the dataset again"
         ) from None
     for kind in _kinds():
-        if table.schema.equals(schema(kind)) and table.num_rows == 1:
-            row: dict[str, Any] = table.to_pylist()[0]
+        whole = with_all_columns(table, kind)
+        if whole.schema.equals(schema(kind)) and whole.num_rows == 1:
+            row: dict[str, Any] = whole.to_pylist()[0]
             _check_texts(row, file)
             return row, kind
     raise ConfigError(

@@ -117,13 +117,21 @@ def _groups(found: Any) -> Iterator[tuple[str, str, list[Parameter]]]:  # noqa: 
     if not isinstance(found, LayeredController):
         origins = _origins(found)
         yield found.name, _first_line(found), list(_parameters(found, "", origins))
-        for name, value in found:
-            if isinstance(value, Part):
-                yield name, _first_line(value), list(_parameters(value, f"{name}.", origins))
+        for name, part in _parts(found):
+            yield name, _first_line(part), list(_parameters(part, f"{name}.", origins))
         return
     for layer, part in found.layers.items():
         about = f"{found.layer_names[layer]}: {_first_line(part)}"
         yield layer, about, list(_parameters(part, f"{layer}.", None))
+
+
+def _parts(whole: Part, prefix: str = "") -> Iterator[tuple[str, Part]]:
+    """The parts of a scenario that have fields of their own, by dotted name."""
+    for name, value in whole:
+        if isinstance(value, Part):
+            if any(not isinstance(each, Part) for _, each in value):
+                yield prefix + name, value
+            yield from _parts(value, f"{prefix}{name}.")
 
 
 def _origins(scenario: Any) -> Mapping[str, str] | None:  # noqa: ANN401 of any task

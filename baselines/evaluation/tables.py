@@ -81,13 +81,24 @@ def report(episodes: Sequence[Any]) -> Group:
 
 def summary(groups: EpisodesByController) -> Table:
     """The table of mean metrics of every controller, over their 95 % bootstrap intervals."""
-    table, columns = _table(), kind_of_episode(next(iter(groups.values()))[0]).columns
+    table, columns = _table(), _columns([each for own in groups.values() for each in own])
     for heading, _ in columns.values():
         table.add_column(Text(heading), justify="right", no_wrap=True)
     for name, episodes in groups.items():
         cells = [_cell(episodes, metric, factor) for metric, (_, factor) in columns.items()]
         table.add_row(_lines(name), *cells)
     return table
+
+
+def _columns(episodes: Sequence[Any]) -> dict[str, tuple[str, float]]:
+    """The metrics with their headings and factors, without those that no episode has."""
+    kind = kind_of_episode(episodes[0])
+    return {
+        metric: column
+        for metric, column in kind.columns.items()
+        if metric not in kind.sometimes
+        or any(getattr(episode, metric) is not None for episode in episodes)
+    }
 
 
 def comparison(groups: EpisodesByController) -> Table:

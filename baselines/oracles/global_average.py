@@ -191,6 +191,7 @@ class GlobalAverage(SocialOdometryParameters):
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""
         kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in, "average": average}
+        del kernels["falsify"], kernels["repeat"]  # no message that a fault could change
         own = SGIKF().layer(scenario)
         return EstimatorLayer(
             GroupMind, self.numbers(scenario), kernels, observe_group, own_weighting=own

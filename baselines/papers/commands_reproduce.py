@@ -18,6 +18,7 @@ class PaperName(StrEnum):
     ANTS2008 = "ants2008"
     ADAPTIVE_BOIDS = "adaptive-boids"
     BOIDS_FORAGING = "boids-foraging"
+    ROBUSTNESS = "robustness"
 
 
 class ClaimsFormat(StrEnum):

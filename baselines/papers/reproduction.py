@@ -9,6 +9,7 @@ from pathlib import Path
 import baselines.papers.adaptive_boids
 import baselines.papers.ants2008
 import baselines.papers.boids_foraging
+import baselines.papers.robustness
 import baselines.papers.social_odometry
 from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
@@ -30,6 +31,7 @@ REGISTERED = (
     baselines.papers.ants2008,
     baselines.papers.adaptive_boids,
     baselines.papers.boids_foraging,
+    baselines.papers.robustness,
 )
 """Importing a paper's module enters it in the registry."""
 

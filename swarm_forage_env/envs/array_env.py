@@ -235,7 +235,8 @@ class ArrayEnv:
             self.task.global_state(self.world, self.loop.controller, self.agents, bounds)
             for bounds in form.bounds
         ]
-        self.truth, state_layout = truths[0], widest([each.layout for each in truths])
+        self.truth = max(truths, key=lambda each: len(each.layout))
+        state_layout = widest([each.layout for each in truths])
         is_normal = self.config.normalise
         self._state = Normaliser(state_layout) if is_normal else None
         self.state_layout = normalised(state_layout) if is_normal else state_layout

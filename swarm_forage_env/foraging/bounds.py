@@ -31,7 +31,8 @@ class Bounds:
     area starts at most ground_ahead + area_radius away; in each tick dead reckoning moves it by
     at most `step`, and one radio hop adds at most one measured beam: the worst case, in which
     an estimate is handed on in every tick, always outwards. The diagonal of the arena is room
-    for looking on straight past the place. Estimates in use stay far below both.
+    for looking on straight past the place. Estimates in use stay far below both. Where robots
+    are faulty a worn encoder tells more, and a lie adds its p and, in every tick, its shift.
 
     They hold for weights g in [0, 1], for a `heard_p_share` of at most 1, and for estimators
     that reckon p and locations as social odometry does. A p that is a standard deviation, as
@@ -47,7 +48,10 @@ class Bounds:
     def step(self) -> float:
         """Path of a wheel in a tick, as its encoder tells it [m]."""
         robot, noise = self.scenario.robot, self.scenario.sensors.wheel_noise
-        return SLACK * (robot.max_speed + noise * robot.cruise_speed) * self.scenario.tick
+        most, worn = robot.max_speed, self.scenario.faults.worn
+        if worn.is_any:
+            most, noise = most * (1.0 + worn.bias), noise * max(worn.noise_factor, 1.0)
+        return SLACK * (most + noise * robot.cruise_speed) * self.scenario.tick
 
     @property
     def turn(self) -> float:
@@ -57,7 +61,9 @@ class Bounds:
     @property
     def path(self) -> float:
         """Path since leaving an area, p [m]."""
-        return SLACK * ((self.n_ticks + 1) * self.step + self.n_ticks * self.message_path)
+        liar = self.scenario.faults.liar
+        told = liar.p if liar.is_any else 0.0
+        return SLACK * ((self.n_ticks + 1) * self.step + self.n_ticks * self.message_path + told)
 
     @property
     def beam(self) -> float:
@@ -73,7 +79,9 @@ class Bounds:
         scenario = self.scenario
         diagonal = math.hypot(scenario.arena.length, scenario.arena.width)
         found = scenario.sensors.ground_ahead + scenario.task.area_radius
-        return SLACK * (diagonal + found + self.n_ticks * (self.step + self.beam))
+        liar = self.scenario.faults.liar
+        shift = liar.shift if liar.is_any else 0.0
+        return SLACK * (diagonal + found + self.n_ticks * (self.step + self.beam + shift))
 
     @property
     def frames(self) -> float:

@@ -13,8 +13,11 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.foraging.fault_effects import is_lying, is_stale
+from swarm_forage_env.foraging.fault_record import Lie
 from swarm_forage_env.foraging.records import Action, Exchange
 from swarm_forage_env.interface import CORRECT, KEEP, Kernel
+from swarm_forage_env.record import Record
 
 is_listening: Kernel
 compose: Kernel
@@ -31,14 +34,25 @@ REACH = 2.0
 """Wheels that a correction of 1 adds: full speed back becomes full speed ahead."""
 
 
-def observe(
+@kernel
+def repeat(mind: Record) -> None:
+    """Repeat nothing: stands for the function of an estimator that has none."""
+
+
+@kernel
+def falsify(mind: Record, lie: Lie) -> None:
+    """Falsify nothing: stands for the function of an estimator that has none."""
+
+
+def observe(  # noqa: C901 a template: only in it are free names bound
     robots: Array, minds: Array, shared: Array, settings: Array, first: int, last: int
 ) -> None:
     """Take in what was sensed and heard, in the worlds first .. last - 1.
 
     A message is composed when somebody listens to it, before anybody's estimate moves. That of a
-    robot with another estimator is never composed, and so tells nothing.
-    Free names: is_listening, compose, take_in, listen, describe.
+    robot with another estimator is never composed, and so tells nothing. Faults change what was
+    composed.
+    Free names: is_listening, compose, repeat, falsify, take_in, listen, describe.
     """
     for w in range(first, last):
         swarm, crowd, own = robots[w], minds[w], settings[w]
@@ -48,6 +62,10 @@ def observe(
                     j = swarm[i].heard.sender[slot]
                     if own[j].is_member and not crowd[j].is_composed:
                         compose(crowd[j], own[j].estimator)
+                        if is_stale(swarm[j]):
+                            repeat(crowd[j])
+                        if is_lying(swarm[j]):
+                            falsify(crowd[j], swarm[j].fault.lie)
                         crowd[j].is_composed = True
         for i in range(swarm.shape[0]):
             if own[i].is_member:

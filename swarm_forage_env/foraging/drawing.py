@@ -53,6 +53,7 @@ def stage_of(scenario: Scenario, controller: str) -> Stage:
             Outline(np.array(each.points, np.float64), each.radius, each.is_closed)
             for each in scenario.obstacles
         ),
+        has_faults=scenario.faults.is_any,
     )
 
 
@@ -76,6 +77,7 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
         messages=_messages(robots.heard),
         round_trips=robots.round_trips.copy(),
         on_path=float(knows_both_areas_now(robots.known, 1)[0]),
+        faulty=robots.fault.active.any(axis=1) if world.worlds["has_faults"][which] else None,
     )
 
 

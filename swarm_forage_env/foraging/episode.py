@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.arrays import Array, Bool, Float64
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.foraging.metrics import (
     believed_places,
+    is_sound,
     knows_both_areas_now,
     knows_both_areas_share,
     localisation_error,
@@ -75,23 +76,39 @@ class ForagingEpisode:
     recruited_at_s: tuple[float, ...] = ()
     """When the robots had visited both areas, earliest first; the others are left out [s]."""
 
+    sound_robots: int | None = None
+    """Robots without a fault; like all that follows None in a scenario without faults."""
+
+    round_trips_sound: int | None = None
+    """Round trips of the sound robots."""
+
+    on_path_share_sound: float | None = None
+    """Share of the sound robots on the path, mean over the second half; None if none is sound."""
+
+    lost_events_sound: int | None = None
+    """How often sound robots found themselves lost."""
+
+    localisation_error_sound_m: float | None = None
+    """Mean over sound robots, areas they know of, and time [m]; None if nothing was ever known."""
+
 
 class LocalisationErrorMeter:
     """The localisation error of each world, summed over robots, known areas and samples."""
 
-    def __init__(self, n_worlds: int) -> None:
-        """Nothing measured yet."""
+    def __init__(self, n_worlds: int, is_meant: Bool[Array, " rows"]) -> None:
+        """Nothing measured yet; only the robots that are meant count."""
+        self._is_meant = is_meant[:, None]
         self._sum: Float64[Array, " worlds"] = np.zeros(n_worlds)
         self._count: Float64[Array, " worlds"] = np.zeros(n_worlds)
 
     def sample(self, loop: Any) -> None:  # noqa: ANN401 a control loop
         """Compare what is believed now with what is true."""
         world, situation = loop.world, loop.situation
-        pose, known = world.state.pose, situation.known
+        pose, known = world.state.pose, situation.known & self._is_meant
         areas = nearest_areas(world.worlds, believed_places(pose, situation.areas, known))
         error = localisation_error(pose, situation.areas, known, areas)
         self._sum += error.reshape(len(self._sum), -1).sum(axis=1)
-        self._count += situation.known.reshape(len(self._sum), -1).sum(axis=1)
+        self._count += known.reshape(len(self._sum), -1).sum(axis=1)
 
     def mean(self, world: int) -> float | None:
         """Mean error of one world [m]; None if nothing was known at any sample."""
@@ -117,6 +134,38 @@ class OnPathMeter:
         return tuple(float(sample[world]) for sample in self._samples)
 
 
+class SoundMeter:
+    """The metrics of the sound robots of each world."""
+
+    def __init__(self, loop: Any) -> None:  # noqa: ANN401 a control loop
+        """Of a loop of whose worlds some may have faulty robots."""
+        self._loop = loop
+        self._is_sound: Bool[Array, "worlds robots"] = is_sound(loop.world.robots["fault"]["kinds"])
+        self._error = LocalisationErrorMeter(loop.world.n_worlds, self._is_sound.reshape(-1))
+
+    def sample(self) -> None:
+        """Compare what sound robots believe now with what is true."""
+        self._error.sample(self._loop)
+
+    def results(self, world: int) -> dict[str, Any]:
+        """The metrics of one world; none in one whose scenario has no faults."""
+        block = self._loop.world
+        if not block.worlds["has_faults"][world]:
+            return {}
+        sound = block.robots[world][self._is_sound[world]]
+        on_path = None
+        if len(sound):
+            n_ticks = block.scenarios[world].n_ticks
+            on_path = float(knows_both_areas_share(sound["path_ticks"], 1, n_ticks)[0])
+        return {
+            "sound_robots": len(sound),
+            "round_trips_sound": int(sound["round_trips"].sum()),
+            "on_path_share_sound": on_path,
+            "lost_events_sound": int(sound["lost_events"].sum()),
+            "localisation_error_sound_m": self._error.mean(world),
+        }
+
+
 class ForagingMeter:
     """All metrics of a block of worlds."""
 
@@ -124,7 +173,9 @@ class ForagingMeter:
         """Of a loop whose worlds are about to start."""
         self._loop = loop
         scenario = loop.world.scenario
-        self._error = LocalisationErrorMeter(loop.world.n_worlds)
+        n_worlds = loop.world.n_worlds
+        self._error = LocalisationErrorMeter(n_worlds, np.ones(loop.world.rows, np.bool_))
+        self._sound = SoundMeter(loop) if loop.world.worlds["has_faults"].any() else None
         self._path = OnPathMeter(scenario.n_ticks)
         self._period = max(1, round(SAMPLE_EVERY / scenario.tick))
 
@@ -132,6 +183,8 @@ class ForagingMeter:
         """Measure what is over with this tick."""
         if tick % self._period == 0:
             self._error.sample(self._loop)
+            if self._sound is not None:
+                self._sound.sample()
         self._path.sample(self._loop, tick)
 
     def results(self) -> list[dict[str, Any]]:
@@ -152,6 +205,7 @@ class ForagingMeter:
                 "localisation_error_m": self._error.mean(w),
                 "on_path_over_time": self._path.series(w),
                 "recruited_at_s": tuple(recruited_at(first_visit[w], tick).tolist()),
+                **(self._sound.results(w) if self._sound is not None else {}),
             }
             for w in range(n)
         ]
@@ -169,6 +223,17 @@ FORAGING_EPISODE = EpisodeKind(
         "lost_events": ("lost\nevents", 1.0),
         "messages": ("messages\n[1000]", 0.001),
         "localisation_error_m": ("location\nerror [cm]", 100.0),
+        "round_trips_sound": ("trips,\nsound", 1.0),
+        "on_path_share_sound": ("on path,\nsound [%]", 100.0),
+        "lost_events_sound": ("lost,\nsound", 1.0),
+        "localisation_error_sound_m": ("error,\nsound [cm]", 100.0),
     },
+    sometimes=(
+        "sound_robots",
+        "round_trips_sound",
+        "on_path_share_sound",
+        "lost_events_sound",
+        "localisation_error_sound_m",
+    ),
     series=("on_path_over_time", "recruited_at_s"),
 )

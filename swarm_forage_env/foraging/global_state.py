@@ -10,6 +10,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.bounds import Bounds
+from swarm_forage_env.foraging.fault_record import KINDS, N_KINDS
 from swarm_forage_env.foraging.floor import distance_to_kind
 from swarm_forage_env.foraging.observations import AREAS, FLAG, PATH_SCALE, PLACE_SCALE
 from swarm_forage_env.foraging.policies import put_goal
@@ -38,7 +39,8 @@ class ForagingState:
     Of several areas of a kind the first is told.
 
     Of each robot: where it is, and what it believes; zeros for what it does not know, and for
-    all beliefs where no hand-written estimator runs.
+    all beliefs where no hand-written estimator runs. Where robots may be faulty, also which faults
+    are in effect.
     """
 
     infos = INFOS
@@ -56,6 +58,7 @@ class ForagingState:
         self._controller = controller
         self._has_beliefs = "estimator" in controller.minds.dtype.names
         self._no_beliefs = Situation.array(world.robots.shape)
+        self._has_faults = bounds.scenario.faults.is_any
         self.layout = _layout(agents, bounds)
         self.space: Box = self.layout.box()
 
@@ -63,7 +66,8 @@ class ForagingState:
         """One row for each world, as the layout says."""
         out = np.empty((self._world.n_worlds, len(self.layout)), np.float32)
         robots, worlds = self._world.robots, self._world.worlds
-        write_state(robots, self._situations, worlds, share_gone, self._has_beliefs, out)
+        shows = self._has_beliefs, self._has_faults
+        write_state(robots, self._situations, worlds, share_gone, shows, out)
         return out
 
     @property
@@ -107,20 +111,34 @@ def put_truth(
     return at + 15
 
 
+@kernel
+def put_faults(robot: RobotState, out: Float32[Array, " numbers"], at: int) -> int:
+    """Write which faults of a robot are in effect; where the next goes."""
+    for kind in range(N_KINDS):
+        out[at + kind] = robot.fault.active[kind]
+    return at + N_KINDS
+
+
 @entry_point
 def write_state(
     robots: Array,
     situations: Array,
     worlds: Array,
     share_gone: Float64[Array, " worlds"],
-    has_beliefs: bool,
+    shows: tuple[bool, bool],
     out: Float32[Array, "worlds numbers"],
 ) -> None:
-    """Write the truth about each world: its robots, its areas, and the time."""
+    """Write the truth about each world: its robots, its areas, and the time.
+
+    It shows the robots' beliefs, or zeros, and their faults, or nothing.
+    """
+    has_beliefs, has_faults = shows
     for w in range(out.shape[0]):
         at = 0
         for i in range(robots.shape[1]):
             at = put_truth(robots[w, i], situations[w, i], has_beliefs, out[w], at)
+            if has_faults:
+                at = put_faults(robots[w, i], out[w], at)
         for area in range(2):
             for k in range(2):
                 out[w, at + 2 * area + k] = worlds[w].areas[area, k]
@@ -170,4 +188,6 @@ def _of_robot(agent: str, half: dict[str, float], bounds: Bounds) -> list[Featur
     found += [Feature(f"known.{area}", "0 or 1", *FLAG) for area in AREAS]
     found += [Feature(f"p.{area}", "m", 0.0, bounds.path, scale=PATH_SCALE) for area in AREAS]
     found += [Feature(f"goal.{goal}", "0 or 1", *FLAG) for goal in GOALS]
+    if bounds.scenario.faults.is_any:
+        found += [Feature(f"fault.{kind}", "0 or 1", *FLAG) for kind in KINDS]
     return [replace(each, name=f"{agent}.{each.name}") for each in found]

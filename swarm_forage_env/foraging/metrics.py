@@ -18,6 +18,11 @@ def total(count: Int32[Array, " rows"], n_worlds: int) -> Int64[Array, " worlds"
     return np.asarray(count.reshape(n_worlds, -1).sum(axis=1, dtype=np.int64))
 
 
+def is_sound(kinds: Int8[Array, "*robots kinds"]) -> Bool[Array, "*robots"]:
+    """Robots that have no fault, and will have none in the episode."""
+    return np.asarray(~kinds.any(axis=-1))
+
+
 def recruitment_time(
     first_visit: Int64[Array, "rows areas"], n_worlds: int, tick: float
 ) -> Float64[Array, " worlds"]:

@@ -10,6 +10,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int32, Int64, UInt64
 from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.foraging.areas import MOST_AREAS
+from swarm_forage_env.foraging.fault_record import Fault
 from swarm_forage_env.record import Record, field
 
 ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO = range(6)
@@ -72,6 +73,9 @@ class WorldState(Record):
 
     is_shadowed: bool = field(np.bool_)
     """An obstacle between two robots keeps their messages from each other."""
+
+    has_faults: bool = field(np.bool_)
+    """Some robots may be faulty."""
 
 
 class Readings(Record):
@@ -190,6 +194,9 @@ class RobotState(Record):
     command: Command = field(Command)
     report: Report = field(Report)
     action: Action = field(Action)
+
+    fault: Fault = field(Fault)
+    """What is wrong with it. Writers: reset, tick."""
 
 
 class Exchange(Record):

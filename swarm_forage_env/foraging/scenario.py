@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.foraging.areas import Area, check_areas, in_order
+from swarm_forage_env.foraging.faults import Faults
 from swarm_forage_env.foraging.obstacles import Obstacle, Point, check_corners
 from swarm_forage_env.foraging.room import check_room
 from swarm_forage_env.parameters import (
@@ -191,6 +192,7 @@ class Scenario(Part):
     sensors: Sensors = Sensors()
     radio: Radio = Radio()
     task: Task = Task()
+    faults: Faults = Faults()
     tick: Positive = Field(0.1, ge=MIN_TICK, description="Control period [s]. TR 5 (published)")
     obstacles: tuple[Obstacle, ...] = Field(
         (), description="Discs and walls inside the arena [m]. Not in the papers (chosen)"
@@ -199,6 +201,7 @@ class Scenario(Part):
     @model_validator(mode="after")
     def _has_room(self) -> Self:
         check_room(self)
+        self.faults.check_robots(self.task.n_robots)
         check_duration(self.task.duration, self.tick)
         return self
 
@@ -206,6 +209,11 @@ class Scenario(Part):
     def n_ticks(self) -> int:
         """Ticks in an episode."""
         return round(self.task.duration / self.tick)
+
+    @property
+    def falsifying(self) -> tuple[str, ...]:
+        """What in it changes the messages of robots, by dotted name."""
+        return self.faults.falsifying
 
     @property
     def slots(self) -> int:

@@ -18,6 +18,7 @@ from swarm_forage_env.equations.proximity import (
 )
 from swarm_forage_env.equations.radio import loss, mean_board_range, mean_error
 from swarm_forage_env.equations.random_draws import below, symmetric, unit
+from swarm_forage_env.foraging.fault_record import BLIND, DEAF, WORN
 from swarm_forage_env.foraging.floor import kind_at
 from swarm_forage_env.foraging.records import (
     ENCODER,
@@ -38,10 +39,14 @@ _ROUNDING = 1.0 + 1e-12
 def read_encoders(robot: RobotState, world: WorldState) -> None:
     """Distance [m] and turn [rad] of the tick, from noisy encoders.
 
-    A robot that is pushed or blocked does not notice.
+    A robot that is pushed or blocked does not notice; a worn one misreads its wheels.
     """
-    dU_l = encoder(robot.wheels[0] * world.dt, world.encoder_error, robot.streams, ENCODER)
-    dU_r = encoder(robot.wheels[1] * world.dt, world.encoder_error, robot.streams, ENCODER)
+    dU_l, dU_r, error = robot.wheels[0] * world.dt, robot.wheels[1] * world.dt, world.encoder_error
+    if robot.fault.active[WORN]:
+        dU_l, dU_r = dU_l * robot.fault.path_misread[0], dU_r * robot.fault.path_misread[1]
+        error *= robot.fault.noise_factor
+    dU_l = encoder(dU_l, error, robot.streams, ENCODER)
+    dU_r = encoder(dU_r, error, robot.streams, ENCODER)
     distance, turn = wheels_to_arc(dU_l, dU_r, world.axle)
     robot.readings.odometry[0], robot.readings.odometry[1] = distance, turn
 
@@ -114,9 +119,12 @@ def cast_rays(
 def read_proximity(
     swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
 ) -> None:
-    """Response of eight infrared sensors times 1 +- noise; one in contact saturates at 1."""
+    """Response of eight infrared sensors times 1 +- noise; one in contact saturates at 1.
+
+    A blind robot reads 0.
+    """
     robot = swarm[i]
-    if not cast_rays(swarm, i, near, world):
+    if not cast_rays(swarm, i, near, world) or robot.fault.active[BLIND]:
         robot.readings.proximity[:] = 0.0
         return
     for ray in range(8):
@@ -125,6 +133,21 @@ def read_proximity(
             noise = world.proximity_noise * symmetric(robot.streams, PROXIMITY)
             reading = min(reading * (1.0 + noise), 1.0)
         robot.readings.proximity[ray] = reading
+
+
+@kernel
+def is_on_air(sender: RobotState) -> bool:
+    """The robot broadcasts, and its radio works."""
+    return bool(sender.command.is_speaking) and not sender.fault.is_silent
+
+
+@kernel
+def listen(swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState) -> None:
+    """Receive the messages that reach robot i; none reach a deaf one."""
+    if swarm[i].fault.active[DEAF]:
+        swarm[i].heard.n = 0
+    else:
+        receive_messages(swarm, i, near, world)
 
 
 @kernel
@@ -140,7 +163,7 @@ def receive_messages(
     for k in range(FIRST, FIRST + near[i, COUNT]):
         sender = swarm[near[i, k]]
         dx, dy = sender.pose[0] - robot.pose[0], sender.pose[1] - robot.pose[1]
-        if not sender.command.is_speaking or dx * dx + dy * dy > far_squared:
+        if not is_on_air(sender) or dx * dx + dy * dy > far_squared:
             continue
         d = math.hypot(dx, dy)
         if d > world.max_range:

@@ -5,23 +5,28 @@ import math
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
+from swarm_forage_env.foraging.fault_effects import update_faults
+from swarm_forage_env.foraging.fault_record import DEAD
 from swarm_forage_env.foraging.floor import move_areas
 from swarm_forage_env.foraging.obstacle_contacts import resolve_contacts_among
 from swarm_forage_env.foraging.obstacle_sensing import cast_rays_at_obstacles, put_shadowed_last
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scoring import count_reports, score
 from swarm_forage_env.foraging.sensors import (
+    listen,
     read_encoders,
     read_ground,
     read_proximity,
-    receive_messages,
 )
 from swarm_forage_env.foraging.surroundings import COUNT, find_neighbours, resolve_contacts
 
 
 @kernel
 def set_wheels(robot: RobotState, world: WorldState) -> None:
-    """Turn the wheels as commanded, as far as the motors go [m/s]."""
+    """Turn the wheels as commanded, as far as the motors go [m/s]; those of a dead robot stand."""
+    if robot.fault.active[DEAD]:
+        robot.wheels[0] = robot.wheels[1] = 0.0
+        return
     for side in range(2):
         speed = float(robot.command.wheels[side]) * world.cruise_speed
         robot.wheels[side] = min(max(speed, -world.max_speed), world.max_speed)
@@ -41,6 +46,13 @@ def drive(robot: RobotState, world: WorldState) -> None:
 def face(robot: RobotState) -> None:
     """Keep cosine and sine of the heading beside it."""
     robot.heading[0], robot.heading[1] = math.cos(robot.pose[2]), math.sin(robot.pose[2])
+
+
+@kernel
+def update_all_faults(swarm: Array, world: WorldState) -> None:
+    """Let the faults of all robots of a world begin whose time has come."""
+    for i in range(swarm.shape[0]):
+        update_faults(swarm[i], world)
 
 
 @entry_point
@@ -74,6 +86,8 @@ def tick(  # noqa: PLR0913 a block of worlds, its tables, and which of them
             face(swarm[i])
             score(swarm[i], world)
             count_reports(swarm[i], world)
+        if world.has_faults:
+            update_all_faults(swarm, world)
         sense(swarm, near[w], world, standing)
         hear(swarm, near[w], world, standing)
     return most
@@ -98,6 +112,8 @@ def sense_first(  # noqa: PLR0913 a block of worlds, its tables, and which of th
         for i in range(swarm.shape[0]):
             face(swarm[i])
             swarm[i].heard.n = 0
+        if world.has_faults:
+            update_all_faults(swarm, world)
         sense(swarm, near[w], world, standing)
     return most
 
@@ -130,5 +146,5 @@ def hear(
         n_near = near[i, COUNT]
         if world.is_shadowed:
             near[i, COUNT] = put_shadowed_last(swarm, i, near, obstacles)
-        receive_messages(swarm, i, near, world)
+        listen(swarm, i, near, world)
         near[i, COUNT] = n_near

@@ -14,6 +14,7 @@ from swarm_forage_env.equations.proximity import SENSING_RANGE
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging import scoring
 from swarm_forage_env.foraging.areas import write_areas
+from swarm_forage_env.foraging.fault_draws import draw_faults
 from swarm_forage_env.foraging.obstacles import capsules_of
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
@@ -104,6 +105,7 @@ class ForagingWorld(Block):
         swarm["action"], swarm["pose"] = kept, pose
         for column, source in enumerate(SOURCES):
             swarm["streams"][:, column] = streams([seed], self.n_robots, source)
+        draw_faults(scenario, seed, swarm["fault"])
         self.worlds[which]["ticks"], self.worlds[which]["has_moved"] = 0, False
         write_areas(scenario.places, scenario.tick, self.worlds[which])
         self._physics.reset(which, scenario)
@@ -183,6 +185,7 @@ def write_numbers(scenario: Scenario, out_world: Any) -> None:  # noqa: ANN401 a
         "slots": scenario.slots,
         "reach": reach_of(scenario),
         "n_obstacles": len(capsules_of(scenario.obstacles, scenario.arena.corners)),
+        "has_faults": scenario.faults.is_any,
         **{name: getattr(robot, name) for name in ("radius", "axle", "max_speed", "cruise_speed")},
         **{
             name: getattr(radio, name)

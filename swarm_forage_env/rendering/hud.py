@@ -6,7 +6,7 @@ import pygame
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.palette import Colour
-from swarm_forage_env.rendering.shapes import draw_arc, draw_belief, draw_robot
+from swarm_forage_env.rendering.shapes import draw_arc, draw_belief, draw_fault_mark, draw_robot
 from swarm_forage_env.rendering.text import TextRenderer
 from swarm_forage_env.scene import STATES, Scene, Stage
 
@@ -92,7 +92,19 @@ class HeadUpDisplay:
         ends = np.array([0.0, 0.6 * height]), np.array([width, 0.6 * height])
         draw_arc(large, *ends, round(1.5 * FINENESS * layout.unit))
         left += self._keep(large, left, y) + gap
-        self._write(self._blank, "message", left, y)
+        left += self._write(self._blank, "message", left, y) + 2.5 * gap
+        if self._stage.has_faults:
+            self._legend_of_faults(left, y)
+
+    def _legend_of_faults(self, left: float, y: int) -> None:
+        """How a faulty robot is marked."""
+        layout = self._layout
+        r = 0.45 * layout.text
+        large = self._icon(2.0 * r)
+        wide = max(1, round(1.2 * FINENESS * layout.unit))
+        draw_fault_mark(large, FINENESS * r, 0.5 * large.get_height(), FINENESS * r, wide)
+        left += self._keep(large, left, y) + 4.0 * layout.unit
+        self._write(self._blank, "faulty", left, y)
 
     def _legend_of_beliefs(self) -> None:
         """What is drawn of the selected robot's beliefs."""
@@ -122,7 +134,9 @@ class HeadUpDisplay:
         """What the selected robot does and believes, in words."""
         if selected is None:
             return "No robot selected"
-        words = [f"Robot {selected}: {STATES[scene.doing[selected]]}"]
+        is_faulty = scene.faulty is not None and scene.faulty[selected]
+        doing = STATES[scene.doing[selected]]
+        words = [f"Robot {selected}: {doing}{', faulty' if is_faulty else ''}"]
         for area, name in enumerate(("nest", "prey")):
             if scene.known[selected, area]:
                 believed = scene.believed[selected, area]

@@ -15,6 +15,7 @@ from swarm_forage_env.rendering.shapes import (
     dashed_circle,
     draw_arc,
     draw_belief,
+    draw_fault_mark,
     draw_robot,
     draw_walls,
 )
@@ -194,6 +195,11 @@ class Painter:
         spots, headings = self._spot(scene.pose[:, :2]).tolist(), scene.pose[:, 2].tolist()
         for (x, y), heading, doing in zip(spots, headings, scene.doing.tolist(), strict=True):
             draw_robot(self._canvas, x, y, heading, doing, size)
+        if scene.faulty is not None:
+            wide = max(1, round(1.5 * self._pixel))
+            for robot in np.flatnonzero(scene.faulty):
+                x, y = spots[robot]
+                draw_fault_mark(self._canvas, x, y, size[0], wide)
         if selected is not None:
             halo, wide = size[0] + 3.5 * self._pixel, round(2.0 * self._pixel)
             pygame.draw.circle(self._canvas, palette.SELECTED, spots[selected], halo, wide)

@@ -29,6 +29,7 @@ AREA = (BLUE, ORANGE)
 """Nest and prey, in the colour of the robots that are on their way there."""
 
 MESSAGE = GREEN
+FAULTY = (204, 0, 0)
 SELECTED = VERMILION
 
 PAGE, FLOOR = WHITE, (246, 246, 243)

@@ -55,6 +55,9 @@ COLUMNS = (
 )
 """What is kept of each robot; `known` is 1 for the nest plus 2 for the prey."""
 
+FAULTY = Column("faulty", WHOLE)
+"""Kept too where robots may be faulty: 1 while a fault is in effect."""
+
 
 class Recording:
     """Scenes as they come: all of them, or every second, fourth ... if there are too many."""
@@ -99,17 +102,18 @@ class Recording:
         if self._times[-1] < self._latest.time:
             self._keep(self._latest)
         values = np.stack(self._rows, axis=2)
-        scales = [_scale(column, v) for column, v in zip(COLUMNS, values, strict=True)]
+        columns = COLUMNS if len(values) == len(COLUMNS) else (*COLUMNS, FAULTY)
+        scales = [_scale(column, v) for column, v in zip(columns, values, strict=True)]
         counts = np.cumsum([len(pairs) for pairs in self._heard])
         parts = [
             np.array([self._times, self._on_path], "<f4").tobytes(),
             counts.astype("<u4").tobytes(),
             np.stack(np.divmod(np.concatenate(self._heard), CODES), axis=1).astype("<u2").tobytes(),
         ]
-        parts += map(_differences, COLUMNS, values, scales)
+        parts += map(_differences, columns, values, scales)
         told = [
             {"name": column.name, "low": low, "step": step}
-            for column, (low, step) in zip(COLUMNS, scales, strict=True)
+            for column, (low, step) in zip(columns, scales, strict=True)
         ]
         frames = {"frames": len(self._times), "every": self.every}
         about = frames | {"messages": int(counts[-1]), "columns": told}
@@ -153,7 +157,7 @@ def _row(scene: Scene) -> Float32[Array, "columns robots"]:
         first = 6 + 3 * area
         row[first : first + 2] = scene.believed[:, area].T
         row[first + 2] = scene.p[:, area]
-    return row
+    return row if scene.faulty is None else np.vstack([row, scene.faulty.astype(np.float32)])
 
 
 def _scale(column: Column, values: Float32[Array, "robots frames"]) -> tuple[float, float]:

@@ -108,6 +108,7 @@ def _colours() -> dict[str, object]:
         "areas": [_css(colour) for colour in palette.AREA],
         "message": _css(palette.MESSAGE),
         "selected": _css(palette.SELECTED),
+        "faulty": _css(palette.FAULTY),
         "floor": _css(palette.FLOOR),
         "wall": _css(palette.WALL),
         "ink": _css(palette.INK),

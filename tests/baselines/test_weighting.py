@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
+from baselines.weighting.validation_gate import ValidationGate
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.errors import ConfigError
@@ -137,3 +138,29 @@ def test_weights_are_single_precision(exchange, weights):
 def test_a_steepness_that_is_none_is_refused(beta):
     with pytest.raises(ConfigError, match="beta="):
         override(SGIFF(), {"beta": beta})
+
+
+@pytest.mark.parametrize(
+    ("own", "heard", "apart", "g"),
+    [
+        (1.0, 3.0, 0.3, 0.25),  # the gate is 0.2 + 0.05 (1 + 3) = 0.4 wide
+        (1.0, 3.0, 0.41, 0.0),
+        (3.0, 1.0, 0.39, 0.75),
+        (0.0, 0.0, 0.19, 0.5),
+        (0.0, 0.0, 0.21, 0.0),
+        (40.0, 0.0, 2.1, 1.0),  # who is unsure of its own place believes a stranger
+        (1.0, 0.0, 0.3, 0.0),  # a liar that is sure of itself gains nothing by it
+    ],
+)
+def test_a_gate_lets_in_what_both_paths_explain(exchange, weights, own, heard, apart, g):
+    heard_of = exchange(own, heard)
+    heard_of.disagreement[:, NEST] = apart
+    assert weights(ValidationGate(), heard_of)[0, NEST] == pytest.approx(g)
+
+
+def test_the_width_of_a_gate_is_its_slack_and_its_drift(exchange, weights):
+    heard_of = exchange(2.0, 2.0)
+    heard_of.disagreement[:, NEST] = 0.9
+    for slack, drift, g in ((0.89, 0.0, 0.0), (0.91, 0.0, 0.5), (0.1, 0.21, 0.5), (0.1, 0.19, 0.0)):
+        rule = ValidationGate(slack=slack, drift=drift)
+        assert weights(rule, heard_of)[0, NEST] == pytest.approx(g)

@@ -50,7 +50,7 @@ def test_an_example_runs_and_its_robots_make_round_trips(script):
 @pytest.mark.parametrize(
     "script",
     blocks("python", PAGE),
-    ids=["making", "batch", "observing", "rewarding", "mixed", "running"],
+    ids=["making", "batch", "observing", "rewarding", "mixed", "faulty", "running"],
 )
 def test_the_page_on_the_environment_runs(script):
     pytest.importorskip("stable_baselines3")

@@ -221,3 +221,17 @@ def test_painting_twice_makes_the_same_picture():
 def test_a_size_that_words_do_not_fit_is_refused(size):
     with pytest.raises(ConfigError, match=rf"size={size}: must be 400 to 3840 \[px\]"):
         checked_size(size)
+
+
+def test_a_faulty_robot_is_crossed_in_red_and_the_legend_says_so():
+    faulty_stage = stage_of(find_scenario("es1", {"faults.liar.share": 0.2}), "ssgikf")
+    assert faulty_stage.has_faults
+    assert not STAGE.has_faults
+    two = scene([(-0.3, 0.0), (0.3, 0.0)], TO_THE_NEST)
+    marked = replace(two, faulty=np.array([True, False]))
+    frame, at = painted(marked, stage=faulty_stage, width=1200)
+    assert at(-0.3, 0.0) == near(palette.FAULTY, 40)
+    assert at(0.3, 0.0) != near(palette.FAULTY, 40)
+    plain, _ = painted(two, width=1200)
+    legend = np.argwhere((frame != plain).any(axis=2))
+    assert legend[:, 0].max() > frame.shape[0] - 60

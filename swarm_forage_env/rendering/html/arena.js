@@ -200,7 +200,7 @@ const arena = {
     context.globalAlpha = 1;
   },
 
-  robot({ x, y, heading, doing }) {
+  robot({ x, y, heading, doing, faulty }) {
     const { context, robotSize } = this, [left, top] = this.place(x, y);
     this.circle(x, y, robotSize);
     context.fillStyle = about.colours.doing[doing];
@@ -218,6 +218,22 @@ const arena = {
     context.fill();
     context.rotate(heading);
     context.translate(-left, -top);
+    if (faulty) this.fault(left, top);
+  },
+
+  /* A red cross over a faulty robot. */
+  fault(left, top) {
+    const { context } = this, arm = 0.85 * this.robotSize;
+    for (const [colour, width] of [["#ffffff", 4], [about.colours.faulty, 2]]) {
+      context.beginPath();
+      context.moveTo(left - arm, top - arm);
+      context.lineTo(left + arm, top + arm);
+      context.moveTo(left - arm, top + arm);
+      context.lineTo(left + arm, top - arm);
+      context.strokeStyle = colour;
+      context.lineWidth = width;
+      context.stroke();
+    }
   },
 
   selection({ robot, x, y }) {

@@ -12,6 +12,7 @@ const panel = {
       row.appendChild(document.createElement("b"));
       return row;
     }));
+    element("fault-sign").hidden = !about.columns.some((column) => column.name === "faulty");
     for (let robot = 0; robot < about.robots; robot++) {
       element("robot").add(new Option(String(robot), String(robot)));
     }
@@ -63,7 +64,7 @@ const panel = {
         belief ? `${belief.off.toFixed(2)} m` : "unknown",
         belief ? `${belief.p.toFixed(2)} m` : "–",
       ]),
-      ["doing", about.states[robot.doing]],
+      ["doing", about.states[robot.doing] + (robot.faulty ? ", faulty" : "")],
       ["hears", senders.length ? `robot ${senders.join(", ")}` : "nobody"],
       ["round trips", String(robot.trips)],
     ];

@@ -59,6 +59,7 @@ function robotAt(robot) {
     heading: episode.heading[a] + share * Math.atan2(Math.sin(turn), Math.cos(turn)),
     doing: episode.doing[a],
     trips: episode.trips[a],
+    faulty: Boolean(episode.faulty?.[a]),
     beliefs: AREAS.map((area, bit) => {
       if (!(episode.known[a] & (1 << bit))) return null;
       const along = episode.known[b] & (1 << bit) ? between : (name) => episode[name][a];

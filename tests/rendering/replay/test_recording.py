@@ -1,5 +1,7 @@
 """A recording holds the scenes within its rounding, and drops frames but no message."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -99,3 +101,12 @@ def test_scenes_come_in_order(made_up):
 def test_nothing_recorded_cannot_be_packed():
     with pytest.raises(ConfigError, match="no scene was recorded"):
         Recording(10).pack()
+
+
+def test_faults_are_kept_where_robots_may_be_faulty(made_up, unpacked):
+    faulty = [np.array([tick >= 3, False, True]) for tick in range(6)]
+    scenes = [replace(made_up(tick), faulty=own) for tick, own in enumerate(faulty)]
+    *_, columns = unpacked(*recorded(scenes).pack())
+    assert_array_equal(columns["faulty"], np.transpose(faulty))
+    *_, columns = unpacked(*recorded([made_up(0), made_up(1)]).pack())
+    assert "faulty" not in columns

@@ -1,0 +1,110 @@
+"""Sceptical odometry: social odometry that believes a stranger only with a second witness.
+
+Gutierrez et al. 2009 (TR), Sections 4 and 5, for social odometry. VanCalck2023, A blockchain-based
+information market to incentivise cooperation in swarms of self-interested robots (Scientific
+Reports 13), for the second witness: sceptical robots keep a place pending until another robot tells
+it too.
+
+Not in the papers, and chosen here:
+- what needs a witness is an area that the robot does not know: of one that it knows, the weighting
+  rule decides, as the `validation_gate`;
+- a robot keeps one pending place of each area, the one told last, in its own frame; another robot
+  confirms it with a place within `agreement` of it, which is the one that is taken over;
+- all that `social_odometry` chose.
+"""
+
+import math
+
+import numpy as np
+from pydantic import Field
+
+from baselines.estimators.base import ESTIMATORS
+from baselines.estimators.belief import NOBODY, Belief, SocialMind
+from baselines.estimators.message_exchange import is_merged, merge_area, update_exchange
+from baselines.estimators.social_odometry import KERNELS as SOCIAL_KERNELS
+from baselines.estimators.social_odometry import SocialOdometryParameters
+from baselines.weighting.sgikf import SGIKF
+from swarm_forage_env.arrays import Array, Float64, Int32
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.foraging.control import observe
+from swarm_forage_env.foraging.records import Heard
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import EstimatorLayer, Kernel
+from swarm_forage_env.parameters import NotNegative
+from swarm_forage_env.record import Numbers, field
+
+
+class ScepticalBelief(Belief):
+    """What a robot believes, and what it was told that nobody confirmed yet."""
+
+    pending: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
+    """Place of each area that was told last while the robot did not know it, own frame."""
+
+    pending_from: Int32[Array, " areas"] = field(np.int32, 2, start=NOBODY)
+    """Who told it; NOBODY if nothing is pending."""
+
+    last_partner: int = field(np.int32, start=NOBODY)
+    """The robot that the present exchange is with, or the last one was."""
+
+
+class ScepticalMind(SocialMind):
+    """All that sceptical odometry keeps of a robot."""
+
+    belief: ScepticalBelief = field(ScepticalBelief)
+
+
+@kernel
+def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+    """Start, go on with or end the exchange of robot i, and remember with whom."""
+    belief = crowd[i].belief
+    has_ended = update_exchange(crowd, i, heard, numbers)
+    if belief.partner != NOBODY:
+        belief.last_partner = belief.partner
+    return has_ended
+
+
+@kernel
+def is_confirmed(belief: ScepticalBelief, area: int, agreement: float) -> bool:
+    """Another robot told the place of an area that the exchange brought; if not, it is pending now.
+
+    Source: VanCalck2023.
+    """
+    x = belief.heard_sum[area, 0] / belief.heard_weight[area]
+    y = belief.heard_sum[area, 1] / belief.heard_weight[area]
+    apart = math.hypot(x - belief.pending[area, 0], y - belief.pending[area, 1])
+    witness = belief.pending_from[area]
+    belief.pending[area, 0], belief.pending[area, 1] = x, y
+    belief.pending_from[area] = belief.last_partner
+    return bool(witness != NOBODY and witness != belief.last_partner and apart <= agreement)
+
+
+@kernel
+def merge(mind: ScepticalMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
+    """Blend what was told of known areas; copy what two robots told of unknown ones."""
+    belief = mind.belief
+    for area in range(2):
+        if not is_merged(belief, area, numbers):
+            continue
+        if belief.known[area] or is_confirmed(belief, area, numbers.agreement):
+            merge_area(belief, area, float(mind.exchange.weight[area]), heard_p_share)
+            belief.pending_from[area] = NOBODY
+
+
+KERNELS: dict[str, Kernel] = {**SOCIAL_KERNELS, "listen": listen, "merge": merge}
+"""The functions of the estimator that the templates of a tick name."""
+
+
+@ESTIMATORS.register("sceptical_odometry")
+class ScepticalOdometryParameters(SocialOdometryParameters):
+    """What social odometry leaves open, and how well two witnesses must agree."""
+
+    agreement: NotNegative = Field(
+        0.3,
+        description="Two robots agree that place an area within this of each other [m] (chosen)",
+    )
+
+    def layer(self, scenario: Scenario) -> EstimatorLayer:
+        """The records and functions of the estimator, with its numbers in a scenario."""
+        own = SGIKF().layer(scenario)
+        numbers = {**self.numbers(scenario), "agreement": self.agreement}
+        return EstimatorLayer(ScepticalMind, numbers, KERNELS, observe, own_weighting=own)

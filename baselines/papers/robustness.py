@@ -1,0 +1,258 @@
+"""Robustness: round trips of sound robots among faulty ones, for every weighting rule.
+
+Not in the papers: the experiment itself, in es1 of the TR. And chosen here:
+- the score is the round trips of the sound robots, for each of them;
+- the engine is `kinematic`, and the seeds are the same for all;
+- robots die, and go stale, after five minutes; all other faults last from the start;
+- liars turn what they would tell by half a turn about themselves, or conspire to tell one false
+  place; both are sure of it (p = 0);
+- a rule breaks at the smallest share of faulty robots at which its sound robots make fewer than
+  half the round trips that they make without faults, with a Mann-Whitney p below 0.01;
+- a rule harms at a share if its sound robots make fewer round trips than those of `nc`, which do
+  not communicate, under the same faults, with a Mann-Whitney p below 0.01.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from baselines.evaluation.line_plots import Means, mean_panels
+from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
+from baselines.papers.claim_result import Claim, above
+from baselines.papers.claim_types import Order
+from baselines.papers.experiments import Experiment, Results, sample
+from baselines.papers.figures import PaperFigure
+from baselines.papers.paper import PAPERS, Paper
+from swarm_forage_env.foraging.episode import ForagingEpisode
+
+SCENARIO = "es1"
+
+RULES = {
+    "nc": "nc",
+    "ssgikf": "ssgikf",
+    "dsgikf": "dsgikf",
+    "ssgiff": "ssgiff:beta=0.001",
+    "dsgiff": "dsgiff:beta=0.001",
+    "sikf": "sikf",
+    "covariance": "covariance",
+    "ssgikf-sceptical": "ssgikf-sceptical",
+    "learned-weighting": "learned-weighting",
+    "learned-both": "learned-both",
+    "oracle-weighting": "oracle-weighting",
+}
+"""Controllers by what the page calls them; the Fermi filters at their best beta in es1."""
+
+ALONE, DEFENCE = "nc", "ssgikf-sceptical"
+
+SHARES = (0.1, 0.2, 0.5)
+"""Of the robots that are faulty."""
+
+SHOWN = 0.2
+"""Share that the page has a table for."""
+
+LATER = 300
+"""When robots die, and go stale [s]."""
+
+FAULTS = {
+    "liars, each its own": ("faults.liar.share",),
+    "liars, conspiring": ("faults.liar.share", "faults.liar.conspire=place"),
+    "stale": ("faults.stale.share", f"faults.stale.at={LATER}"),
+    "deaf": ("faults.deaf.share",),
+    "mute": ("faults.mute.share",),
+    "dead, still talking": ("faults.dead.share", f"faults.dead.at={LATER}"),
+    "worn": ("faults.worn.share",),
+    "blind": ("faults.blind.share",),
+}
+"""Name of the share, and the other settings, of each kind of fault."""
+
+LIARS, CONSPIRING = tuple(FAULTS)[:2]
+MESSAGES, BODIES = tuple(FAULTS)[:5], tuple(FAULTS)[5:]
+
+REPLICATIONS = 10
+
+LEFT_OPEN = {
+    "The faults": "swarm_forage_env.foraging.faults",
+    "The messages": "baselines.estimators.falsified_messages",
+    "The defence: a second witness": "baselines.estimators.sceptical_odometry",
+    "The defence: a validation gate": "baselines.weighting.validation_gate",
+    "The experiment": "baselines.papers.robustness",
+}
+"""Whose docstring says what is chosen, by heading."""
+
+
+def sound_trips(episode: ForagingEpisode) -> float:
+    """Metric: round trips of a sound robot, mean over them."""
+    if episode.sound_robots is None or episode.round_trips_sound is None:
+        return episode.round_trips / episode.n_robots
+    return episode.round_trips_sound / episode.sound_robots
+
+
+def experiment(rule: str, fault: str, share: float) -> Experiment:
+    """One rule among a share of robots with a fault."""
+    if share == 0.0:
+        return Experiment(SCENARIO, RULES[rule])
+    name, *others = FAULTS[fault]
+    return Experiment(SCENARIO, RULES[rule], (f"{name}={share:g}", *others))
+
+
+def trips(results: Results, rule: str, fault: str, share: float) -> list[float]:
+    """The score of a rule for each seed."""
+    return sample(results, experiment(rule, fault, share), sound_trips)
+
+
+def kept(results: Results, rule: str, fault: str, share: float) -> Comparison:
+    """The score of a rule among faulty robots against its own without any."""
+    return compare(trips(results, rule, fault, share), trips(results, rule, fault, 0.0))
+
+
+def breaks(results: Results, rule: str, fault: str, share: float) -> bool:
+    """Less than half of the score is left."""
+    half = [0.5 * each for each in trips(results, rule, fault, 0.0)]
+    return above(compare(half, trips(results, rule, fault, share)))
+
+
+def harms(results: Results, rule: str, fault: str, share: float) -> bool:
+    """Robots that do not communicate do better under the same faults."""
+    ours = trips(results, rule, fault, share)
+    return rule != ALONE and above(compare(trips(results, ALONE, fault, share), ours))
+
+
+def breaking_share(results: Results, rule: str, fault: str) -> float | None:
+    """The smallest share at which a rule breaks; None if it does at none."""
+    return next((share for share in SHARES if breaks(results, rule, fault, share)), None)
+
+
+def claims() -> list[Claim]:
+    """Questions that no paper answers for these rules, each an order of two experiments."""
+    found: list[Claim] = []
+    for rule in RULES:
+        if rule == ALONE:
+            continue
+        for fault in (LIARS, CONSPIRING):
+            least = (experiment(rule, fault, 0.0), experiment(rule, fault, SHARES[0]))
+            text = f"{rule}: without faults above one liar of ten ({fault})"
+            found.append(Order(text, (least,), sound_trips))
+            alone = (experiment(ALONE, fault, SHOWN), experiment(rule, fault, SHOWN))
+            text = f"nc above {rule}: {100 * SHOWN:.0f} % {fault}"
+            found.append(Order(text, (alone,), sound_trips))
+    for fault in (LIARS, CONSPIRING):
+        pair = (experiment(DEFENCE, fault, SHOWN), experiment("ssgikf", fault, SHOWN))
+        text = f"{DEFENCE} above ssgikf: {100 * SHOWN:.0f} % {fault}"
+        found.append(Order(text, (pair,), sound_trips))
+    return found
+
+
+@dataclass(frozen=True)
+class OverShare:
+    """Figure of the round trips of sound robots over the share of faulty ones."""
+
+    name: str
+    caption: str
+    faults: Sequence[str]
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """The experiments whose episodes are used."""
+        return tuple(
+            experiment(rule, fault, share)
+            for fault in self.faults
+            for rule in RULES
+            for share in (0.0, *SHARES)
+        )
+
+    def draw(self, results: Results, command: str) -> Figure:
+        """Draw the figure, with the command that made it in the caption."""
+        panels = {
+            fault: {rule: self._means(results, rule, fault) for rule in RULES}
+            for fault in self.faults
+        }
+        n = len(next(iter(results.values())))
+        caption = f"{self.caption} Means with 95 % bootstrap intervals, n = {n} episodes. {command}"
+        axes = "faulty robots [%]", "round trips of a sound robot"
+        return mean_panels(panels, axes, caption, one_y=True)
+
+    def _means(self, results: Results, rule: str, fault: str) -> Means:
+        shares = (0.0, *SHARES)
+        found = [mean_interval(trips(results, rule, fault, share)) for share in shares]
+        ends = [(each.value, *_ends(each)) for each in found if each is not None]
+        mean, low, high = np.array(ends).T
+        return Means(100.0 * np.array(shares), mean, low, high)
+
+
+def _ends(found: Estimate) -> tuple[float, float]:
+    return found.interval or (found.value, found.value)
+
+
+def figures() -> list[PaperFigure]:
+    """Faults of messages, and faults of bodies."""
+    text = "Round trips of a sound robot over the share of faulty ones in es1"
+    return [
+        OverShare("robustness_messages", f"{text}: what robots tell and hear.", MESSAGES),
+        OverShare("robustness_bodies", f"{text}: how robots move and see.", BODIES),
+    ]
+
+
+def table(results: Results) -> str:
+    """Which rule breaks first under each fault; then what each rule keeps at the share shown."""
+    return "\n\n".join((_first_broken(results), _kept_table(results)))
+
+
+def _first_broken(results: Results) -> str:
+    lines = [["fault", "breaks first", "at", "and keeps there", "others that break"], ["---"] * 5]
+    for fault in FAULTS:
+        broken = {rule: breaking_share(results, rule, fault) for rule in RULES}
+        order = sorted(
+            (share, _ratio(kept(results, rule, fault, share)), rule)
+            for rule, share in broken.items()
+            if share is not None
+        )
+        if not order:
+            lines.append([fault, "none", "", "", ""])
+            continue
+        (share, _, first), *rest = order
+        others = ", ".join(f"{rule} ({100 * at:.0f} %)" for at, _, rule in rest) or "none"
+        keeps = _percent(kept(results, first, fault, share))
+        lines.append([fault, first, f"{100 * share:.0f} %", keeps, others])
+    return _markdown(lines)
+
+
+def _kept_table(results: Results) -> str:
+    lines = [["rule", "trips without faults", *FAULTS], ["---"] * (2 + len(FAULTS))]
+    for rule in RULES:
+        base = mean_interval(trips(results, rule, LIARS, 0.0))
+        assert base is not None
+        low, high = _ends(base)
+        row = [rule, f"{base.value:.1f} ({low:.1f} to {high:.1f})"]
+        for fault in FAULTS:
+            text = _percent(kept(results, rule, fault, SHOWN))
+            text = f"**{text}**" if breaks(results, rule, fault, SHOWN) else text
+            row.append(f"{text} †" if harms(results, rule, fault, SHOWN) else text)
+        lines.append(row)
+    return _markdown(lines)
+
+
+def _ratio(found: Comparison) -> float:
+    return found.ratio.value if found.ratio is not None else 0.0
+
+
+def _percent(found: Comparison) -> str:
+    """A ratio in percent with its interval."""
+    if found.ratio is None:
+        return "-"
+    low, high = _ends(found.ratio)
+    return f"{100 * found.ratio.value:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
+
+
+def _markdown(lines: Sequence[Sequence[str]]) -> str:
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+@PAPERS.register("robustness")
+def robustness() -> Paper:
+    """The experiment of every rule among robots with every fault, as a paper."""
+    return Paper(
+        "robustness", "robustness", tuple(claims()), tuple(figures()),
+        REPLICATIONS, LEFT_OPEN, table,
+    )  # fmt: skip

@@ -1,0 +1,74 @@
+"""Records of faults: what is wrong with a robot, and what a liar tells.
+
+No layer and no observation is shown any of it. An estimator is handed a `Lie` alone, to put it into
+the message that it composed.
+"""
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32, Int8, Int32, UInt64
+from swarm_forage_env.record import Record, field
+
+KINDS = ("dead", "worn", "deaf", "mute", "blind", "liar", "stale")
+"""Kinds of faults, as the scenario names them."""
+
+DEAD, WORN, DEAF, MUTE, BLIND, LIAR, STALE = range(len(KINDS))
+
+N_KINDS = len(KINDS)
+
+
+class Lie(Record):
+    """What a liar tells of each area in the place of what it believes."""
+
+    turn: float = field(np.float32, unit="rad")
+    """The place told is turned by this about the liar."""
+
+    place: Float32[Array, "areas 2"] = field(np.float32, 2, 2, unit="m")
+    """Body frame: how far the place told is shifted, or the place itself. Writer: tick."""
+
+    is_place: bool = field(np.bool_)
+    """`place` is told as it is, whatever the liar believes."""
+
+    p: float = field(np.float32, unit="m")
+    """Inverse confidence that it tells."""
+
+    has_own_p: bool = field(np.bool_)
+    """It tells its own p instead."""
+
+
+class Fault(Record):
+    """What is wrong with a robot; nothing in a scenario without faults."""
+
+    kinds: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
+    """The robot has this fault, or will have it, in the order of KINDS. Writer: reset."""
+
+    starts: Int32[Array, " kinds"] = field(np.int32, N_KINDS, unit="ticks")
+    """Tick from whose end on the fault is in effect. Writer: reset."""
+
+    active: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
+    """The fault is in effect. Writer: tick."""
+
+    is_silent: bool = field(np.bool_)
+    """Nothing that the robot says is sent. Writer: tick."""
+
+    talks_when_dead: bool = field(np.bool_)
+    """Its radio survives its motors. Writer: reset."""
+
+    path_misread: Float32[Array, "2"] = field(np.float32, 2)
+    """Worn: what the encoder of the left and right wheel tells, as a share of its true path.
+    Writer: reset."""
+
+    noise_factor: float = field(np.float32)
+    """Worn: the noise of its encoders, times the usual. Writer: reset."""
+
+    lie: Lie = field(Lie)
+    """What it tells while it lies. Writers: reset, tick."""
+
+    lie_in_arena: Float32[Array, "areas 2"] = field(np.float32, 2, 2, unit="m")
+    """The shift or the place of the lie, world frame. Writer: reset."""
+
+    lie_probability: float = field(np.float32)
+    """How likely each message is a lie. Writer: reset."""
+
+    stream: UInt64[Array, "1"] = field(np.uint64, 1)
+    """Random stream, which only faults draw from. Writers: reset, observe."""

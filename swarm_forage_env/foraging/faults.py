@@ -1,0 +1,181 @@
+"""Faults: which robots of a scenario fail, how, and from when on; none unless a scenario says so.
+
+Each kind of fault is drawn by the seed of the world, in a stream of its own: of a share the same
+robots fail first, so that a larger share adds robots to those of a smaller one.
+
+Sources of the kinds:
+- WinfieldNembrini2006, Safety in numbers: fault-tolerance in robot swarms (IJMIC 1);
+- CarlsonMurphy2005, How UGVs physically fail in the field (IEEE Trans. Robotics 21);
+- Christensen2009, From fireflies to fault-tolerant swarms of robots (IEEE Trans. Evol. Comp. 13);
+- BorensteinFeng1996, Measurement and correction of systematic odometry errors in mobile robots
+  (IEEE Trans. Robotics and Automation 12);
+- Strobel2018, Managing Byzantine robots via blockchain technology in a swarm robotics collective
+  decision making scenario (AAMAS);
+- VanCalck2023, A blockchain-based information market to incentivise cooperation in swarms of
+  self-interested robots (Scientific Reports 13): foraging robots that sell false places;
+- Ni2009, Sensor network data fault types (ACM Trans. Sensor Networks 5).
+
+Not in the papers, and chosen here: every default, that a share is rounded to whole robots, and
+that a robot may have several faults.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from swarm_forage_env.foraging.fault_record import KINDS
+from swarm_forage_env.parameters import NotNegative, Part, Share
+
+
+class FaultKind(Part):
+    """Which robots have a fault, and from when on."""
+
+    share: Share = Field(
+        0.0, description="Share of the robots that have it, rounded to whole robots (chosen)"
+    )
+    robots: tuple[int, ...] = Field(
+        (), description="The robots that have it, by number, instead of a share (chosen)"
+    )
+    at: NotNegative = Field(0.0, description="Time from which on it is in effect [s] (chosen)")
+
+    @property
+    def is_any(self) -> bool:
+        """Some robots may have it."""
+        return self.share > 0.0 or bool(self.robots)
+
+    @field_validator("robots", mode="before")
+    @classmethod
+    def _from_text(cls, robots: Any) -> Any:  # noqa: ANN401 whatever was given
+        """Numbers as they are written on a command line: `[0,3]`."""
+        if not isinstance(robots, str):
+            return robots
+        listed = robots.strip().removeprefix("[").removesuffix("]")
+        return tuple(each.strip() for each in listed.split(",") if each.strip())
+
+    @model_validator(mode="after")
+    def _says_one(self) -> "FaultKind":
+        if self.share > 0.0 and self.robots:
+            raise ValueError(
+                f"share={self.share:g}, robots={list(self.robots)}: say which robots are faulty,"
+                " or how large a share of them, not both"
+            )
+        return self
+
+    def check_robots(self, name: str, n_robots: int) -> None:
+        """ValueError if there are no such robots."""
+        if len(set(self.robots)) < len(self.robots) or not set(self.robots) <= set(range(n_robots)):
+            raise ValueError(
+                f"faults.{name}.robots={list(self.robots)}: must be different numbers from 0 to"
+                f" {n_robots - 1}"
+            )
+
+
+class Dead(FaultKind):
+    """Stops for good and stands in the way: motor failure.
+
+    Source: WinfieldNembrini2006, hazards H1 (motors alone) and H6 (all systems); Christensen2009.
+    """
+
+    talks: bool = Field(
+        True,
+        description="Its radio survives, the worst case; false: silent too. WinfieldNembrini2006,"
+        " H1 and H6 (published)",
+    )
+
+
+class Worn(FaultKind):
+    """Misjudges its way: wheels worn unequally, and noisy encoders.
+
+    Source: BorensteinFeng1996, unequal wheel diameters; CarlsonMurphy2005, effectors fail most.
+    """
+
+    bias: Share = Field(
+        0.05,
+        description="One wheel's encoder tells this share too much, the other's too little; which,"
+        " is drawn. BorensteinFeng1996 gives the form; the size is chosen",
+    )
+    noise_factor: NotNegative = Field(
+        5.0, description="Noise of its encoders, times sensors.wheel_noise (chosen)"
+    )
+
+
+class Deaf(FaultKind):
+    """Hears no message. Source: WinfieldNembrini2006, hazard H2 (communications)."""
+
+
+class Mute(FaultKind):
+    """Sends no message. Source: WinfieldNembrini2006, hazard H2 (communications)."""
+
+
+class Blind(FaultKind):
+    """Its infrared reads zero. Source: WinfieldNembrini2006, hazard H3 (avoidance sensors)."""
+
+
+class Liar(FaultKind):
+    """Tells a false place of each area that it would tell of.
+
+    Source: Strobel2018 (Byzantine robots); VanCalck2023 (false places among foraging robots).
+    """
+
+    turn: NotNegative = Field(
+        math.pi,
+        le=math.pi,
+        description="The place told is turned by this about the liar [rad], to a side that is"
+        " drawn. VanCalck2023 gives the form; the size is chosen",
+    )
+    shift: NotNegative = Field(
+        0.0, description="It is shifted by this, in a direction that is drawn [m] (chosen)"
+    )
+    p: NotNegative = Field(
+        0.0, description="Inverse confidence that it tells [m]; 0: sure of itself (chosen)"
+    )
+    own_p: bool = Field(False, description="It tells its own p instead (chosen)")
+    probability: Share = Field(
+        1.0, description="How likely each message is a lie; 1: steady (chosen)"
+    )
+    conspire: Literal["no", "turn", "place"] = Field(
+        "no",
+        description="no: each liar has its own turn and shift. turn: all turn and shift alike."
+        " place: all tell one false place of each area, drawn in the arena, at least half the"
+        " areas' distance from the true one; turn and shift do not count (chosen)",
+    )
+
+
+class Stale(FaultKind):
+    """Repeats for good what it tells first from its time on: place and p, in its own frame.
+
+    Source: Ni2009, stuck-at fault.
+    """
+
+
+class Faults(Part):
+    """Robots that fail, by kind of fault; none by default."""
+
+    dead: Dead = Dead()
+    worn: Worn = Worn()
+    deaf: Deaf = Deaf()
+    mute: Mute = Mute()
+    blind: Blind = Blind()
+    liar: Liar = Liar()
+    stale: Stale = Stale()
+
+    def kinds(self) -> Iterator[tuple[str, FaultKind]]:
+        """Every kind of fault by name, in the order of KINDS."""
+        return ((name, getattr(self, name)) for name in KINDS)
+
+    @property
+    def is_any(self) -> bool:
+        """Some robots may be faulty."""
+        return any(kind.is_any for _, kind in self.kinds())
+
+    @property
+    def falsifying(self) -> tuple[str, ...]:
+        """The kinds among them that change what a robot tells, by dotted name."""
+        return tuple(f"faults.{name}" for name in ("liar", "stale") if getattr(self, name).is_any)
+
+    def check_robots(self, n_robots: int) -> None:
+        """ValueError if robots are named that a swarm of this size has not."""
+        for name, kind in self.kinds():
+            kind.check_robots(name, n_robots)

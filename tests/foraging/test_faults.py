@@ -1,0 +1,246 @@
+"""Faults: who is faulty is drawn apart from all else, and each kind does what it says."""
+
+import numpy as np
+import pytest
+
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.fault_record import (
+    BLIND,
+    DEAD,
+    DEAF,
+    KINDS,
+    LIAR,
+    MUTE,
+    STALE,
+    WORN,
+)
+from swarm_forage_env.foraging.world import SOURCES
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.mixed import MixedController
+from swarm_forage_env.random_streams import NoiseSource
+from swarm_forage_env.scenarios import find_scenario
+
+NEAR = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62}
+"""Numbers of es1 under which robots soon find areas and meet."""
+
+
+def loop(seeds=(3,), controller="ssgikf", scenario="es1", physics="kinematic", **numbers):
+    changed = {name.replace("__", "."): value for name, value in numbers.items()}
+    world = find_scenario(scenario, NEAR | changed)
+    return Loop(world, find_controller(controller), seeds, physics)
+
+
+def run(found, ticks):
+    for _ in range(ticks):
+        found.step()
+    return found
+
+
+def kinds(found, world=0):
+    return found.world.robots["fault"]["kinds"][world] != 0
+
+
+def test_without_faults_nobody_is_faulty_and_nothing_is_drawn():
+    found = run(loop(), 3)
+    fault = found.world.robots["fault"]
+    assert not fault["kinds"].any()
+    assert not fault["active"].any()
+    assert not fault["stream"].any()
+    assert found.scene().faulty is None
+
+
+@pytest.mark.parametrize(("share", "n_faulty"), [(0.04, 0), (0.2, 2), (0.25, 3), (1.0, 10)])
+def test_a_share_is_rounded_to_whole_robots(share, n_faulty):
+    assert kinds(loop(faults__liar__share=share))[:, LIAR].sum() == n_faulty
+
+
+def test_a_larger_share_adds_robots_to_those_of_a_smaller_one():
+    few, many = (kinds(loop(faults__deaf__share=share))[:, DEAF] for share in (0.2, 0.5))
+    assert (few <= many).all()
+    assert few.sum() == 2
+
+
+def test_named_robots_are_the_faulty_ones():
+    found = kinds(loop(faults__liar__robots="[0,3]"))
+    np.testing.assert_array_equal(np.flatnonzero(found[:, LIAR]), [0, 3])
+    assert found.sum() == 2
+
+
+def test_who_is_faulty_depends_on_the_seed_and_not_on_the_other_faults():
+    one = loop((3,), faults__mute__share=0.3)
+    other = loop((4,), faults__mute__share=0.3)
+    both = loop((3,), faults__mute__share=0.3, faults__liar__share=0.5)
+    assert not np.array_equal(kinds(one), kinds(other))
+    np.testing.assert_array_equal(kinds(one)[:, MUTE], kinds(both)[:, MUTE])
+
+
+def test_drawing_faults_moves_no_other_draw():
+    plain, faulty = loop(), loop(faults__liar__share=0.5, faults__liar__probability=0.5)
+    for name in ("pose", "streams"):
+        np.testing.assert_array_equal(plain.world.robots[name], faulty.world.robots[name])
+    assert NoiseSource.FAULT not in SOURCES
+
+
+def test_a_dead_robot_moves_until_its_time_and_not_after():
+    found = loop(faults__dead__robots=(2,), faults__dead__at=3.0)
+    start = found.world.state.pose[2].copy()
+    run(found, 30)
+    reached = found.world.state.pose[2].copy()
+    assert np.hypot(*(reached - start)[:2]) > 0.01
+    speeds = []
+    for _ in range(40):
+        found.step()
+        speeds.append(found.world.state.wheels[2].copy())
+    assert not np.any(speeds)
+    assert found.world.state.fault.active[2, DEAD]
+    assert not found.world.state.readings.odometry[2].any()
+
+
+def test_a_dead_robot_is_does_not_turn_its_wheels_under_rigid_bodies_either():
+    found = run(loop(physics="rigid", faults__dead__share=1.0), 50)
+    assert not found.world.state.wheels.any()
+
+
+@pytest.mark.parametrize(("talks", "hears"), [(True, True), (False, False)])
+def test_a_dead_robot_talks_unless_its_radio_died_too(go, talks, hears):
+    world = loop(faults__dead__share=1.0, faults__dead__talks=talks, max_range=0.5).world
+    state = go(world, speaking=True)
+    assert bool(state.heard.n.any()) is hears
+
+
+def test_a_deaf_robot_hears_nobody_and_is_heard(go):
+    world = loop(faults__deaf__robots=(0,), loss_near=0.0, loss_far=0.0, max_range=0.5).world
+    state = go(world, speaking=True)
+    assert state.heard.n[0] == 0
+    assert (state.heard.n[1:] > 0).all()
+    assert any(0 in state.heard.sender[i, : state.heard.n[i]] for i in range(1, 10))
+
+
+def test_a_mute_robot_is_heard_by_nobody_and_hears(go):
+    world = loop(
+        faults__mute__robots=(0,), loss_near=0.0, loss_far=0.0, max_range=0.5, slots=9
+    ).world
+    state = go(world, speaking=True)
+    assert state.heard.n[0] > 0
+    assert not any(0 in state.heard.sender[i, : state.heard.n[i]] for i in range(10))
+
+
+def test_a_blind_robot_reads_nothing_by_infrared():
+    plain, blind = run(loop(), 50), run(loop(faults__blind__share=1.0), 50)
+    assert plain.world.state.readings.proximity.any()
+    assert not blind.world.state.readings.proximity.any()
+    assert blind.world.state.fault.kinds[:, BLIND].all()
+
+
+def test_a_worn_robot_misreads_its_wheels_by_its_bias(go):
+    worn = {"faults__worn__robots": (0,), "faults__worn__bias": 0.1, "wheel_noise": 0.0}
+    state = go(loop(**worn).world, wheels=0.06)
+    path, axle = 0.06 * 0.1, 0.053
+    np.testing.assert_allclose(state.readings.odometry[:, 0], path, rtol=1e-5)
+    assert abs(state.readings.odometry[0, 1]) == pytest.approx(0.2 * path / axle, rel=1e-5)
+    np.testing.assert_allclose(state.readings.odometry[1:, 1], 0.0, atol=1e-9)
+
+
+def test_a_worn_robot_has_noisier_encoders(go):
+    numbers = {"faults__worn__share": 1.0, "faults__worn__bias": 0.0}
+    plain = go(loop().world, wheels=0.06).readings.odometry[:, 0] - 0.006
+    noisy = go(loop(faults__worn__noise_factor=5.0, **numbers).world, wheels=0.06)
+    np.testing.assert_allclose(noisy.readings.odometry[:, 0] - 0.006, 5.0 * plain, atol=1e-7)
+    assert noisy.fault.kinds[:, WORN].all()
+
+
+LIARS = {"faults__liar__share": 0.3}
+
+
+@pytest.mark.parametrize("conspire", ["no", "turn", "place"])
+@pytest.mark.parametrize("physics", ["kinematic", "rigid"])
+def test_a_world_in_a_block_is_the_world_alone(same, conspire, physics):
+    faults = LIARS | {"faults__liar__conspire": conspire, "faults__liar__probability": 0.5}
+    faults |= {"faults__stale__share": 0.2, "faults__worn__share": 0.2, "faults__dead__at": 5.0}
+    faults |= {"faults__dead__share": 0.1, "physics": physics}
+    block, alone = run(loop((5, 6, 7), **faults), 300), run(loop((6,), **faults), 300)
+    same(block, 1, alone)
+
+
+def test_worlds_of_one_block_may_have_other_faults(same):
+    plain, faulty = (find_scenario("es1", NEAR | more) for more in ({}, {"faults.liar.share": 0.3}))
+    controller = find_controller("dsgiff")
+    block = run(Loop([plain, faulty], controller, (5, 6), "kinematic"), 300)
+    same(block, 0, run(Loop(plain, controller, (5,), "kinematic"), 300))
+    same(block, 1, run(Loop(faulty, controller, (6,), "kinematic"), 300))
+
+
+def test_a_reset_under_another_scenario_has_its_faults(same):
+    plain, faulty = (find_scenario("es1", NEAR | more) for more in ({}, {"faults.liar.share": 0.3}))
+    found = run(Loop(plain, find_controller("ssgikf"), (5,), "kinematic"), 50)
+    found.reset([6], scenarios=faulty)
+    fresh = Loop(faulty, find_controller("ssgikf"), (6,), "kinematic")
+    same(run(found, 200), 0, run(fresh, 200))
+
+
+@pytest.mark.parametrize("physics", ["kinematic", "rigid"])
+def test_a_restored_snapshot_goes_on_with_the_same_faults(bits, physics):
+    faults = LIARS | {"faults__liar__probability": 0.5, "faults__stale__share": 0.3}
+    found = run(loop(physics=physics, faults__stale__at=5.0, **faults), 200)
+    kept = found.snapshot()
+    once = bits(run(found, 100))
+    found.restore(kept)
+    assert bits(run(found, 100)) == once
+
+
+def test_robots_of_two_controllers_may_lie():
+    members = [find_controller("ssgikf")] * 5 + [find_controller("covariance")] * 5
+    world = find_scenario("es1", NEAR | {"faults.liar.share": 0.4, "faults.stale.share": 0.4})
+    found = run(Loop(world, MixedController(tuple(members)), [3], "kinematic"), 300)
+    assert np.isfinite(found.world.state.pose).all()
+    assert found.world.state.messages.any()
+
+
+@pytest.mark.parametrize("name", ["liar", "stale"])
+def test_a_learned_language_refuses_liars_by_name(name):
+    world = find_scenario("es1", {f"faults.{name}.share": 0.2})
+    from swarm_forage_env.task import task_of
+
+    with pytest.raises(ConfigError, match=rf"faults\.{name}: .*'policy' cannot be falsified"):
+        Loop(world, task_of(world).no_layers, [0], "kinematic")
+
+
+def test_a_reset_to_liars_is_refused_where_they_cannot_lie():
+    from swarm_forage_env.task import task_of
+
+    plain, liars = find_scenario("es1"), find_scenario("es1", {"faults.liar.share": 0.2})
+    found = Loop(plain, task_of(plain).no_layers, [0], "kinematic")
+    with pytest.raises(ConfigError, match=r"faults\.liar"):
+        found.reset([1], scenarios=liars)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        ({"faults.liar.robots": (0, 10)}, r"faults.liar.robots=\[0, 10\]: .* from 0 to 9"),
+        ({"faults.liar.robots": (1, 1)}, r"must be different numbers"),
+        ({"faults.dead.share": 0.2, "faults.dead.robots": (1,)}, "not both"),
+        ({"faults.liar.share": 1.2}, "faults.liar.share"),
+        ({"faults.liar.conspire": "yes"}, "faults.liar.conspire"),
+    ],
+)
+def test_nonsense_is_refused(numbers, message):
+    with pytest.raises(ConfigError, match=message):
+        find_scenario("es1", numbers)
+
+
+def test_every_kind_has_a_part_of_its_name_that_cites_its_source():
+    faults = find_scenario("es1").faults
+    assert tuple(type(faults).model_fields) == KINDS
+    for _, kind in faults.kinds():
+        assert "Source: " in (type(kind).__doc__ or "")
+        assert all(field.description for field in type(kind).model_fields.values())
+
+
+def test_a_scene_marks_robots_whose_fault_is_in_effect():
+    found = loop(faults__dead__robots=(1,), faults__stale__robots=(2,), faults__dead__at=1.0)
+    np.testing.assert_array_equal(np.flatnonzero(found.scene().faulty), [2])
+    run(found, 10)
+    np.testing.assert_array_equal(np.flatnonzero(found.scene().faulty), [1, 2])
+    assert found.world.state.fault.active[2, STALE]
