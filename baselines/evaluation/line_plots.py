@@ -29,6 +29,10 @@ BANDS = "Means with 95 % bootstrap bands."
 """What a caption says of them."""
 
 
+FEW = 6
+"""So many values of x are numbered one by one."""
+
+
 @dataclass(frozen=True)
 class Curve:
     """One value over x for each episode."""
@@ -85,8 +89,7 @@ def mean_panels(
         for name, means in zip(series, _side_by_side(list(series.values()), is_log), strict=True):
             _draw_means(axes, name, means, styles[name])
         if not is_log:
-            axes.set_xlim(left=0.0)
-            axes.xaxis.set_major_locator(MaxNLocator(nbins=8, integer=are_whole))
+            _number_axis(axes, every_x, are_whole)
         finish_panel(axes, title, axes_names)
         if one_y:
             axes.set_ylim(0.0, 1.05 * highest)
@@ -95,17 +98,33 @@ def mean_panels(
     return figure
 
 
+def _number_axis(axes: Axes, every_x: Float64[Array, " points"], are_whole: bool) -> None:
+    """Number the x axis where there are points, if they are few, and begin it before the first."""
+    places = np.unique(every_x)
+    if len(places) <= FEW:
+        axes.set_xticks(places)
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(nbins=8, integer=are_whole))
+    if places[0] > 0.0:
+        axes.set_xlim(left=0.0)
+
+
 def spans_decades(x: Float64[Array, " points"]) -> bool:
     """Whether values spread so far that a logarithmic axis shows them better."""
     return bool(x.min() > 0.0 and x.max() / x.min() >= 50.0)
 
 
 def _side_by_side(series: Sequence[Means], is_log: bool) -> list[Means]:
-    """Shift the x of each series a little, so that no error bar hides another one."""
+    """Shift the x of each series a little, so that no error bar hides another one.
+
+    All together they take up at most half the way to the next x.
+    """
     places = [np.log10(means.x) if is_log else means.x for means in series]
-    span = max(float(np.ptp(place)) for place in places)
-    n_curves = sum(not means.is_level for means in series)
-    shifts = iter(0.012 * span * (np.arange(n_curves) - (n_curves - 1) / 2.0))
+    every = np.unique(np.concatenate(places))
+    n_curves = max(1, sum(not means.is_level for means in series))
+    widest = 0.5 * float(np.diff(every).min()) / n_curves if len(every) > 1 else 0.0
+    each = min(0.012 * float(np.ptp(every)), widest)
+    shifts = iter(each * (np.arange(n_curves) - (n_curves - 1) / 2.0))
     moved = []
     for means, place in zip(series, places, strict=True):
         at = place if means.is_level else place + next(shifts)

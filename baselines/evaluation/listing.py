@@ -151,6 +151,8 @@ def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> I
             text = f"{ORIGIN.sub('', text)} (set)"
         elif origins and prefix + name in origins:
             text = f"{text.partition('. ')[0]}. {origins[prefix + name]}"
+        if isinstance(value, tuple):
+            value = [each.model_dump() if isinstance(each, Part) else each for each in value]
         unit, origin = UNIT.search(text), ORIGIN.findall(text)
         meaning = re.sub(rf"\s*\({origin[-1]}\)$", "", text) if origin else text
         yield Parameter(

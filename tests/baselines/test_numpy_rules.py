@@ -111,7 +111,7 @@ def test_a_weighting_from_outside_repeats_what_was_recorded_bit_for_bit(physics)
         round_trips = data[f"{case}end round_trips"].tolist()
     controller = LayeredController(
         "outside",
-        SocialOdometryParameters(double=True),
+        SocialOdometryParameters(double=True, first_hand=False),
         SinglePrecisionSGIFF(),
         SubsumptionParameters(),
     )
