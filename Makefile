@@ -2,15 +2,16 @@
 PYTHON  ?= python3
 WORKERS ?= 2
 EXTRAS  := evaluate,calibrate,render,train,onnx,dev
-SHORT   := not slow and not reproduces and not wheel and not faults
+SHORT   := not slow and not reproduces and not wheel and not faults and not site
 FAULTS  ?= 20
 BIN     := .venv/bin
 READY   := .venv/.ready
 TESTS   := pytest hypothesis beartype
+REPLAYS := $(patsubst %,build/replays/%.html,near es1 real ants2008 es2 es3)
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test faults test-wheel test-browser test-rllib test-torchrl check lint golden \
-	coverage bench ladder reproduce pictures score-plot docs-equations clean
+.PHONY: help install demo test faults test-wheel test-browser test-docs test-rllib test-torchrl check \
+	lint golden coverage bench ladder reproduce pictures score-plot docs docs-serve docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -30,6 +31,11 @@ $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv-torchrl
 	.venv-torchrl/bin/python -m pip install -qq --constraint constraints.txt \
 		--editable '.[torchrl,train,render]' $(TESTS)
+	@touch $@
+
+.venv-docs/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv-docs
+	.venv-docs/bin/python -m pip install -qq --constraint constraints.txt --editable '.[docs]'
 	@touch $@
 
 install: $(READY)  ## make .venv with the tested set; quick when nothing changed
@@ -100,8 +106,26 @@ pictures: $(READY)  ## the still and the clip of README and docs
 	$(BIN)/swarm-forage watch es1 ssgikf --seed 1 --start 420 --seconds 100 --speed 12 \
 		--size 480 --video docs/images/es1.gif
 
+# A replay shows two minutes from a moment when the swarm knows its way.
+build/replays/near.html: START = 120
+build/replays/es2.html build/replays/es3.html: START = 1800
+build/replays/%.html: START ?= 420
+build/replays/%.html: .venv-docs/.ready
+	@mkdir -p $(@D)
+	.venv-docs/bin/swarm-forage watch $* ssgikf --seed 1 --start $(START) --seconds 120 --html $@
+
+docs: .venv-docs/.ready $(REPLAYS)  ## build the site into site/: strict, nothing fetched from elsewhere
+	NO_MKDOCS_2_WARNING=1 .venv-docs/bin/python -m mkdocs build --quiet
+	.venv-docs/bin/python docs/hooks/check_site.py site
+
+docs-serve: docs  ## show the site at http://localhost:8000
+	.venv-docs/bin/python -m http.server --directory site 8000
+
+test-docs: docs $(READY)  ## the site in Chromium at 390 and 1280 px, light and dark
+	$(BIN)/pytest -m site tests/docs
+
 docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings
-	$(BIN)/python docs/make_equations.py
+	$(BIN)/python docs/hooks/make_equations.py
 
 clean:  ## remove caches and build outputs; environments and runs/ stay
 	rm -rf build dist site *.egg-info .coverage .hypothesis .import_linter_cache .mypy_cache \

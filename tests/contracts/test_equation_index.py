@@ -32,7 +32,7 @@ class Gain:
 
 @pytest.fixture(scope="module")
 def page():
-    return runpy.run_path(str(ROOT / "docs" / "make_equations.py"))["page"]
+    return runpy.run_path(str(ROOT / "docs" / "hooks" / "make_equations.py"))["page"]
 
 
 def rows(text):

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("swarm_forage_env", "baselines")
 PAPERS = {
     "TR": "Gutiérrez et al. (2009), *Social Odometry: A Self-Organized Distributed Location"

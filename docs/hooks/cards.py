@@ -1,0 +1,213 @@
+"""A card for each environment and each rung of the ladder, written from the code."""
+
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+import card_tables
+
+from swarm_forage_env import parallel_env
+from swarm_forage_env.envs.registration import NAMES
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.task import task_of
+from training.ladder.rungs import RANDOM, Rung, Score, read_rungs
+
+TIMES = "\N{MULTIPLICATION SIGN}"
+
+REPLAYED = {"near": "ssgikf", "es1": "ssgikf", "es2": "ssgikf", "es3": "ssgikf", "real": "ssgikf",
+            "ants2008": "ssgikf"}  # fmt: skip
+"""Scenarios with a replay under build/replays, and the controller that it shows."""
+
+EASIEST_FIRST = ("near", "es1-clean", "es1", "real", "ants2008", "es2", "es3")
+KINDS = "", "-Joint", "-Tuple"
+"""Forms of the environment in Gymnasium: one learner, all in one Box, all in tuples."""
+
+RUNG_HEADS = "", "task", "robots learn", "random", "best hand-written", "oracle"
+LAYERS = {
+    "weighting": "What a policy sees and gives in the place of the weighting",
+    "motion": "What a policy sees and gives in the place of the motion",
+    "everything": "What a policy sees and gives that is everything",
+}
+REWARDS = {
+    "foraging": "1 to a robot in the tick in which it completes a round trip, nest to prey to nest;"
+    ' `reward="team"` gives the mean to all. `shaping=w` adds the potential.'
+    " [Reward](../environment.md#reward)",
+    "waypoints": "1 to a robot for a goal that it rightly claims to have reached, 0 for a wrong"
+    " claim. [Waypoints](../environment.md#waypoints)",
+}
+
+
+def pages() -> dict[str, str]:
+    """The text of every card by its place in the documentation."""
+    found = {"environments/index.md": _index()}
+    for name in _scenarios():
+        found[f"environments/{name}.md"] = _scenario_card(name)
+    for rung in read_rungs().values():
+        found[f"environments/ladder-{rung.name}.md"] = _rung_card(rung)
+    return found
+
+
+def navigation() -> list[Any]:
+    """Entries of the navigation for all cards."""
+    ladder = [{_rung_title(r): f"environments/ladder-{r.name}.md"} for r in read_rungs().values()]
+    worlds = [{name: f"environments/{name}.md"} for name in _scenarios()]
+    return ["environments/index.md", {"Scenarios": worlds}, {"Tasks of the ladder": ladder}]
+
+
+def _scenarios() -> list[str]:
+    return [*EASIEST_FIRST, *(name for name in NAMES if name not in EASIEST_FIRST)]
+
+
+def _rung_title(rung: Rung) -> str:
+    return f"{rung.card.rung} {rung.card.title}"
+
+
+def _index() -> str:
+    """The overview: all scenarios, all rungs."""
+    worlds = [[f"[`{name}`]({name}.md)", *(_size(find_scenario(name)))] for name in _scenarios()]
+    rungs = [
+        [str(r.card.rung), f"[{r.card.title}](ladder-{r.name}.md)", str(r.keywords["learn"]),
+         _score(r.card.scores.get(RANDOM)), _best(r), _score(r.card.scores.get(r.card.oracle))]
+        for r in read_rungs().values()
+    ]  # fmt: skip
+    return "\n".join((
+        "# Environments\n",
+        "Each card is written from the code when this site is built. How an environment is made,"
+        " with all keywords, stands in [The environment](../environment.md).\n",
+        "## Scenarios\n",
+        card_tables.table(("name", "robots", "arena", "an episode lasts"), worlds),
+        "\n## Tasks of the ladder\n",
+        "Named tasks of rising difficulty, to learn from scratch. How they are scored, and what"
+        " algorithms reach, stands in [The ladder](../ladder.md).\n",
+        card_tables.table(RUNG_HEADS, rungs),
+        "",
+    ))  # fmt: skip
+
+
+def _size(scenario: Any) -> tuple[str, str, str]:
+    """How many robots, how large, how long."""
+    seconds = scenario.task.duration
+    arena = getattr(scenario, "arena", None)
+    size = (
+        f"{arena.length:g} {TIMES} {arena.width:g} m"
+        if arena
+        else f"{scenario.task.side:g} {TIMES} {scenario.task.side:g} m, no walls"
+    )
+    return str(scenario.task.n_robots), size, f"{seconds:g} s, {scenario.n_ticks:,} ticks"
+
+
+def _scenario_card(name: str) -> str:
+    """The card of a scenario."""
+    scenario = find_scenario(name)
+    task = task_of(scenario)
+    robots, size, lasts = _size(scenario)
+    facts = [
+        ("robots", robots),
+        ("arena", size),
+        ("an episode lasts", lasts + "; all robots are truncated together, none terminates"),
+        ("PettingZoo", f'`parallel_env("{name}")`, id `swarm_forage/{name}-v1`'),
+        ("Gymnasium", ", ".join(f"`SwarmForage/{NAMES[name]}{kind}-v1`" for kind in KINDS)),
+        ("batch", f'`ArrayEnv("{name}", n_worlds=64)`'),
+        ("reward", REWARDS[task.name]),
+        ("default controller", f"`{task.controller}`"),
+        ("infos", ", ".join(f"`{key}`" for key in _infos(name))),
+    ]  # fmt: skip
+    parts = [f"# {name}\n", card_tables.table(("", ""), [[f"**{a}**", b] for a, b in facts]) + "\n"]
+    if name in REPLAYED:
+        parts.append(_replay(name))
+    if tasks := [r for r in read_rungs().values() if r.test_scenario.name == name]:
+        links = ", ".join(f"[{_rung_title(r)}](ladder-{r.name}.md)" for r in tasks)
+        parts.append(f"Tasks of the ladder that are scored here: {links}.\n")
+        parts += [_scores(next((r for r in tasks if r.card.scores), tasks[0]))]
+    for learn, title in LAYERS.items():
+        if learn in task.policies:
+            parts.append(f"## {title}\n\n{card_tables.policy(name, learn)}")
+    parts.append("## Every number\n")
+    parts.append(f"Change one by keyword or by `--set`; `swarm-forage list {name}` prints them.\n")
+    parts.append(card_tables.numbers(name))
+    return "\n".join(parts)
+
+
+def _replay(name: str) -> str:
+    controller = REPLAYED[name]
+    return (
+        f'<iframe class="replay" src="../replays/{name}.html" loading="lazy" '
+        f'title="Replay of {name} under {controller}"></iframe>\n\n'
+        f"`swarm-forage watch {name} {controller} --html {name}.html` makes such a replay.\n"
+    )
+
+
+def _rung_card(rung: Rung) -> str:
+    """The card of a rung of the ladder."""
+    card, learn = rung.card, str(rung.keywords["learn"])
+    name = str(rung.keywords["scenario"])
+    test = rung.test_scenario
+    keywords = ", ".join(
+        f"{key}={value!r}" if "." not in key else f'**{{"{key}": {value!r}}}'
+        for key, value in sorted(rung.keywords.items(), key=lambda item: "." in item[0])
+        if key != "scenario"
+    )
+    made = textwrap.fill(f'env = parallel_env("{name}", {keywords})', 88, subsequent_indent="    ")
+    facts = [
+        ("robots learn", f"`{learn}`"),
+        ("trained in", f"[`{name}`]({name}.md)"),
+        ("scored in", f"[`{test.name}`]({test.name}.md), {test.task.n_robots} robots,"
+         f" {test.task.duration:g} s, {card.episodes} episodes, engine"
+         f" `{task_of(test).physics}`"),
+        ("training", f"{card.robot_steps:,} robot-steps"),
+        ("a normalised score of 1", f"`{card.oracle}`"),
+    ]  # fmt: skip
+    return "\n".join((
+        f"# {_rung_title(rung)}\n",
+        f"**What is hard.** {card.hard}\n",
+        card_tables.table(("", ""), [[f"**{a}**", b] for a, b in facts]) + "\n",
+        "```python\nfrom swarm_forage_env import parallel_env\n\n" + made + "\n```\n",
+        "```sh\nswarm-forage benchmark ladder --rung " + rung.name + " --algorithm sb3_ppo\n```\n",
+        _scores(rung),
+        "What algorithms make of it that learn from scratch: "
+        f"[the ladder](../ladder.md#{rung.name}).\n",
+        f"## What a policy sees and gives\n\n{card_tables.policy(name, learn)}",
+    ))  # fmt: skip
+
+
+def _scores(rung: Rung) -> str:
+    """A table of what random actions, controllers and oracles score."""
+    card = rung.card
+    head = f"## Scores\n\n{'Goals of a robot' if rung.name == 'waypoints' else 'Round trips'}"
+    head += f" in an episode of `{rung.test_scenario.name}`, mean and 95 % interval.\n\n"
+    if not card.scores:
+        return f"{head}Not measured yet: `swarm-forage benchmark cards --rung {rung.name}`.\n"
+    order = sorted(card.scores, key=lambda name: card.scores[name].mean)
+    rows = [
+        [_kind(name, rung), f"`{name}`", _score(card.scores[name]),
+         f"{rung.normalised(card.scores[name].mean):.2f}", str(card.scores[name].episodes)]
+        for name in order
+    ]  # fmt: skip
+    return head + card_tables.table(("", "name", "score", "normalised", "episodes"), rows) + "\n"
+
+
+def _kind(name: str, rung: Rung) -> str:
+    if name == RANDOM:
+        return "random actions"
+    if name in rung.card.controllers:
+        return "hand-written"
+    return "oracle" if name == rung.card.oracle else "learned, bundled"
+
+
+def _score(score: Score | None) -> str:
+    if score is None:
+        return "-"
+    shown = f"{score.mean:.1f}" if score.mean >= 5 else f"{score.mean:.2f}"
+    return shown if score.low is None else f"{shown} ({score.low:.3g} to {score.high:.3g})"
+
+
+def _best(rung: Rung) -> str:
+    scored = [name for name in rung.card.controllers if name in rung.card.scores]
+    if not scored:
+        return "-"
+    best = max(scored, key=lambda name: rung.card.scores[name].mean)
+    return f"`{best}` {_score(rung.card.scores[best])}"
+
+
+def _infos(name: str) -> Sequence[str]:
+    return tuple(parallel_env(name).array_env.infos)

@@ -1,0 +1,59 @@
+"""Words of the glossary, linked to it where a page uses them first."""
+
+import re
+from collections.abc import Mapping
+
+TERM = re.compile(r"^### (?P<words>.+?) \{ ?#(?P<anchor>[\w-]+) ?\}$", re.MULTILINE)
+TAG = re.compile(r"(<[^>]+>)")
+NAME = re.compile(r"</?([a-zA-Z][\w-]*)")
+UNTOUCHED = {
+    "a", "code", "pre", "script", "style", "h1", "h2", "h3", "h4", "h5", "svg", "math", "th",
+    "figcaption", "button", "label",
+}  # fmt: skip
+"""In these elements no word is linked."""
+
+
+def terms(glossary: str) -> dict[str, str]:
+    """Every word of the glossary, in small letters, and its anchor.
+
+    >>> terms("### Round trip, trip {#round-trip}")
+    {'round trip': 'round-trip', 'trip': 'round-trip'}
+    """
+    return {
+        word.strip("` ").lower(): match["anchor"]
+        for match in TERM.finditer(glossary)
+        for word in match["words"].split(",")
+    }
+
+
+def linked(page: str, words: Mapping[str, str], glossary: str) -> str:
+    """The HTML of a page, the first use of every word of the glossary a link to it.
+
+    >>> linked("<p>The nest, the nest.</p>", {"nest": "nest"}, "glossary.html")
+    '<p>The <a class="term" href="glossary.html#nest">nest</a>, the nest.</p>'
+    """
+    if not words:
+        return page
+    longest_first = sorted(words, key=len, reverse=True)
+    pattern = re.compile(
+        r"(?<![\w-])(" + "|".join(map(re.escape, longest_first)) + r")(?P<s>s?)(?![\w-])", re.I
+    )
+    seen: set[str] = set()
+
+    def link(match: re.Match[str]) -> str:
+        anchor = words[match[1].lower()]
+        if anchor in seen:
+            return match[0]
+        seen.add(anchor)
+        return f'<a class="term" href="{glossary}#{anchor}">{match[0]}</a>'
+
+    depth, pieces = 0, []
+    for piece in TAG.split(page):
+        if piece.startswith("<"):
+            name = NAME.match(piece)
+            if name and name[1].lower() in UNTOUCHED and not piece.endswith("/>"):
+                depth += -1 if piece.startswith("</") else 1
+            pieces.append(piece)
+        else:
+            pieces.append(piece if depth else pattern.sub(link, piece))
+    return "".join(pieces)

@@ -1,0 +1,94 @@
+"""What MkDocs does beyond Markdown: generated pages, links to sources, links to the glossary.
+
+Generated pages are made from the code at every build and kept nowhere, so that none is out of date.
+"""
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import cards
+import equation_page
+import glossary_links
+import source_pages
+import tutorial_pages
+from mkdocs.structure.files import File, Files
+
+ROOT = source_pages.ROOT
+GLOSSARY = "glossary.md"
+TUTORIALS = ROOT / "examples" / "tutorials"
+REPLAYS = ROOT / "build" / "replays"
+ORDER = (
+    "first_swarm", "reproduce_a_figure", "learn_a_motion", "learn_a_weighting",
+    "a_rule_as_a_package", "read_the_data", "watch_and_compare", "scale_out",
+)  # fmt: skip
+"""The tutorials in the order of the navigation."""
+
+
+def on_config(config: Any) -> Any:
+    """Enter the generated pages into the navigation."""
+    for section in config.nav:
+        (title, entries), *_ = section.items()
+        if title == "Environments":
+            entries += cards.navigation()
+        if title == "Tutorials":
+            entries += [f"tutorials/{name}.md" for name in ORDER]
+    return config
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Add the generated pages, then one for each source file that any page links to."""
+    pages = {
+        "contributing.md": ("CONTRIBUTING.md", _read("CONTRIBUTING.md")),
+        "changelog.md": ("CHANGELOG.md", _read("CHANGELOG.md")),
+        "equations.md": ("docs/equations.md", equation_page.page(ROOT)),
+        **{uri: (f"docs/{uri}", text) for uri, text in cards.pages().items()},
+    }
+    for name in ORDER:
+        script = TUTORIALS / f"{name}.py"
+        text = tutorial_pages.page(script.read_text(encoding="utf-8"), name)
+        pages[f"tutorials/{name}.md"] = (f"docs/tutorials/{name}.md", text)
+        _add(files, config, f"tutorials/{name}.ipynb", tutorial_pages.notebook(script))
+    linked = {f"examples/tutorials/{name}.py" for name in ORDER}
+    for uri, (origin, text) in pages.items():
+        linked |= set(source_pages.linked_files(text, origin))
+        _add(files, config, uri, source_pages.rewritten(text, origin, f"docs/{uri}"))
+    for file in files.documentation_pages():
+        if file.src_uri not in pages:
+            linked |= set(source_pages.linked_files(file.content_string, f"docs/{file.src_uri}"))
+    for path in sorted(linked):
+        _add(files, config, f"source/{path}.md", source_pages.source_page(path))
+    for replay in sorted(REPLAYS.glob("*.html")):
+        _add(files, config, f"replays/{replay.name}", replay.read_text(encoding="utf-8"))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
+    """Lead links to files outside docs/ to the pages that show them."""
+    origin = f"docs/{page.file.src_uri}"
+    return source_pages.rewritten(markdown, origin, origin)
+
+
+def on_page_content(html: str, page: Any, config: Any, **_: Any) -> str:
+    """Link first uses of the words of the glossary, and equations to the lines of their code."""
+    if page.file.src_uri == "equations.md":
+        html = equation_page.with_lines(html)
+    if page.file.src_uri == GLOSSARY or page.file.src_uri.startswith(("source/", "reference/")):
+        return html
+    words = glossary_links.terms((Path(config.docs_dir) / GLOSSARY).read_text(encoding="utf-8"))
+    target = os.path.relpath("glossary.html", Path(page.file.dest_uri).parent)
+    return glossary_links.linked(html, words, target)
+
+
+def _read(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def _add(files: Files, config: Any, uri: str, content: str) -> None:
+    """Add a generated file, in the place of one of the same name."""
+    if (old := files.get_file_from_path(uri)) is not None:
+        files.remove(old)
+    files.append(File.generated(config, uri, content=content))

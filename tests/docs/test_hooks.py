@@ -1,0 +1,109 @@
+"""What the site is built by: links to sources, words of the glossary, the check of the result."""
+
+import re
+from pathlib import Path
+
+import check_site
+import equation_markup
+import glossary_links
+import make_equations
+import pytest
+import source_pages
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_a_link_out_of_the_documentation_leads_to_a_page_that_shows_the_file():
+    text = "[a](../pyproject.toml), [b](../CHANGELOG.md#x), [c](ladder.md), [d](../none.py)"
+    page = "docs/environment.md"
+    assert source_pages.rewritten(text, page, page) == (
+        "[a](source/pyproject.toml.md), [b](changelog.md#x), [c](ladder.md), [d](../none.py)"
+    )
+    assert list(source_pages.linked_files(text, page)) == ["pyproject.toml"]
+
+
+def test_links_of_a_page_from_the_root_are_led_into_the_documentation():
+    text = "[a](docs/ladder.md#near), [b](README.md), [c](https://example.org/x.py)"
+    assert source_pages.rewritten(text, "CONTRIBUTING.md", "docs/contributing.md") == (
+        "[a](ladder.md#near), [b](index.md), [c](https://example.org/x.py)"
+    )
+
+
+def test_a_word_is_linked_once_and_never_in_code_or_headings():
+    words = {"nest": "nest", "prey area": "prey"}
+    page = "<h1>The nest</h1><p><code>nest</code> nests, the prey area; nest</p>"
+    assert glossary_links.linked(page, words, "g.html") == (
+        '<h1>The nest</h1><p><code>nest</code> <a class="term" href="g.html#nest">nests</a>,'
+        ' the <a class="term" href="g.html#prey">prey area</a>; nest</p>'
+    )
+
+
+def test_every_heading_of_the_glossary_is_a_word_with_an_anchor():
+    text = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+    headings = re.findall(r"^### ", text, re.MULTILINE)
+    assert len(set(glossary_links.terms(text).values())) == len(headings) > 20
+
+
+@pytest.mark.parametrize(
+    ("text", "latex"),
+    [
+        ("x += drho cos(theta + dtheta / 2)",
+         r"x \mathrel{+}= \Delta \rho \, \cos (\theta + \frac{\Delta \theta}{2})"),
+        ("|a| / |b|", r"\frac{\left| a \right|}{\left| b \right|}"),
+        ("P = (sum_j w_j I_j)^-1", r"P = (\sum_{j} \, w_{j} \, I_{j})^{-1}"),
+        ("K = (P - C) C'", r"K = (P - C) \, C^{\mathsf T}"),
+        ("F = [1 0 u; 0 1 v]", r"F = \begin{bmatrix} 1 & 0 & u \\ 0 & 1 & v \end{bmatrix}"),
+        ("a - t / (1 - t)", r"a - \frac{t}{1 - t}"),
+        ("(a - t, b) / 2", r"\frac{(a - t,\ b)}{2}"),
+    ],
+)  # fmt: skip
+def test_an_equation_is_typeset(text, latex):
+    assert equation_markup.to_latex(text) == latex
+
+
+@pytest.mark.parametrize("text", ["s = P_i+ (P_i-)^-1", "a = (b", "a ~ b", "a /", "[1/s times]"])
+def test_text_that_is_no_equation_is_refused(text):
+    with pytest.raises(equation_markup.NotationError):
+        equation_markup.to_latex(text)
+
+
+def test_the_index_of_equations_links_to_files_that_there_are():
+    page = make_equations.page(ROOT)
+    assert set(source_pages.linked_files(page, "docs/equations.md"))
+    targets = re.findall(r"\]\((\.\./[^)]+)\)", page)
+    assert all((ROOT / "docs" / target).is_file() for target in targets)
+
+
+@pytest.fixture
+def site(tmp_path):
+    """A site of two pages without a fault."""
+    (tmp_path / "a.css").write_text("p { color: red; }")
+    (tmp_path / "one.html").write_text('<link rel="stylesheet" href="a.css"><h1 id="x">One</h1>')
+    (tmp_path / "two.html").write_text(
+        '<a href="one.html#x">1</a><a href="https://example.org">far</a>'
+    )
+    return tmp_path
+
+
+def test_a_whole_site_has_no_faults(site):
+    assert not list(check_site.faults(site))
+
+
+@pytest.mark.parametrize(
+    ("html", "fault"),
+    [
+        ('<a href="three.html">3</a>', "dead link three.html"),
+        ('<a href="one.html#y">1</a>', "dead anchor one.html#y"),
+        ('<script src="https://example.org/x.js"></script>', "fetches https://example.org/x.js"),
+        ('<link rel="preconnect" href="//fonts.example">', "fetches //fonts.example"),
+        ('<img src="gone.png">', "dead link gone.png"),
+    ],
+)
+def test_a_fault_of_a_site_is_found(site, html, fault):
+    (site / "two.html").write_text(html)
+    assert list(check_site.faults(site)) == [f"two.html: {fault}"]
+
+
+def test_a_style_from_elsewhere_is_found(site):
+    (site / "a.css").write_text("@import url(https://example.org/font.css);")
+    assert list(check_site.faults(site)) == ["a.css: fetches from elsewhere"]
