@@ -5,7 +5,6 @@ import inspect
 import re
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import groupby
 from typing import Any
 
 from baselines.evaluation.listing import describe
@@ -38,26 +37,27 @@ def policy(name: str, learn: str) -> str:
 
 
 def _rows(layout: Sequence[Any], meanings: Mapping[str, str]) -> Iterator[tuple[str, ...]]:
-    """A row for each run of features that differ in the counted part of their name only."""
-    indexed = list(enumerate(layout))
-
-    def group(pair: tuple[int, Any]) -> tuple[Any, ...]:
-        feature = pair[1]
-        field = _field(feature.name)
-        return field, feature.unit, feature.low, feature.high, feature.noise
-
-    for (field, unit, low, high, noise), found in groupby(indexed, group):
-        each = list(found)
-        first, last = each[0][0], each[-1][0]
-        number = str(first) if first == last else f"{first} to {last}"
-        ends = [pair[1].name.removeprefix(field).strip(".") for pair in each]
-        shown = f"`{field}`" + (f" {_ends(ends)}" if ends != [""] else "")
-        yield number, shown, unit, f"{low:g}", f"{high:g}", noise, meanings.get(field, "")
+    """A row for the features of a field that have the same unit, bounds and noise."""
+    groups: dict[tuple[Any, ...], list[tuple[int, str]]] = {}
+    for number, each in enumerate(layout):
+        field = ".".join(each.name.split(".")[:2])
+        end = each.name.removeprefix(field).strip(".")
+        key = field, each.unit, each.low, each.high, each.noise
+        groups.setdefault(key, []).append((number, end))
+    for (field, unit, low, high, noise), found in groups.items():
+        numbers, ends = zip(*found, strict=True)
+        shown = f"`{field}` {_ends(ends)}".strip()
+        meaning = meanings.get(field, "")
+        yield _runs(numbers), shown, unit, f"{low:g}", f"{high:g}", noise, meaning
 
 
-def _field(name: str) -> str:
-    """The part and the field of a dotted name."""
-    return ".".join(name.split(".")[:2])
+def _runs(numbers: Sequence[int]) -> str:
+    """Numbers as they follow each other: "3", "0 to 7", "29, 32, 35"."""
+    first, last = numbers[0], numbers[-1]
+    if first == last:
+        return str(first)
+    is_run = last - first == len(numbers) - 1
+    return f"{first} to {last}" if is_run else ", ".join(map(str, numbers))
 
 
 def _ends(ends: Sequence[str]) -> str:

@@ -11,7 +11,7 @@ SYMBOLS = {
        "rho", "mu", "sigma", "pi", "Phi", "sin", "cos", "exp", "ln", "max", "min", "det")},
     **{name: rf"\Delta {what}" for name, what in (("drho", r"\rho"), ("dtheta", r"\theta"),
        ("dU", "U"), ("dd", "d"), ("dx", "x"), ("dy", "y"), ("dt", "t"))},
-    "sum": r"\sum", "+-": r"\pm", "<=": r"\le", ">=": r"\ge", "+=": r"\mathrel{+}=",
+    "sum": r"\sum", "+-": r"\pm", "<=": r"\le", ">=": r"\ge",
 }  # fmt: skip
 """Names and operators that are not written as they stand."""
 
@@ -35,14 +35,14 @@ def to_latex(text: str) -> str:
     >>> to_latex("g_i = p_i / (p_i + p_j)")
     'g_{i} = \\frac{p_{i}}{p_{i} + p_{j}}'
     >>> to_latex("A = [1 0; 0 -r sin(d)]")
-    'A = \\begin{bmatrix} 1 & 0 \\\\ 0 & -r \\, \\sin (d) \\end{bmatrix}'
+    'A = \\begin{matrix} 1 & 0 \\\\ 0 & -r \\, \\sin (d) \\end{matrix}'
     """
     matrices: list[str] = []
 
     def set_aside(match: re.Match[str]) -> str:
         rows = [" & ".join(map(to_latex, _entries(row))) for row in match[1].split(";")]
         body = r" \\ ".join(rows)
-        matrices.append(rf"\begin{{bmatrix}} {body} \end{{bmatrix}}")
+        matrices.append(rf"\begin{{matrix}} {body} \end{{matrix}}")
         return f"@{len(matrices) - 1}@"
 
     return _Parser(MATRIX.sub(set_aside, text.strip()), matrices).whole()
@@ -136,6 +136,8 @@ class _Parser:
         found += self._fraction()
         while self._next in RELATIONS:
             operator = self._take()
+            if operator == "+=":
+                found, operator = rf"{found} \leftarrow {found}", "+"
             found += f" {SYMBOLS.get(operator, operator)} "
             found += self._take() if self._next == "-" else ""
             found += self._fraction()

@@ -14,7 +14,7 @@ UNTOUCHED = {
 
 
 def terms(glossary: str) -> dict[str, str]:
-    """Every word of the glossary, in small letters, and its anchor.
+    """Every word of the glossary, in small letters, and its anchor; symbols of one letter left out.
 
     >>> terms("### Round trip, trip {#round-trip}")
     {'round trip': 'round-trip', 'trip': 'round-trip'}
@@ -23,6 +23,7 @@ def terms(glossary: str) -> dict[str, str]:
         word.strip("` ").lower(): match["anchor"]
         for match in TERM.finditer(glossary)
         for word in match["words"].split(",")
+        if len(word) > 1
     }
 
 

@@ -75,7 +75,7 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
 def on_page_content(html: str, page: Any, config: Any, **_: Any) -> str:
     """Link first uses of the words of the glossary, and equations to the lines of their code."""
     if page.file.src_uri == "equations.md":
-        html = equation_page.with_lines(html)
+        return equation_page.with_lines(html)
     if page.file.src_uri == GLOSSARY or page.file.src_uri.startswith(("source/", "reference/")):
         return html
     words = glossary_links.terms((Path(config.docs_dir) / GLOSSARY).read_text(encoding="utf-8"))

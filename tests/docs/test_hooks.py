@@ -48,11 +48,11 @@ def test_every_heading_of_the_glossary_is_a_word_with_an_anchor():
     ("text", "latex"),
     [
         ("x += drho cos(theta + dtheta / 2)",
-         r"x \mathrel{+}= \Delta \rho \, \cos (\theta + \frac{\Delta \theta}{2})"),
+         r"x \leftarrow x + \Delta \rho \, \cos (\theta + \frac{\Delta \theta}{2})"),
         ("|a| / |b|", r"\frac{\left| a \right|}{\left| b \right|}"),
         ("P = (sum_j w_j I_j)^-1", r"P = (\sum_{j} \, w_{j} \, I_{j})^{-1}"),
         ("K = (P - C) C'", r"K = (P - C) \, C^{\mathsf T}"),
-        ("F = [1 0 u; 0 1 v]", r"F = \begin{bmatrix} 1 & 0 & u \\ 0 & 1 & v \end{bmatrix}"),
+        ("F = [1 0 u; 0 1 v]", r"F = \begin{matrix} 1 & 0 & u \\ 0 & 1 & v \end{matrix}"),
         ("a - t / (1 - t)", r"a - \frac{t}{1 - t}"),
         ("(a - t, b) / 2", r"\frac{(a - t,\ b)}{2}"),
     ],

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("installation", "quickstart", *(f"guides/{path.stem}" for path in sorted(
+PAGES = ("installation", "quickstart", "trainers", *(f"guides/{path.stem}" for path in sorted(
     (ROOT / "docs" / "guides").glob("*.md")) if path.stem != "index"))  # fmt: skip
 
 
