@@ -121,7 +121,7 @@ docs: .venv-docs/.ready $(REPLAYS)  ## build the site into site/: strict, nothin
 docs-serve: docs  ## show the site at http://localhost:8000
 	.venv-docs/bin/python -m http.server --directory site 8000
 
-test-docs: docs $(READY)  ## the site in Chromium at 390 and 1280 px, light and dark
+test-docs: docs $(READY)  ## the site in Chromium, which must be there, at 390 and 1280 px
 	$(BIN)/pytest -m site tests/docs
 
 docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings

@@ -23,7 +23,7 @@ def policy(name: str, learn: str) -> str:
     env = parallel_env(name, learn=learn)
     meanings = {
         f"{part}.{key}": text
-        for part, kind in getattr(env.observation_layout, "inputs", {}).items()
+        for part, kind in _parts(name, learn).items()
         for key, text in _field_docstrings(kind).items()
     }
     seen, given = env.observation_layout, env.action_layout
@@ -34,6 +34,12 @@ def policy(name: str, learn: str) -> str:
         f'### Action of `learn="{learn}"`, {len(given)} numbers {{ #gives-{learn} }}\n\n'
         f"{table(heads[:5], [row[:5] for row in _rows(given, {})])}\n"
     )
+
+
+def _parts(name: str, learn: str) -> Mapping[str, type[Any]]:
+    """What each part of an observation is as a dataclass, whose fields say what they mean."""
+    in_units = parallel_env(name, learn=learn, normalise=False)
+    return getattr(in_units.observation_layout, "inputs", {})
 
 
 def _rows(layout: Sequence[Any], meanings: Mapping[str, str]) -> Iterator[tuple[str, ...]]:

@@ -143,7 +143,7 @@ def _rung_card(rung: Rung) -> str:
     name = str(rung.keywords["scenario"])
     test = rung.test_scenario
     keywords = ", ".join(
-        f"{key}={value!r}" if "." not in key else f'**{{"{key}": {value!r}}}'
+        f"{key}={_literal(value)}" if "." not in key else f'**{{"{key}": {_literal(value)}}}'
         for key, value in sorted(rung.keywords.items(), key=lambda item: "." in item[0])
         if key != "scenario"
     )
@@ -168,6 +168,11 @@ def _rung_card(rung: Rung) -> str:
         f"[the ladder](../ladder.md#{rung.name}).\n",
         f"## What a policy sees and gives\n\n{card_tables.policy(name, learn)}",
     ))  # fmt: skip
+
+
+def _literal(value: Any) -> str:
+    """A value as code, text in double quotes."""
+    return f'"{value}"' if isinstance(value, str) else repr(value)
 
 
 def _scores(rung: Rung) -> str:
@@ -197,8 +202,11 @@ def _kind(name: str, rung: Rung) -> str:
 def _score(score: Score | None) -> str:
     if score is None:
         return "-"
-    shown = f"{score.mean:.1f}" if score.mean >= 5 else f"{score.mean:.2f}"
-    return shown if score.low is None else f"{shown} ({score.low:.3g} to {score.high:.3g})"
+    digits = 0 if score.mean >= 100 else 1 if score.mean >= 5 else 2
+    shown = f"{score.mean:.{digits}f}"
+    if score.low is None or score.high is None:
+        return shown
+    return f"{shown} ({score.low:.{digits}f} to {score.high:.{digits}f})"
 
 
 def _best(rung: Rung) -> str:

@@ -1,9 +1,9 @@
 # %% [markdown]
 # # Reproduce a figure of a paper
 #
-# Figure 13 of the technical report of 2009 compares strategies by round trips. Here three of them
-# run in the first world of the paper, `es1`, and are drawn beside the published numbers. It needs
-# `pip install '.[evaluate]'`; with 30 episodes each it takes some minutes.
+# Figures 14 and 15 of the technical report of 2009 compare strategies by round trips. Here three of
+# them run in the first world of the paper, `es1`, and are drawn beside the published numbers. It
+# needs `pip install '.[evaluate]'`; with 30 episodes each it takes some minutes.
 #
 # One command does all figures and all claims: `swarm-forage reproduce social-odometry` (hours).
 

@@ -1,5 +1,6 @@
 """The code of the guides and of the first pages runs as it is printed, each page as one script."""
 
+import os
 import re
 import subprocess
 import sys
@@ -21,8 +22,15 @@ def script_of(page):
 def test_the_code_of_a_page_runs(page, tmp_path):
     file = tmp_path / "page.py"
     file.write_text(script_of(page), encoding="utf-8")
-    command = [sys.executable, "-W", "error", "-c", f"import runpy; runpy.run_path({str(file)!r})"]
-    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+    run = subprocess.run(
+        [sys.executable, "-W", "error", str(file)],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip()
 

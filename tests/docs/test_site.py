@@ -1,7 +1,10 @@
 """The built site in Chromium: nothing is fetched from elsewhere, nothing scrolls sideways."""
 
 import shutil
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
@@ -21,6 +24,22 @@ def pages():
     return [path for path in found if path.parts[0] not in ("source", "replays")]
 
 
+class Quiet(SimpleHTTPRequestHandler):
+    """Serves the site, and writes no log."""
+
+    def log_message(self, *arguments):
+        """Say nothing."""
+
+
+@pytest.fixture(scope="module")
+def address():
+    """Where the site is served."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=SITE)) as server:
+        Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/"
+        server.shutdown()
+
+
 @pytest.fixture(scope="module")
 def browser():
     api = pytest.importorskip("playwright.sync_api", reason="Playwright comes with extra `dev`")
@@ -31,17 +50,50 @@ def browser():
         found.close()
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("width", WIDTHS)
-def test_no_page_scrolls_sideways_or_fetches_from_elsewhere(browser, width, scheme):
+@pytest.fixture
+def opened(browser, address):
+    """Opens a tab; in the end all that was fetched is of the site, and nothing complained."""
+    contexts, requests, complaints = [], [], []
+
+    def open_tab(**options):
+        contexts.append(browser.new_context(**options))
+        tab = contexts[-1].new_page()
+        tab.on("request", lambda request: requests.append(request.url))
+        tab.on("pageerror", lambda error: complaints.append(str(error)))
+        return tab
+
+    yield open_tab
+    for context in contexts:
+        context.close()
+    assert requests
+    assert not [url for url in requests if not url.startswith((address, "data:", "blob:"))]
+    assert not complaints
+
+
+def test_no_page_scrolls_sideways(opened, address):
     assert len(pages()) > 50, "build the site first: make docs"
-    context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
-    tab, requests, wide = context.new_page(), [], {}
-    tab.on("request", lambda request: requests.append(request.url))
+    tab, wide = opened(color_scheme="dark"), {}
     for page in pages():
-        tab.goto((SITE / page).as_uri(), wait_until="domcontentloaded")
-        if (over := tab.evaluate(TOO_WIDE)) > 0:
-            wide[str(page)] = over
-    context.close()
+        tab.goto(address + page.as_posix(), wait_until="domcontentloaded")
+        for width in WIDTHS:
+            tab.set_viewport_size({"width": width, "height": 900})
+            if (over := tab.evaluate(TOO_WIDE)) > 0:
+                wide[page.as_posix(), width] = over
     assert not wide
-    assert {url.partition(":")[0] for url in requests} <= {"file", "data", "blob"}
+
+
+def test_the_site_can_be_searched(opened, address):
+    tab = opened(viewport={"width": 1280, "height": 900})
+    tab.goto(address)
+    tab.fill("input[name=query]", "round trip")
+    tab.wait_for_selector(".md-search-result__item")
+
+
+def test_the_replay_on_the_front_page_runs(opened, address):
+    tab = opened(viewport={"width": 1280, "height": 900})
+    tab.goto(address)
+    replay = next(frame for frame in tab.frames if "replays/es1" in frame.url)
+    replay.wait_for_function("view.episode !== null")
+    before = replay.text_content("#clock")
+    replay.click("#play")
+    replay.wait_for_function("before => clock.textContent !== before", arg=before)

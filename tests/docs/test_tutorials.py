@@ -42,6 +42,7 @@ def test_a_tutorial_runs(name, tmp_path):
     for package in NEEDS.get(name, ()):
         pytest.importorskip(package)
     environment = {k: v for k, v in os.environ.items() if k != "SWARM_CHECK_SHAPES"}
+    environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
     environment |= {"SWARM_FORAGE_TUTORIAL": "small", "SWARM_FORAGE_OUT": str(tmp_path)}
     run = subprocess.run(
         [sys.executable, "-W", "error", str(FOLDER / f"{name}.py")],
