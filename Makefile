@@ -7,7 +7,7 @@ FAULTS  ?= 20
 BIN     := .venv/bin
 READY   := .venv/.ready
 TESTS   := pytest hypothesis beartype
-REPLAYS := $(patsubst %,build/replays/%.html,near es1 real ants2008 es2 es3)
+REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es2 es3)
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults test-wheel test-browser test-docs test-rllib test-torchrl check \

@@ -14,8 +14,7 @@ from training.ladder.rungs import RANDOM, Rung, Score, read_rungs
 
 TIMES = "\N{MULTIPLICATION SIGN}"
 
-REPLAYED = {"near": "ssgikf", "es1": "ssgikf", "es2": "ssgikf", "es3": "ssgikf", "real": "ssgikf",
-            "ants2008": "ssgikf"}  # fmt: skip
+REPLAYED = dict.fromkeys(("near", "es1-clean", "es1", "real", "ants2008", "es2", "es3"), "ssgikf")
 """Scenarios with a replay under build/replays, and the controller that it shows."""
 
 EASIEST_FIRST = ("near", "es1-clean", "es1", "real", "ants2008", "es2", "es3")
