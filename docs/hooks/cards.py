@@ -2,6 +2,7 @@
 
 import textwrap
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import card_tables
@@ -163,10 +164,16 @@ def _rung_card(rung: Rung) -> str:
         "```python\nfrom swarm_forage_env import parallel_env\n\n" + made + "\n```\n",
         "```sh\nswarm-forage benchmark ladder --rung " + rung.name + " --algorithm sb3_ppo\n```\n",
         _scores(rung),
-        "What algorithms make of it that learn from scratch: "
-        f"[the ladder](../ladder.md#{rung.name}).\n",
+        f"What algorithms make of it that learn from scratch: {_results(rung)}.\n",
         f"## What a policy sees and gives\n\n{card_tables.policy(name, learn)}",
     ))  # fmt: skip
+
+
+def _results(rung: Rung) -> str:
+    """A link to what algorithms score, if the page of the ladder has been written with this rung."""
+    ladder = (Path(__file__).parents[1] / "ladder.md").read_text(encoding="utf-8")
+    is_there = f"### {rung.name}\n" in ladder
+    return f"[the ladder](../ladder.md{f'#{rung.name}' if is_there else ''})"
 
 
 def _literal(value: Any) -> str:
