@@ -170,7 +170,7 @@ def _rung_card(rung: Rung) -> str:
 
 
 def _results(rung: Rung) -> str:
-    """A link to what algorithms score, if the page of the ladder has been written with this rung."""
+    """A link to what algorithms score: to the section of the rung, if the page has one yet."""
     ladder = (Path(__file__).parents[1] / "ladder.md").read_text(encoding="utf-8")
     is_there = f"### {rung.name}\n" in ladder
     return f"[the ladder](../ladder.md{f'#{rung.name}' if is_there else ''})"
