@@ -7,9 +7,8 @@ Not in the paper, and chosen here:
 - the group talks through the same radio as in local communication, but its range is unlimited:
   a beam is measured with the noise of one frame, as nobody stops for it, and the group averages
   once in the time of an exchange and of the pause after it. Local communication is ahead of it
-  for these two reasons only, so that this choice decides the paper's claim: with two frames a
-  beam global communication gains a third, and averaged every exchange time it collapses
-  (`through_radio=false` has exact beams and averages every exchange time);
+  for these two reasons only, so that this choice decides the paper's claim (decision 0022):
+  `through_radio=false`, with exact beams in every exchange time, is ahead;
 - no message is lost;
 - robots tell of what they know; the mean is over them and the robot itself, each counting alike;
   p becomes the mean of their p;
