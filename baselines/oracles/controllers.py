@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from baselines.controller import LayeredController
-from baselines.controllers import SINGLE, SINGLE_FIELDS, SUBSUMPTION
+from baselines.controllers import FREQUENT, SINGLE, SINGLE_FIELDS, SUBSUMPTION
 from baselines.oracles.global_average import GlobalAverage
 from baselines.oracles.no_error import PerfectOdometry
 from baselines.oracles.oracle import OracleWeighting
@@ -25,8 +25,10 @@ NAMED = (
     Oracle("no-error", PerfectOdometry(**SINGLE_FIELDS), SGIFF(beta=1e-3), SUBSUMPTION),
     Oracle("global", GlobalAverage(**SINGLE_FIELDS | {"speaks": False}), SGIKF(), SUBSUMPTION),
     Oracle("oracle-weighting", SINGLE, OracleWeighting(), SUBSUMPTION),
+    Oracle("oracle-weighting-frequent", FREQUENT, OracleWeighting(), SUBSUMPTION),
 )
-"""Perfect odometry and global communication (ANTS, Section 5), and the best weighting."""
+"""Perfect odometry and global communication (ANTS, Section 5); then the best weighting, over the
+exchange of the papers and over that of `dsgiff-frequent`, which is also that of a learned one."""
 
 for controller in NAMED:
     REFERENCES.register(controller.name)(controller)
