@@ -40,14 +40,14 @@ def beliefs(loop):
 
 
 def run_deceived(name, ticks, far):
-    """Robots sure of wrong places, which stand elsewhere whenever their controller has the word.
+    """Robots with wrong places, which stand elsewhere whenever their controller has the word.
 
-    They are that far from where they truly are.
+    They are that far from where they truly are, and unsure enough to listen under every rule.
     """
     loop = start(name, **{"radio.max_range": 0.5, "radio.exchange_time": 0.1})
     controller, pose, b = loop.controller, loop.world.robots["pose"], beliefs(loop)
     rng = np.random.default_rng(1)
-    b.location[:], b.known[:] = rng.normal(size=b.location.shape), True
+    b.location[:], b.known[:], b.p[:] = rng.normal(size=b.location.shape), True, 6.0
     away = far * rng.normal(size=pose.shape)
     for _ in range(ticks):
         true = pose.copy()
