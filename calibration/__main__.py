@@ -12,9 +12,9 @@ from rich.console import Console
 
 from baselines.cli import run, stoppable
 from baselines.evaluation.console import progress_bar, say
-from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import parse_settings
 from calibration import boids_gains, tables
+from calibration.kept import CountedDataset, checked_trials
 from calibration.ranges import Values, defaults
 from calibration.runner import CalibrationRunner, all_arenas, estimates, sensitivity
 from calibration.search import BestTrial, Search
@@ -102,21 +102,23 @@ def calibrate(  # noqa: PLR0913 the options of a command
         _boids(BOIDS_TRIALS if trials is None else trials, seed, workers, out)
         return
     trials = SOCIAL_TRIALS if trials is None else trials
+    dataset = CountedDataset(out / "episodes")
     runner = CalibrationRunner(
-        Dataset(out / "episodes"),
+        dataset,
         physics,
         workers,
         threads,
         settings=parse_settings(settings or []),
     )
     identity = runner.identity
-    runner.dataset.open()
+    dataset.open()
     if trials:
-        search = Search(out, runner, identity, seed)
-        try:
-            _run(search, trials, hours)
-        finally:
-            search.close()
+        with checked_trials(out / "trials.sqlite"):
+            search = Search(out, runner, identity, seed)
+            try:
+                _run(search, trials, hours)
+            finally:
+                search.close()
     values, title = defaults(), "The defaults; no trial has ended yet"
     if best := BestTrial.read(out / "best.json"):
         title = f"The best set: trial {best.trial}, score {best.score:.3f} ({out / 'best.json'})"
@@ -126,18 +128,22 @@ def calibrate(  # noqa: PLR0913 the options of a command
         _report(values, runner, report, out)
     if with_sensitivity:
         _sensitivity(values, runner, out)
+    dataset.check()
 
 
 def _boids(trials: int, seed: int, workers: int, out: Path) -> None:
     """The best static gains of each filter and group size, and what they are worth."""
     if not trials:
         raise ConfigError("--trials=0: boids need at least one")
-    out.mkdir(parents=True, exist_ok=True)
-    found = list(boids_gains.search_gains(out, trials, seed, workers, say))
+    dataset = CountedDataset(out / "episodes")
+    dataset.open()
+    with checked_trials(out / "boids.sqlite"):
+        found = list(boids_gains.search_gains(dataset, trials, seed, workers, say))
     say(f"report: {boids_gains.REPORT_TRIALS} other worlds")
-    worths = [boids_gains.compare_with_unit_gains(out, each, workers) for each in found]
+    worths = [boids_gains.compare_with_unit_gains(dataset, each, workers) for each in found]
     say(str(boids_gains.write_gains(out, found)))
     _print("Static gains, that of the goal being one", tables.gains_table(found, worths))
+    dataset.check()
 
 
 def _run(search: Search, trials: int, hours: float | None) -> None:

@@ -92,13 +92,15 @@ def costs(
 
 
 def search_gains(
-    folder: Path, trials: int, seed: int, workers: int, tell: Callable[[str], None]
+    dataset: Dataset, trials: int, seed: int, workers: int, tell: Callable[[str], None]
 ) -> Iterator[StaticGains]:
-    """Search the best gains for every estimator and size; trials are kept, and a search resumes."""
+    """Search the best gains for every estimator and size; a search resumes.
+
+    Trials are kept beside the dataset, which must be open.
+    """
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    dataset = Dataset(folder / "episodes")
-    dataset.open()
-    storage = optuna.storages.RDBStorage(f"sqlite:///{folder / 'boids.sqlite'}")
+    file = dataset.folder.with_name("boids.sqlite")
+    storage = optuna.storages.RDBStorage(f"sqlite:///{file}")
     try:
         for estimator in ESTIMATORS:
             for size in SIZES:
@@ -116,9 +118,9 @@ def search_gains(
         storage.engine.dispose()
 
 
-def compare_with_unit_gains(folder: Path, found: StaticGains, workers: int) -> Comparison:
+def compare_with_unit_gains(dataset: Dataset, found: StaticGains, workers: int) -> Comparison:
     """Compare the cost of the best gains with that of gains of one, on seeds not fitted to."""
-    dataset, seeds = Dataset(folder / "episodes"), range(REPORT_SEED, REPORT_SEED + REPORT_TRIALS)
+    seeds = range(REPORT_SEED, REPORT_SEED + REPORT_TRIALS)
     best = configuration(found.estimator, found.n_robots, found.gains)
     plain = configuration(found.estimator, found.n_robots, {})
     return compare(costs(dataset, workers, best, seeds), costs(dataset, workers, plain, seeds))

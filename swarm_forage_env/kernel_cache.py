@@ -1,8 +1,9 @@
 """The files in which machine code is kept: checked against damage, and against other people.
 
 A file begins with the hash of its content. One that is damaged counts as missing, so that its
-kernel is compiled again and the file replaced. Machine code runs with all rights of the user: a
-folder that others may write is not used.
+kernel is compiled again and the file replaced; so does one whose functions lay in a module that has
+another name now. Machine code runs with all rights of the user: a folder that others may write is
+not used.
 """
 
 import os
@@ -21,6 +22,9 @@ from numba.core.caching import IndexDataCacheFile
 
 HASH = sha256().digest_size
 """Length of the hash in front of a file's content [byte]."""
+
+MOVED = ImportError, AttributeError
+"""Raised where machine code names a module, or a class of one, that has another name now."""
 
 
 def cache_folder() -> Path:
@@ -61,13 +65,19 @@ class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
         if content is None:
             return {}
         stream = BytesIO(content)
-        version, (stamp, overloads) = pickle.load(stream), pickle.load(stream)
+        try:
+            version, (stamp, overloads) = pickle.load(stream), pickle.load(stream)
+        except MOVED:
+            return {}
         is_fresh = (version, stamp) == (self._version, self._source_stamp)
         return dict(overloads) if is_fresh else {}
 
     def _load_data(self, name: str) -> Any:  # noqa: ANN401 numba's
         content = _sound_content(Path(self._data_path(name)))
-        return None if content is None else pickle.loads(content)
+        try:
+            return None if content is None else pickle.loads(content)
+        except MOVED:
+            return None
 
     @contextmanager
     def _open_for_write(self, filepath: str) -> Iterator[BytesIO]:

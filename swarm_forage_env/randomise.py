@@ -38,12 +38,18 @@ class Randomisation:
         self.scenario = scenario
         self.ranges: dict[str, tuple[Number, Number]] = {}
         """Low and high of each number, by its whole dotted name."""
-        known = leaves(scenario.model_dump())
+        known, task = leaves(scenario.model_dump()), task_of(scenario)
+        replaced = task.replaced(scenario)
         for given, pair in ranges.items():
             name = resolve(given, known, "scenario parameter")
             if name in self.ranges:
                 raise ConfigError(f"randomise: {name} is given twice, once as '{given}'")
-            _check_is_free(name, known[name], task_of(scenario).fixed)
+            if name in replaced:
+                raise ConfigError(
+                    f"randomise: {name} changes nothing in '{scenario.name}', where"
+                    f" {replaced[name]} is read instead; leave it out"
+                )
+            _check_is_free(name, known[name], task.fixed)
             self.ranges[name] = _pair(name, pair, known[name])
         for corner in _corners(self.ranges):
             self._at(corner)

@@ -299,6 +299,9 @@ class Task:
     fixed: tuple[str, ...] = ("task.n_robots",)
     """Numbers of a scenario that fix the sizes of its world's records: they last as long as it."""
 
+    replaced: Callable[[Any], Mapping[str, str]] = lambda scenario: {}
+    """Numbers that are not read in a scenario, each with what is read instead, by dotted name."""
+
     residuals: tuple[str, ...] = ()
     """Those of them that can be learned as a correction of the hand-written motion."""
 

@@ -324,3 +324,44 @@ def test_a_callee_edited_in_another_file_is_compiled_anew(tmp_path):
     assert result(CALLEE) == [4.0, 0]
     assert result("# a comment\n" + CALLEE) == [4.0, 1]
     assert result(CALLEE.replace("SCALE = 3.0", "SCALE = 4.0")) == [5.0, 0]
+
+
+BOUND = """
+import json, sys
+from importlib import import_module
+import numpy as np
+
+sys.path.insert(0, sys.argv[1])
+from swarm_forage_env.compiler import bind
+from template import apply
+
+made = bind(apply, {"change": import_module(sys.argv[2]).change})
+numbers = np.ones(2)
+made(numbers)
+print(json.dumps([numbers.tolist(), sum(made.stats.cache_hits.values())]))
+"""
+
+RULE = """
+from swarm_forage_env.compiler import kernel
+
+@kernel
+def change(x, k):
+    return x + k
+"""
+
+
+@compiled
+def test_a_rule_whose_module_has_another_name_now_is_compiled_anew(tmp_path):
+    (tmp_path / "template.py").write_text(
+        "def apply(numbers):\n"
+        "    for k in range(numbers.shape[0]):\n"
+        "        numbers[k] = change(numbers[k], k)\n"
+    )
+    results = []
+    for old, name in ((None, "before"), ("before", "after"), (None, "after")):
+        if old:
+            (tmp_path / f"{old}.py").unlink()
+        (tmp_path / f"{name}.py").write_text(RULE)
+        told = run(BOUND, tmp_path / "cache", tmp_path, name, PYTHONDONTWRITEBYTECODE="1")
+        results.append(told[0])
+    assert results == [[[1.0, 2.0], 0], [[1.0, 2.0], 0], [[1.0, 2.0], 1]]

@@ -1,6 +1,8 @@
 """Progress of long runs, on stderr."""
 
 import time
+from collections.abc import Sequence
+from pathlib import Path
 
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.runner import Plan
@@ -27,12 +29,17 @@ def run_with_progress(plan: Plan, workers: int, threads: int = 1) -> None:
 
 def check_kept(plan: Plan) -> None:
     """Raise OSError, which names the files, unless the dataset holds every episode of the plan."""
-    missing = plan.missing_files()
+    check_files(plan.dataset.folder, plan.files)
+
+
+def check_files(folder: Path, wanted: Sequence[Path]) -> None:
+    """Raise OSError, which names those that are gone, unless a dataset's folder holds all files."""
+    missing = [file for file in wanted if not file.is_file()]
     if missing:
-        names = ", ".join(str(file.relative_to(plan.dataset.folder)) for file in missing[:NAMED])
+        names = ", ".join(str(file.relative_to(folder)) for file in missing[:NAMED])
         more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
         raise OSError(
-            f"{plan.dataset.folder}: {len(missing)} of {len(plan.configurations) * len(plan.seeds)}"
-            f" episodes are not there any more: {names}{more}; the results above count them, and"
-            " the same command runs them again"
+            f"{folder}: {len(missing)} of {len(wanted)} episodes are not there any more:"
+            f" {names}{more}; the results above count them, and the same command runs them again"
+            " where it needs them"
         )

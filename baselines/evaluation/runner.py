@@ -105,10 +105,10 @@ class Plan:
             for seed in self.seeds
         ]
 
-    def missing_files(self) -> list[Path]:
-        """The files of episodes that the dataset does not hold, by controller, then seed."""
-        wanted = [self.dataset.place(each, s) for each in self.configurations for s in self.seeds]
-        return [file for file in wanted if not file.is_file()]
+    @property
+    def files(self) -> list[Path]:
+        """The file of every episode, whether it exists or not, by controller, then seed."""
+        return [self.dataset.place(each, s) for each in self.configurations for s in self.seeds]
 
     def _room(self, key: str) -> int:
         """Number of worlds of this configuration that a thread of a block has room for."""

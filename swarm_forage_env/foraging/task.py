@@ -31,6 +31,7 @@ FORAGING = Task(
     policies=LEARNABLE,
     steerings=STEERINGS,
     fixed=("task.n_robots", "radio.slots"),
+    replaced=lambda scenario: {"task.area_distance": "task.areas"} if scenario.task.areas else {},
     residuals=("motion", "both"),
     no_layers=NoLayers(Said, carry_out),
     bounds=Bounds,

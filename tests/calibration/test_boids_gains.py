@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from baselines.evaluation.dataset import Dataset
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 pytest.importorskip("optuna")
@@ -39,11 +40,13 @@ def test_a_search_for_gains_is_kept_and_goes_on(tmp_path, monkeypatch):
         return [each.controller.motion.homing for _ in seeds]
 
     monkeypatch.setattr(boids_gains, "costs", price)
-    (first,) = boids_gains.search_gains(tmp_path, 3, 0, 1, lambda _: None)
+    dataset = Dataset(tmp_path / "episodes")
+    dataset.open()
+    (first,) = boids_gains.search_gains(dataset, 3, 0, 1, lambda _: None)
     assert len(asked) == 3
     assert asked[0].homing == 1.0, "gains of one are tried first"
     assert first.cost == min(motion.homing for motion in asked)
-    (second,) = boids_gains.search_gains(tmp_path, 5, 0, 1, lambda _: None)
+    (second,) = boids_gains.search_gains(dataset, 5, 0, 1, lambda _: None)
     assert len(asked) == 5
     assert second.cost <= first.cost
     file = boids_gains.write_gains(tmp_path, [second])

@@ -3,6 +3,8 @@
 import json
 import math
 import os
+import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -271,6 +273,36 @@ def test_two_trials_of_a_tiny_scenario_killed_between(tmp_path):
     report = json.loads((tmp_path / "runs/calibrate-social-odometry/report.json").read_text())
     assert len(report) == len(TARGETS)
     assert not stdout.startswith("swarm-forage:")
+
+
+@pytest.mark.parametrize("gone", ["episodes", "."])
+def test_a_folder_that_is_deleted_in_mid_run_is_told_in_one_line(tmp_path, gone):
+    run = start("--trials=3", cwd=tmp_path)
+    for line in run.stderr:
+        if "trial 1" in line:
+            break
+    folder = tmp_path / "runs/calibrate-social-odometry"
+    shutil.rmtree(folder / gone)
+    stdout, stderr = run.communicate(timeout=120)
+    assert run.returncode == 1
+    last = stderr.splitlines()[-1]
+    if gone == "episodes":
+        assert "change these lines" in stdout, "the run goes on to its end"
+        assert re.search(r"/episodes: \d+ of \d+ episodes are not there any more: scenario=", last)
+    else:
+        assert "/trials.sqlite: not there any more (" in last
+        assert "Traceback" not in stderr
+
+
+def test_a_damaged_database_of_trials_is_told_in_one_line(tmp_path):
+    folder = tmp_path / "runs/calibrate-social-odometry"
+    folder.mkdir(parents=True)
+    (folder / "trials.sqlite").write_bytes(b"nothing of use" * 100)
+    run = start("--trials=3", cwd=tmp_path)
+    stderr = run.communicate(timeout=120)[1]
+    assert run.returncode == 1
+    (line,) = stderr.splitlines()
+    assert "/trials.sqlite: damaged, or on a full disk (file is not a database)" in line
 
 
 def test_without_a_trial_the_defaults_are_reported_on(tmp_path):

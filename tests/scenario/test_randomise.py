@@ -95,6 +95,12 @@ def test_what_is_no_range_of_the_scenario_is_refused_at_once(ranges, why):
         Randomisation(ES1, ranges)
 
 
+def test_a_distance_of_areas_that_have_places_of_their_own_is_refused():
+    told = r"task\.area_distance changes nothing in 'two-prey', where task\.areas is read instead"
+    with pytest.raises(ConfigError, match=told):
+        Randomisation(find_scenario("two-prey"), DISTANCE)
+
+
 def test_an_unknown_name_is_refused_with_the_nearest():
     with pytest.raises(UnknownNameError, match=r"did you mean 'task\.area_distance'"):
         Randomisation(ES1, {"task.area_distanse": (0.8, 1.5)})
