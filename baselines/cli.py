@@ -164,6 +164,13 @@ def evaluate(  # noqa: PLR0913 the options of a command
     series: Annotated[
         bool, typer.Option("--series", help="In JSON, tell what is known over time as well.")
     ] = False,
+    trajectories: Annotated[
+        bool,
+        typer.Option(
+            "--trajectories",
+            help="Keep where every robot was in every tick, in the folder <out>-trajectories.",
+        ),
+    ] = False,
     plot: Annotated[
         Path | None, typer.Option(help="Draw the scores to a .png, .pdf or .svg file.")
     ] = None,
@@ -183,7 +190,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
         check_count("--threads", threads)
         if plot:
             _check_plot(plot, out)
-        plan = request.plan(out)
+        plan = request.plan(out, trajectories)
         run_with_progress(plan, workers, threads)
         results = plan.results()
         if plot:

@@ -23,6 +23,7 @@ from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.record import Record, rows, under_the_one_dtype
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.scene import Scene, Stage
+from swarm_forage_env.trajectory import TrajectoryKind
 
 
 class World(Protocol):
@@ -338,6 +339,9 @@ class Task:
 
     scene: Callable[[Any, Array, int], Scene] | None = None
     """What is drawn of one world, from a block of them, the minds of its robots and which."""
+
+    trajectory: TrajectoryKind | None = None
+    """What is kept of its robots in every tick; None: nothing can be."""
 
     def agents(self, n_robots: int) -> list[str]:
         """The names of so many robots."""

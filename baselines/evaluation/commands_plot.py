@@ -79,8 +79,8 @@ def plot(  # noqa: PLR0913 the options of a command
 
     **table**: motion by localisation.
 
-    **paths**: where the robots were, a map. Runs one episode anew, as a dataset keeps no
-    positions; also without a dataset: plot paths es1 nc ssgikf.
+    **paths**: where the robots were, a map, of what evaluate --trajectories has kept; one episode
+    is run anew where nothing was. Also without a dataset: plot paths es1 nc ssgikf.
 
     **learning**: learning curves of trained policies, from the cards (.json) beside them.
 

@@ -7,6 +7,7 @@ are written atomically, so that a run killed at any moment leaves whole files on
 """
 
 import logging
+import re
 from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
@@ -57,8 +58,8 @@ def schema(kind: EpisodeKind) -> pa.Schema:
     return pa.schema([*fields, *texts])
 
 
-FILE_NAME = r"[0-9a-f]{16}-seed[0-9]{8,}\.parquet"
-"""Regular expression of the name of an episode's file."""
+FILE_STEM = r"[0-9a-f]{16}-seed[0-9]{8,}"
+"""Regular expression of the name of an episode's file, without its ending."""
 
 
 def with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
@@ -81,12 +82,20 @@ class DamagedFileError(Exception):
     """A dataset file that is not the episode its name says."""
 
 
+def set_aside(file: Path, damage: DamagedFileError) -> None:
+    """Give a damaged file a name that readers skip, and say so."""
+    aside = file.with_name(f"_{file.name}{DAMAGED}")
+    file.replace(aside)
+    LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
+
+
 class Dataset:
     """A folder of kept episodes."""
 
-    def __init__(self, folder: Path) -> None:
-        """Name the folder; it may be missing until `open`."""
+    def __init__(self, folder: Path, ending: str = ".parquet") -> None:
+        """Name the folder, which may be missing until `open`, and how its files' names end."""
         self.folder = folder
+        self.ending = ending
 
     def open(self) -> None:
         """Make the folder, check that it is writable, and remove temporary files of killed runs."""
@@ -101,13 +110,13 @@ class Dataset:
             ) from None
         sweep(self.folder, "trial")
         for folder in self.folder.glob("scenario=*/controller=*"):
-            sweep(folder, FILE_NAME)
+            sweep(folder, FILE_STEM + re.escape(self.ending))
 
     def place(self, configuration: ExperimentConfig, seed: int) -> Path:
         """Path of an episode's file, whether it exists or not."""
         folder = self.folder / folder_name(configuration.scenario.name, "scenario=")
         folder /= folder_name(configuration.controller.name, "controller=")
-        return folder / f"{configuration.key}-seed{seed:08d}.parquet"
+        return folder / f"{configuration.key}-seed{seed:08d}{self.ending}"
 
     def find(self, configuration: ExperimentConfig, seed: int) -> Any | None:  # noqa: ANN401 of its task
         """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
@@ -117,9 +126,7 @@ class Dataset:
         except FileNotFoundError:
             return None
         except DamagedFileError as damage:
-            aside = file.with_name(f"_{file.name}{DAMAGED}")
-            file.replace(aside)
-            LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
+            set_aside(file, damage)
             return None
         names = configuration.scenario.name, configuration.controller.name
         return episode_of(row, task_of(configuration.scenario).episode, *names)

@@ -19,6 +19,7 @@ from baselines.evaluation.dataset import (
     with_all_columns,
 )
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
+from baselines.evaluation.trajectories import ENDING
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import leaves, validated
@@ -37,6 +38,8 @@ class EpisodeGroup:
     settings: str
     overrides: str
     parameters: str
+    key: str
+    """Names the files of the configuration."""
     episodes: tuple[Any, ...]
     """All of one task."""
 
@@ -68,7 +71,7 @@ class EpisodeGroup:
     @classmethod
     def of(cls, configuration: ExperimentConfig, episodes: Sequence[Any]) -> "EpisodeGroup":
         """The group of episodes that have just been evaluated."""
-        texts = {name: getattr(configuration, name) for name in ("physics", "code", *TEXTS)}
+        texts = {name: getattr(configuration, name) for name in ("physics", "code", "key", *TEXTS)}
         names = configuration.scenario.name, configuration.controller.name
         return cls(*names, **texts, episodes=tuple(episodes))
 
@@ -77,11 +80,14 @@ class EpisodeGroup:
 
         UnknownNameError or ConfigError if this code has no such controller or scenario.
         """
-        numbers = json.loads(self.settings)["scenario"]
-        scenario = validated(self.task.scenario, numbers, f"settings of {self.label()}")
         named = find_layered_controller(self.controller)
         controller = named.with_parameters(json.loads(self.parameters))
-        return ExperimentConfig(self.label(), scenario, controller, self.physics)
+        return ExperimentConfig(self.label(), self.model(), controller, self.physics)
+
+    def model(self) -> Any:  # noqa: ANN401 of its task
+        """The scenario with every number that it had; ConfigError if this code has no such one."""
+        numbers = json.loads(self.settings)["scenario"]
+        return validated(self.task.scenario, numbers, f"settings of {self.label()}")
 
 
 def read_groups(
@@ -104,7 +110,7 @@ def read_groups(
             row, kind = _read(file)
             key = row["configuration"]
             texts[key] = {name: row[name] for name in ("physics", "code", *TEXTS)}
-            texts[key] |= {"scenario": scenario, "controller": controller}
+            texts[key] |= {"scenario": scenario, "controller": controller, "key": key}
             episode = episode_of(row, kind, scenario, controller)
             found.setdefault(key, {})[episode.seed] = episode
     groups = [
@@ -123,11 +129,15 @@ TEXTS = ("settings", "overrides", "parameters")
 
 
 def _files(folder: Path) -> list[Path]:
-    """The files of episodes, those set aside left out; ConfigError if there are none."""
+    """The files of episodes, without trajectories or what was set aside; ConfigError if none."""
     way_out = f"make one with swarm-forage evaluate es1 nc ssgikf --out {folder}"
     if not folder.is_dir():
         raise ConfigError(f"dataset {folder}: no such folder; {way_out}")
-    files = sorted(file for file in folder.rglob("*.parquet") if not file.name.startswith("_"))
+    files = sorted(
+        file
+        for file in folder.rglob("*.parquet")
+        if not (file.name.startswith("_") or file.name.endswith(ENDING))
+    )
     if not files:
         raise ConfigError(f"dataset {folder}: holds no episodes; {way_out}")
     return files

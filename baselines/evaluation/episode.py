@@ -1,7 +1,7 @@
 """Episodes of any task: run a block of worlds from reset to the end, and measure each."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from swarm_forage_env.episode import EpisodeKind
@@ -16,18 +16,22 @@ def run_episodes(
     seeds: Sequence[int],
     physics: str | None = None,
     threads: int = 1,
+    observer: Callable[[Loop], None] = lambda loop: None,
 ) -> list[Any]:
     """Run one episode for each seed, side by side; each is the same when run alone.
 
-    The worlds are spread over the threads, which changes no number but the computing time.
+    The worlds are spread over the threads, which changes no number but the computing time. The
+    observer is shown them at the start and after every tick; it changes nothing.
     """
     start = time.perf_counter()
     loop = Loop(scenario, controller, seeds, physics, threads)
     kind = loop.task.episode
     meter = kind.meter(loop)
+    observer(loop)
     for tick in range(1, scenario.n_ticks + 1):
         loop.step()
         meter.sample(tick)
+        observer(loop)
     results = meter.results()
     wall = (time.perf_counter() - start) / len(seeds)
     return [

@@ -13,6 +13,7 @@ from baselines.evaluation.experiment_config import (
 )
 from baselines.evaluation.output_files import folder_name
 from baselines.evaluation.runner import Plan
+from baselines.evaluation.trajectories import Trajectories, kind_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.random_streams import checked_seed
@@ -33,17 +34,22 @@ class EvaluateOptions:
     physics: str | None = None
     """None: the one that its scenario goes with."""
 
-    def plan(self, out: Path | None) -> Plan:
-        """Plan the episodes: those found in the dataset, and those to run.
+    def plan(self, out: Path | None, trajectories: bool = False) -> Plan:
+        """Plan the episodes, with their trajectories if asked: those found, and those to run.
 
         UnknownNameError for a name that stands for nothing, ConfigError for anything else.
         """
         configurations = self.configurations()
         seeds = self.seeds()
+        if trajectories:
+            _ = kind_of(task_of(configurations[0].scenario))
         folder = out or Path("runs") / folder_name(configurations[0].scenario.name)
         dataset = Dataset(folder)
         dataset.open()
-        return Plan(configurations, seeds, dataset)
+        beside = Trajectories(dataset) if trajectories else None
+        if beside:
+            beside.open()
+        return Plan(configurations, seeds, dataset, beside)
 
     def configurations(self) -> list[ExperimentConfig]:
         """The configuration of each controller."""

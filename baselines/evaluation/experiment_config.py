@@ -24,7 +24,14 @@ from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.task import task_of
 
-BYSTANDERS = {"atomic_write.py", "envs", "rendering", "drawing.py", "scene.py"}
+BYSTANDERS = {
+    "atomic_write.py",
+    "drawing.py",
+    "envs",
+    "rendering",
+    "scene.py",
+    "trajectory.py",
+}
 """Folders and files of the world that no evaluated episode passes through."""
 
 LIBRARIES = ("numba", "numpy", "pymunk")

@@ -28,8 +28,12 @@ def run_with_progress(plan: Plan, workers: int, threads: int = 1) -> None:
 
 
 def check_kept(plan: Plan) -> None:
-    """Raise OSError, which names the files, unless the dataset holds every episode of the plan."""
+    """Raise OSError, which names the files, unless every episode of the plan is kept."""
     check_files(plan.dataset.folder, plan.files)
+    if plan.trajectories:
+        beside = plan.trajectories.dataset
+        wanted = [beside.place(each, s) for each in plan.configurations for s in plan.seeds]
+        check_files(beside.folder, wanted)
 
 
 def check_files(folder: Path, wanted: Sequence[Path]) -> None:

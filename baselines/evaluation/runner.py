@@ -22,6 +22,7 @@ from joblib import Parallel, delayed
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.evaluation.trajectories import Trajectories, TrajectoryRecorder
 from swarm_forage_env.loop import Loop
 
 MAX_ROWS = 300
@@ -43,23 +44,34 @@ class Block:
     seeds: tuple[int, ...]
 
 
+Stores = tuple[Dataset, Trajectories | None]
+"""Where episodes are kept, and their trajectories, if they are."""
+
+
 class Plan:
     """The episodes wanted: those found in the dataset, and those still to run."""
 
     def __init__(
-        self, configurations: Sequence[ExperimentConfig], seeds: Sequence[int], dataset: Dataset
+        self,
+        configurations: Sequence[ExperimentConfig],
+        seeds: Sequence[int],
+        dataset: Dataset,
+        trajectories: Trajectories | None = None,
     ) -> None:
-        """Look for every episode in the dataset; nothing runs yet."""
+        """Look for every episode in the dataset, with its trajectory if asked; nothing runs yet."""
         self.configurations = list(configurations)
         self.seeds = list(seeds)
         self.dataset = dataset
+        self.trajectories = trajectories
         self.episodes: dict[tuple[str, int], Any] = {}
         self.todo: dict[str, list[int]] = {}
         self._named = {each.key: each for each in configurations}
         for key, configuration in self._named.items():
             for seed in seeds:
                 episode = dataset.find(configuration, seed)
-                if episode is None:
+                if episode is None or not (
+                    trajectories is None or trajectories.holds(configuration, seed)
+                ):
                     self.todo.setdefault(key, []).append(seed)
                 else:
                     self.episodes[key, seed] = episode
@@ -89,7 +101,7 @@ class Plan:
         parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
         with ignore_sigint():
             finished = parallel(
-                delayed(_run_block)(block, self.dataset, threads, os.getpid()) for block in blocks
+                delayed(_run_block)(block, self._stores, threads, os.getpid()) for block in blocks
             )
         with closing(finished):  # ends the workers, whatever happens
             for key, episodes in finished:
@@ -109,6 +121,10 @@ class Plan:
     def files(self) -> list[Path]:
         """The file of every episode, whether it exists or not, by controller, then seed."""
         return [self.dataset.place(each, s) for each in self.configurations for s in self.seeds]
+
+    @property
+    def _stores(self) -> "Stores":
+        return self.dataset, self.trajectories
 
     def _room(self, key: str) -> int:
         """Number of worlds of this configuration that a thread of a block has room for."""
@@ -172,11 +188,17 @@ def _watch(parent: int) -> None:
     os._exit(1)
 
 
-def _run_block(block: Block, dataset: Dataset, threads: int, parent: int) -> tuple[str, list[Any]]:
+def _run_block(block: Block, stores: Stores, threads: int, parent: int) -> tuple[str, list[Any]]:
     """Run a block and keep its episodes; the work of one process, a worker or the parent itself."""
     end_with(parent)
     configuration = block.configuration
-    scenario, controller = configuration.scenario, configuration.controller
-    episodes = run_episodes(scenario, controller, block.seeds, configuration.physics, threads)
+    what = configuration.scenario, configuration.controller, block.seeds, configuration.physics
+    dataset, trajectories = stores
+    if trajectories is None:
+        episodes = run_episodes(*what, threads)
+    else:
+        recorder = TrajectoryRecorder(configuration, block.seeds)
+        episodes = run_episodes(*what, threads, recorder)
+        trajectories.keep(configuration, recorder.contents())
     dataset.keep(configuration, episodes)
     return configuration.key, episodes

@@ -60,5 +60,19 @@ paired = without_beta.pivot(index="seed", columns="controller", values="round_tr
 print((paired["ssgikf"] - paired["nc"]).describe().round(1))
 
 # %% [markdown]
+# Where every robot was in every tick is kept too, if it is asked for, in a folder beside the other.
+
+# %%
+few = [sys.executable, "-m", "training.cli", "evaluate", "es1", "ssgikf", f"--out={OUT}-few"]
+few += ["--episodes=1", "--trajectories", "--format=csv", "--workers=1"]
+few += ["--set=task.duration=120"] if SMALL else []
+subprocess.run(few, check=True, stdout=subprocess.DEVNULL)
+rows = pd.read_parquet(
+    f"{OUT}-few-trajectories", columns=["t", "robot", "known_nest", "known_prey"]
+)
+rows["on_path"] = rows["known_nest"] & rows["known_prey"]
+print(rows.groupby(rows["t"] // 60 * 60)["on_path"].mean().round(2))
+
+# %% [markdown]
 # polars and DuckDB read the same folder:
 # `duckdb.sql("select controller, avg(round_trips) from 'runs/es1/**/*.parquet' group by all")`.

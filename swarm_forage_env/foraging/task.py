@@ -10,6 +10,7 @@ from swarm_forage_env.foraging.global_state import ForagingState
 from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS, Said, carry_out
 from swarm_forage_env.foraging.potential import MOST_SHAPING, ForagingPotential
 from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.foraging.trajectory import FORAGING_TRAJECTORY
 from swarm_forage_env.foraging.views import exchange_of, situation_of
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.no_layers import NoLayers
@@ -43,6 +44,7 @@ FORAGING = Task(
     write_events=write_events,
     stage=stage_of,
     scene=scene_of,
+    trajectory=FORAGING_TRAJECTORY,
 )
 
 TASKS.register(FORAGING.name)(FORAGING)

@@ -10,6 +10,7 @@ from swarm_forage_env.waypoints.global_state import WaypointsState
 from swarm_forage_env.waypoints.policies import LEARNABLE, STEERINGS, Said, carry_out
 from swarm_forage_env.waypoints.potential import WaypointsPotential
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
+from swarm_forage_env.waypoints.trajectory import WAYPOINT_TRAJECTORY
 from swarm_forage_env.waypoints.views import exchange_of, situation_of
 from swarm_forage_env.waypoints.world import PHYSICS, WaypointsWorld
 
@@ -36,6 +37,7 @@ WAYPOINTS = Task(
     episode=WAYPOINT_EPISODE,
     events=Events,
     write_events=write_events,
+    trajectory=WAYPOINT_TRAJECTORY,
 )
 
 TASKS.register(WAYPOINTS.name)(WAYPOINTS)

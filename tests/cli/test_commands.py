@@ -80,11 +80,11 @@ def test_threads_change_no_number(command):
 def test_a_folder_that_is_deleted_in_mid_run_is_told_with_its_files(command, tmp_path, monkeypatch):
     run_block, blocks = runner._run_block, []
 
-    def delete_before_the_last(block, dataset, *rest):
+    def delete_before_the_last(block, stores, *rest):
         blocks.append(block)
         if len(blocks) == 2:
-            shutil.rmtree(dataset.folder)
-        return run_block(block, dataset, *rest)
+            shutil.rmtree(stores[0].folder)
+        return run_block(block, stores, *rest)
 
     monkeypatch.setattr(runner, "_run_block", delete_before_the_last)
     told = "evaluate", "es1", "nc", "ssgikf", "--episodes=2", "--format=json", *SHORT

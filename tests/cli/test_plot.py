@@ -1,5 +1,8 @@
 """The command `plot`: what it writes, and what it refuses in one line."""
 
+import re
+from pathlib import Path
+
 import pytest
 from PIL import Image
 
@@ -79,3 +82,15 @@ def test_bad_input_gets_one_line_and_leaves_no_file(command, tmp_path):
         assert complaint in stderr
         assert stderr.count("\n") == 1
         assert not (tmp_path / "x.png").exists()
+
+
+def test_paths_of_trajectories_run_nothing_and_the_code_of_their_page_reads_them(command):
+    asked = "evaluate", "es1", "ssgikf", "--episodes=2", "--trajectories", *SHORT
+    assert command(*asked)[0] == 0
+    assert "2 of 2 episodes found in runs/es1, 0 to run" in command(*asked)[2]
+    assert command("plot", "paths", "runs/es1", "--out=x.png") == (0, "", "")
+    page = Path(__file__).resolve().parents[2] / "docs" / "trajectories.md"
+    (code,) = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    found = {}
+    exec(code, found)  # the page's own
+    assert found["swarm"].shape == (201, 10)

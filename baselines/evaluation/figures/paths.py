@@ -1,10 +1,13 @@
-"""Heat maps of the robots' positions in one episode of each controller, which is run again.
+"""Heat maps of the robots' positions in one episode of each controller.
 
-A dataset keeps no positions. The same configuration and seed give the same episode to the last
-bit, so it is run again; its round trips must be those that the dataset holds.
+The positions are those that `evaluate --trajectories` has kept. Where there are none, the same
+configuration and seed give the same episode to the last bit, so it is run again; its round trips
+must be those that the dataset holds.
 """
 
 import logging
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +18,8 @@ from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions
 from baselines.evaluation.heat_maps import Density, density_panels
+from baselines.evaluation.trajectories import find_trajectory, read_trajectory
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.loop import Loop
@@ -28,6 +33,23 @@ CELL = 0.02
 MOST = 6
 """Panels, at most."""
 
+AREAS = ("nest", "prey")
+"""In the order of the world's areas."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """An episode to draw."""
+
+    scenario: Scenario
+    seed: int
+    kept: Path | None = None
+    """The file of its trajectory; None: it is run."""
+    configuration: ExperimentConfig | None = None
+    """What to run."""
+    trips: int | None = None
+    """The round trips it must have."""
+
 
 class PathMaps:
     """The figure `paths`: a heat map of each controller's robots over one episode."""
@@ -37,37 +59,28 @@ class PathMaps:
     def draw(self, options: PlotOptions) -> Figure:
         """Draw the maps, from a dataset or from SCENARIO CONTROLLER..., a panel for each."""
         is_dataset = Path(options.sources[0]).is_dir()
-        jobs = _kept(options) if is_dataset else _asked(options)
+        jobs = _evaluated(options) if is_dataset else _asked(options)
         if len(jobs) > MOST:
             raise ConfigError(
                 f"{len(jobs)} configurations: at most {MOST} in a figure; choose with --controller"
                 " or --scenario"
             )
-        densities = {}
-        for title, (configuration, seed, trips) in jobs.items():
-            scenario = configuration.scenario
-            if task_of(scenario).name != "foraging":
-                raise ConfigError(
-                    f"scenario '{scenario.name}': paths are shown of robots that forage, as in es1"
-                )
-            LOGGER.warning("running %s, seed %d", title.replace("\n", ", "), seed)
-            densities[title] = _run(configuration, scenario, seed, trips)
+        densities = {title: _draw(title, job) for title, job in jobs.items()}
+        first = next(iter(jobs.values()))
+        made = "as evaluated" if all(job.kept for job in jobs.values()) else "run for this figure"
         text = (
-            f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; run for this"
-            f" figure (seed {next(iter(jobs.values()))[1]})."
+            f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; {made}"
+            f" (seed {first.seed})."
         )
         return density_panels(densities, options.caption(text))
 
 
 FIGURES.register("paths")(PathMaps())
 
-Jobs = dict[str, tuple[ExperimentConfig, int, int | None]]
-"""By title: what to run, its seed, and the round trips it must have."""
 
-
-def _kept(options: PlotOptions) -> Jobs:
-    """The first episode of every group, or the one with the seed."""
-    jobs: Jobs = {}
+def _evaluated(options: PlotOptions) -> dict[str, Job]:
+    """The first episode of every group, or the one with the seed, by title."""
+    jobs: dict[str, Job] = {}
     for group in options.foraging_groups:
         seeds = [episode.seed for episode in group.episodes]
         seed = seeds[0] if options.seed is None else options.seed
@@ -75,14 +88,20 @@ def _kept(options: PlotOptions) -> Jobs:
             raise ConfigError(
                 f"--seed {seed}: {group.label()} has the seeds {seeds[0]} to {seeds[-1]} here"
             )
+        title = f"{group.setup()}\n{group.label()}"
+        kept = find_trajectory(options.sources, group.key, seed)
+        if kept:
+            jobs[title] = Job(group.model(), seed, kept)
+            continue
         _check_same_code(group)
         trips = group.episodes[seeds.index(seed)].round_trips
-        jobs[f"{group.setup()}\n{group.label()}"] = (group.configuration(), seed, trips)
+        configuration = group.configuration()
+        jobs[title] = Job(configuration.scenario, seed, None, configuration, trips)
     return jobs
 
 
-def _asked(options: PlotOptions) -> Jobs:
-    """The episodes that SCENARIO CONTROLLER... name."""
+def _asked(options: PlotOptions) -> dict[str, Job]:
+    """The episodes that SCENARIO CONTROLLER... name, by title."""
     scenario, *controllers = options.sources
     if not controllers or {"scenario", "controller"} & options.given.keys():
         raise ConfigError(
@@ -91,7 +110,9 @@ def _asked(options: PlotOptions) -> Jobs:
         )
     request = EvaluateOptions(scenario, controllers, episodes=1, seed=options.seed or 0)
     return {
-        f"{each.scenario.name}, {each.physics}\n{each.label}": (each, request.seeds()[0], None)
+        f"{each.scenario.name}, {each.physics}\n{each.label}": Job(
+            each.scenario, request.seeds()[0], None, each
+        )
         for each in request.configurations()
     }
 
@@ -107,30 +128,50 @@ def _check_same_code(group: EpisodeGroup) -> None:
         )
 
 
-def _run(
-    configuration: ExperimentConfig, scenario: Scenario, seed: int, trips: int | None
-) -> Density:
-    """Run the episode and count the robots in each cell over all ticks."""
-    loop = Loop(scenario, configuration.controller, [seed], configuration.physics)
+def _draw(title: str, job: Job) -> Density:
+    """The density of the robots of an episode, kept or run; ConfigError if they do not forage."""
+    if task_of(job.scenario).name != "foraging":
+        raise ConfigError(
+            f"scenario '{job.scenario.name}': paths are shown of robots that forage, as in es1"
+        )
+    if job.kept:
+        return _density(job.scenario, [_places(job.kept)])
+    LOGGER.warning("running %s, seed %d", title.replace("\n", ", "), job.seed)
+    return _density(job.scenario, _run(job))
+
+
+def _places(file: Path) -> Array:
+    """Where the robots were after every tick: x and y, a row for each."""
+    table = read_trajectory(file)
+    places = np.stack([table["x"].to_numpy(), table["y"].to_numpy()], axis=1)
+    return np.asarray(places[table["t"].to_numpy() > 0.0], np.float64)
+
+
+def _run(job: Job) -> Iterator[Array]:
+    """Run the episode: where the robots are after each tick. ConfigError if it is another one."""
+    assert job.configuration is not None, "what is not kept is run"
+    configuration = job.configuration
+    loop = Loop(job.scenario, configuration.controller, [job.seed], configuration.physics)
+    for _ in range(job.scenario.n_ticks):
+        loop.step()
+        yield loop.world.robots["pose"][0, :, :2]
+    made = int(loop.world.robots["round_trips"].sum())
+    if job.trips is not None and made != job.trips:
+        raise ConfigError(
+            f"seed {job.seed} gave {made} round trips, the dataset holds {job.trips}: it was made"
+            " with other libraries or on another machine; evaluate into another folder"
+        )
+
+
+def _density(scenario: Scenario, places: Iterable[Array]) -> Density:
+    """The mean over all ticks of the robots in each cell, from their places."""
     size = scenario.arena.length, scenario.arena.width
     n_cells = [max(1, round(side / CELL)) for side in size]
     counts = np.zeros(n_cells)
-    for _ in range(scenario.n_ticks):
-        loop.step()
-        place = loop.world.robots["pose"][0, :, :2] / size + 0.5
-        cells = np.clip((place * n_cells).astype(np.int64), 0, np.array(n_cells) - 1)
+    for place in places:
+        cells = np.clip(((place / size + 0.5) * n_cells).astype(np.int64), 0, np.array(n_cells) - 1)
         np.add.at(counts, (cells[:, 0], cells[:, 1]), 1.0)
-    made = int(loop.world.robots["round_trips"].sum())
-    if trips is not None and made != trips:
-        raise ConfigError(
-            f"seed {seed} gave {made} round trips, the dataset holds {trips}: it was made with"
-            " other libraries or on another machine; evaluate into another folder"
-        )
     cell_area = size[0] * size[1] / counts.size
     areas = {name: tuple(map(float, at)) for name, at in zip(AREAS, scenario.areas, strict=True)}
     radius = scenario.task.area_radius
     return Density(counts.T / (scenario.n_ticks * cell_area), size, areas, radius)  # type: ignore[arg-type]
-
-
-AREAS = ("nest", "prey")
-"""In the order of the world's areas."""

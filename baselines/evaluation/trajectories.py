@@ -1,0 +1,223 @@
+"""Trajectories of evaluated episodes: one Parquet file for each, a row a robot and tick.
+
+    OUT-trajectories/scenario=es1/controller=ssgiff/<configuration>-seed00000003.trajectory.parquet
+
+They lie in a folder beside that of the dataset, so that readers take either folder for one table.
+Files are written atomically, with a checksum for every page.
+"""
+
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from baselines.evaluation.dataset import DamagedFileError, Dataset, read_table, set_aside
+from baselines.evaluation.experiment_config import ExperimentConfig
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.atomic_write import write_atomically
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.task import Task, task_of
+from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
+
+LOGGER = logging.getLogger("swarm-forage")
+
+ENDING = ".trajectory.parquet"
+"""Of the names of files, by which readers of episodes pass over them."""
+
+GROUP_ROWS = 200_000
+"""Rows of all worlds that are held before they are compressed, about."""
+
+COMPRESSION = {"compression": "zstd", "write_page_checksum": True, "use_dictionary": False}
+"""How a file is written. Of floats the bytes are sorted by their place: they compress better."""
+
+WORDS = pa.dictionary(pa.int16(), pa.string())
+
+EPISODE_COLUMNS = (
+    TrajectoryColumn("episode", "u8", "seed of the episode: `seed` in the dataset of episodes"),
+    TrajectoryColumn("t", "f8", "time since the start [s]; 0: before the first tick"),
+    TrajectoryColumn("robot", "i4", "which robot: 0 to N - 1"),
+)
+"""Columns of every task, in front of its own."""
+
+CONFIGURATION = "configuration"
+"""The last column: the key of the episode's configuration, as in the dataset of episodes."""
+
+
+def columns_of(kind: TrajectoryKind) -> tuple[TrajectoryColumn, ...]:
+    """The columns of a file, but for `configuration`."""
+    return EPISODE_COLUMNS + kind.columns
+
+
+def trajectory_schema(kind: TrajectoryKind) -> pa.Schema:
+    """The columns of a file, each with what it is in its metadata."""
+    fields = [
+        pa.field(
+            each.name,
+            WORDS if each.words else pa.from_numpy_dtype(np.dtype(each.kind)),
+            nullable=each.is_nullable,
+            metadata={"description": each.text},
+        )
+        for each in columns_of(kind)
+    ]
+    return pa.schema([*fields, pa.field(CONFIGURATION, WORDS, nullable=False)])
+
+
+def kind_of(task: Task) -> TrajectoryKind:
+    """What a task keeps of its robots; ConfigError if nothing."""
+    if task.trajectory is None:
+        raise ConfigError(f"--trajectories: the task {task.name} keeps none of its robots")
+    return task.trajectory
+
+
+def beside(folder: Path) -> Path:
+    """The folder of trajectories that goes with the folder of a dataset."""
+    named = folder if folder.name not in {"", ".."} else folder.resolve()
+    return named.with_name(f"{named.name}-trajectories")
+
+
+class Trajectories:
+    """The folder of trajectories that goes with a dataset."""
+
+    def __init__(self, dataset: Dataset) -> None:
+        """Name the folder; it may be missing until `open`."""
+        self.dataset = Dataset(beside(dataset.folder), ENDING)
+
+    def open(self) -> None:
+        """Make the folder, check that it is writable, and remove temporary files of killed runs."""
+        self.dataset.open()
+
+    def place(self, configuration: ExperimentConfig, seed: int) -> Path:
+        """Path of an episode's trajectory, whether it exists or not."""
+        return self.dataset.place(configuration, seed)
+
+    def holds(self, configuration: ExperimentConfig, seed: int) -> bool:
+        """Whether the whole trajectory of an episode is kept; a damaged one is set aside."""
+        file = self.place(configuration, seed)
+        try:
+            table = read_table(file.read_bytes())
+            _check(table, configuration, seed)
+        except FileNotFoundError:
+            return False
+        except DamagedFileError as damage:
+            set_aside(file, damage)
+            return False
+        return True
+
+    def keep(self, configuration: ExperimentConfig, contents: Mapping[int, bytes]) -> None:
+        """Write the trajectory of each seed atomically to its file."""
+        for seed, content in contents.items():
+            write_atomically(self.place(configuration, seed), content)
+
+
+class TrajectoryRecorder:
+    """Takes down where the robots of a block are; compressed in memory until the block is over."""
+
+    def __init__(self, configuration: ExperimentConfig, seeds: Sequence[int]) -> None:
+        """Nothing taken down yet, of worlds of these seeds."""
+        self._kind = kind_of(task_of(configuration.scenario))
+        self._seeds, self._key = tuple(seeds), configuration.key
+        self._schema = trajectory_schema(self._kind)
+        self._sinks = [pa.BufferOutputStream() for _ in seeds]
+        floats = [field.name for field in self._schema if pa.types.is_floating(field.type)]
+        encoding = dict.fromkeys(floats, "BYTE_STREAM_SPLIT")
+        self._writers = [
+            pq.ParquetWriter(sink, self._schema, column_encoding=encoding, **COMPRESSION)
+            for sink in self._sinks
+        ]
+        self._times: list[Array] = []
+        self._taken: dict[str, list[Array]] = {name: [] for name in self._kind.names}
+
+    def __call__(self, loop: Loop) -> None:
+        """Take down one tick of every world."""
+        world = loop.world
+        ticks = [scenario.tick for scenario in world.scenarios]
+        self._times.append(world.worlds["ticks"] * ticks)
+        found = self._kind.take(world, loop.controller.minds)
+        for column in self._kind.columns:
+            self._taken[column.name].append(found[column.name].astype(column.kind))
+        if len(self._times) * world.robots.size >= GROUP_ROWS:
+            self._flush()
+
+    def contents(self) -> dict[int, bytes]:
+        """The files of all worlds, by seed, finished."""
+        self._flush()
+        for writer in self._writers:
+            writer.close()
+        sinks = zip(self._seeds, self._sinks, strict=True)
+        return {seed: sink.getvalue().to_pybytes() for seed, sink in sinks}
+
+    def _flush(self) -> None:
+        """Compress what was taken down."""
+        if not self._times:
+            return
+        times = np.stack(self._times)
+        taken = {name: np.stack(each) for name, each in self._taken.items()}
+        for world, writer in enumerate(self._writers):
+            own = {name: each[:, world] for name, each in taken.items()}
+            writer.write_table(self._table(world, times[:, world], own))
+        self._times.clear()
+        for each in self._taken.values():
+            each.clear()
+
+    def _table(self, world: int, times: Array, taken: Mapping[str, Array]) -> pa.Table:
+        """The rows of one world: ticks in order, robots in order within each."""
+        n_ticks, n_robots = next(iter(taken.values())).shape
+        n_rows = n_ticks * n_robots
+        found: dict[str, Any] = {name: each.reshape(-1) for name, each in taken.items()}
+        found["episode"] = np.full(n_rows, self._seeds[world], np.uint64)
+        found["t"] = np.repeat(times, n_robots)
+        found["robot"] = np.tile(np.arange(n_robots), n_ticks)
+        arrays = [_arrow(found[each.name], each) for each in columns_of(self._kind)]
+        key = pa.DictionaryArray.from_arrays(np.zeros(n_rows, np.int16), [self._key])
+        return pa.Table.from_arrays([*arrays, key], schema=self._schema)
+
+
+def find_trajectory(sources: Sequence[str], key: str, seed: int) -> Path | None:
+    """The file of an episode's trajectory beside or in dataset folders; None if there is none."""
+    name = f"{key}-seed{seed:08d}{ENDING}"
+    for source in sources:
+        own = Path(source)
+        for folder in (beside(own), own):
+            if (file := next(folder.rglob(name), None)) is not None:
+                return file
+    return None
+
+
+def read_trajectory(file: Path) -> pa.Table:
+    """The table in a trajectory's file, its checksums verified; ConfigError if it is none."""
+    try:
+        return read_table(file.read_bytes())
+    except (DamagedFileError, OSError) as damage:
+        raise ConfigError(
+            f"trajectory {file}: {getattr(damage, 'strerror', damage)}; remove it, and run the"
+            " command that made it again"
+        ) from None
+
+
+def _arrow(values: Array, column: TrajectoryColumn) -> pa.Array:
+    """A column as it is written; NaN and the code -1 are empty."""
+    if not column.words:
+        is_float = column.kind.startswith("f")
+        return pa.array(values.astype(column.kind), from_pandas=is_float)
+    used, place = np.unique(values, return_inverse=True)
+    there = used >= 0
+    index = np.where(there, np.cumsum(there) - 1, -1)[place].astype(np.int16)
+    words = pa.array([column.words[code] for code in used[there]], pa.string())
+    return pa.DictionaryArray.from_arrays(pa.array(index, mask=index < 0), words)
+
+
+def _check(table: pa.Table, configuration: ExperimentConfig, seed: int) -> None:
+    """Raise DamagedFileError unless a table is the trajectory of this episode."""
+    scenario = configuration.scenario
+    if not table.schema.equals(trajectory_schema(kind_of(task_of(scenario)))):
+        raise DamagedFileError("not the columns of a trajectory")
+    if table.num_rows != (scenario.n_ticks + 1) * scenario.task.n_robots:
+        raise DamagedFileError("not a row for each robot and tick")
+    ends = {(table[CONFIGURATION][row].as_py(), table["episode"][row].as_py()) for row in (0, -1)}
+    if ends != {(configuration.key, seed)}:
+        raise DamagedFileError("the trajectory of another configuration or seed")
