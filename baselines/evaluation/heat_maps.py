@@ -14,6 +14,7 @@ from baselines.evaluation.plot_style import (
     INK,
     LETTER_WIDTH,
     draw_caption,
+    draw_frame,
     label_panel,
     panel_grid,
 )
@@ -45,6 +46,8 @@ class Density:
     """Centre of each area [m]."""
     area_radius: float
     """[m]."""
+    controller: str
+    """By its name."""
 
 
 def table_panels(tables: Mapping[str, Table], axes_names: tuple[str, str], text: str) -> Figure:
@@ -112,6 +115,7 @@ def density_panels(densities: Mapping[str, Density], text: str) -> Figure:
             extent=(-length / 2, length / 2, -width / 2, width / 2),
         )  # fmt: skip
         _draw_arena(axes, density)
+        draw_frame(axes, density.controller)
         label_panel(axes, title, ("x [m]", "y [m]"))
     bar = figure.colorbar(image, ax=all_axes, shrink=0.85, pad=0.02)
     bar.set_label("robots per m$^2$ (square-root scale)")
@@ -135,6 +139,7 @@ def weight_panels(
         paths = np.linspace(0.0, longest, len(weights))
         lines = axes.contour(paths, paths, weights, CONTOURS, colors=INK, linewidths=0.9)
         axes.clabel(lines, fontsize=7.5, fmt="%g")
+        draw_frame(axes, title.partition("\n")[0])
         label_panel(axes, title, ("own path since the area [m]", "heard path [m]"))
     bar = figure.colorbar(image, ax=list(figure.axes), shrink=0.85, pad=0.02)
     bar.set_label("g")

@@ -10,12 +10,13 @@ from matplotlib.ticker import MaxNLocator
 
 from baselines.evaluation.plot_style import (
     INK,
-    LINES,
-    LineStyle,
+    MARKERS,
+    SeriesStyle,
     draw_caption,
     draw_legend,
     finish_panel,
     panel_grid,
+    styles_of,
 )
 from baselines.evaluation.statistics import CONFIDENCE
 from swarm_forage_env.arrays import Array, Float64
@@ -56,10 +57,16 @@ class Means:
 
 
 def curve_panels(
-    panels: Mapping[str, Mapping[str, Curve]], axes_names: tuple[str, str], text: str
+    panels: Mapping[str, Mapping[str, Curve]],
+    axes_names: tuple[str, str],
+    text: str,
+    controllers: Mapping[str, str] | None = None,
 ) -> Figure:
-    """A figure of mean curves with 95 % bootstrap bands, a panel for each setup."""
-    styles = line_styles(panels)
+    """A figure of mean curves with 95 % bootstrap bands, a panel for each setup.
+
+    Series that are called otherwise than their controllers stand in `controllers`.
+    """
+    styles = line_styles(panels, controllers)
     figure, all_axes = panel_grid(len(panels), 4.2)
     for axes, (title, curves) in zip(all_axes, panels.items(), strict=True):
         for name, curve in curves.items():
@@ -76,9 +83,13 @@ def mean_panels(
     axes_names: tuple[str, str],
     text: str,
     one_y: bool = False,
+    controllers: Mapping[str, str] | None = None,
 ) -> Figure:
-    """A figure of means with error bars, a panel for each setup; the y axis may be shared."""
-    styles = line_styles(panels)
+    """A figure of means with error bars, a panel for each setup; the y axis may be shared.
+
+    Series that are called otherwise than their controllers stand in `controllers`.
+    """
+    styles = line_styles(panels, controllers)
     figure, all_axes = panel_grid(len(panels), 4.2)
     every = [means for panel in panels.values() for means in panel.values()]
     highest = max(float(np.nanmax(np.fmax(means.high, means.mean))) for means in every)
@@ -132,22 +143,24 @@ def _side_by_side(series: Sequence[Means], is_log: bool) -> list[Means]:
     return moved
 
 
-def line_styles(panels: Mapping[str, Mapping[str, object]]) -> dict[str, LineStyle]:
+def line_styles(
+    panels: Mapping[str, Mapping[str, object]], controllers: Mapping[str, str] | None = None
+) -> dict[str, SeriesStyle]:
     """A line style for each series, the same in all panels; ConfigError if there are too many."""
     names = list(dict.fromkeys(name for panel in panels.values() for name in panel))
-    if len(names) > len(LINES):
+    if len(names) > len(MARKERS):
         raise ConfigError(
-            f"{len(names)} curves: at most {len(LINES)} can be told apart; choose some with"
+            f"{len(names)} curves: at most {len(MARKERS)} can be told apart; choose some with"
             " --controller or --scenario"
         )
-    return dict(zip(names, LINES, strict=False))
+    return styles_of(names, controllers)
 
 
-def draw_band(axes: Axes, name: str, means: Means, style: LineStyle) -> None:
+def draw_band(axes: Axes, name: str, means: Means, style: SeriesStyle) -> None:
     """Draw a line of means in its band."""
     axes.fill_between(means.x, means.low, means.high, color=style.colour, alpha=0.2, linewidth=0.0)
     step = max(1, len(means.x) // 8)
-    marked = LINES.index(style) % step, step
+    marked = MARKERS.index(style.marker) % step, step
     axes.plot(
         means.x, means.mean, color=style.colour, linestyle=style.dashes, linewidth=1.8,
         marker=style.marker, markersize=4.5, markevery=marked, label=name,
@@ -182,7 +195,7 @@ def _mean_of(curve: Curve) -> Means:
     return Means(curve.x, curve.y.mean(axis=0), low, high)
 
 
-def _draw_means(axes: Axes, name: str, means: Means, style: LineStyle) -> None:
+def _draw_means(axes: Axes, name: str, means: Means, style: SeriesStyle) -> None:
     if means.is_level:
         draw_band(axes, name, means, style)
         return

@@ -1,15 +1,17 @@
 """The style of every figure: colours, lines, panels, legend and caption; and saving it."""
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
-from itertools import cycle, islice
+from itertools import count
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -19,14 +21,58 @@ from swarm_forage_env.atomic_write import write_atomically
 FORMATS = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
 """Endings of a figure's file, and the field of its metadata that holds the command."""
 
-PALETTE = ("#56B4E9", "#D55E00", "#009E73", "#F0E442", "#CC79A7", "#0072B2", "#E69F00")
-"""Fills that colour-blind readers tell apart; neighbours differ in lightness too.
+PALETTE = {
+    "silver": "#BBBBBB",
+    "vermilion": "#D55E00",
+    "orange": "#E69F00",
+    "blue": "#0072B2",
+    "sky": "#56B4E9",
+    "green": "#009E73",
+    "pink": "#CC79A7",
+    "wine": "#882255",
+    "indigo": "#332288",
+    "black": "#222222",
+}
+"""Ten colours that colour-blind readers tell apart; all are seen on white, in lines as in fills.
 
-Source: Okabe and Ito 2008.
+Source: Okabe and Ito 2008 without its yellow; wine and indigo from P. Tol 2021, "muted".
 """
 
-HATCHES = ("", "///", "...", "xxx", "\\\\\\", "+++", "ooo")
-"""Of fills that only a legend names: in print without colour they still differ."""
+MARKERS, DASHES = "os^DvPXd<>p*", ("-", "--", "-.", ":")
+
+HATCHES = (
+    "", "///", "...", "xxx", "\\\\\\", "+++", "ooo", "---", "|||", "OO", "**", "//..",
+)  # fmt: skip
+
+CONTROLLERS = {
+    "nc": ("silver", 0),
+    "ssgikf": ("vermilion", 1),
+    "dsgikf": ("orange", 2),
+    "ssgiff": ("blue", 3),
+    "dsgiff": ("sky", 4),
+    "dsgiff-penalised": ("indigo", 5),
+    "dsgiff-frequent": ("indigo", 6),
+    "ssgikf-sceptical": ("vermilion", 10),
+    "sikf": ("green", 8),
+    "covariance": ("indigo", 5),
+    "subsumption": ("green", 8),
+    "boids-goal": ("sky", 6),
+    "boids-static": ("vermilion", 2),
+    "boids-adaptive": ("indigo", 5),
+    "learned-weighting": ("pink", 7),
+    "learned-motion": ("green", 8),
+    "learned-both": ("wine", 9),
+    "no-error": ("black", 6),
+    "global": ("black", 5),
+    "oracle-weighting": ("black", 11),
+    "oracle-weighting-frequent": ("black", 4),
+    "random": ("silver", 0),
+    "weighting": ("pink", 7),
+    "motion": ("green", 8),
+    "weighting-both": ("wine", 9),
+    "motion-both": ("wine", 9),
+}
+"""Colour and mark of the named controllers, and of bundled policies, as the learned ones."""
 
 INK, FAINT, GRID = "#222222", "#666666", "#dddddd"
 
@@ -41,23 +87,73 @@ CAPTION_SIZE, CAPTION_LETTERS = 7.0, 15
 
 
 @dataclass(frozen=True)
-class LineStyle:
-    """The style of one curve: colour, and for print dashes and marker."""
+class SeriesStyle:
+    """The style of one series: its colour, and what tells it apart without colour."""
 
     colour: str
     dashes: str
+    """Of a line."""
     marker: str
+    """On a line."""
+    hatch: str
+    """Of a fill."""
 
 
-def _line_styles() -> tuple[LineStyle, ...]:
-    """Twelve distinct line styles, without yellow, which is lost on white."""
-    colours = [colour for colour in PALETTE if colour != "#F0E442"]
-    kinds = zip(cycle(colours), cycle(("-", "--", "-.", ":")), cycle("os^Dv"), strict=False)
-    return tuple(LineStyle(*each) for each in islice(kinds, 12))
+def styles_of(
+    names: Iterable[str], controllers: Mapping[str, str] | None = None
+) -> dict[str, SeriesStyle]:
+    """A style for each series of a figure, by the controller of that name.
+
+    The colour is that of the controller, whatever its parameters, in every figure. So are marker,
+    dashes and hatch, as long as no two series of the figure would have the same ones; then the
+    later one, or the one with parameters, takes the next. A series that is called otherwise than
+    its controller stands in `controllers`.
+    """
+    found: dict[str, SeriesStyle] = {}
+    taken: set[int] = set()
+    known = controllers or {}
+    asked = {name: known.get(name, name) for name in names}
+    for name in sorted(asked, key=lambda each: ":" in asked[each]):
+        colour, mark = _colour_and_mark(asked[name])
+        if len(taken) < len(MARKERS):
+            mark = next(
+                each % len(MARKERS) for each in count(mark) if each % len(MARKERS) not in taken
+            )
+        taken.add(mark)
+        found[name] = _style(colour, mark)
+    return {name: found[name] for name in asked}
 
 
-LINES = _line_styles()
-"""Styles of curves, all different."""
+def style_of(name: str) -> SeriesStyle:
+    """The style of a controller, with its parameters or without, where it stands alone."""
+    return styles_of([name])[name]
+
+
+def nth_style(number: int) -> SeriesStyle:
+    """The style of what is no controller, by its number: 0 to 9 differ in colour."""
+    colours = list(PALETTE)
+    return _style(colours[(number + 1) % len(colours)], number % len(MARKERS))
+
+
+def is_dark(colour: str) -> bool:
+    """Whether lines on a fill of this colour must be white to be seen."""
+    return sum(share * part for share, part in zip(LUMA, to_rgb(colour), strict=True)) < 0.3
+
+
+LUMA = (0.299, 0.587, 0.114)
+"""Shares of red, green and blue in the lightness of a colour (ITU-R BT.601)."""
+
+
+def _colour_and_mark(name: str) -> tuple[str, int]:
+    """Colour and mark of a controller; those of an unknown one follow from its letters."""
+    base = name.partition(":")[0]
+    number = crc32(base.encode())
+    colour, mark = CONTROLLERS.get(base, (list(PALETTE)[number % len(PALETTE)], number // 16))
+    return colour, (mark if base == name else crc32(name.encode())) % len(MARKERS)
+
+
+def _style(colour: str, mark: int) -> SeriesStyle:
+    return SeriesStyle(PALETTE[colour], DASHES[mark % len(DASHES)], MARKERS[mark], HATCHES[mark])
 
 
 def check_plot(file: Path, option: str = "--plot") -> None:
@@ -115,6 +211,11 @@ def label_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
     axes.set_xlabel(axes_names[0])
     axes.set_ylabel(axes_names[1])
     axes.tick_params(labelsize=8.5)
+
+
+def draw_frame(axes: Axes, controller: str) -> None:
+    """Draw the frame of a heat map in the colour of its controller."""
+    axes.spines[:].set(color=style_of(controller).colour, linewidth=2.5)
 
 
 def draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -> None:

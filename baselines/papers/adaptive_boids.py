@@ -318,7 +318,10 @@ class OverDensity:
         }
         trials = len(next(iter(results.values())))
         caption = f"{self.caption} n = {trials} trials. {command}"
-        return mean_panels(panels, ("robots per m$^2$", self.measure.axis), caption, one_y=True)
+        controllers = {rule: f"boids-{rule}" for rule in RULES}
+        return mean_panels(
+            panels, ("robots per m$^2$", self.measure.axis), caption, True, controllers
+        )
 
     def _bars(self, results: Results, estimator: str, rule: str) -> Means:
         ours = [

@@ -80,7 +80,17 @@ class Boxes:
             }
             for title, panel in self.panels.items()
         }
-        return box_panels(panels, self.axes, f"{self.caption} {BOXES} {command}")
+        text = f"{self.caption} {BOXES} {command}"
+        return box_panels(panels, self.axes, text, self._controllers())
+
+    def _controllers(self) -> dict[str, str]:
+        """The controller of each series, or of each tick where the series has no name."""
+        sources: dict[str, list[Source]] = {}
+        for panel in self.panels.values():
+            for tick, series in panel.items():
+                for name, source in series.items():
+                    sources.setdefault(name or tick, []).append(source)
+        return {name: controller_of(each) for name, each in sources.items()}
 
 
 @dataclass(frozen=True)
@@ -108,9 +118,19 @@ class Curves:
             for title, panel in self.panels.items()
         }
         episodes = len(next(iter(results.values())))
-        return curve_panels(
-            panels, self.axes, f"{self.caption} {BANDS} n = {episodes} episodes. {command}"
-        )
+        text = f"{self.caption} {BANDS} n = {episodes} episodes. {command}"
+        sources: dict[str, list[Source]] = {}
+        for panel in self.panels.values():
+            for name, source in panel.items():
+                sources.setdefault(name, []).append(source)
+        controllers = {name: controller_of(each) for name, each in sources.items()}
+        return curve_panels(panels, self.axes, text, controllers)
+
+
+def controller_of(sources: Sequence[Source]) -> str:
+    """The controller behind sources; without parameters where these differ among them."""
+    names = {each.controller for source in sources for each in source.experiments}
+    return min(names) if len(names) == 1 else min(names).partition(":")[0]
 
 
 def time_of_each_robot(episodes: Sequence[ForagingEpisode]) -> Curve:

@@ -165,7 +165,7 @@ class OverShare:
     def draw(self, results: Results, command: str) -> Figure:
         """Draw the figure, with the command that made it in the caption."""
         panels = {
-            fault: {rule: self._means(results, rule, fault) for rule in RULES}
+            fault: {RULES[rule]: self._means(results, rule, fault) for rule in RULES}
             for fault in self.faults
         }
         n = len(next(iter(results.values())))

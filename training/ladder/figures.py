@@ -9,12 +9,13 @@ from matplotlib.figure import Figure
 from baselines.evaluation.line_plots import Means, draw_band
 from baselines.evaluation.plot_style import (
     FAINT,
-    LINES,
-    LineStyle,
+    SeriesStyle,
     draw_caption,
     draw_legend,
     finish_panel,
+    nth_style,
     panel_grid,
+    style_of,
 )
 from baselines.evaluation.statistics import iqm_interval, performance_profile
 from training.ladder.algorithms import read_algorithms
@@ -73,10 +74,10 @@ def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure
     return figure
 
 
-def _styles(found: Mapping[str, Sequence[Run]]) -> dict[str, LineStyle]:
+def _styles(found: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
     """A style for each algorithm, the same on all figures."""
     known = list(read_algorithms())
-    return {_title(name): LINES[known.index(name)] for name in found}
+    return {_title(name): nth_style(known.index(name)) for name in found}
 
 
 def _title(algorithm: str) -> str:
@@ -104,7 +105,8 @@ def _draw_references(axes: Axes, rung: Rung) -> None:
     scores = {name: rung.card.scores[name].mean for name in wanted if name in rung.card.scores}
     at = -1.0
     for name, score in sorted(scores.items(), key=lambda each: each[1]):
-        axes.axhline(score, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+        colour = style_of(name).colour
+        axes.axhline(score, color=colour, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
         at = max(score / top, at + CLOSE)
         axes.annotate(
             name, (1.01, at), xycoords="axes fraction", fontsize=7.5, color=FAINT, va="center"

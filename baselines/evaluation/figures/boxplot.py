@@ -38,7 +38,8 @@ def boxplot(groups: Sequence[EpisodeGroup], metric: str, command: str) -> Figure
     }
     axis = groups[0].kind.axis(metric)
     text = f"{axis.capitalize()}. {size_of(groups)}{BOXES} {counted(groups)} {command}"
-    return box_panels(panels, ("", axis), text)
+    controllers = {_lines(each.label()): each.label() for each in groups}
+    return box_panels(panels, ("", axis), text, controllers)
 
 
 def _lines(label: str) -> str:

@@ -43,6 +43,8 @@ class Job:
 
     scenario: Scenario
     seed: int
+    controller: str
+    """By its name."""
     kept: Path | None = None
     """The file of its trajectory; None: it is run."""
     configuration: ExperimentConfig | None = None
@@ -91,12 +93,12 @@ def _evaluated(options: PlotOptions) -> dict[str, Job]:
         title = f"{group.setup()}\n{group.label()}"
         kept = find_trajectory(options.sources, group.key, seed)
         if kept:
-            jobs[title] = Job(group.model(), seed, kept)
+            jobs[title] = Job(group.model(), seed, group.label(), kept)
             continue
         _check_same_code(group)
         trips = group.episodes[seeds.index(seed)].round_trips
         configuration = group.configuration()
-        jobs[title] = Job(configuration.scenario, seed, None, configuration, trips)
+        jobs[title] = Job(configuration.scenario, seed, group.label(), None, configuration, trips)
     return jobs
 
 
@@ -111,7 +113,7 @@ def _asked(options: PlotOptions) -> dict[str, Job]:
     request = EvaluateOptions(scenario, controllers, episodes=1, seed=options.seed or 0)
     return {
         f"{each.scenario.name}, {each.physics}\n{each.label}": Job(
-            each.scenario, request.seeds()[0], None, each
+            each.scenario, request.seeds()[0], each.label, None, each
         )
         for each in request.configurations()
     }
@@ -135,9 +137,9 @@ def _draw(title: str, job: Job) -> Density:
             f"scenario '{job.scenario.name}': paths are shown of robots that forage, as in es1"
         )
     if job.kept:
-        return _density(job.scenario, [_places(job.kept)])
+        return _density(job, [_places(job.kept)])
     LOGGER.warning("running %s, seed %d", title.replace("\n", ", "), job.seed)
-    return _density(job.scenario, _run(job))
+    return _density(job, _run(job))
 
 
 def _places(file: Path) -> Array:
@@ -163,8 +165,9 @@ def _run(job: Job) -> Iterator[Array]:
         )
 
 
-def _density(scenario: Scenario, places: Iterable[Array]) -> Density:
+def _density(job: Job, places: Iterable[Array]) -> Density:
     """The mean over all ticks of the robots in each cell, from their places."""
+    scenario = job.scenario
     size = scenario.arena.length, scenario.arena.width
     n_cells = [max(1, round(side / CELL)) for side in size]
     counts = np.zeros(n_cells)
@@ -172,6 +175,7 @@ def _density(scenario: Scenario, places: Iterable[Array]) -> Density:
         cells = np.clip(((place / size + 0.5) * n_cells).astype(np.int64), 0, np.array(n_cells) - 1)
         np.add.at(counts, (cells[:, 0], cells[:, 1]), 1.0)
     cell_area = size[0] * size[1] / counts.size
-    areas = {name: tuple(map(float, at)) for name, at in zip(AREAS, scenario.areas, strict=True)}
+    areas = {name: (float(x), float(y)) for name, (x, y) in zip(AREAS, scenario.areas, strict=True)}
     radius = scenario.task.area_radius
-    return Density(counts.T / (scenario.n_ticks * cell_area), size, areas, radius)  # type: ignore[arg-type]
+    values = counts.T / (scenario.n_ticks * cell_area)
+    return Density(values, size, areas, radius, job.controller)
