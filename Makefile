@@ -93,12 +93,14 @@ coverage: $(READY)  ## line and branch coverage, kernels run as plain Python (sl
 bench: $(READY)  ## robot-steps per second against the budgets
 	$(BIN)/swarm-forage bench
 
-reproduce: $(READY)  ## the claims and figures of the three papers (hours)
+reproduce: $(READY)  ## the claims and figures of the three papers, and faulty robots (hours)
 	$(BIN)/swarm-forage reproduce social-odometry --workers $(WORKERS) \
 		--page docs/papers/social_odometry.md
 	$(BIN)/swarm-forage reproduce ants2008 --workers $(WORKERS) --page docs/papers/ants2008.md
 	$(BIN)/swarm-forage reproduce adaptive-boids --workers $(WORKERS) \
 		--page docs/papers/adaptive_boids.md
+	$(BIN)/swarm-forage reproduce robustness --set task.duration=900 --episodes 6 \
+		--physics kinematic --workers $(WORKERS) --page docs/papers/robustness.md
 
 pictures: $(READY)  ## the still and the clip of README and docs
 	$(BIN)/swarm-forage watch es1 ssgikf --seed 1 --start 571 --seconds 1 --select 7 \

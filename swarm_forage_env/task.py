@@ -318,8 +318,8 @@ class Task:
     potential: Callable[[Any], Callable[[], Float64[Array, " rows"]]]
     """Makes the potential of every robot of a block of worlds, for shaping."""
 
-    most_shaping: tuple[float, str] | None = None
-    """The largest weight of its potential that leaves the task as it is, and why; None: any."""
+    most_shaping: Callable[[Any], tuple[float, str]] | None = None
+    """The largest weight of its potential that leaves a scenario as it is, and why; None: any."""
 
     global_state: Callable[[Any, Any, list[str], Any], Any]
     """Makes what centralised critics and logs are told, from world, controller, names, bounds."""

@@ -1,5 +1,6 @@
 """From keywords to parts: every API in this folder has its keywords read and checked here."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NoReturn
@@ -41,6 +42,7 @@ def checked_parts(
     task = task_of(chosen)
     found = find_controllers(controller, chosen)
     _check_learns(config, task)
+    _check_shaping(config.shaping, chosen, task)
     if config.learn == "everything":
         found = _beside_everything(found, controller is not None, config, chosen)
     else:
@@ -63,9 +65,13 @@ def _check_learns(config: EnvConfig, task: Task) -> None:
         _check_residual(config, task)
     if config.step_on == "exchange":
         _check_exchanges(config)
-    if task.most_shaping is not None and config.shaping > task.most_shaping[0]:
-        most, why = task.most_shaping
-        raise ConfigError(f"shaping={config.shaping:g}: {why}; must be at most {most:g}")
+
+
+def _check_shaping(weight: float, scenario: Any, task: Task) -> None:  # noqa: ANN401 of that task
+    """ConfigError for a weight of the potential under which a round trip would cost something."""
+    most, why = task.most_shaping(scenario) if task.most_shaping else (math.inf, "")
+    if weight > most:
+        raise ConfigError(f"shaping={weight:g}: {why}; must be at most {most:g}")
 
 
 def _beside_everything(

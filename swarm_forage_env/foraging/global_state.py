@@ -1,20 +1,22 @@
 """The global state of a foraging world, for centralised critics and for the logs."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
 
-from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.geometry import to_outer
+from swarm_forage_env.foraging.areas import MOST_AREAS
 from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.fault_record import KINDS, N_KINDS
 from swarm_forage_env.foraging.floor import distance_to_kind
 from swarm_forage_env.foraging.observations import AREAS, FLAG, PATH_SCALE, PLACE_SCALE
 from swarm_forage_env.foraging.policies import put_goal
-from swarm_forage_env.foraging.records import RobotState, Situation
+from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.spaces import GOALS, Feature, Layout
 
@@ -29,6 +31,9 @@ INFOS = (
 """What is logged of each robot: counts of the episode so far, and how it stands. The error is
 the mean over the kinds of area that it knows, 0 if none, each to the nearest of its kind."""
 
+WORTH = "round trips", 0.0, math.inf
+"""Unit and bounds of what an area is worth."""
+
 COUNTS = frozenset({"round_trips", "lost_events", "messages"})
 """Those of which several robots have the sum; of everything else they have the mean."""
 
@@ -36,7 +41,9 @@ COUNTS = frozenset({"round_trips", "lost_events", "messages"})
 class ForagingState:
     """What is true in a block of worlds, flat: each robot, then the areas and the time.
 
-    Of several areas of a kind the first is told.
+    The first nest and the first prey area are told in every scenario. Where the scenario lists its
+    areas, so are what these two are worth and all other areas, in as many slots as a scenario has
+    room for; slots without an area are zero.
 
     Of each robot: where it is, and what it believes; zeros for what it does not know, and for
     all beliefs where no hand-written estimator runs. Where robots may be faulty, also which faults
@@ -59,6 +66,7 @@ class ForagingState:
         self._has_beliefs = "estimator" in controller.minds.dtype.names
         self._no_beliefs = Situation.array(world.robots.shape)
         self._has_faults = bounds.scenario.faults.is_any
+        self._lists_areas = bool(bounds.scenario.task.areas)
         self.layout = _layout(agents, bounds)
         self.space: Box = self.layout.box()
 
@@ -66,7 +74,7 @@ class ForagingState:
         """One row for each world, as the layout says."""
         out = np.empty((self._world.n_worlds, len(self.layout)), np.float32)
         robots, worlds = self._world.robots, self._world.worlds
-        shows = self._has_beliefs, self._has_faults
+        shows = self._has_beliefs, self._has_faults, self._lists_areas
         write_state(robots, self._situations, worlds, share_gone, shows, out)
         return out
 
@@ -119,30 +127,53 @@ def put_faults(robot: RobotState, out: Float32[Array, " numbers"], at: int) -> i
     return at + N_KINDS
 
 
+@kernel
+def put_areas(
+    world: WorldState, lists_areas: bool, out: Float32[Array, " numbers"], at: int
+) -> int:
+    """Write where areas are now, and if the scenario lists them all of them; where the next goes.
+
+    The first nest, the first prey area, their worths, and the slots of the others.
+    """
+    for area in range(2):
+        out[at + 2 * area], out[at + 2 * area + 1] = world.areas[area, 0], world.areas[area, 1]
+    at += 4
+    if not lists_areas:
+        return at
+    out[at], out[at + 1] = world.worths[NEST], world.worths[PREY]
+    at += 2
+    for area in range(2, MOST_AREAS):
+        is_there = area < world.n_areas
+        for k in range(2):
+            out[at + k] = world.areas[area, k] if is_there else 0.0
+            out[at + 2 + k] = 1.0 if is_there and world.kinds[area] == k else 0.0
+        out[at + 4] = world.worths[area] if is_there else 0.0
+        at += 5
+    return at
+
+
 @entry_point
 def write_state(
     robots: Array,
     situations: Array,
     worlds: Array,
     share_gone: Float64[Array, " worlds"],
-    shows: tuple[bool, bool],
+    shows: tuple[bool, bool, bool],
     out: Float32[Array, "worlds numbers"],
 ) -> None:
     """Write the truth about each world: its robots, its areas, and the time.
 
-    It shows the robots' beliefs, or zeros, and their faults, or nothing.
+    It shows the robots' beliefs, or zeros, their faults, or nothing, and all areas or two of them.
     """
-    has_beliefs, has_faults = shows
+    has_beliefs, has_faults, lists_areas = shows
     for w in range(out.shape[0]):
         at = 0
         for i in range(robots.shape[1]):
             at = put_truth(robots[w, i], situations[w, i], has_beliefs, out[w], at)
             if has_faults:
                 at = put_faults(robots[w, i], out[w], at)
-        for area in range(2):
-            for k in range(2):
-                out[w, at + 2 * area + k] = worlds[w].areas[area, k]
-        out[w, at + 4] = min(share_gone[w], 1.0)
+        at = put_areas(worlds[w], lists_areas, out[w], at)
+        out[w, at] = min(share_gone[w], 1.0)
 
 
 @entry_point
@@ -172,7 +203,17 @@ def _layout(agents: list[str], bounds: Bounds) -> Layout:
     half = {"x": 0.5 * arena.length, "y": 0.5 * arena.width}
     features = [feature for agent in agents for feature in _of_robot(agent, half, bounds)]
     features += [Feature(f"areas.{a}.{k}", "m", -half[k], half[k]) for a in AREAS for k in half]
+    if bounds.scenario.task.areas:
+        features += [Feature(f"areas.{a}.worth", *WORTH, scale=1.0) for a in AREAS]
+        features += [each for k in range(2, MOST_AREAS) for each in _of_area(k, half)]
     return Layout([*features, Feature("share_gone", "of the episode", 0.0, 1.0)])
+
+
+def _of_area(number: int, half: dict[str, float]) -> list[Feature]:
+    """One of the other areas, or zeros."""
+    found = [Feature(f"areas.{number}.{k}", "m", -half[k], half[k]) for k in half]
+    found += [Feature(f"areas.{number}.{kind}", "0 or 1", *FLAG) for kind in AREAS]
+    return [*found, Feature(f"areas.{number}.worth", *WORTH, scale=1.0)]
 
 
 def _of_robot(agent: str, half: dict[str, float], bounds: Bounds) -> list[Feature]:

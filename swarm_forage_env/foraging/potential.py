@@ -1,16 +1,29 @@
 """The potential of the foraging task, for potential-based shaping."""
 
+import math
+
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.foraging.areas import KINDS
 from swarm_forage_env.foraging.metrics import nearest_areas
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
 
 LEGS = 3
 """To the first nest, to the prey, back to the nest."""
 
-MOST_SHAPING = 1.5, "a completed trip pays 1 - 2 w / 3 in its tick, which would be below zero"
-"""The largest weight w of the potential: it falls from 1 to 1/3 where the next trip begins."""
+
+def most_shaping(scenario: Scenario) -> tuple[float, str]:
+    """The largest weight w of the potential in a scenario, and why.
+
+    The potential falls from 1 to 1/3 where a trip ends and the next begins, so that a trip worth v
+    pays v - 2 w / 3 in that tick; of all trips the one worth least must not pay less than nothing.
+    """
+    worths = [[each.worth for each in scenario.task.areas if each.kind == kind] for kind in KINDS]
+    least = math.prod(min(each, default=1.0) for each in worths)
+    why = f"a completed trip pays {least:g} - 2 w / 3 in its tick, which would be below zero"
+    return least * LEGS / (LEGS - 1), why
 
 
 class ForagingPotential:

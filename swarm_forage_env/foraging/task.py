@@ -8,7 +8,7 @@ from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.events import Events, write_events
 from swarm_forage_env.foraging.global_state import ForagingState
 from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS, Said, carry_out
-from swarm_forage_env.foraging.potential import MOST_SHAPING, ForagingPotential
+from swarm_forage_env.foraging.potential import ForagingPotential, most_shaping
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.trajectory import FORAGING_TRAJECTORY
 from swarm_forage_env.foraging.views import exchange_of, situation_of
@@ -37,7 +37,7 @@ FORAGING = Task(
     no_layers=NoLayers(Said, carry_out),
     bounds=Bounds,
     potential=ForagingPotential,
-    most_shaping=MOST_SHAPING,
+    most_shaping=most_shaping,
     global_state=ForagingState,
     episode=FORAGING_EPISODE,
     events=Events,

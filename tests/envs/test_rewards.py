@@ -7,6 +7,7 @@ from swarm_forage_env import ArrayEnv, ConfigError
 from swarm_forage_env.foraging.potential import ForagingPotential
 from swarm_forage_env.foraging.scenario import Arena, Scenario, Task
 from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.swarm_forage_v0 import parallel_env
 
 STEPS = 1500
@@ -177,3 +178,33 @@ def test_shaping_that_makes_a_trip_cost_is_refused():
     ArrayEnv("es1", 1, shaping=1.5)
     with pytest.raises(ConfigError, match=r"shaping=1\.6: a completed trip pays 1 - 2 w / 3"):
         ArrayEnv("es1", 1, shaping=1.6)
+
+
+def with_worths(scenario, nest, prey):
+    """The scenario with what its nest and its prey area are worth."""
+    half = 0.5 * scenario.task.area_distance
+    areas = ("nest", -half, nest), ("prey", half, prey)
+    areas = [{"kind": kind, "centre": [x, 0.0], "worth": worth} for kind, x, worth in areas]
+    return find_scenario(scenario, {"task.areas": areas})
+
+
+def test_under_the_largest_weight_a_trip_of_little_worth_costs_nothing_in_its_tick(busy, constant):
+    poor = with_worths(busy, 0.25, 2.0)
+    plain, _ = rewards_of(poor, constant)
+    shaped, _ = rewards_of(poor, constant, shaping=0.75)
+    paid = shaped[plain > 0.0]
+    assert set(np.unique(plain)) == {0.0, 0.5}
+    assert 0.0 <= paid.min() < paid.max() < 0.5
+    # the potential falls by two thirds at most, and a weight of 1.5 would take as much as it pays
+    assert (plain + 2.0 * (shaped - plain))[plain > 0.0].min() < 0.0
+
+
+@pytest.mark.parametrize(
+    ("nest", "prey", "most"),
+    [(1.0, 1.0, 1.5), (0.5, 1.0, 0.75), (0.25, 2.0, 0.75), (2.0, 3.0, 9.0)],
+)
+def test_the_largest_weight_goes_by_the_trip_that_is_worth_least(nest, prey, most):
+    scenario = with_worths(SCENARIO, nest, prey)
+    ArrayEnv(scenario, 1, shaping=most)
+    with pytest.raises(ConfigError, match=rf"pays {nest * prey:g} - 2 w / 3 .* at most {most:g}"):
+        ArrayEnv(scenario, 1, shaping=1.01 * most)

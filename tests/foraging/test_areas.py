@@ -12,6 +12,7 @@ from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.swarm_forage_v0 import parallel_env
 
 NEST_AREA = {"kind": "nest", "centre": [-0.7, 0.0]}
 SECOND_NEST = {"kind": "nest", "centre": [-0.5, 0.4], "worth": 2.0}
@@ -164,3 +165,26 @@ def test_an_area_must_not_move_onto_an_obstacle():
     obstacle = {"points": [[0.7, -0.45]], "radius": 0.1}
     with pytest.raises(ConfigError, match=r"prey area about \(0\.7, -0\.3\).*obstacles\[0\]"):
         es1_with(NEST_AREA, MOVING, obstacles=[obstacle])
+
+
+def test_the_state_tells_where_all_areas_are_and_what_they_are_worth():
+    env = parallel_env(es1_with(NEST_AREA, SECOND_NEST, POOR, MOVING), learn="weighting")
+    env.reset(seed=0)
+    for _ in range(11):
+        env.step(dict.fromkeys(env.agents, np.zeros(2, np.float32)))
+    state = dict(zip(env.state_layout.names, env.state().tolist(), strict=True))
+
+    def told(name):
+        return [state[f"areas.{name}.{k}"] for k in ("x", "y", "nest", "prey", "worth")]
+
+    first = [state[f"areas.{kind}.{k}"] for kind in ("nest", "prey") for k in ("x", "y", "worth")]
+    assert first == pytest.approx([-0.7, 0.0, 1.0, 0.7, 0.0, 0.5])
+    assert told(2) == pytest.approx([-0.5, 0.4, 1.0, 0.0, 2.0])
+    assert told(3) == pytest.approx([0.7, -0.3, 0.0, 1.0, 1.0])  # it has moved
+    assert [told(k) for k in range(4, 8)] == [[0.0] * 5] * 4
+    assert env.state() in env.state_space
+
+
+def test_the_state_of_a_scenario_that_lists_no_areas_has_a_pair_alone():
+    env = parallel_env("es1", learn="weighting")
+    assert sum(name.startswith("areas.") for name in env.state_layout.names) == 4

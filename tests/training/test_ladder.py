@@ -280,10 +280,13 @@ def test_figures_and_page_are_made_of_the_runs(ran):
     assert "| **QMIX** | 7.0 | 0.50 | 1 seed | 0.001 M |" in text
     assert "| `nc` | 4.00 | 0.20 |" in text
     assert "$" not in text
+    assert page.runs_told_of(text) == 3
+    assert page.runs_told_of(page.page([rung], runs[:1], "command")) == 1
 
 
 def test_a_page_without_runs_and_scores_is_made_too(rung):
     text = page.page([rung], [], "command")
     assert "No algorithm was run here yet." in text
+    assert page.runs_told_of(text) == 0
     assert isinstance(rung, Rung)
     assert isinstance(rung.card, Card)

@@ -106,6 +106,7 @@ def ladder(  # noqa: PLR0913 the options of a command
     runs = read_runs(out, list(known.values()), find_algorithms(None))
     write_json(marl_eval(runs), out / "marl_eval.json")
     if page:
+        _check_loses_nothing(page, len(runs), out)
         _write_page(page, list(known.values()), runs, out)
     for run in read_runs(out, chosen, trained):
         normalised = known[run.rung].normalised(run.score)
@@ -116,6 +117,20 @@ def _check_page(page: Path) -> None:
     from baselines.evaluation.output_files import check_file
 
     check_file("--page", page, [".md"])
+
+
+def _check_loses_nothing(page: Path, n_runs: int, out: Path) -> None:
+    """ConfigError if a page tells of more runs than there are to write it anew from."""
+    from swarm_forage_env.errors import ConfigError
+    from training.ladder.page import runs_told_of
+
+    told = runs_told_of(page.read_text("utf-8")) if page.exists() else 0
+    if told > n_runs:
+        raise ConfigError(
+            f"--page={page}: tells of {told} runs, and {out} holds {n_runs} of the rungs as they"
+            " are now, so that results would be lost; name the folder of those runs by --out, or"
+            " another page"
+        )
 
 
 def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", out: Path) -> None:

@@ -1,5 +1,6 @@
 """The page of the ladder: cards, tables and figures in Markdown."""
 
+import re
 from collections.abc import Sequence
 from importlib.resources import files
 from string import Template
@@ -119,6 +120,12 @@ def _made(runs: Sequence[Run]) -> str:
     in_all = f"{_counted(len(runs), 'run')}, {format_duration(seconds)} of training in all"
     head = f"{in_all}, with {versions}:"
     return "\n".join([head, "", *lines])
+
+
+def runs_told_of(text: str) -> int:
+    """How many runs a page was made of, as `_made` says."""
+    found = re.search(r"^(\d+) runs?, .* of training in all", text, re.MULTILINE)
+    return int(found[1]) if found else 0
 
 
 def _by_rung_name(runs: Sequence[Run]) -> dict[str, list[Run]]:
