@@ -3,6 +3,7 @@
 Plain numbers in the world frame; no drawing library is needed to take them or to read them.
 """
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,6 +29,25 @@ class Outline:
 
     is_closed: bool
     """A wall joins the last point to the first one."""
+
+
+WITHIN = math.sqrt(-2.0 * math.log(0.05))
+"""Standard deviations from the middle of an ellipse to its rim, so that it holds 95 % of a normal
+distribution in the plane."""
+
+
+@dataclass(frozen=True, slots=True)
+class GoalField:
+    """Where robots visit goals: a square about home, which is the origin and the one landmark."""
+
+    side: float
+    """Goals lie in a square of this side [m]."""
+
+    tolerance: float
+    """A goal is reached within this distance [m]."""
+
+    reach: float
+    """How far the lidar of a robot sees others and home [m]."""
 
 
 @checked
@@ -86,6 +106,19 @@ class Stage:
     moves: tuple[tuple[int, float, float, float], ...] = ()
     """Areas that move: which, when [s], and where to, x and y [m]."""
 
+    states: tuple[str, ...] = STATES
+    """What each code of `Scene.doing` is called here; empty: no robot ever does that."""
+
+    goals: GoalField | None = None
+    """Where robots visit goals; None: they forage."""
+
+    @property
+    def headings(self) -> tuple[str, str]:
+        """What the score of a scene and its share are called."""
+        if self.goals is None:
+            return "Round trips", "On path"
+        return "Goals reached", "Within ellipse"
+
     def areas_at(self, time: float) -> Float64[Array, "areas 2"]:
         """True centres of the areas at a time since the start [s]."""
         found = self.areas.copy()
@@ -101,6 +134,40 @@ class Stage:
         centres = self.areas_at(time)[np.array(self.kinds) == kind]
         nearest: Float64[Array, " 2"] = centres[np.hypot(*(centres - place).T).argmin()]
         return nearest
+
+
+@checked
+@dataclass(frozen=True, slots=True)
+class Localised:
+    """What robots that visit goals are about, and where they believe they are."""
+
+    goal: Float64[Array, "robots 2"]
+    """Where each robot is to go [m]."""
+
+    believed: Float64[Array, "robots 2"]
+    """Where it believes it is [m]; where it is, if nothing estimates that."""
+
+    ellipse: Float64[Array, "robots 3"]
+    """Standard deviations of its estimate along the long and short axis [m], and the direction of
+    the long [rad]; zeros if nothing estimates."""
+
+    right: Int32[Array, " robots"]
+    """Goals that it has claimed so far and reached."""
+
+    wrong: Int32[Array, " robots"]
+    """Goals that it has claimed so far and not reached."""
+
+    def is_within(self, pose: Float64[Array, "robots 3"]) -> Bool[Array, " robots"]:
+        """Whether the true place of each robot lies within its ellipse, `WITHIN` wide."""
+        along, across, direction = self.ellipse.T
+        x, y = (pose[:, :2] - self.believed).T
+        c, s = np.cos(direction), np.sin(direction)
+        least = np.finfo(np.float64).tiny
+        u, v = (
+            (c * x + s * y) / np.maximum(along, least),
+            (c * y - s * x) / np.maximum(across, least),
+        )
+        return np.asarray(np.hypot(u, v) <= WITHIN)
 
 
 @checked
@@ -142,7 +209,19 @@ class Scene:
     faulty: Bool[Array, " robots"] | None = None
     """A fault of the robot is in effect; None where no robot can be faulty."""
 
+    localised: Localised | None = None
+    """Goals, estimates and claims; None where robots forage."""
+
     @property
     def total(self) -> int:
-        """Round trips of all robots."""
+        """The score: round trips of all robots, or goals that they have reached."""
+        if self.localised is not None:
+            return int(self.localised.right.sum())
         return int(self.round_trips.sum())
+
+    @property
+    def share(self) -> float:
+        """Share of the robots that is on the path, or whose true place lies in its ellipse."""
+        if self.localised is not None:
+            return float(self.localised.is_within(self.pose).mean())
+        return self.on_path

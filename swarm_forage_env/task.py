@@ -390,7 +390,7 @@ def stage_of(scenario: Any, moved_by: str) -> Stage:  # noqa: ANN401 of any task
     task = task_of(scenario)
     if task.stage is None:
         raise ConfigError(
-            f"scenario '{scenario.name}': the task {task.name} has no drawing; take one in which"
-            " robots forage, as es1"
+            f"scenario '{scenario.name}': the task {task.name} has no drawing; take one that"
+            " has, as es1 or waypoints-05"
         )
     return task.stage(scenario, moved_by)

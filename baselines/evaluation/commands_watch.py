@@ -18,7 +18,12 @@ def watch(  # noqa: PLR0913 the options of a command
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change a number of the scenario."),
     ] = None,
-    physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
+    physics: Annotated[
+        str | None,
+        typer.Option(
+            help="Engine: rigid or kinematic.", show_default="rigid; kinematic for waypoints"
+        ),
+    ] = None,
     speed: Annotated[float, typer.Option(help="Multiple of real time.")] = 10.0,
     select: Annotated[
         int | None, typer.Option(help="Draw what this robot believes; they count from 0.")
@@ -39,11 +44,12 @@ def watch(  # noqa: PLR0913 the options of a command
         Path | None, typer.Option(help="Write the last moment shown: a .png file.")
     ] = None,
 ) -> None:
-    """Watch one episode of foraging.
+    """Watch one episode.
 
     Without --video, --html or --frame a window opens. Its keys: space pauses, . steps, + and -
     change the speed, tab or a click selects a robot, escape none, t b m switch trails, beliefs
-    and messages, s saves a picture to the current folder, q quits.
+    and messages (of waypoints: trails, estimates and lidar), s saves a picture to the current
+    folder, q quits.
     """
     from baselines.evaluation import watch as watching
     from baselines.evaluation.evaluate_options import EvaluateOptions

@@ -4,17 +4,21 @@ import numpy as np
 import pygame
 
 from swarm_forage_env.rendering import palette
+from swarm_forage_env.rendering.goals import draw_ellipse, draw_goal, draw_right, draw_wrong
 from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.palette import Colour
 from swarm_forage_env.rendering.shapes import draw_arc, draw_belief, draw_fault_mark, draw_robot
 from swarm_forage_env.rendering.text import TextRenderer
-from swarm_forage_env.scene import STATES, Scene, Stage
+from swarm_forage_env.scene import WITHIN, Localised, Scene, Stage
 
 FINENESS = 4
 """The legend's shapes are drawn this many times larger."""
 
 BELIEF = f"dashed: where it believes the area is; ring: {100 * P_RING:g} cm wider per metre of p"
 """What is drawn of beliefs, in words."""
+
+ESTIMATE = "ellipse: 95 % of where it believes it is, with a line to where it is"
+"""The same where robots visit goals."""
 
 HELP = "space pause   . step   + - speed   tab or click select   t b m toggle   s save   q quit"
 """The keys of the live window."""
@@ -36,7 +40,8 @@ class HeadUpDisplay:
             self._legend_of_beliefs()
         if layout.keys:
             text = self._letters.cut(HELP, layout.width - 2 * layout.margin)
-            self._write(self._blank, text, layout.margin, self._below(3), palette.FAINT)
+            y = self._below(layout.legend_lines + 2)
+            self._write(self._blank, text, layout.margin, y, palette.FAINT)
 
     def draw(self, scene: Scene, selected: int | None, aside: str) -> None:
         """Everything but the arena, anew."""
@@ -44,17 +49,21 @@ class HeadUpDisplay:
         self._picture.blit(self._blank, (0, 0))
         self._title(scene, aside)
         left, y = layout.margin, layout.margin // 2 + layout.line
-        for name, value in (
-            ("Round trips", f"{scene.total}"),
-            ("On path", f"{100.0 * scene.on_path:.0f} %"),
-            ("Robots", f"{self._stage.n_robots}"),
-        ):
+        for name, value in self._counts(scene):
             left += self._write(self._picture, name, left, y, palette.FAINT) + layout.margin // 2
             left += self._write(self._picture, value, left, y) + 2 * layout.margin
         self._progress(scene.time)
         if layout.beliefs:
             told = self._letters.cut(self._told(scene, selected), layout.width - 2 * layout.margin)
-            self._write(self._picture, told, layout.margin, self._below(1))
+            self._write(self._picture, told, layout.margin, self._below(layout.legend_lines))
+
+    def _counts(self, scene: Scene) -> list[tuple[str, str]]:
+        """What is told above the arena."""
+        score, share = self._stage.headings
+        counts = [(score, f"{scene.total}"), (share, f"{100.0 * scene.share:.0f} %")]
+        if scene.localised is not None:
+            counts.insert(1, ("Wrong claims", f"{int(scene.localised.wrong.sum())}"))
+        return [*counts, ("Robots", f"{self._stage.n_robots}")]
 
     def _title(self, scene: Scene, aside: str) -> None:
         """Names to the left, the clock to the right; names are cut before they touch it."""
@@ -81,12 +90,17 @@ class HeadUpDisplay:
         layout, y = self._layout, self._below(0)
         r, gap = 0.45 * layout.text, 4.0 * layout.unit
         left: float = layout.margin
-        for code, name in enumerate(STATES):
+        for code, name in enumerate(self._stage.states):
+            if not name:
+                continue
             size = FINENESS * r, FINENESS * layout.unit
             large = self._icon(2.0 * r)
             draw_robot(large, size[0], 0.5 * large.get_height(), 0.0, code, size)
             left += self._keep(large, left, y) + gap
             left += self._write(self._blank, name, left, y) + 2.5 * gap
+        if self._stage.goals is not None:
+            self._legend_of_goals()
+            return
         large = self._icon(3.0 * r)
         width, height = large.get_size()
         ends = np.array([0.0, 0.6 * height]), np.array([width, 0.6 * height])
@@ -95,6 +109,28 @@ class HeadUpDisplay:
         left += self._write(self._blank, "message", left, y) + 2.5 * gap
         if self._stage.has_faults:
             self._legend_of_faults(left, y)
+
+    def _legend_of_goals(self) -> None:
+        """What is drawn of goals, claims, estimates and lidar."""
+        layout, y = self._layout, self._below(1)
+        r, pixel = 0.45 * layout.text * FINENESS, FINENESS * layout.unit
+        gap, left = 4.0 * layout.unit, float(layout.margin)
+        for name in ("goal", "claimed rightly", "claimed wrongly", "believed", "lidar"):
+            large = self._icon(2.4 * r / FINENESS)
+            x, middle = 1.2 * r, 0.5 * large.get_height()
+            if name == "goal":
+                draw_goal(large, (x, middle), r, pixel)
+            elif name == "claimed rightly":
+                draw_right(large, x, middle, r)
+            elif name == "claimed wrongly":
+                draw_wrong(large, x, middle, r)
+            elif name == "believed":
+                axes = 1.15 * r, 0.7 * r
+                draw_ellipse(large, np.array([x, middle]), axes, 0.5, round(1.2 * pixel))
+            else:
+                pygame.draw.circle(large, palette.LIDAR, (x, middle), r, round(1.2 * pixel))
+            left += self._keep(large, left, y) + gap
+            left += self._write(self._blank, name, left, y) + 2.5 * gap
 
     def _legend_of_faults(self, left: float, y: int) -> None:
         """How a faulty robot is marked."""
@@ -108,7 +144,11 @@ class HeadUpDisplay:
 
     def _legend_of_beliefs(self) -> None:
         """What is drawn of the selected robot's beliefs."""
-        layout, y = self._layout, self._below(2)
+        layout, y = self._layout, self._below(self._layout.legend_lines + 1)
+        if self._stage.goals is not None:
+            text = self._letters.cut(ESTIMATE, layout.width - 2 * layout.margin)
+            self._write(self._blank, text, layout.margin, y, palette.FAINT)
+            return
         large = self._icon(layout.line)
         half = 0.5 * large.get_height()
         centre, radii = np.array([half, half]), (0.55 * half, 0.9 * half)
@@ -135,8 +175,10 @@ class HeadUpDisplay:
         if selected is None:
             return "No robot selected"
         is_faulty = scene.faulty is not None and scene.faulty[selected]
-        doing = STATES[scene.doing[selected]]
+        doing = self._stage.states[scene.doing[selected]]
         words = [f"Robot {selected}: {doing}{', faulty' if is_faulty else ''}"]
+        if scene.localised is not None:
+            return "   ".join(words + _told_of_goal(scene, scene.localised, selected))
         for area, name in enumerate(("nest", "prey")):
             if scene.known[selected, area]:
                 believed = scene.believed[selected, area]
@@ -159,6 +201,19 @@ class HeadUpDisplay:
         words = self._letters.line(text, ink)
         on.blit(words, (round(x), round(y) + (self._layout.line - words.get_height()) // 2))
         return words.get_width()
+
+
+def _told_of_goal(scene: Scene, localised: Localised, robot: int) -> list[str]:
+    """What a robot that visits goals believes, and has claimed, in words."""
+    place = scene.pose[robot, :2]
+    off = np.hypot(*(localised.believed[robot] - place))
+    away = np.hypot(*(localised.goal[robot] - place))
+    right, wrong = localised.right[robot], localised.wrong[robot]
+    return [
+        f"{100.0 * off:.0f} cm off, ellipse {100.0 * WITHIN * localised.ellipse[robot, 0]:.0f} cm",
+        f"goal {away:.1f} m away",
+        f"{right} claimed rightly, {wrong} wrongly",
+    ]
 
 
 def clock_text(seconds: float) -> str:

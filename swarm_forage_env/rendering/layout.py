@@ -39,7 +39,12 @@ class Layout:
     @property
     def lines(self) -> int:
         """Lines of text below the arena."""
-        return 1 + 2 * self.beliefs + self.keys
+        return self.legend_lines + 2 * self.beliefs + self.keys
+
+    @property
+    def legend_lines(self) -> int:
+        """Lines of the legend."""
+        return 1 if self.stage.goals is None else 2
 
     @property
     def unit(self) -> float:

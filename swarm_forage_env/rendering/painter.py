@@ -8,6 +8,7 @@ import pygame
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.rendering import palette
+from swarm_forage_env.rendering.goals import GoalPainter
 from swarm_forage_env.rendering.hud import HeadUpDisplay
 from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.palette import Colour, mixed, trail_colour
@@ -48,6 +49,10 @@ class Painter:
         self._trails = Trails()
         pygame.font.init()
         self._large = pygame.font.Font(None, round(1.1 * layout.text * self._fine))
+        self._goals = None
+        if stage.goals is not None:
+            scale = layout.scale * self._fine
+            self._goals = GoalPainter(stage, self._spot, scale, self._pixel)
         self._areas = stage.areas_at(0.0)
         self._floor = self._empty_floor()
         self._canvas = self._floor.copy()
@@ -68,10 +73,10 @@ class Painter:
         self._canvas.blit(self._floor, (0, 0))
         if show.trails:
             self._draw_trails(scene)
-        if show.messages:
-            self._draw_messages(scene)
-        if show.beliefs and show.selected is not None:
-            self._draw_beliefs(scene, show.selected)
+        if self._goals is None:
+            self._draw_foraging(scene, show)
+        else:
+            self._draw_goals(self._goals, scene, show)
         self._draw_robots(scene, show.selected)
         if self.layout.enlarges:
             self._draw_rims()
@@ -81,6 +86,22 @@ class Painter:
         x, y = self.layout.corner
         self._picture.blit(self._smooth, (x - self._wall, y - self._wall))
         return self._picture
+
+    def _draw_foraging(self, scene: Scene, show: Show) -> None:
+        """Who hears whom, and what the selected robot believes."""
+        if show.messages:
+            self._draw_messages(scene)
+        if show.beliefs and show.selected is not None:
+            self._draw_beliefs(scene, show.selected)
+
+    def _draw_goals(self, goals: GoalPainter, scene: Scene, show: Show) -> None:
+        """Who sees whom, where everyone is to go and has been, and believes it is."""
+        if show.messages:
+            goals.draw_lidar(self._canvas, scene, show.selected)
+        goals.draw_goals(self._canvas, scene, show.selected)
+        goals.draw_claims(self._canvas, self._trails.claims())
+        if show.beliefs:
+            goals.draw_estimates(self._canvas, scene, show.selected)
 
     @property
     def _wall(self) -> int:
@@ -110,9 +131,12 @@ class Painter:
             pygame.draw.polygon(floor, palette.FLOOR, self._spot(stage.corners).tolist())
         else:
             floor.fill(palette.FLOOR, inside)
-        start = self._spot(np.zeros(2))
-        stroke = max(1, round(self._pixel)), 6.0 * self._pixel
-        dashed_circle(floor, palette.FAINT, start, stage.start_radius * scale, stroke)
+        if self._goals is not None:
+            self._goals.draw_field(floor, self._large.render("home", True, palette.INK))
+        else:
+            start = self._spot(np.zeros(2))
+            stroke = max(1, round(self._pixel)), 6.0 * self._pixel
+            dashed_circle(floor, palette.FAINT, start, stage.start_radius * scale, stroke)
         for centre, colour, name in self._named_areas():
             radius = stage.area_radius * scale
             pygame.draw.circle(floor, mixed(colour, palette.FLOOR, 0.28), centre, radius)

@@ -32,6 +32,12 @@ MESSAGE = GREEN
 FAULTY = (204, 0, 0)
 SELECTED = VERMILION
 
+GOAL, RIGHT, WRONG = ORANGE, BLUE, FAULTY
+"""Where a robot is to go, and claims to be there."""
+
+ESTIMATE, LIDAR = (204, 121, 167), (86, 180, 233)
+"""Where a robot believes it is, and how far it sees."""
+
 PAGE, FLOOR = WHITE, (246, 246, 243)
 INK, FAINT, RULE = (38, 38, 38), (108, 108, 108), (214, 214, 210)
 WALL = (70, 70, 70)

@@ -33,17 +33,21 @@ class Column:
 
 
 PLACE, BELIEVED, PATH, WHOLE = 0.001, 0.002, 0.005, 1.0
-"""Steps of places where robots are and where they believe areas to be, of paths travelled [m], and
-of numbers that are whole."""
+"""Steps of places where robots are and where they believe areas to be, of paths travelled and
+standard deviations [m], and of numbers that are whole."""
 
 TURN = 2.0 * math.pi / 1024
 """Step of headings [rad]; CODES of them are whole turns."""
 
-COLUMNS = (
+POSE = (
     Column("x", PLACE),
     Column("y", PLACE),
     Column("heading", TURN, wraps=True),
     Column("doing", WHOLE),
+)
+"""What is kept of each robot."""
+
+FORAGING = (
     Column("known", WHOLE),
     Column("trips", WHOLE),
     Column("nestX", BELIEVED),
@@ -53,7 +57,20 @@ COLUMNS = (
     Column("preyY", BELIEVED),
     Column("preyP", PATH),
 )
-"""What is kept of each robot; `known` is 1 for the nest plus 2 for the prey."""
+"""What is kept where robots forage; `known` is 1 for the nest plus 2 for the prey."""
+
+GOALS = (
+    Column("right", WHOLE),
+    Column("wrong", WHOLE),
+    Column("goalX", PLACE),
+    Column("goalY", PLACE),
+    Column("believedX", BELIEVED),
+    Column("believedY", BELIEVED),
+    Column("long", PATH),
+    Column("short", PATH),
+    Column("direction", TURN, wraps=True),
+)
+"""What is kept where robots visit goals: claims, and the ellipse of an estimate."""
 
 FAULTY = Column("faulty", WHOLE)
 """Kept too where robots may be faulty: 1 while a fault is in effect."""
@@ -69,7 +86,7 @@ class Recording:
         self._scenes = 0
         self._latest: Scene | None = None
         self._times: list[float] = []
-        self._on_path: list[float] = []
+        self._shares: list[float] = []
         self._rows: list[Float32[Array, "columns robots"]] = []
         self._heard: list[Int64[Array, " pairs"]] = []
         self._pending: list[Int64[Array, " pairs"]] = []
@@ -93,7 +110,7 @@ class Recording:
     def pack(self) -> tuple[dict[str, object], bytes]:
         """What a reader must know about the packed numbers, and these, deflated.
 
-        Little-endian: times [s] and on-path shares as float32, the number of messages up to and
+        Little-endian: times [s] and shares of robots as float32, the number of messages up to and
         with each frame as uint32, sender and receiver of each as uint16, and then each column,
         robot by robot: low bytes of all differences, then high bytes.
         """
@@ -102,11 +119,11 @@ class Recording:
         if self._times[-1] < self._latest.time:
             self._keep(self._latest)
         values = np.stack(self._rows, axis=2)
-        columns = COLUMNS if len(values) == len(COLUMNS) else (*COLUMNS, FAULTY)
+        columns = _columns(self._latest)
         scales = [_scale(column, v) for column, v in zip(columns, values, strict=True)]
         counts = np.cumsum([len(pairs) for pairs in self._heard])
         parts = [
-            np.array([self._times, self._on_path], "<f4").tobytes(),
+            np.array([self._times, self._shares], "<f4").tobytes(),
             counts.astype("<u4").tobytes(),
             np.stack(np.divmod(np.concatenate(self._heard), CODES), axis=1).astype("<u2").tobytes(),
         ]
@@ -121,7 +138,7 @@ class Recording:
 
     def _keep(self, scene: Scene) -> None:
         self._times.append(scene.time)
-        self._on_path.append(scene.on_path)
+        self._shares.append(scene.share)
         self._rows.append(_row(scene))
         self._heard.append(_together(self._pending))
         self._pending = []
@@ -133,7 +150,7 @@ class Recording:
         if len(heard) % 2 == 0:
             self._pending.insert(0, heard[-1])
         self._heard = heard[:1] + [_together(heard[k : k + 2]) for k in range(1, len(heard) - 1, 2)]
-        for kept in (self._times, self._on_path, self._rows):
+        for kept in (self._times, self._shares, self._rows):
             del kept[1::2]
 
 
@@ -147,17 +164,25 @@ def _pairs(messages: Int32[Array, "messages ends"]) -> Int64[Array, " pairs"]:
     return np.asarray(messages @ np.array([CODES, 1]))
 
 
+def _columns(scene: Scene) -> tuple[Column, ...]:
+    """What is kept of the robots of such scenes."""
+    own = FORAGING if scene.localised is None else GOALS
+    return (*POSE, *own) if scene.faulty is None else (*POSE, *own, FAULTY)
+
+
 def _row(scene: Scene) -> Float32[Array, "columns robots"]:
-    row = np.empty((len(COLUMNS), len(scene.pose)), np.float32)
-    row[0:3] = scene.pose.T
-    row[3] = scene.doing
-    row[4] = scene.known[:, NEST] + 2 * scene.known[:, PREY]
-    row[5] = scene.round_trips
-    for area in (NEST, PREY):
-        first = 6 + 3 * area
-        row[first : first + 2] = scene.believed[:, area].T
-        row[first + 2] = scene.p[:, area]
-    return row if scene.faulty is None else np.vstack([row, scene.faulty.astype(np.float32)])
+    """The columns of a scene, in their order."""
+    row = [*scene.pose.T, scene.doing]
+    if scene.localised is not None:
+        mine = scene.localised
+        row += [mine.right, mine.wrong, *mine.goal.T, *mine.believed.T, *mine.ellipse.T]
+    else:
+        row += [scene.known[:, NEST] + 2 * scene.known[:, PREY], scene.round_trips]
+        for area in (NEST, PREY):
+            row += [*scene.believed[:, area].T, scene.p[:, area]]
+    if scene.faulty is not None:
+        row.append(scene.faulty)
+    return np.stack([each.astype(np.float32) for each in row])
 
 
 def _scale(column: Column, values: Float32[Array, "robots frames"]) -> tuple[float, float]:

@@ -6,6 +6,7 @@ The page is put together from the files in `page/`; `recording.py` packs the num
 import base64
 import html
 import json
+from dataclasses import asdict
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -16,7 +17,7 @@ from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import P_RING
 from swarm_forage_env.rendering.recording import Recording
 from swarm_forage_env.rendering.trails import JUST_NOW, TRAIL
-from swarm_forage_env.scene import EXPLORING, STATES, Scene, Stage
+from swarm_forage_env.scene import EXPLORING, STATES, WITHIN, Scene, Stage
 
 BUDGET = 6_000_000
 """Size that a file should not exceed [byte]; the time between frames follows."""
@@ -24,7 +25,7 @@ BUDGET = 6_000_000
 BYTES_PER_ROBOT = 12
 """A robot in one frame takes about this much of the file [byte]; es1 and es3 take less."""
 
-SCRIPTS = ("load.js", "view.js", "arena.js", "curves.js", "panel.js", "player.js")
+SCRIPTS = ("load.js", "view.js", "arena.js", "goals.js", "curves.js", "panel.js", "player.js")
 """The page's scripts, in the order they are read."""
 
 
@@ -91,7 +92,9 @@ class Replay:
             "robotRadius": stage.robot_radius,
             "robots": stage.n_robots,
             "tick": stage.tick,
-            "states": STATES,
+            "states": stage.states,
+            "headings": stage.headings,
+            "goals": None if stage.goals is None else asdict(stage.goals) | {"within": WITHIN},
             "trail": TRAIL,
             "justNow": JUST_NOW,
             "ring": P_RING,
@@ -109,6 +112,11 @@ def _colours() -> dict[str, object]:
         "message": _css(palette.MESSAGE),
         "selected": _css(palette.SELECTED),
         "faulty": _css(palette.FAULTY),
+        "goal": _css(palette.GOAL),
+        "right": _css(palette.RIGHT),
+        "wrong": _css(palette.WRONG),
+        "estimate": _css(palette.ESTIMATE),
+        "lidar": _css(palette.LIDAR),
         "floor": _css(palette.FLOOR),
         "wall": _css(palette.WALL),
         "ink": _css(palette.INK),

@@ -1,6 +1,7 @@
 """Trails: where the robots of a picture came from, and who was heard just now."""
 
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +18,22 @@ JUST_NOW = 0.5
 """Messages are drawn for so long [s]: one tick alone would be missed between two pictures."""
 
 
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A robot said that it was at its goal."""
+
+    time: float
+    """When that was judged [s]."""
+
+    place: Float64[Array, " 2"]
+    """Where the robot was [m]."""
+
+    goal: Float64[Array, " 2"]
+    """Where the goal was [m]."""
+
+    is_right: bool
+
+
 class Trails:
     """The recent past of one world, taken in scene by scene."""
 
@@ -24,6 +41,7 @@ class Trails:
         """Nothing seen yet."""
         self._past: deque[Scene] = deque(maxlen=POINTS)
         self._heard: deque[Scene] = deque()
+        self._claims: deque[Claim] = deque()
         self._now = -1.0
 
     def take(self, scene: Scene) -> None:
@@ -31,12 +49,31 @@ class Trails:
         if scene.time < self._now or scene.time == 0.0:
             self._past.clear()
             self._heard.clear()
+            self._claims.clear()
+        self._take_claims(scene)
         self._now = scene.time
         if not self._past or scene.time - self._past[-1].time > TRAIL / POINTS - 1e-9:
             self._past.append(scene)
         self._heard.append(scene)
         while self._heard[0].time < scene.time - JUST_NOW + 1e-9:
             self._heard.popleft()
+
+    def _take_claims(self, scene: Scene) -> None:
+        """Take in the claims that were judged since the last scene."""
+        before = self._heard[-1] if self._heard else scene
+        now, then = scene.localised, before.localised
+        if now is None or then is None:
+            return
+        for is_right, new in ((True, now.right > then.right), (False, now.wrong > then.wrong)):
+            for robot in np.flatnonzero(new):
+                place, goal = before.pose[robot, :2], then.goal[robot]
+                self._claims.append(Claim(scene.time, place, goal, is_right))
+        while self._claims and self._claims[0].time < scene.time - TRAIL + 1e-9:
+            self._claims.popleft()
+
+    def claims(self) -> list[Claim]:
+        """What was claimed of late, oldest first."""
+        return list(self._claims)
 
     def trails(self) -> tuple[Float64[Array, "points robots 2"], Int8[Array, "points robots"]]:
         """Where the robots were, oldest first, and what they were doing there."""

@@ -4,6 +4,7 @@ from swarm_forage_env.no_layers import NoLayers
 from swarm_forage_env.task import TASKS, Task
 from swarm_forage_env.waypoints.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.waypoints.control import decide
+from swarm_forage_env.waypoints.drawing import scene_of, stage_of
 from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
 from swarm_forage_env.waypoints.events import Events, write_events
 from swarm_forage_env.waypoints.global_state import WaypointsState
@@ -37,6 +38,8 @@ WAYPOINTS = Task(
     episode=WAYPOINT_EPISODE,
     events=Events,
     write_events=write_events,
+    stage=stage_of,
+    scene=scene_of,
     trajectory=WAYPOINT_TRAJECTORY,
 )
 

@@ -99,10 +99,12 @@ def test_what_cannot_be_shown_is_refused_in_one_line(command, options, complaint
     assert err.count("\n") == 1
 
 
-def test_waypoints_are_refused(command):
-    status, _, err = command("watch", "waypoints-05", "boids-adaptive")
-    assert status == 2
-    assert "the task waypoints has no drawing; take one in which robots forage" in err
+@pytest.mark.parametrize("option", ["--video=a.gif", "--frame=a.png", "--html=a.html", ""])
+def test_waypoints_are_shown_everywhere(command, tmp_path, option):
+    short = "--set=task.duration=12", "--speed=256", *([option] if option else [])
+    assert command("watch", "waypoints-05", "boids-adaptive", *short)[0] == 0
+    made = [option.partition("=")[2]] if option else []
+    assert [file.name for file in tmp_path.iterdir()] == made
 
 
 def test_no_display_is_told_with_the_way_out(command, monkeypatch):

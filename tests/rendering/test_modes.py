@@ -77,11 +77,6 @@ def test_nothing_is_loaded_until_somebody_looks(process_free_of_pygame):
     assert process_free_of_pygame("parallel_env().reset(seed=1)") == "False"
 
 
-def test_waypoints_have_no_picture():
-    with pytest.raises(ConfigError, match="'waypoints-05': the task waypoints has no drawing"):
-        parallel_env("waypoints-05", render_mode="rgb_array")
-
-
 def test_a_frame_of_an_episode_that_has_not_begun_is_refused():
     from gymnasium.error import ResetNeeded
 

@@ -5,7 +5,6 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
@@ -113,8 +112,3 @@ def test_a_scene_stays_as_it_is(loop):
     assert_array_equal(scene.pose, pose)
     assert_array_equal(scene.known, known)
     assert_array_equal(scene.round_trips, trips)
-
-
-def test_waypoints_are_not_drawn():
-    with pytest.raises(ConfigError, match="'waypoints-05': the task waypoints has no drawing"):
-        stage_of(find_scenario("waypoints-05"), "boids-adaptive")

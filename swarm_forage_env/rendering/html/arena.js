@@ -22,15 +22,20 @@ const arena = {
     this.context = context;
     const robots = Array.from({ length: about.robots }, (_, robot) => robotAt(robot));
     this.floor();
-    this.areas();
+    if (about.goals) goals.field(); else this.areas();
     this.obstacles();
     if (view.show.trails) robots.forEach((robot) => this.trail(robot));
+    if (about.goals) goals.draw(robots); else this.foraging(robots);
+    robots.forEach((robot) => this.robot(robot));
+    if (about.goals) goals.home(); else this.names();
+    if (view.focus !== null) this.selection(robots[view.focus]);
+  },
+
+  /* What robots that forage believe and hear. */
+  foraging(robots) {
     if (view.show.beliefs) robots.forEach((robot) => this.crosses(robot));
     if (view.focus !== null) this.beliefs(robots[view.focus]);
     if (view.show.messages) messagesNow().forEach((message) => this.message(message, robots));
-    robots.forEach((robot) => this.robot(robot));
-    this.names();
-    if (view.focus !== null) this.selection(robots[view.focus]);
   },
 
   floor() {

@@ -1,4 +1,4 @@
-/* Round trips, and below them the share of robots on the path, over time; the past is in colour. */
+/* Round trips, and below them the share of robots on the path, or within their ellipse, over time; the past is in colour. */
 const TIME_STEPS = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600]; // [s]
 
 const curves = {
@@ -13,11 +13,12 @@ const curves = {
     this.inks = { past: colour("--past"), rule: colour("--rule"), faint: colour("--faint") };
     Object.assign(this, { context, width, height });
     const bottom = height - 18, split = 20 + 0.6 * (bottom - 38);
-    const { total, onPath } = view.episode;
+    const { total, share } = view.episode;
     const most = Math.max(...total.subarray(about.frames - 1), 1);
     this.timeAxis(bottom);
-    this.panel(total, most, [18, split], "round trips", String(most));
-    this.panel(onPath, 1, [split + 18, bottom], "robots on the path", "100%");
+    const [score, part] = about.headings.map((name) => name.toLowerCase());
+    this.panel(total, most, [18, split], score, String(most));
+    this.panel(share, 1, [split + 18, bottom], `robots ${part}`, "100%");
     const now = this.x(view.time);
     context.strokeStyle = colour("--cursor");
     context.lineWidth = 2;

@@ -37,7 +37,7 @@ async function loaded() {
   };
   const episode = {
     times: take(Float32Array, frames),
-    onPath: take(Float32Array, frames),
+    share: take(Float32Array, frames),
     heardUpTo: take(Uint32Array, frames),
     pairs: take(Uint16Array, 2 * messages),
   };
@@ -45,6 +45,7 @@ async function loaded() {
     episode[column.name] = decoded(take(Uint8Array, 2 * robots * frames), column, robots, frames);
   }
   episode.total = new Float32Array(frames);
-  for (let i = 0; i < robots * frames; i++) episode.total[i % frames] += episode.trips[i];
+  const scored = about.goals ? episode.right : episode.trips;
+  for (let i = 0; i < robots * frames; i++) episode.total[i % frames] += scored[i];
   return episode;
 }

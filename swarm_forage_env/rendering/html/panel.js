@@ -4,24 +4,43 @@ const HINT = "Point at a robot to see what it believes and hears; click to keep 
 const panel = {
   prepare() {
     element("command").textContent = about.command;
+    element("ring").textContent = `${Math.round(100 * about.ring)} cm`;
+    this.prepareWords();
     element("legend").replaceChildren(...about.states.map((state, code) => {
       const row = document.createElement("li");
       const dot = row.appendChild(document.createElement("i"));
       dot.style.background = about.colours.doing[code];
       row.appendChild(document.createElement("span")).textContent = state;
       row.appendChild(document.createElement("b"));
+      row.hidden = !state;
       return row;
     }));
     element("fault-sign").hidden = !about.columns.some((column) => column.name === "faulty");
     for (let robot = 0; robot < about.robots; robot++) {
       element("robot").add(new Option(String(robot), String(robot)));
     }
-    element("ring").textContent = `${Math.round(100 * about.ring)} cm`;
     const gap = (about.tick * about.every).toFixed(1);
     element("sampling").textContent = about.every === 1
       ? `Every tick of ${gap} s is kept.`
       : `To keep the file small, one frame is kept every ${gap} s (${about.every} ticks); `
         + "robots move on straight lines between.";
+  },
+
+  /* What the score and the signs are called here; robots that visit goals have others. */
+  prepareWords() {
+    element("score-name").textContent = about.headings[0];
+    element("share-name").textContent = about.headings[1];
+    element(about.goals ? "signs" : "goal-signs").remove();
+    if (!about.goals) return;
+    element("goal-signs").id = "signs";
+    element("share-box").title = "Share of robots whose true place lies within their ellipse";
+    element("messages").textContent = "Lidar";
+    element("beliefs").textContent = "Estimates";
+    view.show.beliefs = true;
+    element("beliefs").setAttribute("aria-pressed", "true");
+    element("arena").setAttribute("aria-label", "Top view of the field with home, goals and robots");
+    element("curves").setAttribute("aria-label",
+      "Goals reached by the swarm and share of robots within their ellipse, over time");
   },
 
   draw() {
@@ -34,7 +53,7 @@ const panel = {
       cell.textContent = counts[code];
     });
     element("trips").textContent = episode.total[last];
-    element("on-path").textContent = `${Math.round(100 * episode.onPath[last])}%`;
+    element("on-path").textContent = `${Math.round(100 * episode.share[last])}%`;
     const slider = element("time");
     slider.value = view.time;
     slider.setAttribute("aria-valuetext", `${clockText(view.time)} of ${clockText(view.end)}`);
@@ -47,7 +66,7 @@ const panel = {
 
   card() {
     const card = element("robot-card");
-    element("signs").style.visibility = view.focus === null ? "hidden" : "visible";
+    element("signs").style.visibility = !about.goals && view.focus === null ? "hidden" : "visible";
     if (view.focus === null) {
       const hint = document.createElement("p");
       hint.textContent = HINT;
@@ -57,17 +76,18 @@ const panel = {
     const robot = robotAt(view.focus);
     const heard = messagesNow().filter((message) => message.receiver === view.focus);
     const senders = [...new Set(heard.map((message) => message.sender))].sort((a, b) => a - b);
-    const rows = [
+    const rows = about.goals ? [[""], ...goals.rows(robot)] : [
       ["", "off by", "p"],
       ...robot.beliefs.map((belief, which) => [
         AREAS[which],
         belief ? `${belief.off.toFixed(2)} m` : "unknown",
         belief ? `${belief.p.toFixed(2)} m` : "–",
       ]),
-      ["doing", about.states[robot.doing] + (robot.faulty ? ", faulty" : "")],
-      ["hears", senders.length ? `robot ${senders.join(", ")}` : "nobody"],
       ["round trips", String(robot.trips)],
     ];
+    rows.push(["doing", about.states[robot.doing] + (robot.faulty ? ", faulty" : "")]);
+    rows.push([about.goals ? "sees" : "hears",
+      senders.length ? `robot ${senders.join(", ")}` : "nobody"]);
     card.replaceChildren(table(rows));
   },
 };

@@ -52,14 +52,23 @@ function robotAt(robot) {
   const a = robot * about.frames + last, b = robot * about.frames + next;
   const between = (name) => episode[name][a] + share * (episode[name][b] - episode[name][a]);
   const turn = episode.heading[b] - episode.heading[a];
+  const own = about.goals ? goalsOf(robot, a, between) : foragingOf(a, b, between);
   return {
     robot,
     x: between("x"),
     y: between("y"),
     heading: episode.heading[a] + share * Math.atan2(Math.sin(turn), Math.cos(turn)),
     doing: episode.doing[a],
-    trips: episode.trips[a],
     faulty: Boolean(episode.faulty?.[a]),
+    ...own,
+  };
+}
+
+/* What a robot that forages has done and believes. */
+function foragingOf(a, b, between) {
+  const { episode } = view;
+  return {
+    trips: episode.trips[a],
     beliefs: AREAS.map((area, bit) => {
       if (!(episode.known[a] & (1 << bit))) return null;
       const along = episode.known[b] & (1 << bit) ? between : (name) => episode[name][a];

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.replay import Replay
 from swarm_forage_env.scenarios import find_scenario
@@ -299,6 +301,38 @@ def test_a_picture_shows_several_areas_and_the_move_of_one(opened, made_up, tmp_
             assert alike(found, colour)
     off = page.evaluate("nearestArea(0, { x: -0.4, y: 0.2 })")
     assert off == [-0.5, 0.4]
+
+
+def test_robots_that_visit_goals_show_what_they_are_about(opened, tmp_path):
+    loop = Loop(find_scenario("waypoints-05"), find_controller("boids-adaptive"), [1])
+    replay = Replay(stage_of(loop.world.scenario, "boids-adaptive"), 1, "")
+    scenes = []
+    for _ in range(120):
+        scenes.append(loop.scene())
+        replay.add(scenes[-1])
+        loop.step()
+    replay.write(tmp_path / "goals.html")
+    page = opened(path=tmp_path / "goals.html")
+    until(page, LOADED)
+    assert page.locator("#score-name").inner_text() == "Goals reached"
+    scrub(page, 59.5)
+    last, own = scenes[-1], scenes[-1].localised
+    assert page.locator("#trips").inner_text() == str(last.total)
+    assert page.locator("#on-path").inner_text() == f"{100 * last.share:.0f}%"
+    page.evaluate("player.choose(2)")
+    page.evaluate(DRAWN)
+    rows = dict(row.split("\t") for row in page.locator("#robot-card tbody tr").all_inner_texts())
+    off = np.hypot(*(own.believed[2] - last.pose[2, :2]))
+    assert float(rows["believed"].split()[0]) == pytest.approx(off, abs=0.01)
+    assert rows["claimed rightly"] == str(own.right[2])
+    claims = page.evaluate("claimsNow().filter((claim) => claim.right).length")
+    assert claims == (own.right - scenes[-41].localised.right).sum()
+    assert page.evaluate("claimsNow().length") >= claims
+    spots = own.goal + np.array([STAGE_TOLERANCE, 0.0])
+    assert any(alike(colour, palette.GOAL, 60) for colour in pixels(page, spots))
+
+
+STAGE_TOLERANCE = find_scenario("waypoints-05").task.tolerance
 
 
 def test_keys_do_what_the_page_says(page):

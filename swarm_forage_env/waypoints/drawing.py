@@ -1,0 +1,92 @@
+"""What is drawn of a waypoints world: its stage, and a scene for each tick."""
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.record import rows
+from swarm_forage_env.scene import (
+    EXPLORING,
+    STATES,
+    TALKING,
+    GoalField,
+    Localised,
+    Scene,
+    Stage,
+)
+from swarm_forage_env.waypoints.scenario import WaypointsScenario
+from swarm_forage_env.waypoints.world import WaypointsWorld
+
+MARGIN = 1.0
+"""Floor shown around the square in which goals lie [m]: there are no walls."""
+
+BODY_RADIUS = 0.17
+"""Of an iRobot Create [m]; the world has no contacts, so that no scenario has it."""
+
+SEEING = {EXPLORING: "sees nobody", TALKING: "sees others"}
+"""What robots are told apart by: those that see each other exchange what they believe."""
+
+
+def stage_of(scenario: WaypointsScenario, controller: str) -> Stage:
+    """The stage of a scenario, moved by what is named so."""
+    task = scenario.task
+    side = task.side + 2.0 * MARGIN
+    return Stage(
+        scenario=scenario.name,
+        controller=controller,
+        length=side,
+        width=side,
+        areas=np.zeros((0, 2)),
+        kinds=(),
+        names=(),
+        area_radius=0.0,
+        start_radius=0.0,
+        robot_radius=BODY_RADIUS,
+        n_robots=task.n_robots,
+        tick=scenario.tick,
+        duration=scenario.n_ticks * scenario.tick,
+        states=tuple(SEEING.get(code, "") for code in range(len(STATES))),
+        goals=GoalField(task.side, task.tolerance, scenario.sensors.reach),
+    )
+
+
+def scene_of(world: WaypointsWorld, minds: Array, which: int = 0) -> Scene:
+    """One world of a block as it stands; without estimates where no estimator keeps any."""
+    robots, n = world.robots[which].view(np.recarray), world.n_robots
+    pose, seen = robots.pose.copy(), world.sightings["seen"][which]
+    believed, ellipse = pose[:, :2].copy(), np.zeros((n, 3))
+    if "estimator" in (minds.dtype.names or ()):
+        belief = rows(minds["estimator"]["belief"][which])
+        believed, ellipse = belief.pose[:, :2].copy(), ellipses(belief.P[:, :2, :2])
+    receiver, sender = np.nonzero(seen)
+    return Scene(
+        time=float(world.worlds["ticks"][which]) * world.scenarios[which].tick,
+        pose=pose,
+        doing=np.where(seen.any(axis=1), TALKING, EXPLORING).astype(np.int8),
+        believed=np.zeros((n, 2, 2)),
+        known=np.zeros((n, 2), np.bool_),
+        p=np.zeros((n, 2), np.float32),
+        messages=np.stack([sender, receiver], axis=1).astype(np.int32),
+        round_trips=np.zeros(n, np.int32),
+        on_path=0.0,
+        localised=Localised(
+            goal=robots.goal.copy(),
+            believed=believed,
+            ellipse=ellipse,
+            right=robots.right.copy(),
+            wrong=robots.wrong.copy(),
+        ),
+    )
+
+
+def ellipses(covariance: Float64[Array, "robots 2 2"]) -> Float64[Array, "robots 3"]:
+    """Standard deviations along the long and short axis [m], direction of the long [rad].
+
+    The covariances are of a position [m^2].
+    """
+    xx, xy, yy = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]
+    mean, half = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
+    axes = np.sqrt(np.maximum(np.stack([mean + half, mean - half]), 0.0))
+    found: Float64[Array, "robots 3"] = np.stack(
+        [*axes, 0.5 * np.arctan2(2.0 * xy, xx - yy)], axis=1
+    )
+    return found

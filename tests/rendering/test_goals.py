@@ -1,0 +1,178 @@
+"""Robots that visit goals: a picture shows goals, claims, what filters believe, and lidar."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from swarm_forage_env import parallel_env
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.rendering import palette
+from swarm_forage_env.rendering.layout import Layout
+from swarm_forage_env.rendering.painter import Show
+from swarm_forage_env.rendering.recording import Recording
+from swarm_forage_env.rendering.trails import TRAIL, Trails
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.scene import EXPLORING, TALKING, WITHIN, Localised, Scene
+from swarm_forage_env.task import stage_of
+from swarm_forage_env.waypoints.drawing import ellipses
+from tests.rendering.replay.conftest import _unpacked
+from tests.rendering.test_painter import near, painted
+
+STAGE = stage_of(find_scenario("waypoints-05"), "boids-adaptive")
+BARE = Show(trails=False, messages=False)
+
+
+@pytest.fixture(scope="module")
+def loop():
+    """Two worlds of five robots after 40 s."""
+    found = Loop(find_scenario("waypoints-05"), find_controller("boids-goal"), [1, 2])
+    for _ in range(80):
+        found.step()
+    return found
+
+
+def scene(time=60.0, n=1, **changes):
+    """Robots at the origin that go to (3, 2) and believe they are at (-2, 1)."""
+    own = {
+        "goal": np.tile([3.0, 2.0], (n, 1)),
+        "believed": np.tile([-2.0, 1.0], (n, 1)),
+        "ellipse": np.tile([0.5, 0.25, math.pi / 2], (n, 1)),
+        "right": np.zeros(n, np.int32),
+        "wrong": np.zeros(n, np.int32),
+    }
+    pose = changes.pop("pose", np.zeros((n, 3)))
+    pairs = changes.pop("messages", np.zeros((0, 2), np.int32))
+    return Scene(
+        time=time,
+        pose=pose,
+        doing=np.full(n, EXPLORING, np.int8),
+        believed=np.zeros((n, 2, 2)),
+        known=np.zeros((n, 2), np.bool_),
+        p=np.zeros((n, 2), np.float32),
+        messages=pairs,
+        round_trips=np.zeros(n, np.int32),
+        on_path=0.0,
+        localised=Localised(**(own | changes)),
+    )
+
+
+def shown(*scenes, show=BARE):
+    return painted(*scenes, stage=STAGE, width=720, show=show)[1]
+
+
+def test_a_scene_is_the_truth_about_its_own_world(loop):
+    for which in range(2):
+        found, robots = loop.scene(which), loop.world.robots[which]
+        belief = loop.controller.minds["estimator"]["belief"][which]
+        assert found.time == 40.0
+        assert_array_equal(found.pose, robots["pose"])
+        assert_array_equal(found.localised.goal, robots["goal"])
+        assert_array_equal(found.localised.believed, belief["pose"][:, :2])
+        assert found.total == robots["right"].sum()
+        seen = loop.world.sightings["seen"][which]
+        assert {(j, i) for i, j in zip(*np.nonzero(seen), strict=True)} == set(
+            map(tuple, found.messages.tolist())
+        )
+        assert_array_equal(found.doing == TALKING, seen.any(axis=1))
+        within = found.localised.is_within(found.pose)
+        for robot in range(5):
+            away = belief["pose"][robot, :2] - robots["pose"][robot, :2]
+            squared = away @ np.linalg.inv(belief["P"][robot, :2, :2]) @ away
+            assert within[robot] == (squared <= -2.0 * math.log(0.05))
+    assert (loop.scene(0).localised.goal != loop.scene(1).localised.goal).any()
+
+
+def test_an_ellipse_has_the_axes_of_its_covariance():
+    roots = np.random.default_rng(1).normal(size=(20, 2, 2))
+    covariance = roots @ roots.transpose(0, 2, 1)
+    long, short, direction = ellipses(covariance).T
+    values, vectors = np.linalg.eigh(covariance)
+    assert_allclose(np.stack([short, long], axis=1), np.sqrt(values), rtol=1e-9)
+    along = np.stack([np.cos(direction), np.sin(direction)], axis=1)
+    assert_allclose(np.abs((along * vectors[:, :, 1]).sum(axis=1)), 1.0, rtol=1e-9)
+
+
+def test_a_goal_is_a_ring_as_large_as_it_is_reached():
+    at = shown(scene(), show=Show(trails=False, messages=False, beliefs=False))
+    tolerance = STAGE.goals.tolerance
+    rim = [at(3.0 + tolerance - inside, 2.0) for inside in (0.0, 0.01, 0.02, 0.03)]
+    assert any(colour == near(palette.GOAL, 60) for colour in rim)
+    assert at(3.0 + 0.55 * tolerance, 2.0) == near(palette.FLOOR, 12)
+    assert at(-2.0, 1.0) == near(palette.FLOOR)
+
+
+def test_an_estimate_is_an_ellipse_and_a_line_to_the_truth():
+    at = shown(scene())
+    for place in ((-2.0, 1.0 + 0.5 * WITHIN), (-2.0 - 0.25 * WITHIN, 1.0), (-1.0, 0.5)):
+        assert at(*place) == near(palette.ESTIMATE, 60)
+    assert at(-2.0 - 0.5 * WITHIN, 1.0) == near(palette.FLOOR)
+    nothing = shown(scene(ellipse=np.zeros((1, 3)), believed=np.zeros((1, 2))))
+    assert nothing(-2.0, 1.0 + 0.5 * WITHIN) == near(palette.FLOOR)
+
+
+def test_claims_are_marked_where_they_were_made_for_as_long_as_trails_last():
+    before = scene(60.0, pose=np.array([[3.1, 2.0, 0.0], [-3.0, -3.0, 0.0]]), n=2)
+    goal = np.array([[0.5, -4.0], [0.5, -4.0]])
+    own = {"right": np.array([1, 0], np.int32), "wrong": np.array([0, 1], np.int32)}
+    after = scene(60.5, n=2, goal=goal, **own)
+    trails = Trails()
+    for each in (before, after):
+        trails.take(each)
+    right, wrong = trails.claims()
+    assert (right.is_right, wrong.is_right) == (True, False)
+    assert_array_equal(right.goal, [3.0, 2.0])
+    assert_array_equal(wrong.place, [-3.0, -3.0])
+    at = shown(before, after)
+    beside = 3.3 / Layout(STAGE, 720).scale * 1.4
+    assert at(3.1 - beside, 2.0) == near(palette.RIGHT, 40)
+    assert at(-3.0, -3.0) == near(palette.WRONG, 40)
+    assert at(0.0, -0.5) == near(palette.WRONG, 90), "the line from the claim to the goal"
+    trails.take(replace(after, time=60.5 + TRAIL + 0.5))
+    assert trails.claims() == []
+
+
+def test_lidar_is_a_circle_and_a_line_between_those_that_see_each_other():
+    pose = np.array([[-2.0, -2.0, 0.0], [-1.4, -2.0, 0.0]])
+    pairs = np.array([[0, 1], [1, 0]], np.int32)
+    told = scene(n=2, pose=pose, messages=pairs)
+    quiet = Show(trails=False, beliefs=False)
+    at = shown(told, show=quiet)
+    assert at(-1.7, -2.0) == near(palette.MESSAGE, 60)
+    around = [at(-2.0 - STAGE.goals.reach + d, -2.0) for d in np.linspace(-0.05, 0.05, 9)]
+    assert any(colour != near(palette.FLOOR, 12) for colour in around)
+    hidden = shown(told, show=Show(trails=False, messages=False, beliefs=False))
+    assert hidden(-1.7, -2.0) == near(palette.FLOOR, 12)
+
+
+def test_a_recording_holds_goals_claims_and_ellipses_within_its_rounding(loop):
+    fresh = Loop(find_scenario("waypoints-05"), find_controller("boids-adaptive"), [3])
+    scenes, recording = [], Recording(1000)
+    for _ in range(60):
+        scenes.append(fresh.scene())
+        recording.add(scenes[-1])
+        fresh.step()
+    _, share, _, columns = _unpacked(*recording.pack())
+    assert_allclose(share, [each.share for each in scenes], atol=1e-6)
+    own = [each.localised for each in scenes]
+    for name, atol, take in (
+        ("goalX", 6e-4, lambda each: each.goal[:, 0]),
+        ("believedY", 1.1e-3, lambda each: each.believed[:, 1]),
+        ("long", 2.6e-3, lambda each: each.ellipse[:, 0]),
+        ("right", 0.0, lambda each: each.right),
+        ("wrong", 0.0, lambda each: each.wrong),
+    ):
+        assert_allclose(columns[name], np.stack([take(each) for each in own], axis=1), atol=atol)
+    assert "known" not in columns
+
+
+def test_an_environment_of_waypoints_draws_its_frames():
+    env = parallel_env("waypoints-05", render_mode="rgb_array", max_cycles=3)
+    env.reset(seed=1)
+    frame = env.render()
+    assert frame.shape[1] == 512
+    assert (np.abs(frame.astype(int) - palette.ESTIMATE).max(axis=2) < 60).sum() > 50
+    assert env.metadata["render_modes"] == ["human", "rgb_array"]
