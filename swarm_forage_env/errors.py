@@ -1,7 +1,7 @@
 """What goes wrong on purpose: exceptions and a warning, each naming what, why and what would do."""
 
 from collections.abc import Iterable
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 
 
 class ConfigError(ValueError):
@@ -21,13 +21,42 @@ class UnknownNameError(KeyError):
         A note tells why others are not.
         """
         names = sorted(known)
-        near = get_close_matches(name, names, n=1, cutoff=0.5) or [
-            path for path in names if get_close_matches(name, [path.rpartition(".")[2]])
-        ]
-        advice = f"did you mean '{near[0]}'?" if near else f"known: {', '.join(names) or 'none'}"
+        near = (
+            nearest(name, names)
+            or [path for path in names if get_close_matches(name, [path.rpartition(".")[2]])][:1]
+        )
+        advice = (
+            f"did you mean {_either(near)}?" if near else f"known: {', '.join(names) or 'none'}"
+        )
         self.message = f"no {kind} named '{name}', {advice}" + (f"; {note}" if note else "")
         super().__init__(self.message)
 
     def __str__(self) -> str:
         """The message itself, without the quotes that KeyError puts around it."""
         return self.message
+
+
+def nearest(name: str, names: Iterable[str]) -> list[str]:
+    """The names that are most like a name: one, or several that are equally like it.
+
+    >>> nearest("ssgif", ["nc", "ssgiff", "ssgikf"])
+    ['ssgiff', 'ssgikf']
+    """
+    near = get_close_matches(name, names, n=3, cutoff=0.5)
+    likeness = {each: SequenceMatcher(None, each, name).ratio() for each in near}
+    return sorted(each for each in near if likeness[each] == likeness[near[0]])
+
+
+def file_reason(error: OSError) -> str:
+    """What is wrong and with which file, without the system's number.
+
+    >>> print(file_reason(OSError(28, "No space left on device", "x.png")))
+    No space left on device: 'x.png'
+    """
+    return str(error).removeprefix(f"[Errno {error.errno}] ")
+
+
+def _either(names: list[str]) -> str:
+    """Names in quotes, the last two joined by "or"."""
+    *others, last = (f"'{name}'" for name in names)
+    return f"{', '.join(others)} or {last}" if others else last

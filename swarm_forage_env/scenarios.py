@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.parameters import leaves, override
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.task import task_of
@@ -28,20 +27,26 @@ def find_scenario(scenario: Any, overrides: Mapping[str, Any] | None = None) -> 
 def from_toml(file: Path) -> Any:  # noqa: ANN401 of any task
     """A scenario of the user's own: a TOML file with a table for each part, such as robot.
 
-    `base = "es1"` at the top starts from a named scenario; without it, from the defaults.
+    `base = "es1"` at its top names the scenario that all other numbers are those of.
     """
     try:
         tree = tomllib.loads(file.read_text(encoding="utf-8"))
         changes = leaves(tree)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except OSError as error:
+        raise ConfigError(f"scenario file {file}: {error.strerror}") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ConfigError(f"scenario file {file}: {error}") from None
     except RecursionError:
         raise ConfigError(
             f"scenario file {file}: its tables lie too deep in each other; a number of a scenario"
             " lies in one, as max_range in [radio]"
         ) from None
-    base = changes.pop("base", None)
-    if not isinstance(base, str | None):
+    if "base" not in changes:
+        raise ConfigError(
+            f'scenario file {file}: has no base; write base = "es1" at its top, or another'
+            " scenario whose numbers it takes where it names none"
+        )
+    base = changes.pop("base")
+    if not isinstance(base, str):
         raise ConfigError(f"scenario file {file}: base={base!r}: must be a name of a scenario")
-    start = Scenario() if base is None else SCENARIOS[base]
-    return override(start, {"name": file.stem, **changes}, "scenario parameter")
+    return override(SCENARIOS[base], {"name": file.stem, **changes}, "scenario parameter")

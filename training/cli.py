@@ -3,6 +3,8 @@
 import os
 import sys
 
+from swarm_forage_env.extras import missing_told
+
 INTERRUPTED = 130
 """Exit status after Ctrl-C (128 + SIGINT)."""
 
@@ -10,21 +12,14 @@ INTERRUPTED = 130
 def main() -> None:
     """Run one command, and print one line on stderr if a package that it needs is missing."""
     try:
-        from baselines.cli import app, run
-        from training.ladder.commands import add_benchmark
-        from training.train_command import add_commands
+        with missing_told():
+            from baselines.cli import app, run
+            from training.ladder.commands import add_benchmark
+            from training.train_command import add_commands
 
-        add_commands()
-        add_benchmark(app)
-        status = run()
-    except ModuleNotFoundError as error:
-        from swarm_forage_env.extras import remedy
-
-        install = remedy(error.name)
-        if install is None:
-            raise
-        sys.stderr.write(f"swarm-forage: this command needs '{error.name}': {install}\n")
-        status = 1
+            add_commands()
+            add_benchmark(app)
+            status = run()
     except KeyboardInterrupt:
         status = INTERRUPTED
     if status == INTERRUPTED:  # a compiler stopped half-way complains while it is taken down

@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from baselines.controller import LayeredController
-from baselines.evaluation.evaluate_options import check_count
+from baselines.evaluation.complaints import of_option
+from baselines.evaluation.evaluate_options import check_count, check_physics
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.parameters import leaves
-from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
@@ -114,7 +114,9 @@ class Experiment:
             raise ConfigError(f"--population={self.population}: is for cma only")
         if self.population is not None and self.population < 4:
             raise ConfigError(f"--population={self.population}: must be at least 4")
-        if checked_seed(self.seed) > LAST_SEED:
+        with of_option("--"):
+            checked_seed(self.seed)
+        if self.seed > LAST_SEED:
             raise ConfigError(f"--seed={self.seed}: must be at most {LAST_SEED}")
 
     def _check_worlds(self) -> None:
@@ -123,7 +125,7 @@ class Experiment:
         repeated = [each for each in self.scenarios if self.scenarios.count(each) > 1]
         if repeated:
             raise ConfigError(f"scenario '{repeated[0]}' is named twice")
-        _ = ENGINES[self.physics]
+        check_physics(self.physics)
         for scenario in self.scenarios_by_name.values():
             self.base_controller.check_supports(scenario)
         self._check_same_observations()

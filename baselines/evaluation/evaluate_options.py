@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from baselines.evaluation.complaints import of_option
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
@@ -56,9 +57,12 @@ class EvaluateOptions:
         repeated = [each for each in self.controllers if self.controllers.count(each) > 1]
         if repeated:
             raise ConfigError(f"controller '{repeated[0]}' is named twice")
-        scenario = find_scenario(self.scenario, parse_settings(self.settings))
+        scenario = find_scenario(self.scenario)
+        changes = parse_settings(self.settings)
+        with of_option("--set: "):
+            scenario = find_scenario(scenario, changes)
         physics = self.physics or task_of(scenario).physics
-        _ = ENGINES[physics]
+        check_physics(physics)
         found = [
             ExperimentConfig(each, scenario, find_layered_controller(each), physics)
             for each in self.controllers
@@ -69,9 +73,7 @@ class EvaluateOptions:
 
     def seeds(self) -> range:
         """The seeds of the episodes."""
-        check_count("--episodes", self.episodes)
-        first = checked_seed(self.seed)
-        return range(first, checked_seed(first + self.episodes - 1) + 1)
+        return seeds_from(self.seed, self.episodes)
 
     @property
     def command(self) -> str:
@@ -80,6 +82,19 @@ class EvaluateOptions:
         options += [f"--episodes={self.episodes}", f"--seed={self.seed}"]
         options += [f"--physics={self.physics}"] if self.physics else []
         return shlex.join(["swarm-forage", "evaluate", self.scenario, *self.controllers, *options])
+
+
+def seeds_from(first: int, episodes: int) -> range:
+    """The seeds of so many episodes; ConfigError if one is no seed."""
+    check_count("--episodes", episodes)
+    with of_option("--"):
+        return range(checked_seed(first), checked_seed(first + episodes - 1) + 1)
+
+
+def check_physics(name: str) -> None:
+    """Raise ConfigError unless there is an engine of that name."""
+    with of_option("--physics: "):
+        _ = ENGINES[name]
 
 
 def check_count(option: str, value: int) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Collection
 from pathlib import Path
 from urllib.parse import quote
 
+from baselines.evaluation.console import say
 from swarm_forage_env.errors import ConfigError
 
 LONGEST_NAME = 255
@@ -26,12 +27,17 @@ def folder_name(name: str, prefix: str = "") -> str:
 
 
 def check_file(option: str, file: Path, endings: Collection[str]) -> None:
-    """Raise ConfigError unless an option's file can be written; its folder is made."""
+    """Raise ConfigError unless an option's file can be written.
+
+    A folder that is missing is made, and the user told.
+    """
     if file.suffix.lower() not in endings:
         raise ConfigError(f"{option} {file}: the name must end in {', '.join(endings)}")
-    existed = file.exists()
+    existed, had_folder = file.exists(), file.parent.exists()
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
+        if not had_folder:
+            say(f"{option} {file}: made the folder {file.parent}")
         with file.open("ab"):
             pass
         if not existed:

@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from baselines.evaluation.complaints import of_option
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
     find_layered_controller,
@@ -43,7 +44,8 @@ class Experiment:
     def configuration(self, physics: str | None, settings: Sequence[str] = ()) -> ExperimentConfig:
         """The configuration of its episodes; settings change the scenario."""
         changes = parse_settings(settings) | parse_settings(self.settings)
-        scenario = find_scenario(self.scenario, changes)
+        with of_option("--set: "):
+            scenario = find_scenario(self.scenario, changes)
         engine = physics or task_of(scenario).physics
         controller = find_layered_controller(self.controller)
         return ExperimentConfig(self.controller, scenario, controller, engine)

@@ -13,7 +13,7 @@ import baselines.papers.robustness
 import baselines.papers.social_odometry
 from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.evaluate_options import check_count
+from baselines.evaluation.evaluate_options import check_physics, seeds_from
 from baselines.evaluation.progress import run_with_progress
 from baselines.evaluation.runner import Plan
 from baselines.papers import report
@@ -23,8 +23,6 @@ from baselines.papers.figures import write_figures
 from baselines.papers.paper import PAPERS
 from baselines.papers.time_estimate import expected_seconds, format_duration
 from swarm_forage_env.atomic_write import write_atomically
-from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.random_streams import checked_seed
 
 REGISTERED = (
     baselines.papers.social_odometry,
@@ -65,9 +63,7 @@ class ReproduceOptions:
     @property
     def seeds(self) -> range:
         """The seeds of the replications."""
-        check_count("--episodes", self.replications)
-        first = checked_seed(self.seed)
-        return range(first, checked_seed(first + self.replications - 1) + 1)
+        return seeds_from(self.seed, self.replications)
 
 
 class Reproduction:
@@ -76,7 +72,7 @@ class Reproduction:
     def __init__(self, options: ReproduceOptions, out: Path | None = None) -> None:
         """Check the options and look for kept episodes; nothing runs yet."""
         if options.physics is not None:
-            _ = ENGINES[options.physics]
+            check_physics(options.physics)
         self.paper = PAPERS[options.paper]()
         self.command = options.command
         self.folder = out or Path("runs") / f"reproduce-{options.paper}"

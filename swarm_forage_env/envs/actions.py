@@ -209,10 +209,10 @@ class Actions:
             return f"{action!r}: must be numbers, {', '.join(layout.names)}"
         if given.shape != self._shape[1:]:
             return f"shape {given.shape}: must be {self._shape[1:]}, for {', '.join(layout.names)}"
-        for feature, value in zip(layout, given, strict=True):
+        for feature, value, as_given in zip(layout, given, np.asarray(action), strict=True):
             if not feature.low <= value <= feature.high:
                 return (
-                    f"{feature.name}={value:g}: must be from {feature.low:g} to {feature.high:g}"
+                    f"{feature.name}={as_given!s}: must be from {feature.low:g} to {feature.high:g}"
                     f" [{feature.unit}]; clip it first, as numpy.clip does"
                 )
         return ""

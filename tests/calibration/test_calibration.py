@@ -316,7 +316,7 @@ def test_without_a_trial_the_defaults_are_reported_on(tmp_path):
 
 def test_an_option_that_boids_do_not_have_is_refused_in_one_line(capsys, monkeypatch, tmp_path):
     from baselines.cli import run
-    from calibration.__main__ import app
+    from calibration.command import app
 
     monkeypatch.chdir(tmp_path)
     assert run(["boids", "--set=a=1", "--sensitivity"], app) == 2

@@ -33,9 +33,9 @@ def process(tmp_path):
     """Start a command as a process of its own in an empty folder."""
     started = []
 
-    def start(*arguments, code=None, **options):
-        program = ["-c", code] if code else ["-m", "training.cli"]
-        environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"}
+    def start(*arguments, code=None, module="training.cli", variables=None, **options):
+        program = ["-c", code] if code else ["-m", module]
+        environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"} | (variables or {})
         environment.pop("SWARM_CHECK_SHAPES", None)
         run = subprocess.Popen(
             [sys.executable, *program, *map(str, arguments)],

@@ -28,6 +28,7 @@ def test_help_is_shown_without_a_command(command):
 def test_every_command_explains_itself(command, name):
     status, stdout, _ = command(name, "--help")
     assert status == 0
+    assert command(name, "-h")[:2] == (0, stdout)
     assert "Usage" in stdout
     assert max(map(len, stdout.splitlines())) <= 80
 
@@ -117,10 +118,16 @@ def test_the_data_go_to_a_folder_named_after_the_scenario(command, tmp_path):
 
 
 def test_the_table_compares_with_the_first_controller_and_the_plot_is_drawn(command, tmp_path):
-    status, stdout, _ = command(
+    status, stdout, stderr = command(
         "evaluate", "es1", "nc", "ssgikf", "--episodes=3", "--plot=figures/trips.svg", *SHORT
     )
     assert status == 0
+    made = "swarm-forage: --plot figures/trips.svg: made the folder figures\n"
+    assert stderr.count(made) == 1
+    _, _, stderr = command(
+        "evaluate", "es1", "nc", "ssgikf", "--episodes=3", "--plot=figures/trips.svg", *SHORT
+    )
+    assert "made the folder" not in stderr, "it is there"
     assert "Round trips against nc" in stdout
     assert max(map(len, stdout.splitlines())) <= 80
     figure = (tmp_path / "figures" / "trips.svg").read_text()

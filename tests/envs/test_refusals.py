@@ -91,6 +91,8 @@ GOOD = [0.1, 0.2]
 @pytest.mark.parametrize(
     ("change", "error", "says"),
     [
+        ({"epuck_1": [1.0000001, 0.0]}, ConfigError, "epuck_1: wheels.left=1.0000001: must be"),
+        ({"epuck_1": np.float32([0, -1.0000001])}, ConfigError, "right=-1.0000001: must be from"),
         ({"epuck_1": [np.nan, 0.0]}, ConfigError, "epuck_1: wheels.left=nan: must be from -1 to 1"),
         ({"epuck_1": [0.0, np.inf]}, ConfigError, "epuck_1: wheels.right=inf: must be from -1"),
         ({"epuck_2": [0.0, -1.5]}, ConfigError, "wheels.right=-1.5: must be .* clip it first"),

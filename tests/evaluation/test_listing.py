@@ -35,7 +35,7 @@ def test_a_number_of_its_own_is_told_with_its_own_origin(tmp_path):
     assert wary["estimator.message_path"]["origin"] == "set"
     assert wary["estimator.pause"]["origin"] == "derived"
     file = tmp_path / "mine.toml"
-    file.write_text("[task]\nn_robots = 20\n")
+    file.write_text('base = "es1"\n[task]\nn_robots = 20\n')
     mine = parameters(str(file))
     assert mine["task.n_robots"]["origin"] == "set"
     assert mine["task.duration"]["origin"] == "published"
@@ -71,5 +71,5 @@ def test_a_file_is_told_like_a_scenario(tmp_path):
 
 
 def test_an_unknown_name_is_told_the_nearest_scenario_or_controller():
-    with pytest.raises(UnknownNameError, match="did you mean 'ssgikf'"):
+    with pytest.raises(UnknownNameError, match=r"did you mean 'dsgikf' or 'ssgikf'\?"):
         listing.find("sgikf")

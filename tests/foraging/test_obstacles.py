@@ -195,6 +195,7 @@ def test_what_stands_in_the_way_is_refused_in_one_line(overrides, parts):
 def test_a_file_names_obstacles_and_corners(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text(
+        'base = "es1"\n'
         "[arena]\ncorners = [[-0.85, -0.6], [0.85, -0.6], [0.85, 0.6], [-0.85, 0.6]]\n"
         "[[obstacles]]\npoints = [[0.3, -0.4], [0.3, 0.4]]\nradius = 0.01\n"
         "[[obstacles]]\npoints = [[0.0, 0.4]]\nradius = 0.1\n",

@@ -6,6 +6,8 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.scenarios import find_scenario
 
+BASE = 'base = "es1"\n'
+
 
 @pytest.fixture
 def file(tmp_path):
@@ -23,20 +25,24 @@ def test_a_file_starts_from_its_base_and_changes_what_it_says(file):
     assert found == expected
 
 
-def test_a_file_without_base_starts_from_the_defaults(file):
-    assert find_scenario(file("tick = 0.05\n")) == Scenario(name="mine", tick=0.05)
+@pytest.mark.parametrize("text", ["", "tick = 0.05\n", "[task]\nn_robots = 12\n"])
+def test_a_file_without_base_is_refused_with_the_line_that_it_lacks(file, text):
+    with pytest.raises(
+        ConfigError, match=r'mine\.toml: has no base; write base = "es1" at its top'
+    ):
+        find_scenario(file(text))
 
 
-def test_an_empty_file_is_the_defaults_under_its_name(file):
-    assert find_scenario(file("", "plain.toml")) == Scenario(name="plain")
+def test_a_file_with_a_base_alone_is_that_scenario_under_its_name(file):
+    assert find_scenario(file('base = "es1"\n', "plain.toml")) == Scenario(name="plain")
 
 
 def test_a_file_may_name_its_scenario(file):
-    assert find_scenario(file('name = "other"\n')).name == "other"
+    assert find_scenario(file('base = "es1"\nname = "other"\n')).name == "other"
 
 
 def test_a_file_given_as_text_is_found_and_overridden(file):
-    path = str(file("[arena]\nlength = 2.0\n"))
+    path = str(file('base = "es1"\n[arena]\nlength = 2.0\n'))
     assert find_scenario(path, {"tick": 0.2}) == Scenario(
         name="mine", tick=0.2, arena={"length": 2.0}
     )
@@ -46,15 +52,27 @@ def test_a_file_given_as_text_is_found_and_overridden(file):
     ("text", "kind", "parts"),
     [
         ("[radio\n", ConfigError, ["mine.toml", "line 1"]),
-        ("[radio]\nmaxrange = 1.0\n", UnknownNameError, ["radio.maxrange", "'radio.max_range'"]),
-        ("[radios]\nslots = 1\n", UnknownNameError, ["radios.slots", "'radio.slots'"]),
-        ("[radio]\nmax_range = -1.0\n", ConfigError, ["radio.max_range=-1.0", "greater than 0"]),
-        ("tick = nan\n", ConfigError, ["tick=nan", "finite"]),
-        ('[task]\nn_robots = "ten"\n', ConfigError, ["task.n_robots='ten'", "integer"]),
-        ("radio = 3\n", UnknownNameError, ["'radio'"]),
+        (
+            BASE + "[radio]\nmaxrange = 1.0\n",
+            UnknownNameError,
+            ["radio.maxrange", "'radio.max_range'"],
+        ),
+        (BASE + "[radios]\nslots = 1\n", UnknownNameError, ["radios.slots", "'radio.slots'"]),
+        (
+            BASE + "[radio]\nmax_range = -1.0\n",
+            ConfigError,
+            ["radio.max_range=-1.0", "greater than 0"],
+        ),
+        (BASE + "tick = nan\n", ConfigError, ["tick=nan", "finite"]),
+        (BASE + '[task]\nn_robots = "ten"\n', ConfigError, ["task.n_robots='ten'", "integer"]),
+        (BASE + "radio = 3\n", UnknownNameError, ["'radio'"]),
         ('base = "es9"\n', UnknownNameError, ["no scenario named 'es9'", "did you mean"]),
         ("base = 5\n", ConfigError, ["5", "must be a name"]),
-        ("[task]\narea_distance = 9.0\n", ConfigError, ["task.area_distance=9.0", "at most 1.5"]),
+        (
+            BASE + "[task]\narea_distance = 9.0\n",
+            ConfigError,
+            ["task.area_distance=9.0", "at most 1.5"],
+        ),
     ],
 )
 def test_a_wrong_file_is_refused_in_one_line_that_says_what_and_why(file, text, kind, parts):
@@ -66,7 +84,7 @@ def test_a_wrong_file_is_refused_in_one_line_that_says_what_and_why(file, text, 
 
 
 def test_a_missing_file_is_refused_by_name(tmp_path):
-    with pytest.raises(ConfigError, match=r"scenario file .*none\.toml: .*No such file"):
+    with pytest.raises(ConfigError, match=r"file .*none\.toml: No such file or directory$"):
         find_scenario(tmp_path / "none.toml")
 
 

@@ -1,0 +1,130 @@
+"""The command `evaluate`: run controllers on a scenario, and compare them."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+
+from baselines.evaluation.console import say
+from baselines.evaluation.name_completion import controller_names, scenario_names
+
+if TYPE_CHECKING:
+    from baselines.evaluation.runner import Plan
+
+
+class Format(StrEnum):
+    """Output formats of `evaluate`: table, JSON or CSV."""
+
+    TABLE = "table"
+    JSON = "json"
+    CSV = "csv"
+
+
+def evaluate(  # noqa: PLR0913 the options of a command
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            help="A name (see `swarm-forage list`) or a .toml file.", autocompletion=scenario_names
+        ),
+    ],
+    controllers: Annotated[
+        list[str],
+        typer.Argument(
+            help="Names, with parameters if need be: ssgiff:beta=0.02,refractory=10; or layers:"
+            " social_odometry+sgiff+subsumption",
+            autocompletion=controller_names,
+        ),
+    ],
+    episodes: Annotated[int, typer.Option(help="Episodes for each controller.")] = 30,
+    seed: Annotated[int, typer.Option(help="Seed of the first; the others count up from it.")] = 0,
+    workers: Annotated[int, typer.Option(help="Processes to run them in.")] = 2,
+    threads: Annotated[
+        int, typer.Option(help="Threads that the worlds of a process are spread over.")
+    ] = 1,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the dataset (Parquet).", show_default="runs/<scenario>"),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="Change a number of the scenario."),
+    ] = None,
+    physics: Annotated[
+        str | None,
+        typer.Option(
+            help="Engine: rigid or kinematic.", show_default="rigid; kinematic for waypoints"
+        ),
+    ] = None,
+    form: Annotated[
+        Format, typer.Option("--format", help="How to write the result.")
+    ] = Format.TABLE,
+    series: Annotated[
+        bool, typer.Option("--series", help="In JSON, tell what is known over time as well.")
+    ] = False,
+    trajectories: Annotated[
+        bool,
+        typer.Option(
+            "--trajectories",
+            help="Keep where every robot was in every tick, in the folder <out>-trajectories.",
+        ),
+    ] = False,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the scores to a .png, .pdf or .svg file.")
+    ] = None,
+) -> None:
+    """Run controllers on a scenario and compare them: by round trips, or goals reached.
+
+    All controllers meet the same seeds. Every episode is kept in the folder --out as soon as
+    it has been run; the same command later uses what is there and runs only what is missing,
+    so that a run that was stopped goes on where it was.
+    """
+    from baselines.evaluation.evaluate_options import EvaluateOptions, check_count
+    from baselines.evaluation.progress import check_kept, run_with_progress
+
+    request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
+    check_count("--workers", workers)
+    check_count("--threads", threads)
+    if plot:
+        _check_plot(plot, out)
+    plan = request.plan(out, trajectories)
+    run_with_progress(plan, workers, threads)
+    results = plan.results()
+    if plot:
+        _draw(plan, plot, request.command)
+    _write(results, form, series)
+    check_kept(plan)
+
+
+def _check_plot(file: Path, out: Path | None) -> None:
+    from baselines.evaluation.plot_style import check_plot
+
+    check_plot(file)
+    if out and out.resolve() in file.resolve().parents:
+        say(f"--plot lies inside --out: read the dataset as {out}/scenario=*/**/*.parquet")
+
+
+def _draw(plan: "Plan", file: Path, command: str) -> None:
+    from baselines.evaluation.dataset_reader import EpisodeGroup
+    from baselines.evaluation.figures.boxplot import boxplot
+    from baselines.evaluation.plot_style import save_figure
+
+    episodes, n_seeds = plan.results(), len(plan.seeds)
+    groups = [
+        EpisodeGroup.of(configuration, episodes[number * n_seeds : (number + 1) * n_seeds])
+        for number, configuration in enumerate(plan.configurations)
+    ]
+    save_figure(boxplot(groups, groups[0].kind.score, command), file, command)
+
+
+def _write(results: Sequence[Any], form: Format, series: bool) -> None:
+    from baselines.evaluation import tables
+
+    if form is Format.TABLE:
+        Console().print(tables.report(results))
+    elif form is Format.JSON:
+        typer.echo(tables.to_json(results, series))
+    else:
+        typer.echo(tables.to_csv(results))

@@ -1,0 +1,21 @@
+"""`python -m swarm_forage_env`: the command `swarm-forage`, where its folder is not on the PATH.
+
+The world knows no commands. It runs the one that its distribution has installed.
+"""
+
+import sys
+from importlib.metadata import entry_points
+
+COMMAND = "swarm-forage"
+
+
+def main() -> None:
+    """Run the installed command; one line on stderr if there is none."""
+    found = list(entry_points(group="console_scripts", name=COMMAND))
+    if not found:
+        sys.exit(f"{COMMAND}: is not installed; in a checkout: pip install '.[evaluate]'")
+    found[0].load()()
+
+
+if __name__ == "__main__":
+    main()

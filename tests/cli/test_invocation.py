@@ -1,0 +1,73 @@
+"""How the command is started and completed: by a module, by a shell, without optuna."""
+
+import pytest
+
+from swarm_forage_env import __main__ as module
+
+WITHOUT_OPTUNA = """
+import runpy
+import sys
+
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] == "optuna":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Missing())
+sys.argv = ["calibration", "social-odometry"]
+runpy.run_module("calibration", run_name="__main__")
+"""
+
+
+def ended(run):
+    """Status, stdout and stderr of a process."""
+    stdout, stderr = run.communicate(timeout=120)
+    return run.returncode, stdout, stderr
+
+
+def test_the_package_runs_as_the_command(process):
+    arguments = "list", "nc", "--format=json"
+    status, stdout, stderr = ended(process(*arguments, module="swarm_forage_env"))
+    assert (status, stderr) == (0, "")
+    assert stdout == ended(process(*arguments))[1]
+
+
+def test_a_package_that_is_not_installed_has_no_command_and_says_so(monkeypatch):
+    monkeypatch.setattr(module, "entry_points", lambda **_: [])
+    with pytest.raises(SystemExit, match=r"^swarm-forage: is not installed; in a checkout: pip"):
+        module.main()
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("swarm-forage eval", {"evaluate"}),
+        ("swarm-forage evaluate es1-", {"es1-clean"}),
+        ("swarm-forage evaluate mi", {"mine.toml"}),
+        ("swarm-forage evaluate es1 nc dsgif", {"dsgiff", "dsgiff-frequent", "dsgiff-penalised"}),
+        ("swarm-forage list no-", {"no-error"}),
+        ("swarm-forage train moti", {"motion"}),
+    ],
+)
+def test_the_shell_completes_commands_and_names(process, tmp_path, typed, offered):
+    (tmp_path / "mine.toml").write_text('base = "es1"\n')
+    variables = {
+        "_SWARM_FORAGE_COMPLETE": "complete_bash",
+        "COMP_WORDS": typed,
+        "COMP_CWORD": str(len(typed.split()) - 1),
+    }
+    status, stdout, stderr = ended(process(variables=variables))
+    assert (status, set(stdout.split()), stderr) == (0, offered, "")
+
+
+def test_the_script_for_a_shell_is_printed(process):
+    variables = {"_SWARM_FORAGE_COMPLETE": "source_bash"}
+    status, stdout, _ = ended(process(variables=variables))
+    assert status == 0
+    assert "complete" in stdout
+    assert "swarm-forage" in stdout
+
+
+def test_calibration_without_optuna_is_told_in_one_line(process):
+    line = "swarm-forage: this command needs 'optuna': pip install 'swarm-forage[calibrate]'\n"
+    assert ended(process(code=WITHOUT_OPTUNA)) == (1, "", line)
