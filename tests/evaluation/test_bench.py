@@ -1,23 +1,30 @@
 """The bench measures what it says, on small worlds."""
 
 import json
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+import pymunk
 import pytest
 
 from baselines.cli import run
+from baselines.evaluation.bench import speed
 from baselines.evaluation.bench.bare import bare_pymunk
 from baselines.evaluation.bench.cases import (
     BatchCase,
+    Case,
     DictionaryCase,
     all_cases,
     enlarged,
     uniform_poses,
 )
-from baselines.evaluation.bench.processes import memory_growth, seconds
 from baselines.evaluation.bench.speed import case_speeds, seconds_per_tick, thread_gain
 from baselines.evaluation.bench.stages import STAGES, stage_shares
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -35,33 +42,126 @@ def test_the_stages_make_up_the_tick(case, physics):
         assert shares[stage] > 0.0, "each stage is still where the clock is put"
 
 
-def test_the_time_of_a_tick_is_its_time():
-    import time
+class Clock:
+    """A clock that goes on only where it is told to."""
 
-    assert seconds_per_tick(lambda: time.sleep(0.01), quick=True) == pytest.approx(0.01, rel=0.5)
+    def __init__(self, monkeypatch):
+        self.now = 0.0
+        monkeypatch.setattr(speed, "time", SimpleNamespace(perf_counter=lambda: self.now))
+
+    def tick(self, *lengths):
+        """A tick of so many seconds; of several lengths, one after the other, the last for good."""
+        left = list(lengths)
+
+        def run():
+            self.now += left.pop(0) if len(left) > 1 else left[0]
+
+        return run
 
 
-def test_speeds_are_positive(case):
-    speeds = case_speeds(case, quick=True)
-    assert min(speeds[name] for name in ("rigid", "kinematic", "bare_pymunk")) > 0.0
-    assert speeds["rows"] == 10
+@pytest.fixture
+def clock(monkeypatch):
+    return Clock(monkeypatch)
 
 
-@pytest.mark.parametrize("kind", [BatchCase, DictionaryCase])
-def test_the_environment_is_driven_past_the_end_of_an_episode(kind):
+@dataclass(frozen=True)
+class Clocked(Case):
+    """A case whose ticks take what a function of engine and threads says, on a clock."""
+
+    tick_of: Callable[..., Any] = None
+
+    def tick(self, physics, quick, threads=1):
+        return self.tick_of(physics, quick, threads)
+
+
+@pytest.fixture
+def clocked(case):
+    """Make a case of two worlds of es1 whose ticks a function makes."""
+    return lambda tick_of: Clocked(case.name, case.scenario, 2, tick_of=tick_of)
+
+
+@pytest.mark.parametrize("quick", [True, False])
+def test_the_time_of_a_tick_is_its_time(clock, quick):
+    assert seconds_per_tick(clock.tick(0.001), quick) == pytest.approx(0.001)
+    repeats, length = (3, 0.15) if quick else (5, 0.5)
+    assert clock.now == pytest.approx(0.001 * (1 + 3) + repeats * length)
+
+
+def test_a_hiccup_does_not_count(clock):
+    first = [0.01] * (1 + 3)  # one tick to start, three to see how many fill the time
+    hiccup = [0.01] * 7 + [50.0] + [0.01] * 7
+    assert seconds_per_tick(clock.tick(*first, *hiccup, 0.01), quick=True) == pytest.approx(0.01)
+
+
+def test_speeds_are_robot_steps_a_second(clock, clocked, monkeypatch):
+    asked, lengths = [], {"rigid": 0.004, "kinematic": 0.001}
+
+    def tick_of(physics, quick, threads):
+        asked.append((physics, quick, threads))
+        return clock.tick(lengths[physics])
+
+    monkeypatch.setattr(speed, "bare_pymunk", lambda case: clock.tick(0.002))
+    speeds = case_speeds(clocked(tick_of), quick=True)
+    assert asked == [("rigid", True, 1), ("kinematic", True, 1)]
+    assert speeds["rows"] == 20
+    assert speeds["rigid"] == pytest.approx(20 / 0.004)
+    assert speeds["kinematic"] == pytest.approx(20 / 0.001)
+    assert speeds["bare_pymunk"] == pytest.approx(20 / 0.002)
+    assert speeds["rigid_over_bare"] == pytest.approx(2.0)
+
+
+def test_what_threads_gain_is_the_time_on_one_over_that_on_several(clock, clocked):
+    lengths = {("kinematic", 1): 0.004, ("kinematic", 2): 0.0025, ("rigid", 1): 1.0}
+    timed = clocked(lambda physics, quick, threads: clock.tick(lengths[physics, threads]))
+    assert thread_gain(timed, "kinematic", 2, quick=True) == pytest.approx(1.6)
+
+
+@pytest.mark.parametrize("physics", ["rigid", "kinematic"])
+def test_what_is_timed_is_a_tick_of_a_swarm_under_way(case, physics):
+    loop = case.start(physics, quick=False)
+    before = loop.world.robots["pose"].copy()
+    loop.step()
+    moved = np.hypot(*(loop.world.robots["pose"] - before)[0, :, :2].T)
+    assert (moved > 0.0).mean() > 0.5
+
+
+@pytest.mark.parametrize(("kind", "env"), [(BatchCase, ArrayEnv), (DictionaryCase, parallel_env)])
+def test_the_environment_is_driven_past_the_end_of_an_episode(kind, env, monkeypatch):
+    calls = []
+    for name in ("reset", "step"):
+        inner = getattr(env, name)
+        monkeypatch.setattr(env, name, counted(calls, name, inner))
     short = find_scenario("es1", {"task.duration": 1.0})
     step = kind("short", short, n_worlds=1, warm_up=20).tick("kinematic", quick=False)
     for _ in range(20):
         step()
+    assert calls.count("step") == 20 + 20
+    assert "".join(name[0] for name in calls).count("r" + 10 * "s") == 4, "each has an end"
 
 
-def test_what_threads_gain_is_a_ratio_of_speeds(case):
-    assert thread_gain(replace(case, n_worlds=2), "kinematic", 2, quick=True) > 0.0
+def counted(calls, name, inner):
+    def call(*arguments, **options):
+        calls.append(name)
+        return inner(*arguments, **options)
+
+    return call
 
 
-def test_bare_pymunk_steps_every_case(case):
-    bare_pymunk(case)()
-    bare_pymunk(replace(case, n_worlds=3))()
+@pytest.mark.parametrize("n_worlds", [1, 3])
+def test_bare_pymunk_steps_every_world_of_a_case(case, n_worlds, monkeypatch):
+    stepped, inner = [], pymunk.Space.step
+
+    def step(space, dt):
+        before = np.array([tuple(body.position) for body in space.bodies])
+        inner(space, dt)
+        after = np.array([tuple(body.position) for body in space.bodies])
+        stepped.append((id(space), dt, (before != after).any(axis=1).sum()))
+
+    monkeypatch.setattr(pymunk.Space, "step", step)
+    bare_pymunk(replace(case, n_worlds=n_worlds))()
+    assert len({space for space, _, _ in stepped}) == n_worlds
+    assert sum(dt for _, dt, _ in stepped) == pytest.approx(n_worlds * case.scenario.tick)
+    assert {moving for _, _, moving in stepped} == {case.scenario.task.n_robots}
 
 
 @pytest.mark.parametrize("factor", [1, 10, 100])
@@ -109,10 +209,3 @@ def test_the_command_tells_what_was_found(measures, monkeypatch, capsys, form):
     else:
         assert "missed by 67%" in stdout
         assert max(map(len, stdout.splitlines())) <= 80
-
-
-def test_start_up_and_memory_are_those_of_new_processes():
-    assert 0.0 < seconds("pass", repeats=1) < seconds("import time; time.sleep(1)", repeats=1)
-    peak, growth = memory_growth(20)
-    assert peak > 10.0
-    assert growth >= 0.0

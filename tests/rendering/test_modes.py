@@ -9,8 +9,11 @@ from pettingzoo.test import render_test
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.rendering import viewer
+from swarm_forage_env.rendering import palette, viewer
+from swarm_forage_env.rendering.layout import Layout
+from swarm_forage_env.rendering.viewer import FRAME_WIDTH
 from swarm_forage_env.swarm_forage_v0 import env, parallel_env
+from swarm_forage_env.task import stage_of
 
 few = {"task.n_robots": 4, "task.duration": 3.0}
 
@@ -40,11 +43,30 @@ def test_a_frame_is_an_array_of_colours_whatever_is_learned(learn):
     made.close()
 
 
-def test_frames_need_no_display(monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "none-such")
-    made = parallel_env(render_mode="rgb_array", **few)
+def test_a_frame_shows_the_robots_of_the_first_world_where_they_are_now():
+    made = parallel_env("es1", render_mode="rgb_array", **few)
     made.reset(seed=1)
-    assert made.render() is not None
+    layout = Layout(stage_of(made.scenario, "ssgikf"), FRAME_WIDTH)
+    pose = made.world.robots["pose"][0]
+    for here, there in ((0.4, -0.4), (-0.4, 0.4)):
+        pose[:, 0], pose[:, 1] = (-0.3, -0.1, 0.1, 0.3), here
+        frame = made.render()
+        for x in pose[:, 0]:
+            (column, row), (_, empty) = layout.in_picture(np.array([[x, here], [x, there]]))
+            assert frame[int(empty), int(column)] == pytest.approx(palette.FLOOR, abs=6)
+            assert frame[int(row), int(column)] != pytest.approx(palette.FLOOR, abs=6)
+
+
+def test_frames_need_no_display(monkeypatch):
+    def frame(seed):
+        made = parallel_env(render_mode="rgb_array", **few)
+        made.reset(seed=seed)
+        return made.render()
+
+    with_one, of_others = frame(1), frame(2)
+    monkeypatch.setenv("SDL_VIDEODRIVER", "none-such")
+    assert_array_equal(frame(1), with_one)
+    assert (frame(1) != of_others).any()
 
 
 def test_looking_changes_nothing():

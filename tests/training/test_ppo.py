@@ -19,6 +19,10 @@ from training.progress import ProgressLogger
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62"}
 
+TALKATIVE = {"robot.max_speed": "0.4", "robot.cruise_speed": "0.4", "task.area_distance": "0.6",
+             "radio.exchange_time": "0.1", "radio.max_range": "0.5"}  # fmt: skip
+"""Robots find an area and tell of it within some 10 s."""
+
 QUICK = sb3_setup.PPOHyperparameters(decision_period=4, n_steps=8, n_epochs=1, n_minibatches=2)
 
 
@@ -123,11 +127,70 @@ def test_the_first_interval_of_a_motion_trains_the_critic_alone(motion, tmp_path
     assert {"critic", "motion.wheels.weight", "motion.first.weight"} <= changed[1]
 
 
-@pytest.mark.parametrize("layer", ["weighting", "both"])
-def test_the_other_layers_train_too(motion, layer, tmp_path):
-    experiment = motion(layer=layer, out=tmp_path / layer, scenarios=("es1",), budget=200)
-    policy = ppo.train(experiment, silent)
-    assert policy.card.layers.keys() == set(experiment.layers)
+def test_both_layers_are_trained_once_the_critic_is(motion, tmp_path, monkeypatch):
+    rollout = 120 * 2 * 10
+    longer = replace(QUICK, decision_period=1, n_steps=120, n_epochs=3)
+    monkeypatch.setattr(ppo, "HYPERPARAMETERS", {"both": longer})
+    terms = {"scenarios": ("es1",), "budget": 3 * rollout, "every": rollout}
+    experiment = motion(layer="both", out=tmp_path / "both", settings=TALKATIVE, **terms)
+    training, kept, rates = ppo.PPOTraining(experiment), [], []
+    with ProgressLogger(experiment.out, "robot step", silent) as progress:
+        training.warm_start()
+        training.evaluate()
+        for _ in range(2):
+            kept.append(parameters(experiment.out))
+            training.advance(progress)
+            rates.append(training._model.lr_schedule(1.0))
+            training.evaluate()
+    start, waited = kept
+    end = parameters(experiment.out)
+    assert {name.partition(".")[0] for name in end} == {"motion", "weighting"}
+    for name, array in end.items():
+        assert_array_equal(waited[name], start[name])
+        assert np.isfinite(array).all()
+        assert (array != start[name]).any(), name
+    assert [point.step for point in training.curve] == [0, rollout, 2 * rollout]
+    rate = QUICK.learning_rate
+    assert rates == pytest.approx([rate, rate * 2 / 3]), "it falls with what is left to do"
+
+
+@pytest.mark.parametrize("met", [True, False])
+def test_a_weighting_learns_from_exchanges_of_areas_that_both_know(motion, tmp_path, met):
+    experiment = motion(layer="weighting", out=tmp_path / "weighting", scenarios=("es1",))
+    training = ppo.PPOTraining(experiment)
+    training._set_trainable(learn=True)
+    policy = training._model.policy
+    actor = training._actors["weighting"]
+    torch.manual_seed(0)
+    torch.nn.init.normal_(actor.arrays["output.weight"])  # it starts at zero
+    observed = torch.rand(50, *training._env.observation_space.shape) + 0.1
+    for each in ("own_known", "heard_known"):
+        observed[:, actor._columns[each]] = float(met)
+    with torch.no_grad():
+        actions, *_ = policy(observed)
+    values, log_prob, _ = policy.evaluate_actions(observed, actions)
+    (log_prob.mean() + values.mean()).backward()
+    for name, array in actor.arrays.items():
+        assert bool((array.grad != 0.0).any()) == met, name
+
+
+def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
+    scores = iter([[5, 6], [6, 7], [9, 9], [2, 3]])
+    monkeypatch.setattr(ppo.PPOTraining, "_round_trips", lambda *_: np.array(next(scores)))
+    experiment = motion(out=tmp_path / "run", scenarios=("es1",), budget=4000)
+    training, latest = ppo.PPOTraining(experiment), []
+    with ProgressLogger(experiment.out, "robot step", silent) as progress:
+        for _ in range(4):
+            training.evaluate()
+            latest.append(parameters(experiment.out))
+            training.advance(progress)
+    best = load_policy(experiment.out / BEST_POLICY)
+    assert [point.round_trips["es1"].mean for point in best.card.curve] == [5.5, 6.5, 9.0, 2.5]
+    assert best.card.score["es1"].mean == 9.0
+    for name, array in best.weights.items():
+        assert_array_equal(array, latest[2][name])
+    for other in (latest[1], latest[3]):
+        assert any((best.weights[name] != other[name]).any() for name in best.weights)
 
 
 def test_a_damaged_checkpoint_is_refused(motion, tmp_path):
