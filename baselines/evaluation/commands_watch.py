@@ -10,8 +10,13 @@ def watch(  # noqa: PLR0913 the options of a command
     scenario: Annotated[
         str, typer.Argument(help="A name (see `swarm-forage list`) or a .toml file.")
     ],
-    controller: Annotated[
-        str, typer.Argument(help="A name, with parameters if need be: ssgiff:beta=0.02")
+    controllers: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="CONTROLLER...",
+            help="A name, with parameters if need be: ssgiff:beta=0.02; of two, --html shows both"
+            " side by side.",
+        ),
     ],
     seed: Annotated[int, typer.Option(help="Seed of the world.")] = 0,
     settings: Annotated[
@@ -54,6 +59,6 @@ def watch(  # noqa: PLR0913 the options of a command
     from baselines.evaluation import watch as watching
     from baselines.evaluation.evaluate_options import EvaluateOptions
 
-    chosen = EvaluateOptions(scenario, [controller], 1, seed, settings or [], physics)
+    chosen = EvaluateOptions(scenario, controllers, 1, seed, settings or [], physics)
     options = watching.WatchOptions(speed, size, select, start, seconds, video, html, frame)
     watching.watch(chosen, options)

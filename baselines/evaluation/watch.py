@@ -2,27 +2,27 @@
 
 import shlex
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from itertools import chain
 from pathlib import Path
 
 from baselines.evaluation.console import say
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.output_files import check_file
-from baselines.evaluation.recorders import (
-    LiveWindow,
-    Recorder,
-    ReplayRecorder,
-    StillRecorder,
-    VideoRecorder,
-)
+from baselines.evaluation.recorders import Recorder, ReplayRecorder, SecondSwarm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.rendering.layout import checked_size
+from swarm_forage_env.rendering.replay import Opening, Replay
+from swarm_forage_env.rendering.speed import checked_speed
 from swarm_forage_env.rendering.trails import TRAIL
 from swarm_forage_env.rendering.video import FORMATS
-from swarm_forage_env.rendering.window import Window, checked_speed
 from swarm_forage_env.scene import Scene, Stage
 from swarm_forage_env.task import stage_of
+
+MOST = 2
+"""Controllers that are shown side by side, at most."""
 
 
 @dataclass(frozen=True)
@@ -53,38 +53,63 @@ class WatchOptions:
         """Whether no file is written, so that a window opens."""
         return not (self.video or self.html or self.frame)
 
+    @property
+    def needs_pictures(self) -> bool:
+        """Whether anything is painted, which takes pygame."""
+        return not self.html or bool(self.video or self.frame)
+
 
 def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
-    """Run one episode and show it.
+    """Run one episode and show it; of two controllers side by side, under the same seed.
 
     ConfigError or UnknownNameError for whatever cannot be used, before anything runs.
     """
-    (configuration,) = chosen.configurations()
-    seed = chosen.seeds()[0]
-    stage = stage_of(configuration.scenario, configuration.label)
+    configurations = chosen.configurations()
+    _check_number(chosen.controllers, options)
+    stage = stage_of(configurations[0].scenario, configurations[0].label)
+    command = command_of(chosen, options)
     options = _checked(options, stage)
-    recorders = _recorders(stage, seed, options, command_of(chosen))
+    recorders = _recorders(stage, chosen, options, command)
+    episodes = [_scenes(each, chosen.seeds()[0], stage, options) for each in configurations]
     try:
-        for scene in _scenes(configuration, seed, stage, options):
-            watched = [recorder.take(scene) for recorder in recorders]
+        for scenes in zip(*episodes, strict=True):
+            pairs = zip(recorders, scenes, strict=True)
+            watched = [each.take(scene) for several, scene in pairs for each in several]
             if not all(watched):
                 break
     except BaseException:  # also when the user stops it: half a film is no film
-        for recorder in recorders:
+        for recorder in chain(*recorders):
             recorder.discard()
         raise
-    for recorder in recorders:
+    for recorder in chain(*recorders):
         recorder.close()
     for file in (options.video, options.html, options.frame):
         if file:
             say(f"wrote {file} ({file.stat().st_size / 1e6:.1f} MB)")
 
 
-def command_of(chosen: EvaluateOptions) -> str:
-    """The command line that shows the same episode again."""
-    options = [f"--set={each}" for each in chosen.settings] + [f"--seed={chosen.seed}"]
-    options += [f"--physics={chosen.physics}"] if chosen.physics else []
-    return shlex.join(["swarm-forage", "watch", chosen.scenario, *chosen.controllers, *options])
+def _check_number(controllers: Sequence[str], options: WatchOptions) -> None:
+    """ConfigError unless so many controllers can be shown."""
+    if len(controllers) > MOST:
+        raise ConfigError(f"{len(controllers)} controllers: at most {MOST} are shown side by side")
+    if len(controllers) > 1 and (options.html is None or options.video or options.frame):
+        raise ConfigError(
+            f"{' and '.join(controllers)}: only a replay shows two side by side; add --html FILE"
+            " without --video and --frame, or name one controller"
+        )
+
+
+def command_of(chosen: EvaluateOptions, options: WatchOptions) -> str:
+    """The command line that shows the same again, with every option that is not the usual one."""
+    words = [f"--set={each}" for each in chosen.settings] + [f"--seed={chosen.seed}"]
+    words += [f"--physics={chosen.physics}"] if chosen.physics else []
+    for each in fields(WatchOptions):
+        value = getattr(options, each.name)
+        if value != each.default:
+            words.append(
+                f"--{each.name}={value:g}" if isinstance(value, float) else f"--{each.name}={value}"
+            )
+    return shlex.join(["swarm-forage", "watch", chosen.scenario, *chosen.controllers, *words])
 
 
 def _scenes(
@@ -102,26 +127,43 @@ def _scenes(
             loop.step()
 
 
-def _recorders(stage: Stage, seed: int, options: WatchOptions, command: str) -> Sequence[Recorder]:
-    """The recorders that the options ask for."""
-    size, select, start = options.size, options.select, options.start
-    recorders: list[Recorder] = []
-    if options.video:
-        recorders.append(VideoRecorder(options.video, stage, size, select, options.speed, start))
+def _recorders(
+    stage: Stage, chosen: EvaluateOptions, options: WatchOptions, command: str
+) -> list[list[Recorder]]:
+    """The recorders that the options ask for, of each controller."""
+    recorders: list[list[Recorder]] = [[] for _ in chosen.controllers]
     if options.html:
-        from swarm_forage_env.rendering.replay import Replay
-
-        recorders.append(ReplayRecorder(options.html, Replay(stage, seed, command), start))
-    if options.frame:
-        recorders.append(StillRecorder(options.frame, stage, size, select))
-    if options.in_a_window:
-        recorders.append(LiveWindow(Window(stage, size, options.speed, select), start))
+        beside = chosen.controllers[1] if len(chosen.controllers) > 1 else None
+        opening = Opening(options.start, options.speed, options.select, beside)
+        replay = Replay(stage, chosen.seeds()[0], command, opening=opening)
+        recorders[0].append(ReplayRecorder(options.html, replay))
+        for others in recorders[1:]:
+            others.append(SecondSwarm(replay))
+    if options.needs_pictures:
+        recorders[0] += _image_recorders(stage, options)
     return recorders
+
+
+def _image_recorders(stage: Stage, options: WatchOptions) -> list[Recorder]:
+    """The recorders that paint. ImportError without pygame."""
+    from baselines.evaluation.image_recorders import LiveWindow, StillRecorder, VideoRecorder
+    from swarm_forage_env.rendering.window import Window
+
+    size, select, start = options.size, options.select, options.start
+    found: list[Recorder] = []
+    if options.video:
+        found.append(VideoRecorder(options.video, stage, size, select, options.speed, start))
+    if options.frame:
+        found.append(StillRecorder(options.frame, stage, size, select))
+    if options.in_a_window:
+        found.append(LiveWindow(Window(stage, size, options.speed, select), start))
+    return found
 
 
 def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:
     """Check the options and fill in the length; ConfigError for what cannot be shown."""
     checked_speed(options.speed)
+    checked_size(options.size)
     if options.select is not None and not 0 <= options.select < stage.n_robots:
         raise ConfigError(
             f"--select={options.select}: must be 0 to {stage.n_robots - 1}, a robot of"

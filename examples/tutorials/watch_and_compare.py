@@ -24,14 +24,13 @@ def swarm_forage(*arguments):
 # %% [markdown]
 # ## A replay
 #
-# One file that any browser plays, without a network. Choose a robot: dashed circles show where it
-# believes nest and prey to be, and a ring how unsure it is. One seed is one world, so that the
-# two pages start alike.
+# One file that any browser plays, without a network: two controllers side by side, in the same
+# world. Choose a robot: dashed circles show where it believes nest and prey to be, and a ring how
+# unsure it is.
 
 # %%
-for controller in ("nc", "ssgikf"):
-    file, seconds = OUT / f"{controller}.html", 20 if SMALL else 300
-    swarm_forage("watch", "es1", controller, "--seed=1", "--seconds", seconds, "--html", file)
+file, seconds = OUT / "nc-and-ssgikf.html", 20 if SMALL else 300
+swarm_forage("watch", "es1", "nc", "ssgikf", "--seed=1", "--seconds", seconds, "--html", file)
 
 # %% [markdown]
 # ## Where they drove

@@ -23,8 +23,8 @@ class GoalPainter:
         assert stage.goals is not None, "robots that forage have no goals to draw"
         self._field, self._spot, self._scale, self._pixel = stage.goals, spot, scale, pixel
 
-    def draw_field(self, floor: pygame.Surface, word: pygame.Surface) -> None:
-        """The square in which goals lie, and home with its reach and its name."""
+    def draw_field(self, floor: pygame.Surface) -> None:
+        """The square in which goals lie, and home with its reach."""
         half = 0.5 * self._field.side
         corners = np.array([(-half, -half), (half, -half), (half, half), (-half, half)])
         width = max(1, round(self._pixel))
@@ -33,7 +33,6 @@ class GoalPainter:
         stroke = width, 6.0 * self._pixel
         dashed_circle(floor, palette.FAINT, home, self._field.reach * self._scale, stroke)
         draw_home(floor, x, y, 5.0 * self._pixel)
-        floor.blit(word, word.get_rect(midtop=(x, y + 7.0 * self._pixel)))
 
     def draw_lidar(self, canvas: pygame.Surface, scene: Scene, selected: int | None) -> None:
         """How far each robot sees, and lines between those that see each other."""

@@ -10,6 +10,7 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.goals import GoalPainter
 from swarm_forage_env.rendering.hud import HeadUpDisplay
+from swarm_forage_env.rendering.labels import is_free, places_about
 from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.palette import Colour, mixed, trail_colour
 from swarm_forage_env.rendering.shapes import (
@@ -54,6 +55,7 @@ class Painter:
             scale = layout.scale * self._fine
             self._goals = GoalPainter(stage, self._spot, scale, self._pixel)
         self._areas = stage.areas_at(0.0)
+        self._places: dict[int, int] = {}
         self._floor = self._empty_floor()
         self._canvas = self._floor.copy()
         self._picture = pygame.Surface((layout.width, layout.height), depth=32)
@@ -80,7 +82,7 @@ class Painter:
         self._draw_robots(scene, show.selected)
         if self.layout.enlarges:
             self._draw_rims()
-        self._write_names()
+        self._write_names(scene)
         pygame.transform.smoothscale(self._canvas, self._smooth.get_size(), self._smooth)
         self._panel.draw(scene, show.selected, aside)
         x, y = self.layout.corner
@@ -132,18 +134,15 @@ class Painter:
         else:
             floor.fill(palette.FLOOR, inside)
         if self._goals is not None:
-            self._goals.draw_field(floor, self._large.render("home", True, palette.INK))
+            self._goals.draw_field(floor)
         else:
             start = self._spot(np.zeros(2))
             stroke = max(1, round(self._pixel)), 6.0 * self._pixel
             dashed_circle(floor, palette.FAINT, start, stage.start_radius * scale, stroke)
-        for centre, colour, name in self._named_areas():
+        for centre, colour, _ in self._named_areas():
             radius = stage.area_radius * scale
             pygame.draw.circle(floor, mixed(colour, palette.FLOOR, 0.28), centre, radius)
             pygame.draw.circle(floor, colour, centre, radius, round(1.5 * self._pixel))
-            if self._fits(name, radius):
-                word = self._large.render(name, True, palette.INK)
-                floor.blit(word, word.get_rect(center=centre))
         for each in stage.obstacles:
             points = self._spot(each.points).tolist()
             draw_walls(floor, points, each.radius * scale, each.is_closed)
@@ -154,10 +153,6 @@ class Painter:
         colours = [palette.AREA[kind] for kind in self._stage.kinds]
         return zip(self._spot(self._areas), colours, self._stage.names, strict=True)
 
-    def _fits(self, name: str, radius: float) -> bool:
-        """There is room for the name of an area inside it."""
-        return self._large.size(name)[0] < 1.6 * radius
-
     def _draw_rims(self) -> None:
         """The rims of the areas, over robots that are drawn larger than they are."""
         radius = self._stage.area_radius * self.layout.scale * self._fine
@@ -166,19 +161,37 @@ class Painter:
             pygame.draw.circle(self._canvas, palette.WHITE, centre, radius + wide / 2, 2 * wide)
             pygame.draw.circle(self._canvas, colour, centre, radius, wide)
 
-    def _write_names(self) -> None:
-        """The names of areas too small to hold them: above, on a pale ground."""
-        radius = self._stage.area_radius * self.layout.scale * self._fine
-        for (x, y), _, name in self._named_areas():
-            if self._fits(name, radius):
-                continue
+    def _write_names(self, scene: Scene) -> None:
+        """The names of areas and home, each where no robot is, on the floor's own colour.
+
+        A name stays where it was for as long as it can, and is left out where it cannot stand.
+        """
+        robots = self._spot(scene.pose[:, :2])
+        clear = self.layout.robot_radius * self._fine + 5.0 * self._pixel
+        arena = self._canvas.get_rect().inflate(*([-2 * self._fine * self._wall] * 2))
+        taken: list[pygame.Rect] = []
+        for which, (centre, radius, ground, name) in enumerate(self._names()):
             word = self._large.render(name, True, palette.INK)
-            where = word.get_rect(midbottom=(x, y - radius - 9.0 * self._pixel))
-            ground = pygame.Surface(where.inflate(3.0 * self._pixel, 0).size, depth=32)
-            ground.fill(palette.FLOOR)
-            ground.set_alpha(215)
-            self._canvas.blit(ground, ground.get_rect(center=where.center))
-            self._canvas.blit(word, where)
+            is_inside = word.get_width() < 1.6 * radius
+            x, y = centre.tolist()
+            places = places_about((x, y), word.get_size(), radius + 3.0 * self._pixel, is_inside)
+            order = [self._places.get(which, 0), *range(len(places))]
+            free = (k for k in order if is_free(places[k], arena, robots, clear, taken))
+            if (chosen := next(free, None)) is None:
+                continue
+            self._places[which] = chosen
+            taken.append(places[chosen])
+            inside = is_inside and chosen == 0
+            self._canvas.fill(ground if inside else palette.FLOOR, places[chosen])
+            self._canvas.blit(word, places[chosen])
+
+    def _names(self) -> Iterator[tuple[Float64[Array, " 2"], float, Colour, str]]:
+        """Centre and radius on the canvas [px], colour inside and name of what has one."""
+        radius = self._stage.area_radius * self.layout.scale * self._fine
+        for centre, colour, name in self._named_areas():
+            yield centre, radius, mixed(colour, palette.FLOOR, 0.28), name
+        if self._stage.goals is not None:
+            yield self._spot(np.zeros(2)), 6.0 * self._pixel, palette.FLOOR, "home"
 
     def _draw_trails(self, scene: Scene) -> None:
         """Where each robot came from, paler the longer ago, in the colour of what it did."""

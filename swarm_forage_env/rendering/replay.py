@@ -6,7 +6,7 @@ The page is put together from the files in `page/`; `recording.py` packs the num
 import base64
 import html
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -25,25 +25,62 @@ BUDGET = 6_000_000
 BYTES_PER_ROBOT = 12
 """A robot in one frame takes about this much of the file [byte]; es1 and es3 take less."""
 
-SCRIPTS = ("load.js", "view.js", "arena.js", "goals.js", "curves.js", "panel.js", "player.js")
+SCRIPTS = (
+    "load.js",
+    "view.js",
+    "arena.js",
+    "labels.js",
+    "goals.js",
+    "curves.js",
+    "panel.js",
+    "player.js",
+)
 """The page's scripts, in the order they are read."""
 
 
-class Replay:
-    """Takes the scenes of one episode and writes them to one HTML file."""
+@dataclass(frozen=True)
+class Opening:
+    """How a page opens, and what it shows beside the first swarm."""
 
-    def __init__(self, stage: Stage, seed: int, command: str, budget: int = BUDGET) -> None:
+    start: float = 0.0
+    """The time at which it begins [s]; earlier scenes are for trails alone."""
+
+    speed: float = 10.0
+    """Multiple of real time."""
+
+    select: int | None = None
+    """The robot that is chosen."""
+
+    beside: str | None = None
+    """What moves a second swarm in the same world, shown beside the first."""
+
+
+class Replay:
+    """Takes the scenes of one episode, or of two in the same world, and writes one HTML file."""
+
+    def __init__(
+        self,
+        stage: Stage,
+        seed: int,
+        command: str,
+        budget: int = BUDGET,
+        opening: Opening | None = None,
+    ) -> None:
         """Nothing recorded yet; `command` is what the user typed to make this episode.
 
         Every scene becomes a frame as long as the file stays below the budget [byte]; beyond,
         every second, every fourth and so on.
         """
         self._stage, self._seed, self._command = stage, seed, command
-        self._recording = Recording(max(2, budget // (BYTES_PER_ROBOT * stage.n_robots)))
+        self._opening = opening or Opening()
+        beside = self._opening.beside
+        self._controllers = (stage.controller, *([] if beside is None else [beside]))
+        most = budget // (BYTES_PER_ROBOT * stage.n_robots * len(self._controllers))
+        self._recordings = [Recording(max(2, most)) for _ in self._controllers]
 
-    def add(self, scene: Scene) -> None:
-        """Take the next scene. ConfigError if it is not later than the last."""
-        self._recording.add(scene)
+    def add(self, scene: Scene, which: int = 0) -> None:
+        """Take the next scene of a swarm. ConfigError if it is not later than the last."""
+        self._recordings[which].add(scene)
 
     def write(self, file: Path) -> None:
         """Write the page to a file, which appears whole or not at all.
@@ -57,15 +94,24 @@ class Replay:
             raise ConfigError(f"{file}: cannot be written ({error.strerror})") from None
 
     def page(self) -> str:
-        """The HTML page. ConfigError where no scene was added."""
-        columns, packed = self._recording.pack()
-        about = json.dumps(self._about() | columns).replace("<", "\\u003c")
-        stage = self._stage
+        """The HTML page.
+
+        ConfigError where no scene was added, or not the same times for both swarms.
+        """
+        packs = [recording.pack() for recording in self._recordings]
+        if len({(told["frames"], told["every"]) for told, _ in packs}) > 1:
+            raise ConfigError("scenes of two swarms that are not of the same times: add them alike")
+        swarms = [
+            {"controller": name} | told
+            for name, (told, _) in zip(self._controllers, packs, strict=True)
+        ]
+        about = json.dumps(self._about() | swarms[0] | {"beside": swarms[1:]})
+        names = " and ".join(self._controllers)
         return Template(_part("replay.html")).substitute(
-            title=html.escape(f"{stage.scenario} · {stage.controller} · seed {self._seed}"),
+            title=html.escape(f"{self._stage.scenario} · {names} · seed {self._seed}"),
             style=_part("replay.css"),
-            about=about,
-            recording=base64.b64encode(packed).decode("ascii"),
+            about=about.replace("<", "\\u003c"),
+            recordings="\n".join(_script(k, packed) for k, (_, packed) in enumerate(packs)),
             script="\n".join(_part(name) for name in SCRIPTS),
         )
 
@@ -73,9 +119,11 @@ class Replay:
         stage = self._stage
         return {
             "scenario": stage.scenario,
-            "controller": stage.controller,
             "seed": self._seed,
             "command": self._command,
+            "start": self._opening.start,
+            "speed": self._opening.speed,
+            "select": self._opening.select,
             "length": stage.length,
             "width": stage.width,
             "areas": stage.areas.tolist(),
@@ -131,6 +179,13 @@ def _css(colour: palette.Colour) -> str:
     '#0072b2'
     """
     return "#{:02x}{:02x}{:02x}".format(*colour)
+
+
+def _script(which: int, packed: bytes) -> str:
+    """The element that holds the packed recording of a swarm."""
+    name = f"recording-{which}" if which else "recording"
+    text = base64.b64encode(packed).decode("ascii")
+    return f'<script type="text/plain" id="{name}">{text}</script>'
 
 
 def _part(name: str) -> str:

@@ -12,14 +12,12 @@ import pygame
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
+from swarm_forage_env.rendering.speed import SPEEDS, checked_speed
 from swarm_forage_env.rendering.viewer import save
 from swarm_forage_env.scene import Scene, Stage
 
 FPS = 30
 """Pictures in a second of the user's time, at most."""
-
-SPEEDS = (0.1, 256.0)
-"""Slowest and fastest multiple of real time."""
 
 BEHIND = 0.25
 """A window that falls behind its speed by more than this catches up no more [s]."""
@@ -78,6 +76,10 @@ class Window:
         if self._one_step:
             self._one_step = False
             self._due = 0.0
+
+    def take_past(self, scene: Scene) -> None:
+        """Take in a scene that is not shown: trails begin there."""
+        self._painter.take(scene)
 
     def close(self) -> None:
         """Close the window; again does nothing."""
@@ -231,11 +233,3 @@ KEYS: dict[int, Callable[[Window], None]] = {
     pygame.K_q: Window.close,
 }
 """What each key does; `panel.HELP` tells the user."""
-
-
-def checked_speed(speed: float) -> float:
-    """A multiple of real time; ConfigError for one out of bounds."""
-    slowest, fastest = SPEEDS
-    if not slowest <= speed <= fastest:
-        raise ConfigError(f"speed={speed:g}: must be {slowest:g} to {fastest:g} times real time")
-    return speed

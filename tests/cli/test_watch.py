@@ -1,5 +1,7 @@
 """The command that shows one episode."""
 
+import json
+import re
 import subprocess
 
 import imageio_ffmpeg
@@ -153,6 +155,68 @@ def test_half_a_film_is_not_kept(command, monkeypatch, tmp_path):
     monkeypatch.setattr(watch, "_scenes", stopped)
     assert command("watch", "es1", "nc", *SHORT, "--video", "x.mp4")[0] == 130
     assert not list(tmp_path.iterdir())
+
+
+def test_a_replay_of_two_controllers_shows_both_and_its_whole_command(command, tmp_path):
+    options = "--seed=2", "--html=two.html", "--start=2", "--seconds=8", "--select=1", "--speed=5"
+    made = command("watch", "es1", "nc", "ssgikf", "--set=task.duration=12", *options)
+    assert made[0] == 0
+    page = (tmp_path / "two.html").read_text(encoding="utf-8")
+    about = json.loads(re.search(r'id="about">(.*?)</script>', page)[1])
+    assert [about["controller"], *(each["controller"] for each in about["beside"])] == [
+        "nc", "ssgikf"
+    ]  # fmt: skip
+    assert about["command"] == (
+        "swarm-forage watch es1 nc ssgikf --set=task.duration=12 --seed=2 --speed=5.0 --select=1"
+        " --start=2.0 --seconds=8.0 --html=two.html"
+    ).replace(".0", "")
+    assert (about["start"], about["frames"]) == (2.0, 101), "from the first tick on, for trails"
+    assert 'id="recording-1"' in page
+    again = about["command"].replace("two.html", "again.html").split()[1:]
+    assert command(*again)[0] == 0
+    same = (tmp_path / "again.html").read_text(encoding="utf-8")
+    assert same == page.replace("two.html", "again.html")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("nc", "ssgikf"), "nc and ssgikf: only a replay shows two side by side; add --html FILE"),
+        (("nc", "ssgikf", "--html=a.html", "--frame=a.png"), "without --video and --frame"),
+        (("nc", "ssgikf", "ssgiff", "--html=a.html"), "3 controllers: at most 2 are shown"),
+        (("nc", "nc", "--html=a.html"), "controller 'nc' is named twice"),
+    ],
+)
+def test_controllers_that_cannot_be_shown_together_are_refused(command, arguments, complaint):
+    status, _, err = command("watch", "es1", *arguments)
+    assert status == 2
+    assert complaint in err
+    assert err.count("\n") == 1
+
+
+def test_a_replay_needs_no_pygame(process, tmp_path):
+    code = """
+import sys
+sys.modules["pygame"] = sys.modules["imageio_ffmpeg"] = None
+sys.argv = ["swarm-forage", "watch", "es1", "nc", "--set=task.duration=1", "--html=x.html"]
+from training.cli import main
+main()
+"""
+    run = process(code=code)
+    assert "wrote x.html" in run.communicate(timeout=60)[1]
+    assert (tmp_path / "x.html").is_file()
+
+
+def test_trails_of_a_window_begin_before_its_start(command, monkeypatch):
+    from swarm_forage_env.rendering.trails import Trails
+
+    times = []
+    take = Trails.take
+    monkeypatch.setattr(
+        Trails, "take", lambda self, scene: (times.append(scene.time), take(self, scene))[1]
+    )
+    assert command("watch", "es1", "nc", *SHORT, "--start=6", "--speed=256")[0] == 0
+    assert (times[0], len(times)) == (0.0, 121)
 
 
 def test_a_replay_is_one_file(command, tmp_path):

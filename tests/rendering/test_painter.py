@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.rendering import painter as painter_of
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
@@ -151,6 +152,45 @@ def test_the_panel_stays_outside_the_arena(name, width):
         edges = np.concatenate([frame[:, :3], frame[:, -3:]], axis=1)
         assert (edges == 255).all()
         assert (frame[-3:] == 255).all()
+
+
+@pytest.mark.parametrize("width", [400, 512, 720])
+def test_names_stand_off_robots_and_nothing_runs_through_them(width, monkeypatch):
+    written = []
+    free = painter_of.is_free
+
+    def noted(place, arena, robots, radius, taken):
+        is_so = free(place, arena, robots, radius, taken)
+        if is_so:
+            written.append((place.copy(), robots, radius))
+        return is_so
+
+    monkeypatch.setattr(painter_of, "is_free", noted)
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        places = rng.uniform(-0.5, 0.5, (10, 2)) * (STAGE.length - 0.1, STAGE.width - 0.1)
+        places[:4] = STAGE.areas[0] + rng.uniform(-0.15, 0.15, (4, 2))
+        painted(scene(places.tolist()), width=width)
+    assert len(written) > 20
+    for place, robots, _ in written:
+        for x, y in robots:
+            inside = place.left <= x <= place.right and place.top <= y <= place.bottom
+            assert not inside
+
+
+def test_a_name_leaves_its_place_for_a_robot_and_only_then():
+    alone, _ = painted(scene([(0.0, 0.3)]), width=720)
+    near_it, _ = painted(scene([(STAGE.areas[0][0], 0.0)]), width=720)
+    layout = Layout(STAGE, 720)
+    x, y = np.round(layout.in_picture(STAGE.areas[0])).astype(int)
+    radius = round(STAGE.area_radius * layout.scale)
+
+    def dark(frame, down):
+        return (frame[y + down - 8 : y + down + 8, x - 15 : x + 15].max(axis=2) < 90).sum()
+
+    assert dark(alone, 0) > 20, "the name stands in the nest"
+    assert dark(alone, -radius - 14) == 0
+    assert dark(near_it, -radius - 14) > 20, "a robot is there: the name stands above"
 
 
 def test_trails_lead_back_to_where_a_robot_came_from():

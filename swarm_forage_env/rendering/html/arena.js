@@ -4,7 +4,7 @@ const SMALLEST = 4; // a robot is drawn at least this large [px]
 const FONT = "system-ui, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif";
 
 const arena = {
-  canvas: element("arena"),
+  canvases: [element("arena")],
   scale: 1,
   middle: [0, 0],
 
@@ -13,8 +13,28 @@ const arena = {
 
   get robotSize() { return Math.max(about.robotRadius * this.scale, SMALLEST); },
 
-  draw() {
-    const { context, width, height } = sharpContext(this.canvas);
+  /* A canvas for each swarm, side by side and named. */
+  prepare() {
+    const first = this.canvases[0].closest("figure");
+    swarms.forEach(({ controller }, which) => {
+      const figure = which ? first.parentNode.appendChild(first.cloneNode(true)) : first;
+      if (which) {
+        figure.querySelectorAll("[id]").forEach((part) => part.removeAttribute("id"));
+        this.canvases.push(figure.querySelector("canvas"));
+      }
+      const canvas = this.canvases[which];
+      canvas.setAttribute("aria-label", `${canvas.getAttribute("aria-label")}, ${controller}`);
+      const name = figure.querySelector("figcaption");
+      name.hidden = swarms.length === 1;
+      name.className = `swarm-${which}`;
+      name.textContent = controller;
+    });
+  },
+
+  draw() { eachSwarm((_, which) => this.drawSwarm(this.canvases[which])); },
+
+  drawSwarm(canvas) {
+    const { context, width, height } = sharpContext(canvas);
     const margin = 3;
     this.scale = Math.max(
       Math.min((width - 2 * margin) / about.length, (height - 2 * margin) / about.width), 1);
@@ -22,13 +42,25 @@ const arena = {
     this.context = context;
     const robots = Array.from({ length: about.robots }, (_, robot) => robotAt(robot));
     this.floor();
+    context.save();
+    this.clip();
     if (about.goals) goals.field(); else this.areas();
     this.obstacles();
     if (view.show.trails) robots.forEach((robot) => this.trail(robot));
     if (about.goals) goals.draw(robots); else this.foraging(robots);
+    context.restore();
     robots.forEach((robot) => this.robot(robot));
-    if (about.goals) goals.home(); else this.names();
-    if (view.focus !== null) this.selection(robots[view.focus]);
+    if (view.focus !== null) this.halo(robots[view.focus]);
+    if (about.goals) goals.home();
+    labels.draw(robots);
+  },
+
+  /* Nothing but robots, their halo and walls is drawn beyond the arena. */
+  clip() {
+    const { context } = this, [left, top] = this.place(-about.length / 2, about.width / 2);
+    context.beginPath();
+    context.rect(left - 1, top - 1, about.length * this.scale + 2, about.width * this.scale + 2);
+    context.clip();
   },
 
   /* What robots that forage believe and hear. */
@@ -102,30 +134,9 @@ const arena = {
     });
   },
 
-  names() {
-    areasNow().forEach(
-      ([x, y], which) => this.label(about.names[which], x, y - about.areaRadius, 15));
-    this.label("start", 0, -about.startRadius, 13);
-  },
-
-  /* Words below a place, on the floor's own colour so that nothing runs through them. */
-  label(text, x, y, below) {
-    const { context } = this;
-    const [left, top] = this.place(x, y);
-    context.font = `600 12px ${FONT}`;
-    context.textAlign = "center";
-    context.textBaseline = "middle";
-    context.lineWidth = 4;
-    context.lineJoin = "round";
-    context.strokeStyle = about.colours.floor;
-    context.strokeText(text, left, top + below);
-    context.fillStyle = about.colours.ink;
-    context.fillText(text, left, top + below);
-  },
-
   trail({ robot, x, y, doing }) {
     const { context } = this, { episode, last, time } = view;
-    const first = frameAt(Math.max(time - about.trail, view.start));
+    const first = frameAt(Math.max(time - about.trail, episode.times[0]));
     const stride = Math.max(1, Math.round((last - first) / TRAIL_POINTS));
     context.strokeStyle = about.colours.trails[doing];
     context.lineWidth = 1.8;
@@ -241,15 +252,12 @@ const arena = {
     }
   },
 
-  selection({ robot, x, y }) {
+  halo({ x, y }) {
     const { context } = this;
     this.circle(x, y, this.robotSize + 4);
     context.strokeStyle = about.colours.selected;
     context.lineWidth = 2.5;
     context.stroke();
-    const above = this.robotSize + 15;
-    const atTheTop = (about.width / 2 - y) * this.scale < above + 8;
-    this.label(`robot ${robot}`, x, y, atTheTop ? above : -above);
   },
 
   /* The robot under a point of the canvas, if there is one. */

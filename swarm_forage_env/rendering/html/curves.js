@@ -10,15 +10,18 @@ const curves = {
     const { context, width, height } = sharpContext(this.canvas);
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(name).trim();
-    this.inks = { past: colour("--past"), rule: colour("--rule"), faint: colour("--faint") };
+    this.inks = { rule: colour("--rule"), faint: colour("--faint"), page: colour("--page") };
+    this.inks.swarms = [colour("--past"), colour("--other")];
     Object.assign(this, { context, width, height });
     const bottom = height - 18, split = 20 + 0.6 * (bottom - 38);
-    const { total, share } = view.episode;
-    const most = Math.max(...total.subarray(about.frames - 1), 1);
+    const most = Math.max(...view.episodes.map(({ total }) => total[about.frames - 1]), 1);
     this.timeAxis(bottom);
     const [score, part] = about.headings.map((name) => name.toLowerCase());
-    this.panel(total, most, [18, split], score, String(most));
-    this.panel(share, 1, [split + 18, bottom], `robots ${part}`, "100%");
+    const panels = [
+      ["total", most, [18, split], score, String(most)],
+      ["share", 1, [split + 18, bottom], `robots ${part}`, "100%"],
+    ];
+    panels.forEach((each) => this.panel(...each));
     const now = this.x(view.time);
     context.strokeStyle = colour("--cursor");
     context.lineWidth = 2;
@@ -26,6 +29,20 @@ const curves = {
     context.moveTo(now, 4);
     context.lineTo(now, bottom);
     context.stroke();
+    panels.forEach(([, , [top], name]) => this.name(name, top));
+  },
+
+  /* The name of a panel, which no line runs through. */
+  name(words, top) {
+    const { context } = this;
+    context.font = `11px ${FONT}`;
+    context.textAlign = "left";
+    context.textBaseline = "middle";
+    context.lineWidth = 5;
+    context.lineJoin = "round";
+    context.strokeStyle = this.inks.page;
+    context.strokeText(words, this.left + 6, top - 9);
+    this.text(words, this.left + 6, top - 9, "left");
   },
 
   x(time) {
@@ -67,22 +84,25 @@ const curves = {
   },
 
   panel(values, most, [top, bottom], name, highest) {
+    const { inks } = this;
     const y = (value) => bottom - (value / most) * (bottom - top);
     this.line(this.left, bottom, this.width - this.right, bottom);
     this.line(this.left, top, this.left, bottom);
-    this.text(name, this.left + 6, top - 9, "left");
     this.text(highest, this.left - 6, top, "right");
     this.text("0", this.left - 6, bottom, "right");
-    this.steps(values, y, about.frames - 1, this.inks.rule, 1.5);
-    this.steps(values, y, view.last, this.inks.past, 2);
+    const draw = (last, ink, thick) => eachSwarm((_, which) =>
+      this.steps(view.episode[values], y, last, ink ?? inks.swarms[which], thick));
+    draw(about.frames - 1, inks.rule, 1.5);
+    draw(view.last, null, 2);
   },
 
   /* A curve that keeps its value from one frame to the next; one point for each change. */
   steps(values, y, last, colour, thick) {
     const { context } = this, { times } = view.episode;
+    const first = frameAt(view.start);
     context.beginPath();
-    context.moveTo(this.x(times[0]), y(values[0]));
-    for (let frame = 1; frame <= last; frame++) {
+    context.moveTo(this.x(view.start), y(values[first]));
+    for (let frame = first + 1; frame <= last; frame++) {
       if (values[frame] === values[frame - 1]) continue;
       context.lineTo(this.x(times[frame]), y(values[frame - 1]));
       context.lineTo(this.x(times[frame]), y(values[frame]));

@@ -23,7 +23,7 @@ function goalsOf(robot, a, between) {
 function claimsNow() {
   const { episode, last, time } = view;
   const found = [];
-  const first = Math.max(frameAt(Math.max(time - about.trail, view.start)), 1);
+  const first = Math.max(frameAt(Math.max(time - about.trail, episode.times[0])), 1);
   for (let robot = 0; robot < about.robots; robot++) {
     for (let frame = first; frame <= last; frame++) {
       const b = robot * about.frames + frame, a = b - 1;
@@ -59,7 +59,6 @@ const goals = {
       ([right, down]) => context.lineTo(x + right, y + down));
     context.fillStyle = about.colours.ink;
     context.fill();
-    arena.label("home", 0, 0, 15);
   },
 
   /* How far each robot sees; lines join those that see each other. */

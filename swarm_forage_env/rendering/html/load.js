@@ -25,10 +25,13 @@ function decoded(bytes, { low, step }, robots, frames) {
   return values;
 }
 
-/* The episode: times [s], places [m], headings [rad]; columns hold robot * frames + frame. */
-async function loaded() {
-  const { frames, robots, messages, columns } = about;
-  const buffer = await inflated(element("recording").textContent);
+/* The swarms of the page: one, or several in the same world, moved by different controllers. */
+const swarms = [about, ...about.beside];
+
+/* The episode of a swarm: times [s], places [m], headings [rad]; columns hold robot * frames + frame. */
+async function loaded({ messages, columns }, which) {
+  const { frames, robots } = about;
+  const buffer = await inflated(element(which ? `recording-${which}` : "recording").textContent);
   let at = 0;
   const take = (Kind, count) => {
     const part = new Kind(buffer, at, count);

@@ -11,7 +11,9 @@ const panel = {
       const dot = row.appendChild(document.createElement("i"));
       dot.style.background = about.colours.doing[code];
       row.appendChild(document.createElement("span")).textContent = state;
-      row.appendChild(document.createElement("b"));
+      swarms.forEach((_, which) => {
+        row.appendChild(document.createElement("b")).className = `swarm-${which}`;
+      });
       row.hidden = !state;
       return row;
     }));
@@ -44,16 +46,10 @@ const panel = {
   },
 
   draw() {
-    const { episode, last } = view;
-    const counts = about.states.map(() => 0);
-    for (let robot = 0; robot < about.robots; robot++) {
-      counts[episode.doing[robot * about.frames + last]]++;
-    }
-    element("legend").querySelectorAll("b").forEach((cell, code) => {
-      cell.textContent = counts[code];
-    });
-    element("trips").textContent = episode.total[last];
-    element("on-path").textContent = `${Math.round(100 * episode.share[last])}%`;
+    const last = view.last;
+    eachSwarm((_, which) => this.count(which));
+    values("trips", eachSwarm(() => view.episode.total[last]));
+    values("on-path", eachSwarm(() => `${Math.round(100 * view.episode.share[last])}%`));
     const slider = element("time");
     slider.value = view.time;
     slider.setAttribute("aria-valuetext", `${clockText(view.time)} of ${clockText(view.end)}`);
@@ -62,6 +58,18 @@ const panel = {
     clock.replaceChildren(clockText(view.time), whole);
     element("robot").value = view.focus ?? "";
     this.card();
+  },
+
+  /* How many robots of a swarm are doing what. */
+  count(which) {
+    const { episode, last } = view;
+    const counts = about.states.map(() => 0);
+    for (let robot = 0; robot < about.robots; robot++) {
+      counts[episode.doing[robot * about.frames + last]]++;
+    }
+    element("legend").querySelectorAll(`b.swarm-${which}`).forEach((cell, code) => {
+      cell.textContent = counts[code];
+    });
   },
 
   card() {
@@ -73,7 +81,18 @@ const panel = {
       card.replaceChildren(hint);
       return;
     }
-    const robot = robotAt(view.focus);
+    card.replaceChildren(...eachSwarm(({ controller }, which) => {
+      const made = this.robotTable(robotAt(view.focus));
+      if (swarms.length > 1) {
+        made.createCaption().textContent = controller;
+        made.caption.className = `swarm-${which}`;
+      }
+      return made;
+    }));
+  },
+
+  /* What there is to say of a robot. */
+  robotTable(robot) {
     const heard = messagesNow().filter((message) => message.receiver === view.focus);
     const senders = [...new Set(heard.map((message) => message.sender))].sort((a, b) => a - b);
     const rows = about.goals ? [[""], ...goals.rows(robot)] : [
@@ -88,9 +107,19 @@ const panel = {
     rows.push(["doing", about.states[robot.doing] + (robot.faulty ? ", faulty" : "")]);
     rows.push([about.goals ? "sees" : "hears",
       senders.length ? `robot ${senders.join(", ")}` : "nobody"]);
-    card.replaceChildren(table(rows));
+    return table(rows);
   },
 };
+
+/* A value for each swarm, in its colour where there are several. */
+function values(id, texts) {
+  element(id).replaceChildren(...texts.map((text, which) => {
+    const value = document.createElement("span");
+    value.className = `swarm-${which}`;
+    value.textContent = text;
+    return value;
+  }));
+}
 
 /* A table; the first row is its head, the first column names the others, a short row is wide. */
 function table(rows) {

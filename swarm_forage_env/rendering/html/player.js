@@ -43,7 +43,7 @@ const player = {
 
   stepFrames(count) {
     this.play(false);
-    const frame = Math.min(Math.max(view.last + count, 0), about.frames - 1);
+    const frame = Math.min(Math.max(view.last + count, frameAt(view.start)), about.frames - 1);
     this.seek(view.episode.times[frame]);
   },
 
@@ -113,29 +113,39 @@ function listenToControls() {
   const slider = element("time");
   Object.assign(slider, { min: view.start, max: view.end, step: about.tick });
   slider.oninput = () => player.seek(slider.valueAsNumber);
-  SPEEDS.forEach((speed) => element("speed").add(new Option(`${speed}×`, String(speed))));
+  if (!SPEEDS.includes(about.speed)) SPEEDS.push(about.speed);
+  SPEEDS.sort((a, b) => a - b).forEach((speed) => element("speed").add(new Option(`${speed}×`, String(speed))));
   element("speed").onchange = (event) => player.setSpeed(Number(event.target.value));
   element("robot").onchange = ({ target }) =>
     player.choose(target.value === "" ? null : Number(target.value));
   document.addEventListener("keydown", onKey);
 }
 
-function listenToCanvases() {
-  const robotAtPointer = (event) => arena.robotNear(event.offsetX, event.offsetY);
+function listenToArena(canvas, which) {
+  const robotAtPointer = (event) => {
+    view.swarm = which;
+    const robot = arena.robotNear(event.offsetX, event.offsetY);
+    view.swarm = 0;
+    return robot;
+  };
   const hover = (robot) => {
     if (robot === view.hovered) return;
     view.hovered = robot;
-    arena.canvas.style.cursor = robot === null ? "default" : "pointer";
+    canvas.style.cursor = robot === null ? "default" : "pointer";
     player.refresh();
   };
-  arena.canvas.onpointermove = (event) => {
+  canvas.onpointermove = (event) => {
     if (event.pointerType !== "touch") hover(robotAtPointer(event));
   };
-  arena.canvas.onpointerleave = () => hover(null);
-  arena.canvas.onclick = (event) => {
+  canvas.onpointerleave = () => hover(null);
+  canvas.onclick = (event) => {
     const robot = robotAtPointer(event);
     player.choose(robot === view.chosen ? null : robot);
   };
+}
+
+function listenToCanvases() {
+  arena.canvases.forEach(listenToArena);
   const scrub = (event) => player.seek(curves.timeAt(event.offsetX));
   curves.canvas.onpointerdown = (event) => {
     curves.canvas.setPointerCapture(event.pointerId);
@@ -148,14 +158,17 @@ function listenToCanvases() {
 
 async function begin() {
   panel.prepare();
-  view.episode = await loaded();
+  arena.prepare();
+  view.episodes = await Promise.all(swarms.map(loaded));
   view.time = view.start;
-  element("arena-frame").style.setProperty("--aspect", `${about.length} / ${about.width}`);
+  view.speed = about.speed;
+  view.chosen = about.select;
+  element("arenas").style.setProperty("--aspect", `${about.length} / ${about.width}`);
   listenToControls();
   listenToCanvases();
   player.setSpeed(view.speed);
   const redraw = () => player.refresh();
-  new ResizeObserver(redraw).observe(element("arena-frame"));
+  new ResizeObserver(redraw).observe(element("arenas"));
   window.addEventListener("resize", redraw);
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   player.refresh();

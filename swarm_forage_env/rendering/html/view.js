@@ -1,6 +1,7 @@
-/* What is shown now, and the episode at that time. */
+/* What is shown now, and the episodes at that time; what follows speaks of one swarm at once. */
 const view = {
-  episode: null,
+  episodes: [],
+  swarm: 0,
   time: 0,
   speed: 10,
   playing: false,
@@ -8,11 +9,22 @@ const view = {
   chosen: null,
   show: { trails: true, messages: true, beliefs: false },
 
-  get start() { return this.episode.times[0]; },
+  get episode() { return this.episodes[this.swarm] ?? null; },
+  get start() { return Math.max(this.episode.times[0], about.start); },
   get end() { return this.episode.times[about.frames - 1]; },
   get focus() { return this.hovered ?? this.chosen; },
   get last() { return frameAt(this.time); },
 };
+
+/* Do something with each swarm in turn as the one that is spoken of: what came of it. */
+function eachSwarm(act) {
+  const results = swarms.map((swarm, which) => {
+    view.swarm = which;
+    return act(swarm, which);
+  });
+  view.swarm = 0;
+  return results;
+}
 
 const AREAS = ["nest", "prey"];
 

@@ -13,7 +13,7 @@ from PIL import Image
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.rendering import palette
-from swarm_forage_env.rendering.replay import Replay
+from swarm_forage_env.rendering.replay import Opening, Replay
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import stage_of
 
@@ -330,6 +330,101 @@ def test_robots_that_visit_goals_show_what_they_are_about(opened, tmp_path):
     assert page.evaluate("claimsNow().length") >= claims
     spots = own.goal + np.array([STAGE_TOLERANCE, 0.0])
     assert any(alike(colour, palette.GOAL, 60) for colour in pixels(page, spots))
+
+
+@pytest.fixture
+def compared(stage, scenes, busy, tmp_path):
+    """A replay of two swarms from 60 s on, and the scenes of the second."""
+    loop = Loop(busy, find_controller("nc"), [1])
+    others = [loop.scene()]
+    for _ in range(len(scenes) - 1):
+        loop.step()
+        others.append(loop.scene())
+    opening = Opening(start=60.0, speed=20.0, select=3, beside="nc")
+    replay = Replay(stage, 1, "", opening=opening)
+    for first, second in zip(scenes[400:], others[400:], strict=True):
+        replay.add(first)
+        replay.add(second, 1)
+    replay.write(tmp_path / "two.html")
+    return tmp_path / "two.html", others
+
+
+def test_two_swarms_play_side_by_side(opened, compared, scenes, stage):
+    file, others = compared
+    page = opened(path=file)
+    until(page, LOADED)
+    page.evaluate(DRAWN)
+    assert page.evaluate("[view.time, view.speed, view.chosen]") == pytest.approx([60, 20, 3])
+    assert page.locator("h1").inner_text() == "es1 · ssgikf and nc · seed 1"
+    assert page.locator("figcaption").all_inner_texts() == ["ssgikf", "nc"]
+    boxes = [canvas.bounding_box() for canvas in page.locator("figure canvas").all()]
+    assert boxes[0]["x"] + boxes[0]["width"] <= boxes[1]["x"]
+    assert boxes[0]["y"] == boxes[1]["y"]
+    scrub(page, 120)
+    told = page.locator("#trips span").all_inner_texts()
+    assert told == [str(each[1200].total) for each in (scenes, others)]
+    for which, own in enumerate((scenes, others)):
+        counts = page.locator(f"#legend b.swarm-{which}").all_inner_texts()
+        assert list(map(int, counts)) == np.bincount(own[1200].doing, minlength=5).tolist()
+        page.evaluate(f"view.swarm = {which}")
+        assert places(page) == pytest.approx(own[1200].pose[:, :2], abs=0.001)
+    page.evaluate("view.swarm = 0")
+    captions = page.locator("#robot-card caption").all_inner_texts()
+    assert captions == ["ssgikf", "nc"]
+    page.evaluate("player.choose(null)")
+    page.get_by_role("button", name="Trails").click()
+    page.evaluate(DRAWN)
+    picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"))
+    x, y = page.evaluate(f"arena.place({0.45 * stage.length}, {0.45 * stage.width})")
+    for box in boxes:
+        spot = picture[round(box["y"] + y), round(box["x"] + x)]
+        assert alike(spot.tolist(), palette.FLOOR)
+    page.keyboard.press("Home")
+    page.keyboard.press(",")
+    assert page.evaluate("view.time") == pytest.approx(60.0), "what is before is for trails alone"
+
+
+def test_trails_go_back_before_the_start(opened, compared, scenes):
+    page = opened(path=compared[0])
+    until(page, LOADED)
+    page.get_by_role("button", name="Messages").click()
+    page.evaluate("player.choose(null)")
+    page.evaluate(DRAWN)
+    way = np.stack([scene.pose[:, :2] for scene in scenes[400:600:10]])
+    far = [robot for robot in range(10) if np.ptp(way[:, robot], axis=0).max() > 0.3]
+    spots = way[-6:-3, far].reshape(-1, 2)
+    before = pixels(page, spots)
+    page.get_by_role("button", name="Trails").click()
+    page.evaluate(DRAWN)
+    changed = [not alike(a, b) for a, b in zip(before, pixels(page, spots), strict=True)]
+    assert np.mean(changed) > 0.5
+
+
+@pytest.mark.parametrize("size", [PHONE, DESKTOP])
+def test_no_name_is_over_a_robot_or_another_name(opened, size, scenes, stage):
+    page = opened(size)
+    until(page, LOADED)
+    page.evaluate("player.choose(4)")
+    seen = set()
+    for tick in range(0, len(scenes), 75):
+        scrub(page, tick / 10)
+        boxes = page.evaluate("labels.boxes[0]")
+        seen |= {box["text"] for box in boxes}
+        spots = page.evaluate(
+            "Array.from({ length: about.robots }, (_, i) => {"
+            " const { x, y } = robotAt(i); return arena.place(x, y); })"
+        )
+        radius = page.evaluate("arena.robotSize")
+        for box in boxes:
+            left, top = box["left"], box["top"]
+            right, bottom = left + box["width"], top + box["height"]
+            for robot, (x, y) in enumerate(spots):
+                if box["text"] == "robot 4" and robot == 4:
+                    continue
+                apart = np.hypot(x - np.clip(x, left, right), y - np.clip(y, top, bottom))
+                assert apart > radius, (tick, box["text"], robot)
+        assert len({box["text"] for box in boxes}) == len(boxes)
+    assert {"nest", "prey", "start", "robot 4"} <= seen
 
 
 STAGE_TOLERANCE = find_scenario("waypoints-05").task.tolerance
