@@ -1,5 +1,6 @@
 """Spaces: what each number of a flat observation, action or state means."""
 
+import html
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,6 +16,10 @@ GOALS = ("nest", "prey", "none")
 
 _ONE_OF_GOALS: Float32[Array, "goals 3"] = np.eye(3, dtype=np.float32)
 _GOAL_OF_SLOT = np.array([0, 1, -1], np.int8)
+
+
+HEADS = ("", "name", "unit", "low", "high", "noise")
+"""What a table of slots says of each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,13 +100,23 @@ class Layout(tuple[Feature, ...]):
 
     def __str__(self) -> str:
         """One line for each slot: number, name, unit, bounds and noise."""
-        lines = [("", "name", "unit", "low", "high", "noise")]
-        for k, slot in enumerate(self):
-            low, high = f"{slot.low:.6g}", f"{slot.high:.6g}"
-            lines.append((str(k), slot.name, slot.unit, low, high, slot.noise))
+        lines = [HEADS, *self._lines()]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         padded = ([c.ljust(w) for c, w in zip(line, widths, strict=True)] for line in lines)
         return "\n".join("  ".join(line).rstrip() for line in padded)
+
+    def _repr_html_(self) -> str:
+        """The same as a table, for notebooks."""
+        rows = ["".join(f"<th>{name}</th>" for name in HEADS)]
+        rows += ["".join(f"<td>{html.escape(t)}</td>" for t in line) for line in self._lines()]
+        table = "".join(f"<tr>{row}</tr>" for row in rows)
+        return f'<div style="max-height:20em;overflow:auto"><table>{table}</table></div>'
+
+    def _lines(self) -> Iterator[tuple[str, ...]]:
+        """The texts of each slot, as HEADS names them."""
+        for k, slot in enumerate(self):
+            low, high = f"{slot.low:.6g}", f"{slot.high:.6g}"
+            yield str(k), slot.name, slot.unit, low, high, slot.noise
 
 
 class ObservationLayout(Layout):

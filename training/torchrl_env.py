@@ -13,7 +13,8 @@ from torchrl.envs import EnvBase
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.array_env import ArrayEnv, Infos
 from swarm_forage_env.envs.episodes import checked_seeds
-from swarm_forage_env.envs.render import Frame, title_of
+from swarm_forage_env.envs.notebook import title_of
+from swarm_forage_env.envs.render import Frame
 from swarm_forage_env.rendering.viewer import Viewer, check_render_mode
 from swarm_forage_env.task import stage_of
 
@@ -58,7 +59,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         self.group = env.learners[0].rpartition("_")[0]
         self.group_map = {self.group: list(env.learners)}
         self.max_cycles = env.max_cycles
-        self._title = title_of(controller, env.config.learn)
+        self._title = title_of(controller, env)
         self._view: Viewer | None = None
         self._seeds: list[int | None] = [None] * n_worlds
         self._per_robot = torch.Size((n_worlds, len(env.learners)))

@@ -10,7 +10,8 @@ from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.make import checked_parts
-from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes, title_of
+from swarm_forage_env.envs.notebook import title_of
+from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.rendering.viewer import check_render_mode
@@ -95,7 +96,7 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         self.observation_layout = env.observation_layout
         self.action_layout = env.action_layout
         self.render_mode = render_mode
-        self._screen = EnvRenderer(env, render_mode, title_of(controller, env.config.learn))
+        self._screen = EnvRenderer(env, render_mode, title_of(controller, env))
         self._next: Float32[Array, "rows numbers"] | None = None
         card = card_of(checked_parts(scenario, controller, options))
         super().__init__(
@@ -156,6 +157,10 @@ class SwarmVecEnv(SharedAttributesVecEnv):
     def render(self, mode: str | None = None) -> Frame | None:
         """The frame of the first world; None where it is on the screen."""
         return self._screen.draw()[0]
+
+    def _repr_html_(self) -> str:
+        """A picture of this moment and a table, for notebooks."""
+        return self._screen.html(type(self).__name__)
 
     def close(self) -> None:
         """Close the window, if there is one."""

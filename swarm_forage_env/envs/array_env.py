@@ -11,6 +11,7 @@ from swarm_forage_env.envs.actions import Actions
 from swarm_forage_env.envs.config import chosen_robots, n_steps
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.make import Parts, checked_parts
+from swarm_forage_env.envs.notebook import html_of, title_of
 from swarm_forage_env.envs.observations import Normaliser, normalised
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.rewards import EarnedInTick, shaping
@@ -193,6 +194,10 @@ class ArrayEnv:
         self.episodes.restore(episodes)
         self._last_action[...] = last_action
         self._frames.restore(frames)
+
+    def _repr_html_(self) -> str:
+        """A picture of the first world and a table, for notebooks."""
+        return html_of(self, type(self).__name__, title_of(self._made_by[2], self))
 
     def __getstate__(self) -> dict[str, Any]:
         """What makes the same environment again, and how it stands."""

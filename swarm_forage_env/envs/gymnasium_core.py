@@ -10,7 +10,8 @@ from gymnasium.spaces import Box, Discrete, MultiDiscrete
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
 from swarm_forage_env.envs.array_env import ArrayEnv, Infos
 from swarm_forage_env.envs.episodes import parts_of
-from swarm_forage_env.envs.render import EnvRenderer, Frame, title_of
+from swarm_forage_env.envs.notebook import title_of
+from swarm_forage_env.envs.render import EnvRenderer, Frame
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import check_render_mode
 
@@ -30,7 +31,7 @@ class JointEnvCore:
         if single_learner:
             rest.setdefault("learners", 1)
         self.env = env = ArrayEnv(n_worlds=n_worlds, **rest)
-        moved_by = title_of(rest.get("controller"), env.config.learn)
+        moved_by = title_of(rest.get("controller"), env)
         self._screen = EnvRenderer(env, self.render_mode, moved_by)
         self._n_worlds = n_worlds
         self.learners = env.learners
@@ -102,6 +103,10 @@ class JointEnvCore:
         if not self._has_begun:
             raise ResetNeeded("the episode has not begun: call reset() first")
         return self._screen.draw()
+
+    def html(self, kind: str) -> str:
+        """What a notebook shows of an environment whose class is called so."""
+        return self._screen.html(kind)
 
     def close(self) -> None:
         """Close the window, if there is one."""

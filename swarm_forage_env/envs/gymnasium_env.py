@@ -106,6 +106,10 @@ class _SwarmEnv(gym.Env[Any, Any]):
         """Close the window, if there is one."""
         self._core.close()
 
+    def _repr_html_(self) -> str:
+        """A picture of this moment and a table, for notebooks."""
+        return self._core.html(type(self).__name__)
+
     def _info(self) -> dict[str, float]:
         return {name: float(value[0]) for name, value in self._core.infos().items()}
 

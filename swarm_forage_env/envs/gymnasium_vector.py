@@ -139,6 +139,10 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         """
         return tuple(self._core.render())
 
+    def _repr_html_(self) -> str:
+        """A picture of this moment and a table, for notebooks."""
+        return self._core.html(type(self).__name__)
+
     def close_extras(self, **kwargs: Any) -> None:  # noqa: ANN401 as Gymnasium has it
         """Close the window, if there is one."""
         self._core.close()

@@ -12,7 +12,8 @@ from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, para
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import parts_of
-from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes, title_of
+from swarm_forage_env.envs.notebook import title_of
+from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.random_streams import checked_seed
@@ -70,7 +71,7 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         check_render_mode(render_mode)
         self.render_mode = render_mode
         self.array_env = env = ArrayEnv(scenario, 1, controller, learn=learn, **options)
-        self._screen = EnvRenderer(env, render_mode, title_of(controller, learn))
+        self._screen = EnvRenderer(env, render_mode, title_of(controller, env))
         self.metadata = {**self.metadata, "render_modes": render_modes(self.scenario)}
         self.max_cycles = env.max_cycles
         self.possible_agents = env.learners
@@ -171,6 +172,10 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
     def close(self) -> None:
         """Close the window, if there is one."""
         self._screen.close()
+
+    def _repr_html_(self) -> str:
+        """A picture of this moment and a table, for notebooks."""
+        return self._screen.html(type(self).__name__)
 
     def _space_of(self, agent: str, spaces: Mapping[str, Any]) -> Space[Any]:
         if agent not in spaces:

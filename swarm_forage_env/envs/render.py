@@ -4,18 +4,12 @@ from typing import Any
 
 from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.notebook import html_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import RENDER_MODES, Viewer
 from swarm_forage_env.task import stage_of, task_of
 
 Frame = UInt8[Array, "height width 3"]
-
-
-def title_of(controller: object, learn: str) -> str:
-    """Who moves the robots, as the title of a picture says it."""
-    if learn == "everything":
-        return "policy"
-    return f"{getattr(controller, 'name', controller) or 'ssgikf'}, policy for {learn}"
 
 
 def render_modes(scenario: Any) -> list[str]:  # noqa: ANN401 of any task
@@ -63,6 +57,10 @@ class EnvRenderer:
                 "render(): give render_mode='human' or 'rgb_array' where the environment is made"
             )
         return [view.draw(self._env.loop.scene(which)) for which, view in enumerate(self._views)]
+
+    def html(self, kind: str) -> str:
+        """What a notebook shows of an environment whose class is called so."""
+        return html_of(self._env, kind, self._moved_by)
 
     def follow(self) -> None:
         """A window shows each step by itself, as everywhere in Gymnasium."""

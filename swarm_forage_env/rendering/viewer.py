@@ -10,6 +10,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.rendering.frame import Frame
 from swarm_forage_env.scene import Scene, Stage
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ class Viewer:
             self._window.show(scene)
             return None
         self._painter.take(scene)
-        return frame_of(self._painter.paint(scene, self._show))
+        return frame_of(self._painter.paint(scene, self._show)).view(Frame)
 
     def close(self) -> None:
         """Close the window, if there is one; again does nothing."""

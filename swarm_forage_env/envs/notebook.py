@@ -1,0 +1,64 @@
+"""What a notebook shows of an environment: a picture of this moment, and a table."""
+
+import html
+from collections.abc import Sequence
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from swarm_forage_env.rendering.viewer import Viewer
+from swarm_forage_env.task import stage_of
+
+if TYPE_CHECKING:
+    from swarm_forage_env.envs.array_env import ArrayEnv
+
+
+def title_of(controller: Any, env: "ArrayEnv") -> str:  # noqa: ANN401 a name, a controller, or several
+    """Who moves the robots, as the title of a picture says it."""
+    learn = env.config.learn
+    if learn == "everything":
+        return "policy"
+    if isinstance(controller, list | tuple):
+        names = dict.fromkeys(str(getattr(each, "name", each)) for each in controller)
+        return f"{', '.join(names)}, policy for {learn}"
+    name = getattr(controller, "name", controller) or env.task.controller
+    return f"{name}, policy for {learn}"
+
+
+def html_of(env: "ArrayEnv", kind: str, moved_by: str) -> str:
+    """The HTML of an environment of some API; of several worlds the first is drawn.
+
+    The picture is there once an episode has begun, and where pygame is installed.
+    """
+    config, world = env.config, env.world
+    learners = len(env.learners)
+    facts = [
+        ("scenario", f"{world.scenario.name} ({env.task.name}), {moved_by}"),
+        ("worlds, robots", f"{world.n_worlds} of {world.n_robots}, {learners} of which learn"),
+        ("engine", env.loop.physics),
+        ("decision", f"every {config.period} ticks of {world.scenario.tick:g} s"),
+        ("episode", f"{env.max_cycles} decisions"),
+        ("reward", getattr(config.reward, "__name__", str(config.reward))),
+        ("action", f"{env.action_space}: {', '.join(env.action_layout.names)}"),
+        ("observation", f"{len(env.observation_layout)} numbers"),
+    ]
+    layout = env.observation_layout._repr_html_()
+    details = f"<details><summary>what is observed</summary>{layout}</details>"
+    return f"<div><b>{html.escape(kind)}</b>{_picture(env, moved_by)}{_rows(facts)}{details}</div>"
+
+
+def _picture(env: "ArrayEnv", moved_by: str) -> str:
+    """The first world as it stands; nothing where it cannot be drawn, or has not begun."""
+    has_begun = bool(env.episodes.ends.any())
+    if not has_begun or env.task.scene is None or find_spec("pygame") is None:
+        return ""
+    frame = Viewer(stage_of(env.world.scenario, moved_by), "rgb_array").draw(env.loop.scene(0))
+    return f"<div>{frame._repr_html_()}</div>"  # type: ignore[union-attr]
+
+
+def _rows(facts: Sequence[tuple[str, str]]) -> str:
+    cells = (
+        f'<tr><th style="text-align:left">{html.escape(name)}</th>'
+        f'<td style="text-align:left">{html.escape(value)}</td></tr>'
+        for name, value in facts
+    )
+    return f"<table>{''.join(cells)}</table>"
