@@ -29,7 +29,10 @@ def watch(  # noqa: PLR0913 the options of a command
             help="Engine: rigid or kinematic.", show_default="rigid; kinematic for waypoints"
         ),
     ] = None,
-    speed: Annotated[float, typer.Option(help="Multiple of real time.")] = 10.0,
+    speed: Annotated[
+        float | None,
+        typer.Option(help="Multiple of real time.", show_default="10; 1 with --drive"),
+    ] = None,
     select: Annotated[
         int | None, typer.Option(help="Draw what this robot believes; they count from 0.")
     ] = None,
@@ -37,6 +40,10 @@ def watch(  # noqa: PLR0913 the options of a command
     seconds: Annotated[
         float | None,
         typer.Option(help="Show so much of the episode [s].", show_default="to its end"),
+    ] = None,
+    drive: Annotated[
+        int | None,
+        typer.Option(help="Drive this robot yourself: hold the arrow keys in the window."),
     ] = None,
     size: Annotated[int, typer.Option(help="Width of the picture [px].")] = 720,
     video: Annotated[
@@ -60,5 +67,7 @@ def watch(  # noqa: PLR0913 the options of a command
     from baselines.evaluation.evaluate_options import EvaluateOptions
 
     chosen = EvaluateOptions(scenario, controllers, 1, seed, settings or [], physics)
-    options = watching.WatchOptions(speed, size, select, start, seconds, video, html, frame)
+    if speed is None:
+        speed = 10.0 if drive is None else 1.0
+    options = watching.WatchOptions(speed, size, select, start, seconds, drive, video, html, frame)
     watching.watch(chosen, options)

@@ -44,6 +44,9 @@ class WatchOptions:
     seconds: float | None = None
     """For how long, in the episode's time [s]; None: to its end."""
 
+    drive: int | None = None
+    """The robot that the user drives by the arrow keys, in a window."""
+
     video: Path | None = None
     html: Path | None = None
     frame: Path | None = None
@@ -69,8 +72,25 @@ def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
     stage = stage_of(configurations[0].scenario, configurations[0].label)
     command = command_of(chosen, options)
     options = _checked(options, stage)
+    if options.drive is not None:
+        _drive(configurations[0], chosen.seeds()[0], stage, options)
+        return
     recorders = _recorders(stage, chosen, options, command)
-    episodes = [_scenes(each, chosen.seeds()[0], stage, options) for each in configurations]
+    _record(configurations, chosen.seeds()[0], stage, options, recorders)
+    for file in (options.video, options.html, options.frame):
+        if file:
+            say(f"wrote {file} ({file.stat().st_size / 1e6:.1f} MB)")
+
+
+def _record(
+    configurations: Sequence[ExperimentConfig],
+    seed: int,
+    stage: Stage,
+    options: WatchOptions,
+    recorders: Sequence[Sequence[Recorder]],
+) -> None:
+    """Run the episodes side by side, and pass the scenes of each to its recorders."""
+    episodes = [_scenes(each, seed, stage, options) for each in configurations]
     try:
         for scenes in zip(*episodes, strict=True):
             pairs = zip(recorders, scenes, strict=True)
@@ -83,9 +103,17 @@ def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
         raise
     for recorder in chain(*recorders):
         recorder.close()
-    for file in (options.video, options.html, options.frame):
-        if file:
-            say(f"wrote {file} ({file.stat().st_size / 1e6:.1f} MB)")
+
+
+def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: WatchOptions) -> None:
+    """Let the user drive a robot. ImportError without pygame."""
+    from baselines.evaluation.drive import drive
+    from swarm_forage_env.rendering.window import Window
+
+    assert options.drive is not None
+    assert options.seconds is not None
+    window = Window(stage, options.size, options.speed, options.select)
+    drive(configuration, seed, options.drive, window, options.seconds)
 
 
 def _check_number(controllers: Sequence[str], options: WatchOptions) -> None:
@@ -160,6 +188,22 @@ def _image_recorders(stage: Stage, options: WatchOptions) -> list[Recorder]:
     return found
 
 
+def _check_drive(options: WatchOptions, stage: Stage) -> None:
+    """ConfigError for a robot that cannot be driven by hand."""
+    if options.drive is None:
+        return
+    if not 0 <= options.drive < stage.n_robots:
+        raise ConfigError(
+            f"--drive={options.drive}: must be 0 to {stage.n_robots - 1}, a robot of"
+            f" {stage.scenario}"
+        )
+    if not options.in_a_window or options.start:
+        raise ConfigError(
+            f"--drive={options.drive}: a robot is driven in a window, from the start on; leave out"
+            " --start, --video, --html and --frame"
+        )
+
+
 def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:
     """Check the options and fill in the length; ConfigError for what cannot be shown."""
     checked_speed(options.speed)
@@ -169,6 +213,7 @@ def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:
             f"--select={options.select}: must be 0 to {stage.n_robots - 1}, a robot of"
             f" {stage.scenario}"
         )
+    _check_drive(options, stage)
     if not 0.0 <= options.start < stage.duration:
         raise ConfigError(
             f"--start={options.start:g}: must be 0 to less than the {stage.duration:g} s of an"

@@ -169,6 +169,11 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         self._started()
         return self._screen.draw()[0]
 
+    @property
+    def window(self) -> Any:  # noqa: ANN401 a Window, which only pygame can make
+        """The window under `render_mode="human"`, else None; `ManualPolicy` asks it for keys."""
+        return self._screen.window
+
     def close(self) -> None:
         """Close the window, if there is one."""
         self._screen.close()

@@ -58,6 +58,11 @@ class EnvRenderer:
             )
         return [view.draw(self._env.loop.scene(which)) for which, view in enumerate(self._views)]
 
+    @property
+    def window(self) -> Any:  # noqa: ANN401 a Window, which only pygame can make
+        """The window; None where there is none."""
+        return self._views[0].window if self._views else None
+
     def html(self, kind: str) -> str:
         """What a notebook shows of an environment whose class is called so."""
         return html_of(self._env, kind, self._moved_by)

@@ -52,25 +52,25 @@ class Viewer:
         from swarm_forage_env.rendering.window import Window
 
         if mode == "human":
-            self._window: Window | None = Window(stage, width or WINDOW_WIDTH, select=select)
+            self.window: Window | None = Window(stage, width or WINDOW_WIDTH, select=select)
             return
-        self._window = None
+        self.window = None
         layout = Layout(stage, checked_size(width or FRAME_WIDTH), beliefs=select is not None)
         self._painter = Painter(stage, layout)
         self._show = Show(selected=select)
 
     def draw(self, scene: Scene) -> UInt8[Array, "height width 3"] | None:
         """The frame of a scene; None where it went to the window, or the user closed that."""
-        if self._window is not None:
-            self._window.show(scene)
+        if self.window is not None:
+            self.window.show(scene)
             return None
         self._painter.take(scene)
         return frame_of(self._painter.paint(scene, self._show)).view(Frame)
 
     def close(self) -> None:
         """Close the window, if there is one; again does nothing."""
-        if self._window is not None:
-            self._window.close()
+        if self.window is not None:
+            self.window.close()
 
 
 def frame_of(picture: "pygame.Surface") -> UInt8[Array, "height width 3"]:

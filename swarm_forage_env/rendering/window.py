@@ -49,6 +49,18 @@ class Window:
         self._anchor = 0.0, 0.0
         self._notice = "", 0.0
         self._one_step = False
+        self._driven: int | None = None
+        self._held: set[int] = set()
+
+    def drive(self, robot: int) -> None:
+        """Leave the arrow keys to who drives this robot, which is selected."""
+        self._driven = self.show_what.selected = robot
+
+    @property
+    def arrows(self) -> tuple[bool, bool, bool]:
+        """Whether the arrows up, left and right are held."""
+        up, left, right = (key in self._held for key in ARROWS)
+        return up, left, right
 
     def show(self, scene: Scene) -> None:
         """Draw a scene when its time has come, and do what the user asks for meanwhile.
@@ -131,6 +143,8 @@ class Window:
         words, until = self._notice
         aside = words if time.perf_counter() < until else f"{self.speed:g}x"
         aside = f"paused   {aside}" if self.paused else aside
+        if self._driven is not None:
+            aside = f"arrows drive robot {self._driven}   {aside}"
         self._screen.blit(self._painter.paint(self._scene, self.show_what, aside), (0, 0))
         pygame.display.flip()
 
@@ -142,10 +156,21 @@ class Window:
                 return
             if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
                 self._select_at(event.pos)
+            elif self._hold(event):
+                continue
             elif event.type == pygame.KEYDOWN and event.key in KEYS:
                 KEYS[event.key](self)
                 if self.closed:
                     return
+
+    def _hold(self, event: pygame.event.Event) -> bool:
+        """Note an arrow that is pressed or let go; whether that is all the event is about."""
+        if event.type == pygame.WINDOWFOCUSLOST:
+            self._held.clear()
+        if event.type not in (pygame.KEYDOWN, pygame.KEYUP) or event.key not in ARROWS:
+            return False
+        (self._held.add if event.type == pygame.KEYDOWN else self._held.discard)(event.key)
+        return self._driven is not None
 
     def _pause(self) -> None:
         self.paused = not self.paused
@@ -214,6 +239,9 @@ def _no_display(reason: str) -> ConfigError:
         " replay instead: render_mode='rgb_array', --frame, --video or --html"
     )
 
+
+ARROWS = (pygame.K_UP, pygame.K_LEFT, pygame.K_RIGHT)
+"""Keys that drive a robot: ahead, to the left, to the right."""
 
 KEYS: dict[int, Callable[[Window], None]] = {
     pygame.K_SPACE: Window._pause,

@@ -41,6 +41,21 @@ def test_a_model_can_be_watched(command, model, tmp_path):
     assert (tmp_path / "watched.html").stat().st_size > 0
 
 
+def test_a_model_is_watched_beside_a_hand_written_controller(command, model, tmp_path):
+    told = "watch", "es1", "ssgikf", model, "--seconds=2", "--physics=kinematic"
+    assert command(*told, "--html=both.html")[0] == 0
+    page = (tmp_path / "both.html").read_text(encoding="utf-8")
+    assert "<h1>es1 · ssgikf and sb3:model.zip · seed 0</h1>" in page
+
+
+def test_a_model_of_waypoints_is_watched(command, tmp_path):
+    env = SwarmVecEnv("waypoints-05", n_worlds=1)
+    PPO("MlpPolicy", env, seed=0, device="cpu").save(tmp_path / "waypoints.zip")
+    named = "watch", "waypoints-05", "sb3:waypoints.zip", "--seconds=5"
+    status, _, err = command(*named, "--frame=a.png", "--html=a.html")
+    assert status == 0, err
+
+
 def test_the_keywords_of_a_model_are_listed(command, model):
     status, out, _ = command("list", model)
     assert status == 0

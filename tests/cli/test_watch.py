@@ -7,7 +7,10 @@ import subprocess
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.rendering.layout import Layout
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import stage_of
@@ -223,3 +226,43 @@ def test_a_replay_is_one_file(command, tmp_path):
     pytest.importorskip("swarm_forage_env.rendering.replay")
     assert command("watch", "es1", "nc", *SHORT, "--html", "a.html")[0] == 0
     assert "<html" in (tmp_path / "a.html").read_text(encoding="utf-8")
+
+
+def test_team_mates_of_a_driven_robot_do_as_without_it(command, monkeypatch):
+    """As far as they do not meet: in the first seconds, robots stand apart."""
+    from swarm_forage_env.rendering.window import Window
+
+    seen = []
+
+    class Noting(Window):
+        def show(self, scene):
+            seen.append(scene)
+            super().show(scene)
+
+    monkeypatch.setattr("swarm_forage_env.rendering.window.Window", Noting)
+    options = "--drive=3", "--speed=256", "--seconds=2", "--seed=5", "--physics=kinematic"
+    status, _, err = command("watch", "es1", "ssgikf", *options)
+    assert status == 0
+    assert err == "swarm-forage: robot 3: 0 round trips of the swarm's 0, in 2 s\n"
+    assert [scene.time for scene in seen] == pytest.approx(np.arange(21) / 10)
+    loop = Loop(find_scenario("es1"), find_controller("ssgikf"), [5], "kinematic")
+    assert_array_equal(seen[0].pose, loop.world.robots["pose"][0])
+    loop.step()
+    others = np.arange(10) != 3
+    assert_array_equal(seen[1].pose[others], loop.world.robots["pose"][0][others])
+    moved = np.hypot(*(seen[-1].pose - seen[0].pose)[:, :2].T)
+    assert moved[3] < 0.02 < moved[others].mean()
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--drive=10"], "--drive=10: must be 0 to 9, a robot of es1"),
+        (["--drive=1", "--frame=a.png"], "leave out --start, --video, --html and --frame"),
+        (["--drive=1", "--start=3"], "leave out --start"),
+    ],
+)
+def test_a_robot_that_cannot_be_driven_is_refused(command, options, complaint):
+    status, _, err = command("watch", "es1", "nc", *options)
+    assert status == 2
+    assert complaint in err
