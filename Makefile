@@ -10,8 +10,8 @@ TESTS   := pytest hypothesis beartype
 REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es2 es3)
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test faults test-wheel test-browser test-docs test-rllib test-torchrl check \
-	lint golden coverage bench ladder reproduce pictures score-plot docs docs-serve docs-equations clean
+.PHONY: help install demo test faults test-wheel test-browser test-docs test-rllib test-torchrl test-cuda \
+	check lint golden coverage bench ladder reproduce pictures score-plot docs docs-serve docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -31,6 +31,12 @@ $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv-torchrl
 	.venv-torchrl/bin/python -m pip install -qq --constraint constraints.txt \
 		--editable '.[torchrl,train,render]' $(TESTS)
+	@touch $@
+
+.venv-cuda/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv-cuda
+	.venv-cuda/bin/python -m pip install -qq --constraint constraints.txt \
+		--editable '.[cuda]' safetensors $(TESTS)
 	@touch $@
 
 .venv-docs/.ready: pyproject.toml constraints.txt
@@ -69,6 +75,9 @@ test-rllib: .venv-rllib/.ready  ## the RLlib example, in .venv-rllib, as ray pin
 
 test-torchrl: .venv-torchrl/.ready  ## the TorchRL and BenchMARL examples, in .venv-torchrl
 	.venv-torchrl/bin/pytest -m torchrl tests/plugs tests/training
+
+test-cuda: .venv-cuda/.ready  ## the kernels of a GPU, in .venv-cuda: without one, and on one if found
+	.venv-cuda/bin/pytest -m 'cuda or gpu' tests/cuda
 
 ladder: .venv-torchrl/.ready  ## train on all rungs of the ladder, and write docs/ladder.md (a night)
 	.venv-torchrl/bin/swarm-forage benchmark cards --missing --workers $(WORKERS)

@@ -9,6 +9,7 @@ import numpy as np
 from baselines.settings import LAYERS, Crew, Layers, Members
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.control import observe
 from swarm_forage_env.interface import EstimatorLayer, MotionLayer, WeightingLayer
 
 
@@ -53,6 +54,22 @@ def check_alike(controllers: Sequence[Sequence[Any]], crew: Crew) -> None:
                         f"controllers '{one.name}' and '{other.name}' have another {name}: those"
                         " of one block may differ in their numbers only"
                     )
+
+
+def check_on_grid(name: str, estimator: EstimatorLayer, has_rules: bool, n_squads: int) -> None:
+    """ConfigError for a controller that runs on a CPU only, with the reason."""
+    reasons = {
+        "a layer of it is a rule in NumPy": has_rules,
+        "its robots have several compositions": n_squads > 1,
+        "its estimator keeps something of each pair of robots": estimator.shared is not None,
+        "its estimator takes in with a template of its own": estimator.observe is not observe,
+    }
+    for reason, holds in reasons.items():
+        if holds:
+            raise ConfigError(
+                f"device='cuda': controller '{name}' runs on a CPU only, as {reason}; take"
+                " another one, as ssgikf, or device='cpu'"
+            )
 
 
 def composition_of(controller: Any, layers: Layers) -> list[Any]:  # noqa: ANN401 of any task

@@ -12,12 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from baselines.composition import check_alike, crew_of, is_numpy_motion, squads_of
-from baselines.settings import LAYERS, Crew, Members, settings_of
+from baselines.composition import (
+    check_alike,
+    check_on_grid,
+    crew_of,
+    is_numpy_motion,
+    squads_of,
+)
+from baselines.settings import LAYERS, Crew, Members, settings_of, without_repeats
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import KEEP, RULE, MotionLayer
+from swarm_forage_env.interface import KEEP, RULE, GridLayers, MotionLayer
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import record_dtype
 from swarm_forage_env.task import task_of
@@ -176,6 +182,21 @@ class RunningLayers:
             settings[...] = own
         for squad, motion in zip(self._squads, deepcopy(kept["motions"]), strict=True):
             squad.steer = motion
+
+    def grid_layers(self) -> GridLayers:
+        """What a GPU runs; ConfigError for layers that run on a CPU only."""
+        name = self._controllers[0][0].name
+        check_on_grid(name, self.estimator, self.has_rules, len(self._squads))
+        motion = self._squads[0].motion
+        functions = {"gain": self.weighting.gain, "steer": motion.steer}
+        return GridLayers(
+            {**self.estimator.kernels, **functions},
+            self._estimators,
+            self.minds["motion"],
+            self.shared,
+            without_repeats(self._settings),
+            without_repeats(self._squads[0].settings),
+        )
 
     def _not_finite(self, world: int, robot: int) -> ConfigError:
         """The error that names the controller, the tick and the robot."""

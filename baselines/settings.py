@@ -46,6 +46,11 @@ def settings_of(crew: Crew, parts: Sequence[str], members: Members, is_last: boo
     return found
 
 
+def without_repeats(settings: Array) -> Array:
+    """The same records, those that all robots share once: one column."""
+    return settings[:, :1] if settings.strides[1] == 0 else settings
+
+
 def _write(out: Array, row: Sequence[Any], parts: Sequence[str], members: Members) -> None:
     """Write the numbers of every robot of one world."""
     for layers in {id(each): each for each in row if each is not None}.values():

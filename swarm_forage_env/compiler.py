@@ -1,8 +1,9 @@
 """One compiler for all kernels: options, cache and its key stand here and nowhere else.
 
-Two decorators. `kernel` compiles a function that other kernels call. `entry_point` compiles one
-that Python calls, and keeps its machine code on disk. `bind` makes an entry point from a template
-whose free names are the functions of chosen parts.
+Three decorators. `kernel` compiles a function that other kernels call, `inlined` one that becomes
+part of them, and `entry_point` one that Python calls, whose machine code is kept on disk. `bind`
+makes an entry point from a template whose free names are the functions of chosen parts, and
+`bind_grid` makes the same functions run on a GPU.
 
 Numba keys its cache on one file, so that a caller would keep the old body of a callee edited in
 another. Here the key is what the machine code depends on: the bytecode and the constants of a
@@ -14,6 +15,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, TypeVar, cast
@@ -23,11 +25,15 @@ import numba
 import numpy as np
 from numba.core import caching, config
 
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.extras import remedy
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
+from swarm_forage_env.templates import Parts, parts_of, with_parts
 
 FunctionT = TypeVar("FunctionT")
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}
 
 
 def kernel(function: FunctionT) -> FunctionT:
@@ -35,6 +41,13 @@ def kernel(function: FunctionT) -> FunctionT:
     if config.DISABLE_JIT:
         return function
     return cast(FunctionT, numba.njit(**OPTIONS)(cast(Any, function)))
+
+
+def inlined(function: FunctionT) -> FunctionT:
+    """Compile a function into the kernels that call it, as the body of a loop over robots."""
+    if config.DISABLE_JIT:
+        return function
+    return cast(FunctionT, numba.njit(**INLINED)(cast(Any, function)))
 
 
 def entry_point(function: FunctionT) -> FunctionT:
@@ -49,21 +62,34 @@ def bind(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any
     Functions that the template does not name are let be. The same template and functions, in
     another process too, share their machine code on disk.
     """
-    names = template.__code__.co_names
-    used = sorted(
-        ((name, each) for name, each in functions.items() if name in names),
-        key=lambda part: part[0],
-    )
-    return _bound(template, tuple(used))
+    return _bound(template, parts_of(template, functions))
+
+
+def bind_grid(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel
+    """Compile a template for a GPU: its free name `cuda` stands for the threads that run it.
+
+    ConfigError where numba-cuda is missing.
+    """
+    if find_spec("numba_cuda") is None:
+        raise ConfigError(f"device='cuda': needs numba-cuda; {remedy('numba_cuda')}")
+    from numba import cuda
+
+    return cuda.jit(_function_of(template, parts_of(template, {**functions, "cuda": cuda})))
 
 
 @cache
-def _bound(template: Callable[..., Any], parts: tuple[tuple[str, Callable[..., Any]], ...]) -> Any:  # noqa: ANN401 a kernel
-    names = {**template.__globals__, **dict(parts)}
-    bound = FunctionType(cast(Any, template).__code__, names, template.__name__)
-    bound.__module__, bound.__qualname__ = template.__module__, template.__qualname__
-    bound.__doc__ = template.__doc__
-    return _compiled(bound)
+def _bound(template: Callable[..., Any], parts: Parts) -> Any:  # noqa: ANN401 a kernel
+    return _compiled(_function_of(template, parts))
+
+
+@cache
+def _bound_row(template: Callable[..., Any], parts: Parts) -> Any:  # noqa: ANN401 a kernel
+    return inlined(_function_of(template, parts))
+
+
+def _function_of(template: Callable[..., Any], parts: Parts) -> Callable[..., Any]:
+    """A template whose free names are these parts."""
+    return with_parts(template, parts, _bound_row)
 
 
 def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -95,7 +121,7 @@ def _with_attributes(argument: Any) -> Any:  # noqa: ANN401 whatever was passed
 
 def fingerprint(function: Callable[..., Any]) -> str:
     """A hash of the bytecode and the constants of a function and of all that it calls."""
-    text = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {OPTIONS}".encode())
+    text = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {INLINED}".encode())
     text.update(f"{config.BOUNDSCHECK} {sys.version_info[:2]}".encode())
     for piece in _pieces(function, set()):
         text.update(repr(piece).encode())

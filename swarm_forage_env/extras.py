@@ -9,6 +9,7 @@ EXTRAS = {
     "render": {"imageio_ffmpeg", "pygame"},
     "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},
     "onnx": {"onnxruntime"},
+    "cuda": {"numba_cuda"},
     "torchrl": {"benchmarl", "torch", "torchrl"},
 }
 """What each extra brings beside those that it builds on."""

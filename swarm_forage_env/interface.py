@@ -104,6 +104,29 @@ class MotionLayer:
     """What it draws from that stream for."""
 
 
+@dataclass(frozen=True)
+class GridLayers:
+    """The layers of all robots of a block, as a GPU runs them."""
+
+    functions: Mapping[str, Kernel]
+    """What the templates of a grid have free names for."""
+
+    minds: Array
+    """What the estimator keeps of each robot."""
+
+    memories: Array
+    """What the motion remembers of each robot."""
+
+    shared: Array
+    """What the estimator keeps of each pair of robots, which is nothing."""
+
+    told: Array
+    """The numbers of each robot's estimator; one column for robots that share them."""
+
+    settings: Array
+    """The numbers of all its layers, likewise."""
+
+
 class WeightingRule(Protocol):
     """A weighting written in NumPy."""
 

@@ -1,13 +1,15 @@
 """The control of one robot in a tick: what its estimator does before the cut, and what follows it.
 
-Two templates whose free names are bound to the functions of the chosen layers. At the cut between
-them a learner, or a rule written in NumPy, writes the actions that take the place of a layer.
+Templates whose free names are bound to the functions of the chosen layers: those of one robot, and
+`observe` and `decide`, which run them over worlds and robots. At the cut between the two a learner,
+or a rule written in NumPy, writes the actions that take the place of a layer.
 
 A layer's functions receive records of the robot's interface only: never its pose. Every robot has
 its own numbers; robots of another controller, which are not `is_member`, are left alone.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +17,10 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.fault_effects import is_lying, is_stale
 from swarm_forage_env.foraging.fault_record import Lie
-from swarm_forage_env.foraging.records import Action, Exchange
+from swarm_forage_env.foraging.records import Action, Exchange, RobotState
 from swarm_forage_env.interface import CORRECT, KEEP, Kernel
-from swarm_forage_env.record import Record
+from swarm_forage_env.record import Numbers, Record
+from swarm_forage_env.templates import row_template
 
 is_listening: Kernel
 compose: Kernel
@@ -29,6 +32,9 @@ gain: Kernel
 merge: Kernel
 has_something_to_say: Kernel
 """Free names of the templates: functions of the chosen layers."""
+
+Mind = Any
+"""What the chosen estimator keeps of a robot: a record."""
 
 REACH = 2.0
 """Wheels that a correction of 1 adds: full speed back becomes full speed ahead."""
@@ -44,15 +50,40 @@ def falsify(mind: Record, lie: Lie) -> None:
     """Falsify nothing: stands for the function of an estimator that has none."""
 
 
-def observe(  # noqa: C901 a template: only in it are free names bound
+@row_template
+def compose_message(robot: RobotState, mind: Mind, numbers: Numbers) -> None:
+    """Compose the message of a robot that somebody listens to; faults change what was composed.
+
+    Free names: compose, repeat, falsify.
+    """
+    compose(mind, numbers)
+    if is_stale(robot):
+        repeat(mind)
+    if is_lying(robot):
+        falsify(mind, robot.fault.lie)
+    mind.is_composed = True
+
+
+@row_template
+def take_in_all(swarm: Array, crowd: Array, i: int, shared: Array, numbers: Numbers) -> None:
+    """Take in what robot i sensed and heard, and describe what it is to decide on.
+
+    Free names: take_in, listen, describe.
+    """
+    mind = crowd[i]
+    take_in(mind, shared, swarm[i].readings, numbers)
+    mind.exchange.is_valid = listen(crowd, i, swarm[i].heard, numbers)
+    describe(mind, swarm[i].report)
+
+
+def observe(
     robots: Array, minds: Array, shared: Array, settings: Array, first: int, last: int
 ) -> None:
     """Take in what was sensed and heard, in the worlds first .. last - 1.
 
     A message is composed when somebody listens to it, before anybody's estimate moves. That of a
-    robot with another estimator is never composed, and so tells nothing. Faults change what was
-    composed.
-    Free names: is_listening, compose, repeat, falsify, take_in, listen, describe.
+    robot with another estimator is never composed, and so tells nothing.
+    Free names: is_listening; those of compose_message and of take_in_all.
     """
     for w in range(first, last):
         swarm, crowd, own = robots[w], minds[w], settings[w]
@@ -61,65 +92,61 @@ def observe(  # noqa: C901 a template: only in it are free names bound
                 for slot in range(swarm[i].heard.n):
                     j = swarm[i].heard.sender[slot]
                     if own[j].is_member and not crowd[j].is_composed:
-                        compose(crowd[j], own[j].estimator)
-                        if is_stale(swarm[j]):
-                            repeat(crowd[j])
-                        if is_lying(swarm[j]):
-                            falsify(crowd[j], swarm[j].fault.lie)
-                        crowd[j].is_composed = True
+                        compose_message(swarm[j], crowd[j], own[j].estimator)
         for i in range(swarm.shape[0]):
             if own[i].is_member:
-                numbers = own[i].estimator
-                take_in(crowd[i], shared[w, i], swarm[i].readings, numbers)
-                crowd[i].exchange.is_valid = listen(crowd, i, swarm[i].heard, numbers)
-                describe(crowd[i], swarm[i].report)
+                take_in_all(swarm, crowd, i, shared[w, i], own[i].estimator)
+
+
+@row_template
+def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: Numbers) -> bool:
+    """Steer a robot, merge what it heard, choose whether it speaks; are all its numbers finite?
+
+    The wheels are decided before the merge: both layers go by what one observation shows.
+    Free names: steer, gain, merge, has_something_to_say.
+    """
+    situation, exchange, action = mind.situation, mind.exchange, robot.action
+    wheels = robot.command.wheels
+    if action.motion == KEEP or action.motion == CORRECT:
+        steer(situation, robot.readings, robot.heard, wheels, memory, settings.motion)
+    take_wheels(action, situation.is_talking, wheels)
+    is_finite = math.isfinite(wheels[0] + wheels[1])
+    if exchange.is_valid:
+        for area in range(2):
+            if is_weighed(exchange, area):
+                exchange.weight[area] = gain(exchange, area, settings.weighting)
+        take_weights(action, exchange)
+        is_finite = is_finite and has_finite_weights(exchange)
+        merge(mind, shared, settings.weighting.heard_p_share, settings.estimator)
+    robot.command.is_speaking = has_something_to_say(mind, settings.estimator)
+    mind.is_composed = False
+    return is_finite
 
 
 def decide(robots: Array, minds: Array, shared: Array, layers: Array, first: int, last: int) -> int:
     """Steer, merge what was heard, and choose whether to speak, in the worlds first .. last - 1.
 
-    The wheels are decided before the merge: both layers go by what one observation shows. Returns
-    a robot whose wheels or weights are not finite, as world * robots + robot, or else -1.
-    Free names: steer, gain, merge, has_something_to_say.
+    Returns a robot whose wheels or weights are not finite, as world * robots + robot, or else -1.
+    Free names: those of act.
     """
     at_fault = -1
     for w in range(first, last):
         for i in range(robots.shape[1]):
-            settings = layers[w, i]
-            if not settings.is_member:
+            if not layers[w, i].is_member:
                 continue
-            robot, mind, memory = robots[w, i], minds[w, i].estimator, minds[w, i].motion
-            situation, exchange, action = mind.situation, mind.exchange, robot.action
-            wheels = robot.command.wheels
-            if action.motion == KEEP or action.motion == CORRECT:
-                steer(situation, robot.readings, robot.heard, wheels, memory, settings.motion)
-            take_wheels(action, situation.is_talking, wheels)
-            at_fault = check_finite(wheels, at_fault, w * robots.shape[1] + i)
-            if exchange.is_valid:
-                for area in range(2):
-                    if is_weighed(exchange, area):
-                        exchange.weight[area] = gain(exchange, area, settings.weighting)
-                take_weights(action, exchange)
-                at_fault = check_weights(exchange, at_fault, w * robots.shape[1] + i)
-                merge(mind, shared[w, i], settings.weighting.heard_p_share, settings.estimator)
-            robot.command.is_speaking = has_something_to_say(mind, settings.estimator)
-            mind.is_composed = False
+            mind = minds[w, i]
+            if not act(robots[w, i], mind.estimator, mind.motion, shared[w, i], layers[w, i]):
+                at_fault = w * robots.shape[1] + i
     return at_fault
 
 
 @kernel
-def check_finite(numbers: Float32[Array, "2"], at_fault: int, robot: int) -> int:
-    """The robot, if one of its two numbers is not finite; else who was at fault before."""
-    return at_fault if math.isfinite(numbers[0] + numbers[1]) else robot
-
-
-@kernel
-def check_weights(exchange: Exchange, at_fault: int, robot: int) -> int:
-    """The robot, if a weight that it merges with is not finite; else who was at fault before."""
+def has_finite_weights(exchange: Exchange) -> bool:
+    """Every weight that the robot merges with is finite."""
     for area in range(2):
         if is_weighed(exchange, area) and not math.isfinite(exchange.weight[area]):
-            return robot
-    return at_fault
+            return False
+    return True
 
 
 @kernel

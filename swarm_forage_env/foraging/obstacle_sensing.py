@@ -12,16 +12,14 @@ from swarm_forage_env.foraging.surroundings import COUNT, FIRST
 
 @kernel
 def cast_rays_at_obstacles(
-    swarm: Array, world: WorldState, obstacles: Float64[Array, "obstacles 5"]
+    robot: RobotState, world: WorldState, obstacles: Float64[Array, "obstacles 5"]
 ) -> None:
-    """Set the infrared rays of all robots to their lengths up to the obstacles; else infinite."""
-    for i in range(swarm.shape[0]):
-        robot = swarm[i]
-        robot.rays[:] = math.inf
-        for k in range(obstacles.shape[0]):
-            dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
-            if math.hypot(dx, dy) < world.radius + SENSING_RANGE + obstacles[k, 4]:
-                shorten_rays_at_obstacle(robot, world, obstacles[k])
+    """Set the infrared rays of a robot to their lengths up to the obstacles; else infinite."""
+    robot.rays[:] = math.inf
+    for k in range(obstacles.shape[0]):
+        dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
+        if math.hypot(dx, dy) < world.radius + SENSING_RANGE + obstacles[k, 4]:
+            shorten_rays_at_obstacle(robot, world, obstacles[k])
 
 
 @kernel

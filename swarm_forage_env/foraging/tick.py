@@ -3,7 +3,7 @@
 import math
 
 from swarm_forage_env.arrays import Array, Float64, Int32
-from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.compiler import entry_point, inlined, kernel
 from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
 from swarm_forage_env.foraging.fault_effects import update_faults
 from swarm_forage_env.foraging.fault_record import DEAD
@@ -88,8 +88,9 @@ def tick(  # noqa: PLR0913 a block of worlds, its tables, and which of them
             count_reports(swarm[i], world)
         if world.has_faults:
             update_all_faults(swarm, world)
-        sense(swarm, near[w], world, standing)
-        hear(swarm, near[w], world, standing)
+        for i in range(swarm.shape[0]):
+            sense(swarm, i, near[w], world, standing)
+            hear(swarm, i, near[w], world, standing)
     return most
 
 
@@ -114,37 +115,38 @@ def sense_first(  # noqa: PLR0913 a block of worlds, its tables, and which of th
             swarm[i].heard.n = 0
         if world.has_faults:
             update_all_faults(swarm, world)
-        sense(swarm, near[w], world, standing)
+        for i in range(swarm.shape[0]):
+            sense(swarm, i, near[w], world, standing)
     return most
 
 
-@kernel
+@inlined
 def sense(
     swarm: Array,
+    i: int,
     near: Int32[Array, "robots columns"],
     world: WorldState,
     obstacles: Float64[Array, "obstacles 5"],
 ) -> None:
-    """Read all sensors but the radio."""
+    """Read all sensors of robot i but the radio."""
     if obstacles.shape[0] > 0:
-        cast_rays_at_obstacles(swarm, world, obstacles)
-    for i in range(swarm.shape[0]):
-        read_encoders(swarm[i], world)
-        read_ground(swarm[i], world)
-        read_proximity(swarm, i, near, world)
+        cast_rays_at_obstacles(swarm[i], world, obstacles)
+    read_encoders(swarm[i], world)
+    read_ground(swarm[i], world)
+    read_proximity(swarm, i, near, world)
 
 
-@kernel
+@inlined
 def hear(
     swarm: Array,
+    i: int,
     near: Int32[Array, "robots columns"],
     world: WorldState,
     obstacles: Float64[Array, "obstacles 5"],
 ) -> None:
-    """Deliver the messages, where the radio is shadowed to neighbours that no obstacle hides."""
-    for i in range(swarm.shape[0]):
-        n_near = near[i, COUNT]
-        if world.is_shadowed:
-            near[i, COUNT] = put_shadowed_last(swarm, i, near, obstacles)
-        listen(swarm, i, near, world)
-        near[i, COUNT] = n_near
+    """Deliver the messages to robot i: a shadowed radio, from those whom no obstacle hides."""
+    n_near = near[i, COUNT]
+    if world.is_shadowed:
+        near[i, COUNT] = put_shadowed_last(swarm, i, near, obstacles)
+    listen(swarm, i, near, world)
+    near[i, COUNT] = n_near

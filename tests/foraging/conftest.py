@@ -8,6 +8,7 @@ import swarm_forage_env.foraging.named
 import swarm_forage_env.foraging.task  # noqa: F401 all three enter their parts
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.neighbours import EMPTY, cells_of
+from swarm_forage_env.foraging.grid import list_neighbours
 from swarm_forage_env.foraging.obstacle_contacts import resolve_contacts_among
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.surroundings import FIRST, find_neighbours, resolve_contacts
@@ -30,6 +31,16 @@ def look_around(robots, worlds, near, cells):
 
 
 @entry_point
+def look_around_each(robots, worlds, near):
+    """The same, every robot by itself, as on a GPU."""
+    most = 0
+    for w in range(worlds.shape[0]):
+        for i in range(robots.shape[1]):
+            most = max(most, list_neighbours(robots[w], i, near[w], worlds[w]))
+    return most
+
+
+@entry_point
 def settle(robots, worlds, near, cells, obstacles):
     """Resolve the contacts of every world; in how many worlds that succeeded."""
     settled = 0
@@ -47,7 +58,8 @@ def listen(robots, worlds, near, cells, obstacles):
     """Deliver the messages in every world."""
     for w in range(worlds.shape[0]):
         find_neighbours(robots[w], near[w], cells[w], worlds[w])
-        hear(robots[w], near[w], worlds[w], obstacles[w])
+        for i in range(robots.shape[1]):
+            hear(robots[w], i, near[w], worlds[w], obstacles[w])
 
 
 class Block:
@@ -96,6 +108,10 @@ class Block:
     def look_around(self):
         """The most neighbours that any robot has."""
         return look_around(self.robots, self.worlds, self.near, self.cells)
+
+    def look_around_each(self):
+        """The same, found by every robot by itself."""
+        return look_around_each(self.robots, self.worlds, self.near)
 
     def settle(self):
         """Resolve contacts; whether that succeeded in all worlds."""

@@ -45,6 +45,16 @@ def test_the_grid_finds_the_neighbours_that_comparing_everyone_finds(block, plac
         assert [j > i for j in found] == sorted(j > i for j in found)  # lower numbers come first
     assert most == max(map(len, lists))
     assert np.all(robots.cells == EMPTY)
+    robots.near[...] = -7
+    assert robots.look_around_each() == most
+    assert lists_of(robots) == lists
+
+
+def test_a_row_without_room_for_all_is_the_same_if_every_robot_finds_its_own(block):
+    places = np.random.default_rng(2).uniform(-0.15, 0.15, (30, 3))
+    robots = block(places, reach=0.2)
+    robots.near = robots.near[:, :, : FIRST + 5].copy()
+    assert robots.look_around_each() == robots.look_around() > 5
 
 
 def test_the_neighbours_in_a_world_are_the_same_in_the_same_order_in_a_block(block):

@@ -15,10 +15,11 @@ COMMANDS = "swarm-forage[evaluate]"
 
 @pytest.fixture(scope="module")
 def declared():
-    """The packages of each extra, without their versions."""
+    """The packages of each extra, without their versions, nor that of CUDA."""
     extras = tomllib.loads(PYPROJECT.read_text())["project"]["optional-dependencies"]
     return {
-        extra: {re.split("[>=<]", each)[0] for each in lines} for extra, lines in extras.items()
+        extra: {re.split("[>=<]", each)[0].replace("[cu13]", "") for each in lines}
+        for extra, lines in extras.items()
     }
 
 
@@ -30,7 +31,7 @@ def test_an_extra_brings_what_is_said_of_it_and_the_commands(declared, extra):
         for module in EXTRAS[extra]
         for name in of_module.get(module, [module])  # torchrl has an environment of its own
     }
-    alone = extra in ("evaluate", "torchrl")
+    alone = extra in ("evaluate", "torchrl", "cuda")
     assert declared[extra] == said | (set() if alone else {COMMANDS})
 
 

@@ -1,0 +1,57 @@
+"""Tests of the kernels of a GPU: what they need, and the compositions that they are tested with."""
+
+import importlib.util
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import baselines.controllers  # noqa: F401 controllers, by name
+import training.controllers  # noqa: F401 learned layers, by name
+
+ON_GRID = (
+    "nc", "ssgikf", "dsgikf", "ssgiff", "dsgiff", "dsgiff-penalised", "dsgiff-frequent",
+    "ssgikf-sceptical", "sikf", "covariance", "learned-weighting", "learned-motion", "learned-both",
+)  # fmt: skip
+"""The named controllers that run on a GPU."""
+
+COMPILED = "nc", "ssgiff", "ssgikf-sceptical", "sikf", "covariance", "learned-both"
+"""Controllers among which every function of those occurs; they differ in more than numbers."""
+
+CAPABILITY = 9, 0
+"""The GPU that is compiled for: NVIDIA H100 and H200."""
+
+
+def pytest_collection_modifyitems(config, items):
+    """Skip what needs numba-cuda where it is missing; fail where these tests were asked for."""
+    if importlib.util.find_spec("numba_cuda") is None:
+        how = pytest.fail if "cuda" in config.option.markexpr else None
+        for item in items:
+            if item.path.parent.name == "cuda":
+                if how:
+                    how("numba-cuda is not installed: run `make test-cuda`")
+                item.add_marker(pytest.mark.skip(reason="numba-cuda missing: `make test-cuda`"))
+
+
+@pytest.fixture
+def ptx(monkeypatch):
+    """The PTX of a kernel of the grid for these arguments; no GPU is asked."""
+    import numba
+    from numba import cuda
+    from numba.cuda import dispatcher
+
+    gpu = SimpleNamespace(compute_capability=CAPABILITY)
+    monkeypatch.setattr(dispatcher, "get_current_device", lambda: gpu)
+
+    def compiled(kernel, *arguments):
+        types = tuple(map(numba.typeof, arguments))
+        text, result = cuda.compile_ptx(kernel.py_func, types, cc=CAPABILITY)
+        assert result == numba.types.none
+        return text
+
+    return compiled
+
+
+def contiguous(records):
+    """Records as they lie on a GPU."""
+    return np.ascontiguousarray(records)

@@ -1,0 +1,152 @@
+"""Every function of a robot, and the kernels of the grid, compile for a GPU; none is needed."""
+
+import importlib
+import pkgutil
+
+import numpy as np
+import pytest
+
+import baselines.estimators
+import baselines.motion
+import baselines.oracles.controllers
+import baselines.weighting
+import swarm_forage_env.equations
+import swarm_forage_env.foraging
+from swarm_forage_env.compiler import bind_grid
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.grid import decide_on_grid, observe_on_grid, tick_on_grid
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.registry import CONTROLLERS, REFERENCES
+from swarm_forage_env.scenarios import find_scenario
+from tests.cuda.conftest import COMPILED, ON_GRID
+
+pytestmark = pytest.mark.cuda
+
+TROUBLE = np.zeros(3, np.int64)
+
+PACKAGES = (
+    swarm_forage_env.equations,
+    swarm_forage_env.foraging,
+    baselines.estimators,
+    baselines.motion,
+    baselines.weighting,
+)
+
+ON_CPU = {
+    "tick": "the loop over worlds of a CPU, with its own list of neighbours",
+    "find_neighbours note_neighbour update_all_faults": "part of that loop",
+    "sense_first place_in_circle place_next is_free seed_streams": "a reset, which a CPU does",
+    "write_rows area_under is_touching is_touching_obstacle": "events for rewards in NumPy",
+    "repeat falsify": "in the place of what an estimator has not",
+    "write_state write_log put_truth put_faults distance_to_kind": "the state, logged on a CPU",
+}
+"""Functions of foraging that no kernel of the grid calls, and why."""
+
+NOT_OF_E_PUCKS = (
+    "authors_ekf", "boids_inputs", "covariance_intersection", "cross_covariance", "dead_reckoning",
+    "decentralised_ekf", "joint_update", "localisation", "pose_prediction", "small_matrices",
+    "boids_foraging", "boids_waypoints", "flock", "steering",
+)  # fmt: skip
+"""Files of estimators and motions that keep something of each pair of robots, or visit waypoints:
+`device="cuda"` refuses them."""
+
+OBSERVATIONS = (
+    "put_goal put_range_bearing put_sensors put_exchange put_situation drive_to_wheels"
+    " write_exchanges write_situations write_both write_readings"
+)
+"""What an environment writes; it runs on a CPU."""
+
+
+def loop_of(controller, n_worlds=2):
+    """A block of worlds of es1."""
+    seeds = list(range(n_worlds))
+    found = REFERENCES if controller in REFERENCES else CONTROLLERS
+    return Loop(find_scenario("es1"), found[controller], seeds, "kinematic")
+
+
+def kernels_of(controller):
+    """The three kernels of a controller, and what each is handed."""
+    loop = loop_of(controller)
+    world, layers = loop.world, loop.controller.grid_layers()
+    records = world.robots, *map(np.ascontiguousarray, (layers.minds, layers.memories))
+    told, settings = map(np.ascontiguousarray, (layers.told, layers.settings))
+    n_worlds, n_robots = world.robots.shape
+    crowded, earned = np.zeros(n_worlds, np.int8), np.zeros((n_worlds, n_robots))
+    tables = world.worlds, world.near, world.obstacles, crowded, earned, TROUBLE
+    return {
+        "tick": (bind_grid(tick_on_grid, {}), (world.robots, *tables)),
+        "observe": (
+            bind_grid(observe_on_grid, layers.functions),
+            (records[0], records[1], layers.shared, told),
+        ),
+        "decide": (
+            bind_grid(decide_on_grid, layers.functions),
+            (*records, layers.shared, settings, TROUBLE),
+        ),
+    }
+
+
+def called_by(function, found):
+    """All functions that a kernel calls, by their qualified names."""
+    plain = getattr(function, "py_func", function)
+    if plain not in found:
+        found.add(plain)
+        for name in plain.__code__.co_names:
+            value = plain.__globals__.get(name)
+            if hasattr(value, "py_func"):
+                called_by(value, found)
+    return found
+
+
+@pytest.mark.parametrize("controller", COMPILED)
+def test_observe_and_decide_compile_for_a_gpu(ptx, controller):
+    kernels = kernels_of(controller)
+    for name in ("observe", "decide"):
+        kernel, arguments = kernels[name]
+        text = ptx(kernel, *arguments)
+        assert ".target sm_90" in text, name
+        assert name == "decide" or "bar.sync" in text
+
+
+def test_the_tick_compiles_for_a_gpu(ptx):
+    kernel, arguments = kernels_of("nc")["tick"]
+    text = ptx(kernel, *arguments)
+    assert text.count("bar.sync") == 6
+    assert "atom" in text
+
+
+def test_the_compiled_controllers_call_all_that_any_does():
+    found = {name: set() for name in ON_GRID}
+    for name, own in found.items():
+        for kernel, _ in kernels_of(name).values():
+            called_by(kernel, own)
+    names = {name: {each.__qualname__ for each in own} for name, own in found.items()}
+    assert set().union(*names.values()) == set().union(*(names[name] for name in COMPILED))
+
+
+def test_every_function_of_foraging_is_called_or_left_out_with_a_reason():
+    found = set()
+    for name in ON_GRID:
+        for kernel, _ in kernels_of(name).values():
+            called_by(kernel, found)
+    known = {(each.__module__, each.__name__) for each in found}
+    left_out = set(" ".join([*ON_CPU, OBSERVATIONS]).split())
+    missing = set()
+    for package in PACKAGES:
+        for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            module = importlib.import_module(info.name)
+            for value in vars(module).values():
+                is_own = getattr(value, "__module__", "") == info.name and hasattr(value, "py_func")
+                if is_own and (info.name, value.__name__) not in known:
+                    missing.add(f"{info.name.rpartition('.')[2]}.{value.__name__}")
+    refused = {each for each in missing if each.partition(".")[0] in NOT_OF_E_PUCKS}
+    assert {each.partition(".")[2] for each in missing - refused} <= left_out
+
+
+@pytest.mark.parametrize(
+    ("controller", "reason"),
+    [("boids-goal", "each pair"), ("oracle-weighting", "NumPy"), ("no-error", "template")],
+)
+def test_what_does_not_run_on_a_gpu_is_refused_by_name(controller, reason):
+    with pytest.raises(ConfigError, match=f"'{controller}' runs on a CPU only.*{reason}"):
+        loop_of(controller).controller.grid_layers()
