@@ -1,24 +1,25 @@
 """Box plots in panels, as in the papers: quartile box, median bar, whiskers of 1.5 IQR."""
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 
-from baselines.evaluation.plot_style import (
-    BROADEST,
-    FAINT,
-    INK,
-    LETTER_WIDTH,
-    SeriesStyle,
-    draw_caption,
-    draw_legend,
+from baselines.evaluation.figure_page import (
+    TICK,
+    Caption,
+    finish_figure,
     finish_panel,
-    is_dark,
     panel_grid,
-    styles_of,
+    spans_decades,
+    style_in_use,
+    wrapped_name,
 )
+from baselines.evaluation.plot_style import FAINT, INK, SeriesStyle, is_dark, styles_of
 
 Samples = Mapping[str, Mapping[str, Sequence[float]]]
 """Samples by tick of the axis and by series; ticks stand apart, the series of a tick together."""
@@ -29,113 +30,187 @@ BOXES = (
 )
 """What a caption says of them."""
 
-SIDE_BY_SIDE = 8
-"""Most boxes in a panel that still has others beside it; larger panels stand below each other."""
+BOX, ROW, MARGIN = 0.2, 0.3, 0.8
+"""Least width of a standing box, height of a lying one, each with its distance; and the margin of
+a panel [inch]."""
 
-UPRIGHT = 0.09
-"""Room for each letter of labels that stand upright, as too many boxes make them [inch]."""
+FLAT = 0.04
+"""Of the largest value: a dark box that is no higher would be hidden by a white median bar."""
 
-BOX, MARGIN = 0.62, 1.1
-"""Width of a box with its distance, and of the margin of a panel [inch]."""
+ON_DARK = "#AAAAAA"
+"""Colour of a hatch on a dark fill."""
+
+LETTERS, LINE_HEIGHT = 30, 0.135
+"""Letters in a line of a label beside a lying box, and its height [inch]."""
+
+NAMED, SHORT = 2.2, 4.5
+"""Least breadth of a panel of lying boxes with short labels, and with others [inch]."""
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """How the boxes of all panels of a figure lie."""
+
+    series: Sequence[str]
+    styles: Mapping[str, SeriesStyle]
+    """By series, or by tick where there is one series only."""
+    n: int
+    """Size of a sample; a box of another one says so."""
+    lies: bool
+    """Boxes lie, and their labels stand beside them: a tick is a name."""
+    is_log: bool
+    """Ticks are numbers over decades."""
+    highest: float = 1.0
+    """Value in the panel."""
+
+    @property
+    def is_plain(self) -> bool:
+        """There is but one series."""
+        return len(self.series) == 1
+
+    def places(self, groups: Samples) -> list[float]:
+        """Where each tick stands on its axis."""
+        return [math.log10(float(tick)) if self.is_log else at for at, tick in enumerate(groups)]
 
 
 def box_panels(
     panels: Mapping[str, Samples],
     axes_names: tuple[str, str],
-    text: str,
+    caption: Caption,
     controllers: Mapping[str, str] | None = None,
 ) -> Figure:
-    """A figure of box plots, a panel for each setup; the text is the caption.
+    """A figure of box plots, a panel for each setup. Ticks that are names have lying boxes.
 
     Series, or ticks where there is but one series, that are called otherwise than their controllers
     stand in `controllers`.
     """
-    series = list(dict.fromkeys(
-        name for groups in panels.values() for group in groups.values() for name in group
-    ))  # fmt: skip
-    ticks = max(map(len, panels.values()))
-    letters = max(len(line) for groups in panels.values() for line in _lines(groups))
-    tick = max(BOX * len(series), LETTER_WIDTH * letters)
-    upright = ticks * tick > BROADEST
-    if upright:
-        tick = BOX * len(series)
-    plain = len(series) == 1
-    names = [tick for groups in panels.values() for tick in groups] if plain else series
-    styles = styles_of(names, controllers)
-    stacked = ticks * len(series) > SIDE_BY_SIDE
-    figure, all_axes = panel_grid(len(panels), MARGIN + tick * max(ticks, 4 / len(series)), stacked)
+    layout = _layout(panels, controllers or {}, caption.n)
+    n_ticks = max(map(len, panels.values()))
+    if layout.lies:
+        names = [wrapped_name(tick, LETTERS) for groups in panels.values() for tick in groups]
+        row = max(ROW, LINE_HEIGHT * (1 + max(name.count("\n") for name in names)) + 0.06)
+        least = NAMED if max(map(len, names)) < 8 else SHORT
+        height = 0.5 + row * max(n_ticks, 3)
+    else:
+        least, height = MARGIN + BOX * n_ticks * len(layout.series), None
+    figure, all_axes = panel_grid(len(panels), least, height)
     for axes, (title, groups) in zip(all_axes, panels.items(), strict=True):
-        _draw_groups(axes, groups, series, styles)
-        finish_panel(axes, title, axes_names)
-        axes.tick_params(axis="x", length=0.0)
-        if upright:
-            figure.set_figheight(figure.get_figheight() + UPRIGHT * letters)
-            names = [label.get_text().replace("\n", " ") for label in axes.get_xticklabels()]
-            axes.set_xticks(axes.get_xticks(), names, rotation=90)
-    draw_legend(figure, all_axes, series)
-    draw_caption(figure, text)
-    return figure
+        _draw_groups(axes, groups, layout)
+        finish_panel(axes, title, axes_names[::-1] if layout.lies else axes_names, layout.lies)
+        axes.tick_params(axis="y" if layout.lies else "x", length=0.0)
+    return finish_figure(figure, all_axes, caption, layout.series)
 
 
-def _lines(groups: Samples) -> list[str]:
-    return [line for tick in groups for line in tick.split("\n")]
+def _layout(
+    panels: Mapping[str, Samples], controllers: Mapping[str, str], n_episodes: int
+) -> _Layout:
+    every = [group for groups in panels.values() for group in groups.values()]
+    ticks = list(dict.fromkeys(tick for groups in panels.values() for tick in groups))
+    series = list(dict.fromkeys(name for group in every for name in group))
+    styles = styles_of(ticks if len(series) == 1 else series, controllers)
+    n = n_episodes or max(len(values) for group in every for values in group.values())
+    numbers = [float(tick) for tick in ticks if _is_number(tick)]
+    are_numbers = len(numbers) == len(ticks)
+    lies = len(series) == 1 and not are_numbers
+    return _Layout(series, styles, n, lies, are_numbers and spans_decades(np.array(numbers)))
 
 
-def _draw_groups(
-    axes: Axes, groups: Samples, series: Sequence[str], styles: Mapping[str, SeriesStyle]
-) -> None:
-    plain = len(series) == 1
-    width = 0.5 if plain else 0.8 / len(series)
-    labels = []
-    for tick, (label, group) in enumerate(groups.items()):
-        shown = set()
+def _is_number(tick: str) -> bool:
+    try:
+        float(tick)
+    except ValueError:
+        return False
+    return True
+
+
+def _draw_groups(axes: Axes, groups: Samples, layout: _Layout) -> None:
+    places = layout.places(groups)
+    every = [max(values, default=0.0) for group in groups.values() for values in group.values()]
+    layout = replace(layout, highest=max(every))
+    step = min([*np.diff(sorted(places)), 1.0])
+    width = (0.6 if layout.is_plain else 0.84 / len(layout.series)) * step
+    for place, (tick, group) in zip(places, groups.items(), strict=True):
         for name, values in group.items():
-            place = series.index(name)
-            x = tick + (place - (len(series) - 1) / 2.0) * width
-            style = styles[label if plain else name]
-            _box(axes, values, x, 0.86 * width, style.colour, "" if plain else style.hatch)
-            shown.add(len(values))
-        labels.append(f"{label}\nn = {', '.join(map(str, sorted(shown)))}")
-    axes.set_xticks(range(len(groups)), labels)
-    axes.set_xlim(-0.6, len(groups) - 0.4)
-    if not plain:
-        for name in series:
-            colour, hatch = styles[name].colour, styles[name].hatch
-            axes.bar(0, 0, color=colour, hatch=hatch, edgecolor=_line_on(colour), label=name)
+            at = place + (layout.series.index(name) - (len(layout.series) - 1) / 2.0) * width
+            style = layout.styles[tick if layout.is_plain else name]
+            _box(axes, values, at, 0.86 * width, style, layout)
+            if len(values) != layout.n or not len(values):
+                _tell_size(axes, values, at, layout)
+    _set_ticks(axes, groups, layout, (min(places) - 0.6 * step, max(places) + 0.6 * step))
+    for name in () if layout.is_plain else layout.series:
+        colour, hatch = layout.styles[name].colour, layout.styles[name].hatch
+        axes.bar(places[0], 0, color=colour, hatch=hatch, edgecolor=_hatch_on(colour), label=name)
 
 
-def _line_on(colour: str) -> str:
-    """The colour of lines and hatches on a fill of this colour."""
-    return "white" if is_dark(colour) else INK
+def _set_ticks(axes: Axes, groups: Samples, layout: _Layout, limits: tuple[float, float]) -> None:
+    """Label the ticks: names beside the boxes, numbers below them, decades as powers."""
+    if layout.lies:
+        axes.set_yticks(range(len(groups)), [wrapped_name(tick, LETTERS) for tick in groups])
+        axes.set_ylim(*limits[::-1])  # the first on top
+    elif layout.is_log:
+        places = layout.places(groups)
+        decades = range(round(min(places)), round(max(places)) + 1)
+        axes.set_xticks(decades, [f"$10^{{{decade}}}$" for decade in decades])
+        axes.set_xlim(*limits)
+    else:
+        axes.set_xticks(range(len(groups)), list(groups))
+        axes.set_xlim(*limits)
+
+
+def _hatch_on(colour: str) -> str:
+    """The colour of a hatch on a fill of this colour; not so light that a flat box looks empty."""
+    return ON_DARK if is_dark(colour) else INK
 
 
 def _box(
-    axes: Axes, values: Sequence[float], x: float, width: float, colour: str, hatch: str
-) -> None:
+    axes: Axes, values: Sequence[float], at: float, width: float, style: SeriesStyle,
+    layout: _Layout,
+) -> None:  # fmt: skip
     """Draw one box: quartiles, median bar, whiskers within 1.5 IQR, outliers as circles."""
     if not len(values):
-        axes.annotate("none", (x, 0.0), xytext=(0, 3), textcoords="offset points", ha="center",
-                      fontsize=8, color=FAINT)  # fmt: skip
         return
+    scale = style_in_use().scale
+    low, high = np.percentile(values, [25.0, 75.0])
+    is_light = is_dark(style.colour) and high - low > FLAT * layout.highest
     drawn = axes.boxplot(
         [list(values)],
-        positions=[x],
+        positions=[at],
+        orientation="horizontal" if layout.lies else "vertical",
         whis=1.5,
         widths=width,
         patch_artist=True,
         manage_ticks=False,
-        boxprops={"edgecolor": INK, "linewidth": 0.9, "facecolor": colour},
+        boxprops={"edgecolor": INK, "linewidth": 0.9 * scale, "facecolor": style.colour},
         medianprops={
-            "color": _line_on(colour),
-            "linewidth": 0.8 if is_dark(colour) else 1.6,  # a flat box is not to vanish under it
+            "color": "white" if is_light else INK,
+            "linewidth": scale * (0.8 if is_light else 1.6),
             "solid_capstyle": "butt",
         },
-        whiskerprops={"color": INK},
-        capprops={"color": INK},
-        flierprops={"marker": "o", "markersize": 4.0, "markeredgecolor": INK},
+        whiskerprops={"color": INK, "linewidth": scale},
+        capprops={"color": INK, "linewidth": scale},
+        flierprops={"marker": "o", "markersize": 3.5 * scale, "markeredgecolor": INK},
     )
-    if hatch:
-        outline, line = drawn["boxes"][0].get_path(), _line_on(colour)
+    if style.hatch and not layout.is_plain:
+        box = drawn["boxes"][0].get_path()
         axes.add_patch(
-            PathPatch(outline, facecolor="none", edgecolor=line, linewidth=0.0, hatch=hatch)
+            PathPatch(
+                box,
+                facecolor="none",
+                edgecolor=_hatch_on(style.colour),
+                linewidth=0.0,
+                hatch=style.hatch,
+                zorder=2.5,
+            )
         )
+
+
+def _tell_size(axes: Axes, values: Sequence[float], at: float, layout: _Layout) -> None:
+    """Write n beside a box whose sample is not as large as the others, or "none"."""
+    text = f"n = {len(values)}" if len(values) else "none"
+    end = max(values, default=0.0)
+    place, offset = ((end, at), (4, 0)) if layout.lies else ((at, end), (0, 4))
+    axes.annotate(
+        text, place, xytext=offset, textcoords="offset points", color=FAINT,
+        ha="left" if layout.lies else "center", va="center" if layout.lies else "bottom",
+        fontsize=style_in_use().points(TICK - 1.0), annotation_clip=False,
+    )  # fmt: skip

@@ -99,7 +99,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
 
 
 def _check_plot(file: Path, out: Path | None) -> None:
-    from baselines.evaluation.plot_style import check_plot
+    from baselines.evaluation.figure_files import check_plot
 
     check_plot(file)
     if out and out.resolve() in file.resolve().parents:
@@ -108,8 +108,8 @@ def _check_plot(file: Path, out: Path | None) -> None:
 
 def _draw(plan: "Plan", file: Path, command: str) -> None:
     from baselines.evaluation.dataset_reader import EpisodeGroup
+    from baselines.evaluation.figure_files import save_figure
     from baselines.evaluation.figures.boxplot import boxplot
-    from baselines.evaluation.plot_style import save_figure
 
     episodes, n_seeds = plan.results(), len(plan.seeds)
     groups = [

@@ -20,6 +20,13 @@ class FigureName(StrEnum):
     WEIGHTS = "weights"
 
 
+class PageStyleName(StrEnum):
+    """The page styles of figures."""
+
+    SCREEN = "screen"
+    PAPER = "paper"
+
+
 def plot(  # noqa: PLR0913 the options of a command
     kind: Annotated[
         FigureName, typer.Argument(metavar="KIND", help="What to draw: one of the above.")
@@ -66,6 +73,15 @@ def plot(  # noqa: PLR0913 the options of a command
     seed: Annotated[
         int | None, typer.Option(min=0, help="Of paths.", show_default="the first")
     ] = None,
+    style: Annotated[
+        PageStyleName, typer.Option(help="As broad as a page, or as a column of a paper.")
+    ] = PageStyleName.SCREEN,
+    caption: Annotated[
+        bool,
+        typer.Option(
+            "--caption", help="Draw the caption, with command and code, below the panels."
+        ),
+    ] = False,
 ) -> None:
     """Draw a figure of episodes that have been evaluated.
 
@@ -87,19 +103,26 @@ def plot(  # noqa: PLR0913 the options of a command
     **weights**: how far each of some controllers believes what it hears, over the own and the
     heard path: plot weights ssgikf ssgiff learned-weighting.
 
-    The caption says n, the intervals and the command. Example:
-    swarm-forage plot boxplot runs/es1 --out trips.png --out trips.pdf
+    A controller has the same colour in every figure. What the figure shows, the command and the
+    code behind it stand in the metadata of the file and beside it, in FILE.json. Examples:
+    swarm-forage plot boxplot runs/es1 --out trips.png,
+    swarm-forage plot curve runs/es1 --style paper --out beta.pdf
     """
     import baselines.evaluation.figures  # noqa: F401 enters the kinds
+    from baselines.evaluation.figure_files import check_plot, save_figure
+    from baselines.evaluation.figure_page import draw_caption, page_style
     from baselines.evaluation.figures.base import FIGURES, PlotOptions, check_options
-    from baselines.evaluation.plot_style import check_plot, save_figure
 
     for file in out:
         check_plot(file, "--out")
     options = PlotOptions(
-        kind.value, sources, tuple(scenarios or ()), tuple(controllers or ()), metric, x, seed
-    )
+        kind.value, sources, tuple(scenarios or ()), tuple(controllers or ()), metric, x, seed,
+        style.value, caption,
+    )  # fmt: skip
     check_options(options)
-    figure = FIGURES[options.kind].draw(options)
-    for file in out:
-        save_figure(figure, file, options.command, f"swarm-forage plot {options.kind}")
+    with page_style(options.style):
+        figure = FIGURES[options.kind].draw(options)
+        if options.with_caption:
+            draw_caption(figure)
+        for file in out:
+            save_figure(figure, file, options.command, f"swarm-forage plot {options.kind}")

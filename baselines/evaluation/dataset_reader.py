@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,11 @@ from baselines.evaluation.dataset import (
     schema,
     with_all_columns,
 )
-from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
+from baselines.evaluation.experiment_config import (
+    ExperimentConfig,
+    changed_parameters,
+    find_layered_controller,
+)
 from baselines.evaluation.trajectories import ENDING
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
@@ -42,6 +46,8 @@ class EpisodeGroup:
     """Names the files of the configuration."""
     episodes: tuple[Any, ...]
     """All of one task."""
+    asked: str | None = None
+    """The controller as the user named it, with parameters, if so."""
 
     @property
     def task(self) -> Task:
@@ -60,7 +66,12 @@ class EpisodeGroup:
         return leaves(tree["scenario"]) | tree["controller"]
 
     def label(self, without: str | None = None) -> str:
-        """The controller's name with its changed parameters, but for one left out."""
+        """The controller as it was asked for, or its name with its changed parameters.
+
+        Without the one left out, where there is one.
+        """
+        if self.asked and without is None:
+            return self.asked
         changed = ",".join(_changed_settings(self.parameters, without, short=True))
         return f"{self.controller}:{changed}" if changed else self.controller
 
@@ -73,7 +84,7 @@ class EpisodeGroup:
         """The group of episodes that have just been evaluated."""
         texts = {name: getattr(configuration, name) for name in ("physics", "code", "key", *TEXTS)}
         names = configuration.scenario.name, configuration.controller.name
-        return cls(*names, **texts, episodes=tuple(episodes))
+        return cls(*names, **texts, episodes=tuple(episodes), asked=configuration.label)
 
     def configuration(self) -> ExperimentConfig:
         """The same configuration on the present code.
@@ -117,7 +128,7 @@ def read_groups(
         EpisodeGroup(**texts[key], episodes=tuple(by_seed[seed] for seed in sorted(by_seed)))
         for key, by_seed in found.items()
     ]
-    wanted = [each for each in groups if _is_wanted(each, controllers)]
+    wanted = [each for group in groups if (each := _wanted(group, controllers))]
     if not wanted:
         raise ConfigError(_nothing(sources, scenarios, controllers))
     _check_code(wanted)
@@ -205,8 +216,13 @@ def _differs(table: pa.Table) -> str:
     return "; ".join(parts) or "columns of other types, or several rows"
 
 
-def _is_wanted(group: EpisodeGroup, controllers: Sequence[str]) -> bool:
-    return not controllers or group.controller in controllers or group.label() in controllers
+def _wanted(group: EpisodeGroup, controllers: Sequence[str]) -> EpisodeGroup | None:
+    """The group, called as it was asked for; None if it was not."""
+    for asked in controllers:
+        name = asked.partition(":")[0]
+        if name == group.controller != asked and changed_parameters(asked) == group.parameters:
+            return replace(group, asked=asked)
+    return group if not controllers or group.controller in controllers else None
 
 
 def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequence[str]) -> str:

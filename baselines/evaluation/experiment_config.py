@@ -18,7 +18,7 @@ from baselines import running, settings
 from baselines.controller import REGISTRIES, LayeredController
 from baselines.evaluation import episode
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.parameters import Part, leaves
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import SCENARIOS
@@ -80,11 +80,7 @@ class ExperimentConfig:
     @cached_property
     def parameters(self) -> str:
         """Layers and parameters that differ from the controller of that name, as JSON text."""
-        base = find_layered_controller(self.controller.name)
-        layers = _changes(base.layer_names, self.controller.layer_names)
-        same = {layer: name for layer, name in layers.items() if name in REGISTRIES[layer]}
-        numbers = base.with_parameters(same).parameters
-        return _json(layers | _changes(numbers, self.controller.parameters))
+        return _changed_parameters(self.controller)
 
     @cached_property
     def code(self) -> str:
@@ -124,6 +120,22 @@ def find_layered_controller(controller: str) -> LayeredController:
     if not isinstance(found, LayeredController):
         raise ConfigError(f"controller '{controller}': only one made of layers can be evaluated")
     return found
+
+
+def changed_parameters(controller: str) -> str | None:
+    """What differs in `name:parameter=value` from `name`, as JSON text; None if it is unknown."""
+    try:
+        return _changed_parameters(find_layered_controller(controller))
+    except (ConfigError, UnknownNameError):
+        return None
+
+
+def _changed_parameters(controller: LayeredController) -> str:
+    base = find_layered_controller(controller.name)
+    layers = _changes(base.layer_names, controller.layer_names)
+    same = {layer: name for layer, name in layers.items() if name in REGISTRIES[layer]}
+    numbers = base.with_parameters(same).parameters
+    return _json(layers | _changes(numbers, controller.parameters))
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, str]:

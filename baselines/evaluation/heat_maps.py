@@ -7,19 +7,27 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.image import AxesImage
+from matplotlib.ticker import MaxNLocator
 
-from baselines.evaluation.plot_style import (
-    FAINT,
-    INK,
-    LETTER_WIDTH,
-    draw_caption,
+from baselines.evaluation.arena_maps import draw_arena
+from baselines.evaluation.figure_page import (
+    LABEL,
+    LETTER,
+    TICK,
+    Caption,
+    CaptionedFigure,
+    PageStyle,
     draw_frame,
+    finish_figure,
     label_panel,
     panel_grid,
+    style_in_use,
 )
+from baselines.evaluation.plot_style import FAINT, INK
 from baselines.evaluation.statistics import Estimate
 from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.scene import Stage
 
 SHADES = "Blues"
 """From white to dark: in print too, more is darker."""
@@ -29,6 +37,9 @@ DARK = 0.6
 
 CONTOURS = (0.1, 0.25, 0.5, 0.75, 0.9)
 """Weights that have a line on their map."""
+
+MAP, NARROW, BAR = 2.4, 1.6, 0.8
+"""Least breadth of a map of the arena, of one of weights, and that of a colour bar [inch]."""
 
 Table = Mapping[str, Mapping[str, Estimate | None]]
 """Means by row and column; None, or left out, where there is none."""
@@ -40,26 +51,22 @@ class Density:
 
     values: Float64[Array, "ys xs"]
     """[1/m^2], from the lower left corner."""
-    size: tuple[float, float]
-    """Length and width of the arena [m], its centre at the origin."""
-    areas: Mapping[str, tuple[float, float]]
-    """Centre of each area [m]."""
-    area_radius: float
-    """[m]."""
-    controller: str
-    """By its name."""
+    stage: Stage
+    """The arena, and which controller moved the robots."""
 
 
-def table_panels(tables: Mapping[str, Table], axes_names: tuple[str, str], text: str) -> Figure:
+def table_panels(
+    tables: Mapping[str, Table], axes_names: tuple[str, str], caption: Caption
+) -> Figure:
     """A figure of shaded tables of means, a panel for each setup with a range of its own."""
     rows = list(dict.fromkeys(row for table in tables.values() for row in table))
     columns = list(
         dict.fromkeys(name for table in tables.values() for row in table.values() for name in row)
     )
-    margin = 0.9 + LETTER_WIDTH * max(map(len, rows))
-    letters = max(len(word) for name in columns for word in name.split())
-    width = max(1.15, LETTER_WIDTH * letters)
-    figure, all_axes = panel_grid(len(tables), margin + width * len(columns))
+    letters = max(len(word) for name in columns for word in (*name.split(), "10.1 to 10.2"))
+    margin = 0.5 + LETTER * TICK * max(map(len, rows))
+    least = margin + LETTER * TICK * (letters + 1) * len(columns)
+    figure, all_axes = panel_grid(len(tables), least, 0.9 + 0.38 * len(rows))
     for axes, (title, table) in zip(all_axes, tables.items(), strict=True):
         _shade(axes, [[table.get(row, {}).get(name) for name in columns] for row in rows])
         axes.set_xticks(range(len(columns)), [name.replace(" ", "\n") for name in columns])
@@ -67,8 +74,7 @@ def table_panels(tables: Mapping[str, Table], axes_names: tuple[str, str], text:
         label_panel(axes, title, axes_names)
         axes.tick_params(length=0.0)
         axes.spines[:].set_visible(False)
-    draw_caption(figure, text)
-    return figure
+    return finish_figure(figure, all_axes, caption)
 
 
 def _shade(axes: Axes, cells: Sequence[Sequence[Estimate | None]]) -> None:
@@ -79,7 +85,8 @@ def _shade(axes: Axes, cells: Sequence[Sequence[Estimate | None]]) -> None:
         cell = cells[row][column]
         dark = mean / (1.25 * top) > DARK
         axes.text(
-            column, row, _cell_text(cell), ha="center", va="center", fontsize=8.5,
+            column, row, _cell_text(cell), ha="center", va="center",
+            fontsize=style_in_use().points(TICK),
             color="white" if dark else INK if cell else FAINT,
         )  # fmt: skip
     axes.set_xticks(np.arange(means.shape[1] + 1) - 0.5, minor=True)
@@ -101,66 +108,88 @@ def _cell_text(cell: Estimate | None) -> str:
     return f"{mean}\n{low:.{decimals}f} to {high:.{decimals}f}"
 
 
-def density_panels(densities: Mapping[str, Density], text: str) -> Figure:
-    """A figure of robot densities on one scale, with the areas marked."""
-    figure, all_axes = panel_grid(len(densities), 4.6)
-    rows = all_axes[0].get_gridspec().nrows  # type: ignore[union-attr]
-    shape = max(density.size[1] / density.size[0] for density in densities.values())
-    figure.set_figheight(rows * (3.5 * shape + 1.0) + 0.5)
+def density_panels(densities: Mapping[str, Density], caption: Caption) -> Figure:
+    """A figure of robot densities on one scale, with the arenas: walls, obstacles and areas."""
+    shape = max(each.stage.width / each.stage.length for each in densities.values())
+    figure, all_axes = _map_grid(len(densities), MAP, shape)
     top = max(float(density.values.max()) for density in densities.values())
+    names: dict[str, None] = {}
     for axes, (title, density) in zip(all_axes, densities.items(), strict=True):
-        length, width = density.size
+        x, y = density.stage.length / 2, density.stage.width / 2
         image = axes.imshow(
             density.values, origin="lower", cmap=SHADES, norm=PowerNorm(0.5, 0.0, top),
-            extent=(-length / 2, length / 2, -width / 2, width / 2),
+            extent=(-x, x, -y, y),
         )  # fmt: skip
-        _draw_arena(axes, density)
-        draw_frame(axes, density.controller)
-        label_panel(axes, title, ("x [m]", "y [m]"))
-    bar = figure.colorbar(image, ax=all_axes, shrink=0.85, pad=0.02)
-    bar.set_label("robots per m$^2$ (square-root scale)")
-    bar.ax.tick_params(labelsize=8.5)
-    draw_caption(figure, text)
-    return figure
+        names |= dict.fromkeys(draw_arena(axes, density.stage))
+        _finish_map(axes, title, density.stage.controller, ("x [m]", "y [m]"))
+    _draw_bar(figure, image, all_axes, "robots per m$^2$ (square-root scale)")
+    return finish_figure(figure, all_axes, caption, names)
 
 
-def weight_panels(
-    maps: Mapping[str, Float64[Array, "heard own"]], longest: float, columns: int, text: str
-) -> Figure:
-    """A figure of weights g in [0, 1] over two paths up to the longest [m], with contours."""
-    figure = Figure(
-        figsize=(max(5.0, 3.1 * columns + 0.8), 3.1 * len(maps) / columns + 0.9),
-        layout="constrained",
-    )
-    all_axes = figure.subplots(len(maps) // columns, columns, squeeze=False).flat
-    for axes, (title, weights) in zip(all_axes, maps.items(), strict=True):
-        extent = (0.0, longest, 0.0, longest)
-        image = axes.imshow(weights, origin="lower", cmap=SHADES, vmin=0.0, vmax=1.0, extent=extent)
-        paths = np.linspace(0.0, longest, len(weights))
-        lines = axes.contour(paths, paths, weights, CONTOURS, colors=INK, linewidths=0.9)
-        axes.clabel(lines, fontsize=7.5, fmt="%g")
-        draw_frame(axes, title.partition("\n")[0])
-        label_panel(axes, title, ("own path since the area [m]", "heard path [m]"))
-    bar = figure.colorbar(image, ax=list(figure.axes), shrink=0.85, pad=0.02)
-    bar.set_label("g")
-    draw_caption(figure, text)
-    return figure
+Weights = Mapping[str, Mapping[str, Float64[Array, "heard own"]]]
+"""Maps of g by disagreement and by controller."""
 
 
-def _draw_arena(axes: Axes, density: Density) -> None:
-    """Draw the walls, and the areas with their names above them."""
-    length, width = density.size
-    axes.add_patch(
-        Rectangle((-length / 2, -width / 2), length, width, fill=False, color=INK, lw=1.2)
-    )
-    for dashes, (name, (x, y)) in zip(("-", "--"), density.areas.items(), strict=True):
-        axes.add_patch(
-            Circle((x, y), density.area_radius, fill=False, color="#D55E00", lw=1.8, ls=dashes)
-        )
-        axes.annotate(
-            name, (x, y + density.area_radius), xytext=(0, 3), textcoords="offset points",
-            ha="center", va="bottom", fontsize=9, color=INK,
-            bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 1.0},
+def weight_panels(maps: Weights, longest: float, caption: Caption) -> Figure:
+    """A figure of weights g in [0, 1] over two paths up to the longest [m], with contours.
+
+    A row for each disagreement and a column for each controller; the other way round on a page that
+    is not broad enough.
+    """
+    style, rows, names = style_in_use(), list(maps), list(next(iter(maps.values())))
+    is_broad = style.width / len(names) > style.scale * NARROW
+    pairs = [(row, name) for row in rows for name in names]
+    pairs = pairs if is_broad else [(row, name) for name in names for row in rows]
+    columns = len(names) if is_broad else len(rows)
+    figure, all_axes = _map_grid(len(pairs), 0.999 * style.width / style.scale / columns, 1.0)
+    for axes, (row, name) in zip(all_axes, pairs, strict=True):
+        image = axes.imshow(
+            maps[row][name], origin="lower", cmap=SHADES, vmin=0.0, vmax=1.0,
+            extent=(0.0, longest, 0.0, longest),
         )  # fmt: skip
-    axes.set_xlim(-length / 2, length / 2)
-    axes.set_ylim(-width / 2, width / 2)
+        _draw_contours(axes, maps[row][name], longest)
+        _finish_map(axes, f"{name}\n{row}", name, ("own path [m]", "heard path [m]"))
+    words = "g, weight of the heard estimate\n(0 keeps one's own, 1 takes the heard one)"
+    _draw_bar(figure, image, all_axes, words)
+    return finish_figure(figure, all_axes, caption)
+
+
+def _map_grid(n_panels: int, least: float, shape: float) -> tuple[CaptionedFigure, list[Axes]]:
+    """Panels for maps of this height over breadth, with room for a colour bar."""
+    style = style_in_use()
+    fitting = max(1, int(style.width / (style.scale * least)))
+    columns = -(-n_panels // -(-n_panels // fitting))
+    bar = 0.0 if _is_narrow(style) else BAR
+    broad = (style.width / style.scale - bar) / columns - 0.45
+    figure, panels = panel_grid(n_panels, least, broad * shape + 0.55)
+    if _is_narrow(style):
+        figure.set_figheight(figure.get_figheight() + style.scale * BAR)
+    return figure, panels
+
+
+def _is_narrow(style: PageStyle) -> bool:
+    return style.width < 5.0
+
+
+def _draw_contours(axes: Axes, weights: Float64[Array, "heard own"], longest: float) -> None:
+    style, paths = style_in_use(), np.linspace(0.0, longest, len(weights))
+    lines = axes.contour(paths, paths, weights, CONTOURS, colors=INK, linewidths=0.8 * style.scale)
+    axes.clabel(lines, fontsize=style.points(TICK - 1.0), fmt="%g")
+
+
+def _finish_map(axes: Axes, title: str, controller: str, names: tuple[str, str]) -> None:
+    draw_frame(axes, controller)
+    label_panel(axes, title, names)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(nbins=4))
+
+
+def _draw_bar(figure: Figure, image: AxesImage, panels: Sequence[Axes], words: str) -> None:
+    """Draw the colour bar of all panels, which says what is shown: below on a narrow page."""
+    style = style_in_use()
+    narrow = _is_narrow(style)
+    bar = figure.colorbar(
+        image, ax=panels, location="bottom" if narrow else "right", shrink=0.9, pad=0.02, aspect=30
+    )
+    bar.set_label(words, fontsize=style.points(LABEL))
+    bar.ax.tick_params(labelsize=style.points(TICK))

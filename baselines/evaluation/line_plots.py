@@ -6,18 +6,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from baselines.evaluation.plot_style import (
-    INK,
-    MARKERS,
-    SeriesStyle,
-    draw_caption,
-    draw_legend,
+from baselines.evaluation.figure_page import (
+    LETTER,
+    LINE,
+    TICK,
+    Caption,
+    finish_figure,
     finish_panel,
+    n_ticks,
     panel_grid,
-    styles_of,
+    panel_width,
+    spans_decades,
+    style_in_use,
 )
+from baselines.evaluation.plot_style import INK, MARKERS, SeriesStyle, styles_of
 from baselines.evaluation.statistics import CONFIDENCE
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
@@ -56,32 +60,49 @@ class Means:
     """The same at every x: drawn as a line in its band."""
 
 
+PANEL = 2.4
+"""Least breadth of a panel [inch]."""
+
+
 def curve_panels(
     panels: Mapping[str, Mapping[str, Curve]],
     axes_names: tuple[str, str],
-    text: str,
+    caption: Caption,
     controllers: Mapping[str, str] | None = None,
 ) -> Figure:
-    """A figure of mean curves with 95 % bootstrap bands, a panel for each setup.
+    """A figure of mean curves with 95 % bootstrap bands, a panel for each setup."""
+    means = {
+        title: {name: _mean_of(curve) for name, curve in curves.items()}
+        for title, curves in panels.items()
+    }
+    return band_panels(means, axes_names, caption, controllers)
+
+
+def band_panels(
+    panels: Mapping[str, Mapping[str, Means]],
+    axes_names: tuple[str, str],
+    caption: Caption,
+    controllers: Mapping[str, str] | None = None,
+) -> Figure:
+    """A figure of means in their bands, a panel for each setup.
 
     Series that are called otherwise than their controllers stand in `controllers`.
     """
     styles = line_styles(panels, controllers)
-    figure, all_axes = panel_grid(len(panels), 4.2)
-    for axes, (title, curves) in zip(all_axes, panels.items(), strict=True):
-        for name, curve in curves.items():
-            draw_band(axes, name, _mean_of(curve), styles[name])
+    figure, all_axes = panel_grid(len(panels), PANEL)
+    for axes, (title, series) in zip(all_axes, panels.items(), strict=True):
+        for name, means in series.items():
+            draw_band(axes, name, means, styles[name])
         axes.set_xlim(left=0.0)
+        axes.xaxis.set_major_locator(MaxNLocator(nbins=n_ticks(axes)))
         finish_panel(axes, title, axes_names)
-    draw_legend(figure, all_axes, styles)
-    draw_caption(figure, text)
-    return figure
+    return finish_figure(figure, all_axes, caption, styles)
 
 
 def mean_panels(
     panels: Mapping[str, Mapping[str, Means]],
     axes_names: tuple[str, str],
-    text: str,
+    caption: Caption,
     one_y: bool = False,
     controllers: Mapping[str, str] | None = None,
 ) -> Figure:
@@ -90,39 +111,39 @@ def mean_panels(
     Series that are called otherwise than their controllers stand in `controllers`.
     """
     styles = line_styles(panels, controllers)
-    figure, all_axes = panel_grid(len(panels), 4.2)
+    figure, all_axes = panel_grid(len(panels), PANEL)
     every = [means for panel in panels.values() for means in panel.values()]
     highest = max(float(np.nanmax(np.fmax(means.high, means.mean))) for means in every)
     every_x = np.concatenate([means.x for means in every])
-    is_log, are_whole = spans_decades(every_x), not np.any(every_x % 1.0)
+    is_log = spans_decades(every_x)
     for axes, (title, series) in zip(all_axes, panels.items(), strict=True):
         axes.set_xscale("log" if is_log else "linear")
         for name, means in zip(series, _side_by_side(list(series.values()), is_log), strict=True):
             _draw_means(axes, name, means, styles[name])
-        if not is_log:
-            _number_axis(axes, every_x, are_whole)
+        _number_axis(axes, every_x, is_log)
         finish_panel(axes, title, axes_names)
         if one_y:
             axes.set_ylim(0.0, 1.05 * highest)
-    draw_legend(figure, all_axes, styles)
-    draw_caption(figure, text)
-    return figure
+    return finish_figure(figure, all_axes, caption, styles)
 
 
-def _number_axis(axes: Axes, every_x: Float64[Array, " points"], are_whole: bool) -> None:
-    """Number the x axis where there are points, if they are few, and begin it before the first."""
+def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -> None:
+    """Number the x axis at its decades, or where there are points if they are few and apart."""
     places = np.unique(every_x)
-    if len(places) <= FEW:
+    if is_log:
+        axes.xaxis.set_major_locator(LogLocator(numticks=12))
+        axes.xaxis.set_minor_locator(LogLocator(subs=range(2, 10), numticks=12))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        return
+    letters = max(len(f"{place:g}") for place in places) + 1
+    room = LETTER * style_in_use().points(TICK) * letters / (panel_width(axes) - 0.6)
+    if len(places) <= FEW and np.all(np.diff(places) > room * (places[-1] - min(places[0], 0.0))):
         axes.set_xticks(places)
     else:
-        axes.xaxis.set_major_locator(MaxNLocator(nbins=8, integer=are_whole))
+        whole = not np.any(every_x % 1.0)
+        axes.xaxis.set_major_locator(MaxNLocator(nbins=n_ticks(axes), integer=whole))
     if places[0] > 0.0:
         axes.set_xlim(left=0.0)
-
-
-def spans_decades(x: Float64[Array, " points"]) -> bool:
-    """Whether values spread so far that a logarithmic axis shows them better."""
-    return bool(x.min() > 0.0 and x.max() / x.min() >= 50.0)
 
 
 def _side_by_side(series: Sequence[Means], is_log: bool) -> list[Means]:
@@ -161,9 +182,11 @@ def draw_band(axes: Axes, name: str, means: Means, style: SeriesStyle) -> None:
     axes.fill_between(means.x, means.low, means.high, color=style.colour, alpha=0.2, linewidth=0.0)
     step = max(1, len(means.x) // 8)
     marked = MARKERS.index(style.marker) % step, step
+    page = style_in_use()
     axes.plot(
-        means.x, means.mean, color=style.colour, linestyle=style.dashes, linewidth=1.8,
-        marker=style.marker, markersize=4.5, markevery=marked, label=name,
+        means.x, means.mean, color=style.colour, linestyle=style.dashes, label=name,
+        linewidth=page.points(LINE), marker=style.marker, markersize=page.points(4.5),
+        markevery=marked,
     )  # fmt: skip
 
 
@@ -200,9 +223,11 @@ def _draw_means(axes: Axes, name: str, means: Means, style: SeriesStyle) -> None
         draw_band(axes, name, means, style)
         return
     reach = np.nan_to_num(np.stack([means.mean - means.low, means.high - means.mean]))
+    page = style_in_use()
     axes.errorbar(
         means.x, means.mean, reach, color=style.colour, label=name, linestyle=style.dashes,
-        marker=style.marker, markersize=5.0, linewidth=1.6, capsize=3.0,
+        marker=style.marker, markersize=page.points(4.5), linewidth=page.points(LINE),
+        elinewidth=page.points(1.0), capsize=page.points(2.5),
     )  # fmt: skip
     if means.published is not None:
         axes.plot(means.x, means.published, "x", color=INK, markersize=6.0, zorder=5)

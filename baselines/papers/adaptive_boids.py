@@ -33,7 +33,7 @@ from baselines.evaluation.statistics import Estimate, mean_interval
 from baselines.papers.claim_result import Claim, ClaimResult, claim_result
 from baselines.papers.claim_types import Order
 from baselines.papers.experiments import Experiment, Results, sample
-from baselines.papers.figures import PaperFigure
+from baselines.papers.figures import PaperFigure, caption_of
 from baselines.papers.paper import PAPERS, Paper
 
 SIZES = (5, 10, 25, 50)
@@ -316,8 +316,7 @@ class OverDensity:
             words: {rule: self._bars(results, estimator, rule) for rule in RULES}
             for estimator, words in ESTIMATORS.items()
         }
-        trials = len(next(iter(results.values())))
-        caption = f"{self.caption} n = {trials} trials. {command}"
+        caption = caption_of(self.caption, results, command, "trials")
         controllers = {rule: f"boids-{rule}" for rule in RULES}
         return mean_panels(
             panels, ("robots per m$^2$", self.measure.axis), caption, True, controllers

@@ -121,8 +121,7 @@ def figures() -> list[PaperFigure]:
         f"{beta:g}": {"": BetaSweep(SCENARIO).at(beta)} for beta in BETAS
     }
     behaviours: dict[str, dict[str, Source]] = {
-        name.replace(" ", "\n", 1): {"": Experiment(SCENARIO, controller)}
-        for name, controller in CONTROLLERS.items()
+        name: {"": Experiment(SCENARIO, controller)} for name, controller in CONTROLLERS.items()
     }
     each = {SCENARIO: {name: Experiment(SCENARIO, CONTROLLERS[name]) for name in two}}
     late = "A run in which not all did counts with its whole duration."

@@ -10,8 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from baselines.evaluation.box_plots import BOXES, box_panels
+from baselines.evaluation.figure_files import save_figure
+from baselines.evaluation.figure_page import Caption
 from baselines.evaluation.line_plots import BANDS, Curve, curve_panels
-from baselines.evaluation.plot_style import save_figure
 from baselines.papers.experiments import Experiment, Metric, Results, Source, round_trips
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
@@ -80,8 +81,8 @@ class Boxes:
             }
             for title, panel in self.panels.items()
         }
-        text = f"{self.caption} {BOXES} {command}"
-        return box_panels(panels, self.axes, text, self._controllers())
+        caption = caption_of(f"{self.caption} {BOXES}", results, command)
+        return box_panels(panels, self.axes, caption, self._controllers())
 
     def _controllers(self) -> dict[str, str]:
         """The controller of each series, or of each tick where the series has no name."""
@@ -117,14 +118,19 @@ class Curves:
             title: {name: self.curve(source.draw(results)) for name, source in panel.items()}
             for title, panel in self.panels.items()
         }
-        episodes = len(next(iter(results.values())))
-        text = f"{self.caption} {BANDS} n = {episodes} episodes. {command}"
         sources: dict[str, list[Source]] = {}
         for panel in self.panels.values():
             for name, source in panel.items():
                 sources.setdefault(name, []).append(source)
         controllers = {name: controller_of(each) for name, each in sources.items()}
-        return curve_panels(panels, self.axes, text, controllers)
+        caption = caption_of(f"{self.caption} {BANDS}", results, command)
+        return curve_panels(panels, self.axes, caption, controllers)
+
+
+def caption_of(text: str, results: Results, command: str, word: str = "episodes") -> Caption:
+    """The caption of a figure of a paper; all experiments have as many episodes."""
+    n = len(next(iter(results.values())))
+    return Caption(text, f"n = {n} {word} each", command, n=n)
 
 
 def controller_of(sources: Sequence[Source]) -> str:

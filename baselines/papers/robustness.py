@@ -23,7 +23,7 @@ from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_
 from baselines.papers.claim_result import Claim, above
 from baselines.papers.claim_types import Order
 from baselines.papers.experiments import Experiment, Results, sample
-from baselines.papers.figures import PaperFigure
+from baselines.papers.figures import PaperFigure, caption_of
 from baselines.papers.paper import PAPERS, Paper
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
@@ -168,8 +168,8 @@ class OverShare:
             fault: {RULES[rule]: self._means(results, rule, fault) for rule in RULES}
             for fault in self.faults
         }
-        n = len(next(iter(results.values())))
-        caption = f"{self.caption} Means with 95 % bootstrap intervals, n = {n} episodes. {command}"
+        text = f"{self.caption} Means with 95 % bootstrap intervals."
+        caption = caption_of(text, results, command)
         axes = "faulty robots [%]", "round trips of a sound robot"
         return mean_panels(panels, axes, caption, one_y=True)
 

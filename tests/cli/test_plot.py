@@ -1,5 +1,6 @@
 """The command `plot`: what it writes, and what it refuses in one line."""
 
+import json
 import re
 from pathlib import Path
 
@@ -23,8 +24,10 @@ def test_a_figure_is_written_in_each_format_with_the_command_in_it(command, tmp_
     assert stderr == "swarm-forage: --out figures/x.png: made the folder figures\n"
     with Image.open(tmp_path / "figures" / "x.png") as image:
         made = image.info["Description"]
-    assert made == "swarm-forage plot on-path runs/es1 --controller nc"
-    assert made in (tmp_path / "figures" / "x.svg").read_text()
+    line = "swarm-forage plot on-path runs/es1 --controller nc"
+    assert made.endswith(line)
+    assert line in (tmp_path / "figures" / "x.svg").read_text()
+    assert json.loads((tmp_path / "figures" / "x.png.json").read_text())["command"] == line
 
 
 @pytest.mark.usefixtures("evaluated")
@@ -56,6 +59,27 @@ def test_paths_say_that_they_run_an_episode(command):
     assert stderr == "swarm-forage: running es1, task.duration=20, kinematic, nc, seed 0\n"
 
 
+@pytest.mark.usefixtures("evaluated")
+def test_a_figure_for_a_paper_is_as_broad_as_a_column(command, tmp_path):
+    wide = {}
+    for style in ("screen", "paper"):
+        command("plot", "boxplot", "runs/es1", f"--style={style}", f"--out={style}.png")
+        with Image.open(tmp_path / f"{style}.png") as image:
+            wide[style] = image.width / 200
+    assert wide == {"screen": 8.0, "paper": 3.35}
+    told = json.loads((tmp_path / "paper.png.json").read_text())["command"]
+    assert told == "swarm-forage plot boxplot runs/es1 --style paper"
+
+
+@pytest.mark.usefixtures("evaluated")
+def test_a_caption_is_drawn_if_asked_for(command, tmp_path):
+    command("plot", "boxplot", "runs/es1", "--out=plain.svg")
+    command("plot", "boxplot", "runs/es1", "--caption", "--out=captioned.svg")
+    plain, captioned = ((tmp_path / f"{name}.svg").read_text() for name in ("plain", "captioned"))
+    assert plain.count("Quartile boxes") == 1, "in the metadata"
+    assert captioned.count("Quartile boxes") == 2
+
+
 REFUSED = [
     (("boxplot", "runs/es1"), "Missing option '--out'"),
     (("boxplot", "--out=x.png"), "Missing argument"),
@@ -68,6 +92,7 @@ REFUSED = [
     (("curve", "runs/es1", "--out=x.png"), "takes two values while all else is the same"),
     (("table", "runs/es1", "--out=x.png"), "no controller here names its localisation"),
     (("learning", "runs/es1", "--out=x.png"), "policy card runs/es1"),
+    (("boxplot", "runs/es1", "--out=x.png", "--style=wide"), "'screen', 'paper'"),
     (("paths", "es1", "--out=x.png"), "plot paths es1 nc ssgikf"),
     (("weights", "sikf", "--out=x.png"), "its confidence is no path"),
     (("weights", "ssgif", "--out=x.png"), "did you mean 'ssgi"),

@@ -1,39 +1,59 @@
-"""The style of every figure, and the boxplot in the papers' form."""
+"""Box plots in the papers' form, and the files of a figure."""
+
+import json
 
 import pytest
 from PIL import Image
 
 from baselines.evaluation.box_plots import box_panels
-from baselines.evaluation.plot_style import check_plot, save_figure
-from swarm_forage_env.errors import ConfigError
+from baselines.evaluation.figure_files import beside, check_plot, save_figure
+from baselines.evaluation.figure_page import Caption, draw_caption, page_style
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 COMMAND = "swarm-forage evaluate es1 nc ssgikf --episodes=5"
+CAPTION = Caption("Round trips.", "n = 5 episodes each", COMMAND, ("0123abcd",))
 SAMPLES = {"nc": {"": [1.0, 2.0, 3.0, 4.0, 100.0]}, "ssgikf": {"": [5.0, 6.0, 7.0, 8.0, 9.0]}}
 
 
 def draw(samples=SAMPLES):
-    return box_panels({"es1": samples}, ("", "round trips"), COMMAND)
+    return box_panels({"es1": samples}, ("", "round trips"), CAPTION)
+
+
+def labels(axis):
+    return [label.get_text() for label in axis.get_ticklabels()]
 
 
 def test_boxes_are_quartiles_and_whiskers_reach_within_one_and_a_half_of_their_distance():
     axes = draw().axes[0]
     box = axes.patches[0].get_path().get_extents()
-    assert (box.y0, box.y1) == (2.0, 4.0)
-    heights = [line.get_ydata().tolist() for line in axes.lines]
-    assert [3.0, 3.0] in heights, "the median"
-    assert [4.0, 4.0] in heights, "the whisker stops at the last value within 1.5 IQR"
-    assert [100.0] in heights, "the outlier"
+    assert (box.x0, box.x1) == (2.0, 4.0)
+    places = [line.get_xdata().tolist() for line in axes.lines]
+    assert [3.0, 3.0] in places, "the median"
+    assert [4.0, 4.0] in places, "the whisker stops at the last value within 1.5 IQR"
+    assert [100.0] in places, "the outlier"
 
 
-def test_the_axis_starts_at_zero_and_names_what_it_shows():
+def test_boxes_of_names_lie_with_the_first_on_top_and_start_at_zero():
     axes = draw().axes[0]
-    assert axes.get_ylim()[0] == 0.0
+    assert labels(axes.yaxis) == ["nc", "ssgikf"]
+    assert axes.get_ylim()[0] > axes.get_ylim()[1]
+    assert axes.get_xlim()[0] == 0.0
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("round trips", "")
+
+
+def test_boxes_of_numbers_stand_and_decades_are_powers_of_ten():
+    axes = draw({"1e-05": {"": [1.0, 2.0]}, "0.003": {"": [1.0]}, "1": {"": [2.0]}}).axes[0]
+    assert labels(axes.xaxis) == [f"$10^{{{power}}}$" for power in range(-5, 1)]
+    assert axes.get_xticks().tolist() == [-5, -4, -3, -2, -1, 0]
     assert axes.get_ylabel() == "round trips"
+    axes = draw({"2": {"": [1.0, 2.0]}, "50": {"": [1.0]}}).axes[0]
+    assert labels(axes.xaxis) == ["2", "50"]
 
 
-def test_every_box_says_how_many_episodes_it_stands_for():
-    labels = [label.get_text() for label in draw().axes[0].get_xticklabels()]
-    assert labels == ["nc\nn = 5", "ssgikf\nn = 5"]
+def test_n_is_told_once_and_at_boxes_of_fewer_episodes():
+    figure = draw(SAMPLES | {"dsgiff": {"": [1.0, 2.0]}, "sikf": {"": []}})
+    assert figure.get_supxlabel() == "n = 5 episodes each"
+    assert [text.get_text() for text in figure.axes[0].texts] == ["n = 2", "none"]
 
 
 def test_boxes_that_only_the_legend_names_differ_in_hatch():
@@ -43,14 +63,40 @@ def test_boxes_that_only_the_legend_names_differ_in_hatch():
     assert [text.get_text() for text in figure.legends[0].texts] == ["single", "double"]
 
 
-def test_many_boxes_stay_on_a_page_and_no_labels_overlap(texts_at_fault):
-    figure = draw({f"ssgiff:\nbeta={number}": {"": [1.0, 2.0]} for number in range(18)})
-    assert figure.get_figwidth() < 14.0
-    assert texts_at_fault(figure) == []
+@pytest.mark.parametrize("style", ["screen", "paper"])
+def test_many_boxes_stay_on_a_page_and_no_labels_overlap(texts_at_fault, style):
+    name = "learned-both:weighting.policy=weighting,motion.policy=motion"
+    samples = {f"{name},pause={number}": {"": [1.0, 2.0]} for number in range(18)}
+    with page_style(style):
+        figure = draw(samples)
+        assert texts_at_fault(figure) == []
+    assert figure.get_figwidth() == {"screen": 8.0, "paper": 3.35}[style]
+
+
+def test_an_unknown_style_is_refused_and_the_usual_one_comes_back():
+    with pytest.raises(UnknownNameError, match="did you mean 'paper'"), page_style("papr"):
+        pass
+    with pytest.raises(ValueError, match="any"), page_style("paper"):
+        raise ValueError("any")
+    assert draw().get_figwidth() == 8.0
+
+
+def shown(figure):
+    figure.draw_without_rendering()
+    every = [text.get_text() for text in figure.texts]
+    return " ".join(" ".join([*every, figure.get_supxlabel()]).split())
+
+
+def test_command_and_code_are_drawn_only_if_asked_for():
+    figure = draw()
+    assert "swarm-forage" not in shown(figure)
+    assert "0123abcd" not in shown(figure)
+    draw_caption(figure)
+    assert shown(figure).endswith(f"n = 5 episodes each. Code 0123abcd. {COMMAND}")
 
 
 @pytest.mark.parametrize("ending", [".png", ".pdf", ".svg"])
-def test_the_file_names_its_command_and_is_the_same_each_time(tmp_path, ending):
+def test_the_file_holds_its_caption_and_is_the_same_each_time(tmp_path, ending):
     files = [tmp_path / f"{number}{ending}" for number in (1, 2)]
     for file in files:
         save_figure(draw(), file, COMMAND)
@@ -58,11 +104,24 @@ def test_the_file_names_its_command_and_is_the_same_each_time(tmp_path, ending):
     assert contents[0] == contents[1]
     if ending == ".png":
         with Image.open(files[0]) as image:
-            assert image.info["Description"] == COMMAND
+            assert image.info["Description"] == str(CAPTION)
             colours = image.convert("RGB").resize((60, 40)).getcolors(9999)
         assert len(colours) > 5, "not an empty page"
     else:
         assert COMMAND.encode() in contents[0]
+        assert b"0123abcd" in contents[0]
+
+
+def test_a_file_beside_the_figure_holds_the_parts_of_its_caption(tmp_path):
+    save_figure(draw(), tmp_path / "trips.png", "another command", "Trips")
+    assert beside(tmp_path / "trips.png") == tmp_path / "trips.png.json"
+    assert json.loads((tmp_path / "trips.png.json").read_text()) == {
+        "title": "Trips",
+        "text": "Round trips.",
+        "note": "n = 5 episodes each",
+        "command": COMMAND,
+        "code": ["0123abcd"],
+    }
 
 
 def test_an_unknown_ending_is_refused(tmp_path):

@@ -5,12 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.patches import Polygon
 
 import baselines.evaluation.figures  # noqa: F401 enters the kinds
 from baselines.evaluation.commands_plot import FigureName
+from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.episode import run_episodes
+from baselines.evaluation.figure_page import page_style, spans_decades
 from baselines.evaluation.figures.base import FIGURES, PlotOptions, check_options
-from baselines.evaluation.line_plots import path_over_time, recruited_over_time, spans_decades
+from baselines.evaluation.line_plots import path_over_time, recruited_over_time
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 TRIPS = {"nc": 3, "ssgikf": 30, "ssgiff:beta=0.001": 40, "ssgiff": 50, "ssgiff:beta=1": 20}
@@ -41,7 +44,7 @@ def legend(figure):
 
 
 def caption(figure):
-    return " ".join(figure.get_supxlabel().split())
+    return str(figure.caption)
 
 
 def test_the_command_offers_every_kind_there_is():
@@ -54,7 +57,7 @@ def test_a_boxplot_has_a_box_for_each_controller_and_a_panel_for_each_setup(keep
     figure = draw("boxplot", folder)
     assert [axes.get_title(loc="left") for axes in figure.axes] == [
         "es1, task.duration=20, kinematic",
-        "es1, task.duration=20, task.n_robots=5,\nkinematic",
+        "es1, task.duration=20, task.n_robots=5, kinematic",
     ]
     assert [len(axes.patches) for axes in figure.axes] == [5, 1]
     assert "n = 4 episodes each" in caption(figure)
@@ -64,8 +67,8 @@ def test_a_boxplot_has_a_box_for_each_controller_and_a_panel_for_each_setup(keep
 def test_another_metric_is_shown_in_its_unit_without_the_missing(keep):
     folder = keep({"nc": 3})
     figure = draw("boxplot", folder, metric="on_path_share")
-    assert figure.axes[0].get_ylabel() == "on path [%]"
-    medians = [line.get_ydata() for line in figure.axes[0].lines]
+    assert figure.axes[0].get_xlabel() == "on path [%]"
+    medians = [line.get_xdata() for line in figure.axes[0].lines]
     assert any(np.allclose(median, 100 / 3) for median in medians)
     figure = draw("boxplot", folder, metric="recruitment_time_s")
     assert [text.get_text() for text in figure.axes[0].texts] == ["none"]
@@ -256,9 +259,46 @@ def test_axes_over_decades_are_logarithmic():
     assert not spans_decades(np.array([0.0, 100.0]))
 
 
+@pytest.mark.parametrize("style", ["screen", "paper"])
 @pytest.mark.parametrize("kind", ["boxplot", "curve", "on-path", "recruitment"])
-def test_no_texts_overlap_or_leave_the_page(keep, texts_at_fault, kind):
+def test_no_texts_overlap_or_leave_the_page(keep, texts_at_fault, kind, style):
     keep(TRIPS)
     folder = keep(TRIPS, task_n_robots=5)
-    figure = draw(kind, folder, **({"x": "beta"} if kind == "curve" else {}))
-    assert texts_at_fault(figure) == []
+    with page_style(style):
+        figure = draw(kind, folder, **({"x": "beta"} if kind == "curve" else {}))
+        assert texts_at_fault(figure) == []
+
+
+def test_a_name_is_shown_as_it_was_asked_for(keep, configure, episode):
+    folder = keep(TRIPS)
+    figure = draw("boxplot", folder, controllers=("nc", "ssgiff:beta=1e-2"))
+    names = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert names == ["nc", "ssgiff:beta=1e-2"]
+    group = EpisodeGroup.of(configure("ssgiff:beta=0.01"), [episode])
+    assert (group.label(), group.label("weighting.beta")) == ("ssgiff:beta=0.01", "ssgiff")
+
+
+@pytest.fixture
+def walled(dataset, configure):
+    """One episode among a disc, a wall and a polygon."""
+    obstacles = [
+        {"points": [[0.0, 0.4]], "radius": 0.05},
+        {"points": [[-0.2, -0.4], [0.2, -0.4]], "radius": 0.01},
+        {"points": [[0.3, 0.3], [0.4, 0.3], [0.4, 0.4]], "radius": 0.0, "is_closed": True},
+    ]
+    made = configure()
+    scenario = type(made.scenario)(**made.scenario.model_dump() | {"obstacles": obstacles})
+    made = replace(made, scenario=scenario)
+    dataset.keep(made, run_episodes(made.scenario, made.controller, [3], "kinematic"))
+    return str(dataset.folder)
+
+
+def test_paths_draw_the_obstacles_and_name_the_areas_beside_the_map(walled):
+    figure = draw("paths", walled)
+    outlines = [patch for patch in figure.axes[0].patches if isinstance(patch, Polygon)]
+    disc, wall, *sides = [patch.get_path().get_extents() for patch in outlines]
+    assert disc.extents == pytest.approx([-0.05, 0.35, 0.05, 0.45], abs=1e-3)
+    assert wall.extents == pytest.approx([-0.21, -0.41, 0.21, -0.39], abs=1e-3)
+    assert sides[0].extents == pytest.approx([0.3, 0.3, 0.4, 0.4])
+    assert legend(figure) == ["nest", "prey"]
+    assert not figure.axes[0].texts

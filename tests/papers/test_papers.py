@@ -77,7 +77,7 @@ def test_every_figure_is_drawn(paper, made_up, tmp_path):
     write_figures(paper.figures, made_up(paper), tmp_path, "swarm-forage reproduce x")
     names = FIGURES[paper.name]
     assert sorted(file.name for file in tmp_path.iterdir()) == sorted(
-        f"{name}{ending}" for name in names for ending in (".png", ".svg")
+        f"{name}{ending}" for name in names for ending in (".png", ".png.json", ".svg", ".svg.json")
     )
     for file in tmp_path.glob("*.svg"):
         assert "swarm-forage reproduce x" in file.read_text("utf-8")

@@ -135,7 +135,7 @@ def _check_loses_nothing(page: Path, n_runs: int, out: Path) -> None:
 
 def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", out: Path) -> None:
     """Write the page and its figures."""
-    from baselines.evaluation.plot_style import check_plot, save_figure
+    from baselines.evaluation.figure_files import check_plot, save_figure
     from swarm_forage_env.atomic_write import write_atomically
     from training.ladder import page as pages
     from training.ladder.figures import curves, profiles

@@ -6,17 +6,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baselines.evaluation.line_plots import Means, draw_band
-from baselines.evaluation.plot_style import (
-    FAINT,
-    SeriesStyle,
-    draw_caption,
-    draw_legend,
+from baselines.evaluation.figure_page import (
+    NOTE,
+    Caption,
+    finish_figure,
     finish_panel,
-    nth_style,
     panel_grid,
-    style_of,
+    style_in_use,
 )
+from baselines.evaluation.line_plots import Means, draw_band
+from baselines.evaluation.plot_style import FAINT, SeriesStyle, nth_style, style_of
 from baselines.evaluation.statistics import iqm_interval, performance_profile
 from training.ladder.algorithms import read_algorithms
 from training.ladder.rungs import RANDOM, Rung
@@ -36,7 +35,7 @@ def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
     """The score of a rung over robot-steps and over wall-clock time, a line an algorithm."""
     found = by_algorithm(runs)
     styles = _styles(found)
-    figure, panels = panel_grid(2, 5.6)
+    figure, panels = panel_grid(2, 3.0, 3.0)
     for axes, name in zip(panels, ("robot_steps", "wall_s"), strict=True):
         for algorithm, own in found.items():
             title = _title(algorithm)
@@ -49,17 +48,15 @@ def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
     highest = max((score.mean for score in rung.card.scores.values()), default=0.0)
     for axes in panels:
         axes.set_ylim(0.0, 1.05 * max(top, highest))
-        _draw_references(axes, rung)
-    draw_legend(figure, panels, styles)
-    draw_caption(figure, _caption(rung, runs, command))
-    return figure
+        _draw_references(axes, rung, is_named=axes is panels[-1])
+    return finish_figure(figure, panels, _caption(rung, runs, command), styles)
 
 
 def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure:
     """The share of runs above each normalised score, a line an algorithm."""
     found = by_algorithm(runs)
     styles = _styles(found)
-    figure, (axes,) = panel_grid(1, 6.4)
+    figure, (axes,) = panel_grid(1, 4.0, 3.4)
     for algorithm, own in found.items():
         share, low, high = performance_profile(strata_of(rungs, own), TAUS.tolist())
         means = Means(TAUS, 100.0 * share, 100.0 * low, 100.0 * high)
@@ -67,11 +64,9 @@ def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure
     axes.set_xlim(TAUS[0], TAUS[-1])
     labels = "normalised score: 0 random, 1 oracle", "runs above it [%]"
     finish_panel(axes, "Performance profiles", labels)
-    draw_legend(figure, [axes], styles)
     names = ", ".join(rung.name for rung in rungs)
-    text = f"Runs of {names}, with 95 % stratified bootstrap bands. {command}"
-    draw_caption(figure, text)
-    return figure
+    text = f"Runs of {names}, with 95 % stratified bootstrap bands."
+    return finish_figure(figure, [axes], Caption(text, command=command), styles)
 
 
 def _styles(found: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
@@ -98,8 +93,8 @@ def _curve(runs: Sequence[Run], over: str) -> Means:
     return Means(np.array(x) / (MILLION if over == "robot_steps" else MINUTE), mean, low, high)
 
 
-def _draw_references(axes: Axes, rung: Rung) -> None:
-    """A thin line for each score of the card, named at the right end."""
+def _draw_references(axes: Axes, rung: Rung, is_named: bool) -> None:
+    """A thin line for each score of the card; the last panel names them at the right end."""
     top = axes.get_ylim()[1]
     wanted = (RANDOM, *rung.references)
     scores = {name: rung.card.scores[name].mean for name in wanted if name in rung.card.scores}
@@ -108,15 +103,18 @@ def _draw_references(axes: Axes, rung: Rung) -> None:
         colour = style_of(name).colour
         axes.axhline(score, color=colour, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
         at = max(score / top, at + CLOSE)
-        axes.annotate(
-            name, (1.01, at), xycoords="axes fraction", fontsize=7.5, color=FAINT, va="center"
-        )
+        if is_named:
+            size = style_in_use().points(NOTE)
+            axes.annotate(
+                name, (1.01, at), xycoords="axes fraction", fontsize=size, color=FAINT, va="center"
+            )
 
 
-def _caption(rung: Rung, runs: Sequence[Run], command: str) -> str:
+def _caption(rung: Rung, runs: Sequence[Run], command: str) -> Caption:
     seeds = {len(own) for own in by_algorithm(runs).values()}
     n = f"{min(seeds)}" if len(seeds) == 1 else f"{min(seeds)} to {max(seeds)}"
-    return (
-        f"Rung {rung.card.rung}, {rung.name}. Interquartile means over {n} seeds of training with"
-        f" 95 % bootstrap bands, on held-back episodes. Broken lines: means of the card. {command}"
+    text = (
+        f"Rung {rung.card.rung}, {rung.name}. Interquartile means over the seeds of training with"
+        " 95 % bootstrap bands, on held-back episodes. Broken lines: means of the card."
     )
+    return Caption(text, f"n = {n} seeds of training", command)

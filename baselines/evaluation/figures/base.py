@@ -9,6 +9,7 @@ from typing import Protocol
 from matplotlib.figure import Figure
 
 from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
+from baselines.evaluation.figure_page import Caption
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.registry import Registry
 
@@ -29,6 +30,10 @@ class PlotOptions:
     """None: the one number that varies."""
     seed: int | None = None
     """None: the first."""
+    style: str = "screen"
+    """Page style."""
+    with_caption: bool = False
+    """The whole caption is drawn."""
 
     @property
     def given(self) -> dict[str, object]:
@@ -49,6 +54,8 @@ class PlotOptions:
         for name, value in self.given.items():
             values = value if isinstance(value, tuple) else (value,)
             words += [word for each in values for word in (f"--{name}", str(each))]
+        words += [] if self.style == "screen" else ["--style", self.style]
+        words += ["--caption"] if self.with_caption else []
         return shlex.join(words)
 
     @cached_property
@@ -85,9 +92,9 @@ class PlotOptions:
             raise UnknownNameError("metric", metric, kind.columns)
         return metric
 
-    def caption(self, text: str) -> str:
-        """The caption: a text, then the command that makes the figure."""
-        return f"{text} {self.command}"
+    def caption(self, text: str, groups: Sequence[EpisodeGroup] = (), note: str = "") -> Caption:
+        """The caption: a text, and how many episodes of which code the groups hold, or a note."""
+        return Caption(text, note or counted(groups), self.command, codes(groups))
 
 
 class FigureKind(Protocol):
@@ -134,17 +141,23 @@ def by_setup(groups: Sequence[EpisodeGroup]) -> dict[str, list[EpisodeGroup]]:
 
 
 def size_of(groups: Sequence[EpisodeGroup]) -> str:
-    """Caption text: robots and length of the episodes, where all have the same."""
+    """Text of a note: robots and length of the episodes, where all have the same."""
     robots = {group.episodes[0].n_robots for group in groups}
     lengths = {group.episodes[0].duration_s for group in groups}
     parts = [f"{min(robots)} robots"] if len(robots) == 1 else []
     parts += [f"{min(lengths):g} s"] if len(lengths) == 1 else []
-    return f"{', '.join(parts)}. " if parts else ""
+    return "".join(f"{part}, " for part in parts)
 
 
 def counted(groups: Sequence[EpisodeGroup]) -> str:
-    """Caption text: how many episodes stand behind each group, and the code that ran them."""
+    """The note: robots, length and number of the episodes behind each group."""
+    if not groups:
+        return ""
     sizes = {len(group.episodes) for group in groups}
     n = f"{min(sizes)}" if len(sizes) == 1 else f"{min(sizes)} to {max(sizes)}"
-    codes = ", ".join(sorted({group.code for group in groups}))
-    return f"n = {n} episodes each, code {codes}."
+    return f"{size_of(groups)}n = {n} episodes each"
+
+
+def codes(groups: Sequence[EpisodeGroup]) -> tuple[str, ...]:
+    """The code that ran the episodes of the groups."""
+    return tuple(sorted({group.code for group in groups}))

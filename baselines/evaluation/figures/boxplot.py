@@ -6,14 +6,15 @@ from matplotlib.figure import Figure
 
 from baselines.evaluation.box_plots import BOXES, box_panels
 from baselines.evaluation.dataset_reader import EpisodeGroup
+from baselines.evaluation.figure_page import Caption
 from baselines.evaluation.figures.base import (
     FIGURES,
     SELECTION,
     PlotOptions,
     by_setup,
+    codes,
     counted,
     sample,
-    size_of,
 )
 
 
@@ -33,15 +34,10 @@ FIGURES.register("boxplot")(Boxplot())
 def boxplot(groups: Sequence[EpisodeGroup], metric: str, command: str) -> Figure:
     """Draw a box for each group, a panel for each setup; the command goes into the caption."""
     panels = {
-        setup: {_lines(each.label()): {"": sample(each, metric)} for each in listed}
+        setup: {each.label(): {"": sample(each, metric)} for each in listed}
         for setup, listed in by_setup(groups).items()
     }
     axis = groups[0].kind.axis(metric)
-    text = f"{axis.capitalize()}. {size_of(groups)}{BOXES} {counted(groups)} {command}"
-    controllers = {_lines(each.label()): each.label() for each in groups}
-    return box_panels(panels, ("", axis), text, controllers)
-
-
-def _lines(label: str) -> str:
-    """A controller's name and parameters, broken into lines."""
-    return label.replace(":", ":\n").replace(",", ",\n")
+    n = max(len(each.episodes) for each in groups)
+    caption = Caption(f"{axis.capitalize()}. {BOXES}", counted(groups), command, codes(groups), n)
+    return box_panels(panels, ("", axis), caption)

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from baselines.evaluation.dataset_reader import EpisodeGroup
-from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions, counted, sample
+from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions, sample
 from baselines.evaluation.line_plots import Means, mean_panels
 from baselines.evaluation.listing import units
 from baselines.evaluation.statistics import mean_interval
@@ -39,8 +39,8 @@ class MetricOverParameter:
                 panels[group.setup()][group.label()] = level
         head = having[0]
         axes = _axis(x, head), head.kind.axis(options.shown_metric)
-        text = f"Means with 95 % bootstrap intervals (BCa). {counted(options.groups)}"
-        return mean_panels(panels, axes, options.caption(text))
+        text = "Means with 95 % bootstrap intervals (BCa)."
+        return mean_panels(panels, axes, options.caption(text, options.groups))
 
 
 FIGURES.register("curve")(MetricOverParameter())

@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from baselines.evaluation.figures.base import FIGURES, PlotOptions
-from baselines.evaluation.line_plots import Means, draw_band, line_styles
-from baselines.evaluation.plot_style import draw_caption, draw_legend, finish_panel, panel_grid
+from baselines.evaluation.line_plots import Means, band_panels
 from swarm_forage_env.errors import ConfigError
 
 HOUR = 3600.0
@@ -69,8 +68,9 @@ class LearningCurves:
                 f"--scenario {', '.join(options.scenarios)}: the cards have {', '.join(known)}"
             )
         made = " ".join(f"{name}: {card.command}." for name, card in cards.items())
-        text = f"Means over the held-back seeds with 95 % intervals. {made} {options.command}"
-        return _draw(panels, text)
+        text = f"Means over the held-back seeds with 95 % intervals. {made}"
+        names = "simulated time of training [h]", "round trips"
+        return band_panels(panels, names, options.caption(text))
 
 
 FIGURES.register("learning")(LearningCurves())
@@ -112,16 +112,3 @@ def _curve(card: TrainingCard, scenario: str) -> Means:
     spans = [point.round_trips[scenario] for point in points]
     mean, low, high = np.array([(each.mean, each.low, each.high) for each in spans]).T
     return Means(np.array([point.simulated_s / HOUR for point in points]), mean, low, high)
-
-
-def _draw(panels: dict[str, dict[str, Means]], text: str) -> Figure:
-    styles = line_styles(panels)
-    figure, all_axes = panel_grid(len(panels), 4.2)
-    for axes, (title, series) in zip(all_axes, panels.items(), strict=True):
-        for name, means in series.items():
-            draw_band(axes, name, means, styles[name])
-        axes.set_xlim(left=0.0)
-        finish_panel(axes, title, ("simulated time of training [h]", "round trips"))
-    draw_legend(figure, all_axes, styles)
-    draw_caption(figure, text)
-    return figure

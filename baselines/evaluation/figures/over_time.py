@@ -10,8 +10,6 @@ from baselines.evaluation.figures.base import (
     SELECTION,
     PlotOptions,
     by_setup,
-    counted,
-    size_of,
 )
 from baselines.evaluation.line_plots import (
     BANDS,
@@ -38,8 +36,8 @@ class ShareOverTime:
             setup: {each.label(): self.curve(each.episodes) for each in groups}
             for setup, groups in by_setup(options.foraging_groups).items()
         }
-        text = f"{self.words} {size_of(options.groups)}{BANDS} {counted(options.groups)}"
-        figure = curve_panels(panels, ("time [s]", self.axis), options.caption(text))
+        caption = options.caption(f"{self.words} {BANDS}", options.groups)
+        figure = curve_panels(panels, ("time [s]", self.axis), caption)
         for axes in figure.axes:
             axes.set_ylim(0.0, 102.0)
         return figure

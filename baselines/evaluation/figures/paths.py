@@ -23,7 +23,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.task import task_of
+from swarm_forage_env.task import stage_of, task_of
 
 LOGGER = logging.getLogger("swarm-forage")
 
@@ -32,9 +32,6 @@ CELL = 0.02
 
 MOST = 6
 """Panels, at most."""
-
-AREAS = ("nest", "prey")
-"""In the order of the world's areas."""
 
 
 @dataclass(frozen=True)
@@ -68,13 +65,19 @@ class PathMaps:
                 " or --scenario"
             )
         densities = {title: _draw(title, job) for title, job in jobs.items()}
-        first = next(iter(jobs.values()))
+        setups = {title.partition("\n")[0] for title in densities}
+        note = (
+            f"one episode each, seed {', '.join(sorted({str(job.seed) for job in jobs.values()}))}"
+        )
+        if len(setups) == 1:
+            note = f"{min(setups)}, {note}"
+            densities = {title.partition("\n")[2]: each for title, each in densities.items()}
         made = "as evaluated" if all(job.kept for job in jobs.values()) else "run for this figure"
         text = (
-            f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; {made}"
-            f" (seed {first.seed})."
+            f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; {made}. The"
+            " frame has the colour of the controller."
         )
-        return density_panels(densities, options.caption(text))
+        return density_panels(densities, options.caption(text, note=note))
 
 
 FIGURES.register("paths")(PathMaps())
@@ -175,7 +178,5 @@ def _density(job: Job, places: Iterable[Array]) -> Density:
         cells = np.clip(((place / size + 0.5) * n_cells).astype(np.int64), 0, np.array(n_cells) - 1)
         np.add.at(counts, (cells[:, 0], cells[:, 1]), 1.0)
     cell_area = size[0] * size[1] / counts.size
-    areas = {name: (float(x), float(y)) for name, (x, y) in zip(AREAS, scenario.areas, strict=True)}
-    radius = scenario.task.area_radius
     values = counts.T / (scenario.n_ticks * cell_area)
-    return Density(values, size, areas, radius, job.controller)
+    return Density(values, stage_of(scenario, job.controller))

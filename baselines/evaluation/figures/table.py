@@ -11,9 +11,7 @@ from baselines.evaluation.figures.base import (
     SELECTION,
     PlotOptions,
     by_setup,
-    counted,
     sample,
-    size_of,
 )
 from baselines.evaluation.heat_maps import table_panels
 from baselines.evaluation.statistics import Estimate, mean_interval
@@ -45,11 +43,9 @@ class MotionByLocalisation:
             LOGGER.warning("left out, as they name no localisation: %s", ", ".join(sorted(left)))
         tables = {setup: _table(options, each) for setup, each in by_setup(combined).items()}
         axis = combined[0].kind.axis(options.shown_metric)
-        text = (
-            f"{axis.capitalize()}: mean over its 95 % bootstrap interval (BCa), darker is more."
-            f" {size_of(combined)}{counted(combined)}"
-        )
-        return table_panels(tables, ("localisation", "motion"), options.caption(text))
+        text = f"{axis.capitalize()}: mean over its 95 % bootstrap interval (BCa), darker is more."
+        names = "localisation", "motion"
+        return table_panels(tables, names, options.caption(text, combined))
 
 
 FIGURES.register("table")(MotionByLocalisation())

@@ -10,7 +10,6 @@ from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.evaluation.figures.base import FIGURES, PlotOptions
 from baselines.evaluation.heat_maps import weight_panels
-from baselines.evaluation.plot_style import TITLE_LETTERS
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.array_rules import ArrayWeighting
@@ -41,18 +40,18 @@ class WeightMaps:
         ConfigError for one that carries covariances in the place of paths.
         """
         maps = {
-            f"{name[:TITLE_LETTERS]}\ndisagreement {100 * disagreement:g} cm": _map(
-                name, disagreement
-            )
+            f"{100 * disagreement:g} cm apart": {
+                name: _map(name, disagreement) for name in options.sources
+            }
             for disagreement in DISAGREEMENTS
-            for name in options.sources
         }
         text = (
             f"g: share of the heard estimate, for an exchange of {MESSAGES:g} messages over"
             f" {100 * RANGE:g} cm about the area that the robot heads for, {AWAY:g} m ahead;"
-            " it left the other area a quarter of its path ago."
+            " it left the other area a quarter of its path ago. Paths since the area; the titles"
+            " say how far apart the own and the heard place lie."
         )
-        return weight_panels(maps, LONGEST, len(options.sources), options.caption(text))
+        return weight_panels(maps, LONGEST, options.caption(text))
 
 
 FIGURES.register("weights")(WeightMaps())

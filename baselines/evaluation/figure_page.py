@@ -1,0 +1,242 @@
+"""The page of a figure: its size and letters, its panels, legend and note, and its caption."""
+
+import textwrap
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from baselines.evaluation.plot_style import FAINT, GRID, style_of
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.registry import Registry
+
+
+@dataclass(frozen=True)
+class PageStyle:
+    """The size of a figure and of all that is on it."""
+
+    width: float
+    """Of the figure [inch]."""
+
+    scale: float
+    """Of letters, lines and panels, against those of the style `screen`."""
+
+    def points(self, size: float) -> float:
+        """A size of letters or lines on this page [pt], from that of `screen`."""
+        return self.scale * size
+
+
+TITLE, LABEL, TICK, NOTE, LINE = 10.0, 9.0, 8.0, 7.5, 1.6
+"""Sizes of letters and width of a line in the style `screen` [pt]."""
+
+LETTER = 0.0078
+"""Breadth of a letter, about, for each point of its size [inch]."""
+
+PAGE_STYLES: Registry[PageStyle] = Registry("style of figures")
+"""Page styles by name: as broad as a page of the docs, or as a column of a paper."""
+
+PAGE_STYLES.register("screen")(PageStyle(8.0, 1.0))
+PAGE_STYLES.register("paper")(PageStyle(3.35, 0.8))
+
+_STYLE: ContextVar[str] = ContextVar("page style", default="screen")
+
+
+@contextmanager
+def page_style(name: str) -> Iterator[None]:
+    """Draw all figures in this context in a page style; UnknownNameError if there is none."""
+    _ = PAGE_STYLES[name]
+    before = _STYLE.set(name)
+    try:
+        yield
+    finally:
+        _STYLE.reset(before)
+
+
+def style_in_use() -> PageStyle:
+    """The page style that figures are drawn in."""
+    return PAGE_STYLES[_STYLE.get()]
+
+
+@dataclass(frozen=True)
+class Caption:
+    """The words that belong to a figure; drawn is the note, the file keeps them all."""
+
+    text: str = ""
+    """What is shown, and how."""
+
+    note: str = ""
+    """How many episodes stand behind it."""
+
+    command: str = ""
+    """The command line that draws the figure again."""
+
+    code: tuple[str, ...] = ()
+    """Of the code that ran the episodes."""
+
+    n: int = 0
+    """Episodes behind each mean or box, the most; 0: not told."""
+
+    def __str__(self) -> str:
+        """All of it, as text."""
+        note = f"{self.note}." if self.note else ""
+        code = f"Code {', '.join(self.code)}." if self.code else ""
+        return " ".join(part for part in (self.text, note, code, self.command) if part)
+
+
+class CaptionedFigure(Figure):
+    """A figure with its caption."""
+
+    caption = Caption()
+
+
+HEIGHT, LONE = 2.3, 3.0
+"""Of a panel, and of one that is alone, in the style `screen` [inch]."""
+
+
+def panel_grid(
+    n_panels: int, least: float, height: float | None = None
+) -> tuple[CaptionedFigure, list[Axes]]:
+    """A figure of panels: as many in a row as fit, each at least so broad, in even rows [inch]."""
+    style = style_in_use()
+    fitting = max(1, int(style.width / (style.scale * least)))
+    rows = -(-n_panels // fitting)
+    columns = -(-n_panels // rows)
+    each = height or (LONE if n_panels == 1 else HEIGHT)
+    size = style.width, style.scale * (each * rows + 0.7)
+    figure = CaptionedFigure(figsize=size, layout="constrained")
+    axes = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for unused in axes[n_panels:]:
+        unused.remove()
+    return figure, axes[:n_panels]
+
+
+def finish_panel(
+    axes: Axes, title: str, axes_names: tuple[str, str], is_across: bool = False
+) -> None:
+    """Set labels, grid and ticks of a panel whose values start at zero: on y, or across on x."""
+    label_panel(axes, title, axes_names)
+    values = axes.xaxis if is_across else axes.yaxis
+    set_limits = axes.set_xlim if is_across else axes.set_ylim
+    highest = axes.dataLim.x1 if is_across else axes.dataLim.y1
+    set_limits(0.0, None if highest > 0.0 else 1.0)
+    values.set_major_locator(MaxNLocator(nbins=n_ticks(axes) if is_across else 6))
+    values.grid(visible=True, color=GRID, linewidth=0.7)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def panel_width(axes: Axes) -> float:
+    """The breadth of a panel with its labels [inch]."""
+    grid = axes.get_gridspec()
+    columns = grid.ncols if grid is not None else 1
+    return float(style_in_use().width / columns)
+
+
+def n_ticks(axes: Axes, letters: int = 5) -> int:
+    """How many intervals between ticks on x leave room for labels of so many letters."""
+    label = LETTER * style_in_use().points(TICK) * (letters + 3)
+    return max(2, min(8, int((panel_width(axes) - 0.6) / label)))
+
+
+def label_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
+    """Set a panel's title and axis labels x, y; a long title is broken."""
+    style = style_in_use()
+    letters = int(0.9 * panel_width(axes) / (LETTER * style.points(TITLE)))
+    lines = [
+        wrapped_name(line, letters)
+        for words in title.split("\n")
+        for line in textwrap.wrap(words, letters, break_long_words=False, break_on_hyphens=False)
+    ]
+    axes.set_title("\n".join(lines), fontsize=style.points(TITLE), loc="left")
+    axes.set_xlabel(axes_names[0], fontsize=style.points(LABEL))
+    axes.set_ylabel(axes_names[1], fontsize=style.points(LABEL))
+    axes.tick_params(labelsize=style.points(TICK))
+
+
+def draw_frame(axes: Axes, controller: str) -> None:
+    """Draw the frame of a heat map in the colour of its controller."""
+    width = style_in_use().points(2.5)
+    axes.spines[:].set(color=style_of(controller).colour, linewidth=width)
+
+
+def finish_figure(
+    figure: CaptionedFigure, panels: Sequence[Axes], caption: Caption, order: Iterable[str] = ()
+) -> Figure:
+    """Draw the legend of the series in this order and the note; name an axis at the margin only."""
+    _name_at_the_margins(panels)
+    draw_legend(figure, panels, order)
+    figure.caption = caption
+    if caption.note:
+        _draw_words(figure, caption.note, x=0.99, ha="right")
+    return figure
+
+
+def _name_at_the_margins(panels: Sequence[Axes]) -> None:
+    """Leave out the name of an axis where the panel to the left, or below, has the same one."""
+    columns = panels[0].get_gridspec().ncols  # type: ignore[union-attr]
+    names = [(axes.get_xlabel(), axes.get_ylabel()) for axes in panels]
+    for number, (x, y) in enumerate(names):
+        if number + columns < len(names) and names[number + columns][0] == x:
+            panels[number].set_xlabel("")
+        if number % columns and names[number - 1][1] == y:
+            panels[number].set_ylabel("")
+
+
+def draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -> None:
+    """Draw one legend above the panels, with every series once."""
+    handles: dict[str, Any] = {}
+    for axes in panels:
+        found, names = axes.get_legend_handles_labels()
+        handles |= dict(zip(names, found, strict=True))
+    shown = [name for name in order if name in handles]
+    if not shown:
+        return
+    style = style_in_use()
+    width = LETTER * style.points(LABEL) * max(map(len, shown)) + 0.55 * style.scale
+    columns = max(1, min(len(shown), int(figure.get_figwidth() / width)))
+    rows = -(-len(shown) // columns)
+    columns = -(-len(shown) // rows)
+    figure.set_figheight(figure.get_figheight() + 0.2 * style.scale * rows)
+    figure.legend(
+        [handles[name] for name in shown], shown, loc="outside upper center", ncols=columns,
+        frameon=False, fontsize=style.points(LABEL), handlelength=2.6, columnspacing=1.4,
+    )  # fmt: skip
+
+
+def draw_caption(figure: Figure) -> None:
+    """Draw the whole caption below the panels, in the place of the note."""
+    caption = figure.caption if isinstance(figure, CaptionedFigure) else Caption()
+    _draw_words(figure, str(caption), x=0.01, ha="left")
+
+
+def _draw_words(figure: Figure, text: str, x: float, ha: Literal["left", "right"]) -> None:
+    """Draw words below the panels in as many lines as they need."""
+    size = style_in_use().points(NOTE)
+    letters = int(0.95 * figure.get_figwidth() / (0.95 * LETTER * size))
+    wrapped = textwrap.fill(text, letters, break_on_hyphens=False)
+    figure.set_figheight(figure.get_figheight() + 1.25 * size / 72 * wrapped.count("\n"))
+    figure.supxlabel(wrapped, fontsize=size, color=FAINT, x=x, ha=ha)
+
+
+def spans_decades(x: Float64[Array, " points"]) -> bool:
+    """Whether values spread so far that a logarithmic axis shows them better."""
+    return bool(x.min() > 0.0 and x.max() / x.min() >= 50.0)
+
+
+def wrapped_name(name: str, letters: int) -> str:
+    """The name of a controller in lines of so many letters, where it can be broken.
+
+    >>> wrapped_name("dsgiff-frequent:beta=0.003,pause=4", 24)
+    'dsgiff-frequent:\\nbeta=0.003,pause=4'
+    """
+    lines = [""]
+    for part in name.replace(":", ":\0").replace(",", ",\0").replace("+", "+\0").split("\0"):
+        if lines[-1] and len(lines[-1]) + len(part) > letters:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(lines)
