@@ -7,7 +7,8 @@ FAULTS  ?= 20
 BIN     := .venv/bin
 READY   := .venv/.ready
 TESTS   := pytest hypothesis beartype
-REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es2 es3)
+REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es2 es3 \
+	waypoints-05 waypoints-25)
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults test-wheel test-browser test-docs test-rllib test-torchrl test-cuda \
@@ -111,19 +112,22 @@ reproduce: $(READY)  ## the claims and figures of the three papers, and faulty r
 	$(BIN)/swarm-forage reproduce robustness --set task.duration=900 --episodes 6 \
 		--physics kinematic --workers $(WORKERS) --page docs/papers/robustness.md
 
-pictures: $(READY)  ## the still and the clip of README and docs
+pictures: $(READY)  ## the stills and the clip of README and docs
 	$(BIN)/swarm-forage watch es1 ssgikf --seed 1 --start 571 --seconds 1 --select 7 \
 		--size 800 --frame docs/images/es1.png
 	$(BIN)/swarm-forage watch es1 ssgikf --seed 1 --start 420 --seconds 100 --speed 12 \
 		--size 480 --video docs/images/es1.gif
+	$(BIN)/swarm-forage watch waypoints-05 boids-adaptive --seconds 60 --select 2 \
+		--size 720 --frame docs/images/waypoints.png
 
 # A replay shows two minutes from a moment when the swarm knows its way.
 build/replays/near.html: START = 120
 build/replays/es2.html build/replays/es3.html: START = 1800
-build/replays/%.html: START ?= 420
+build/replays/%.html: SHOWN ?= ssgikf --start $(or $(START),420) --seconds 120
+build/replays/waypoints-%.html: SHOWN = boids-adaptive
 build/replays/%.html: .venv-docs/.ready
 	@mkdir -p $(@D)
-	.venv-docs/bin/swarm-forage watch $* ssgikf --seed 1 --start $(START) --seconds 120 --html $@
+	.venv-docs/bin/swarm-forage watch $* $(SHOWN) --seed 1 --html $@
 
 docs: .venv-docs/.ready $(REPLAYS)  ## build the site into site/: strict, nothing fetched from elsewhere
 	NO_MKDOCS_2_WARNING=1 .venv-docs/bin/python -m mkdocs build --quiet

@@ -15,7 +15,10 @@ from training.ladder.rungs import RANDOM, Rung, Score, read_rungs
 
 TIMES = "\N{MULTIPLICATION SIGN}"
 
-REPLAYED = dict.fromkeys(("near", "es1-clean", "es1", "real", "ants2008", "es2", "es3"), "ssgikf")
+REPLAYED = {
+    **dict.fromkeys(("near", "es1-clean", "es1", "real", "ants2008", "es2", "es3"), "ssgikf"),
+    **dict.fromkeys(("waypoints-05", "waypoints-25"), "boids-adaptive"),
+}
 """Scenarios with a replay under build/replays, and the controller that it shows."""
 
 EASIEST_FIRST = ("near", "es1-clean", "es1", "real", "ants2008", "es2", "es3")
