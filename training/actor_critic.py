@@ -25,9 +25,9 @@ from training.learned_motion import (
     pooled_features,
     wheel_speeds,
 )
-from training.learned_weighting import FEATURES, HIDDEN, SCALES, weighting_network_shapes
-from training.learned_weighting import NETWORK as WEIGHTING_NETWORK
+from training.learned_weighting import ENCOUNTER_NETWORK, HIDDEN
 from training.policy_file import LayerName, Shapes, Weights
+from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK
 
 LOG_STD_WITHOUT_EFFECT = -5.0
 """Logarithm of the standard deviation of an action that has no effect."""
@@ -112,14 +112,15 @@ class MotionCritic(NamedNetwork):
 class WeightingActor(NamedNetwork):
     """The actor of a learned weighting: the network of `training.learned_weighting` in PyTorch."""
 
-    network = WEIGHTING_NETWORK
+    architecture = ENCOUNTER_NETWORK
+    network = architecture.name
 
     def __init__(self, layout: ObservationLayout, hidden: int = HIDDEN) -> None:
         """Make a network for observations of this layout, with `hidden` hidden units."""
         self.sizes = {"hidden": hidden}
-        super().__init__(weighting_network_shapes(self.sizes), "output", GAIN)
+        super().__init__(self.architecture.shapes(self.sizes), "output", GAIN)
         self._columns = field_columns(layout, "encounter")
-        scales = torch.tensor(SCALES)
+        scales = torch.tensor(self.architecture.scales)
         self._unit, self._centre, self._spread = scales[:, 0], scales[:, 1], scales[:, 2]
 
     def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
@@ -130,14 +131,45 @@ class WeightingActor(NamedNetwork):
         told = {name: observed[:, each] for name, each in self._columns.items()}
         both = {name: told[name].expand(-1, 2) for name in ("frames", "range")}
         elsewhere = {"own_p_elsewhere": told["own_p"].flip(1)}
-        shown = torch.stack([{**told, **both, **elsewhere}[name] for name in FEATURES], 2)
+        seen = {**told, **both, **elsewhere, **self._remembered(observed)}
+        shown = torch.stack([seen[name] for name in self.architecture.features], 2)
         x = (torch.log1p(shown / self._unit) - self._centre) / self._spread
         w, direct = self.arrays, self.arrays["direct.weight"]
         hidden = torch.tanh(dense_layer(w, "hidden", x))
         ahead = told["own_p"] - told["heard_p"]
         network = x @ direct[:-1] + hidden @ w["output.weight"] + w["output.bias"]
-        met = told["own_known"] * told["heard_known"]
-        return torch.sigmoid((1.0 + direct[-1]) * ahead + network) * met, met
+        asked = self._asked(told)
+        return torch.sigmoid((1.0 + direct[-1]) * ahead + network) * asked, asked
+
+    def _remembered(self, observed: Tensor) -> dict[str, Tensor]:
+        """What is not observed in the encounter: nothing."""
+        return {}
+
+    def _asked(self, told: Mapping[str, Tensor]) -> Tensor:
+        """1 for each area of which both robots hold an estimate."""
+        return told["own_known"] * told["heard_known"]
+
+
+class ReputationActor(WeightingActor):
+    """The actor of `training.reputation_weighting`.
+
+    It sees an encounter, and then what is remembered of one area.
+    """
+
+    architecture = REPUTATION_NETWORK
+    network = architecture.name
+
+    def _remembered(self, observed: Tensor) -> dict[str, Tensor]:
+        """What is remembered, alike for both areas."""
+        columns = observed[:, -len(REMEMBERED) :].T
+        return {
+            name: column[:, None].expand(-1, 2)
+            for name, column in zip(REMEMBERED, columns, strict=True)
+        }
+
+    def _asked(self, told: Mapping[str, Tensor]) -> Tensor:
+        """1 for each area that the partner told of."""
+        return told["heard_known"]
 
 
 class WeightingCritic(NamedNetwork):

@@ -18,7 +18,7 @@ from swarm_forage_env.foraging.metrics import total
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer, WeightingLayer
 from swarm_forage_env.loop import Loop
-from training.learned_weighting import network_weighting
+from training.learned_weighting import ENCOUNTER_NETWORK, WeightingNetwork
 from training.linear_motion_policy import linear_motion
 from training.policy_file import LayerName
 
@@ -31,10 +31,11 @@ class CandidateWeighting:
     """A weighting by a network of these flat weights."""
 
     network: Float32[Array, " numbers"]
+    architecture: WeightingNetwork = ENCOUNTER_NETWORK
 
     def layer(self, scenario: Scenario) -> WeightingLayer:
         """The network as a compiled layer."""
-        return network_weighting(self.network)
+        return self.architecture.layer(self.network)
 
 
 @dataclass(frozen=True)
@@ -46,10 +47,6 @@ class CandidateMotion:
     def layer(self, scenario: Scenario) -> MotionLayer:
         """The policy as a compiled layer."""
         return linear_motion(self.policy, scenario)
-
-
-CANDIDATES: Mapping[LayerName, Any] = {"weighting": CandidateWeighting, "motion": CandidateMotion}
-"""What runs a candidate in the place of each layer."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +70,8 @@ class CandidateRollouts:
     physics: str = "rigid"
     workers: int = 1
     layer: LayerName = "weighting"
+    architecture: WeightingNetwork = ENCOUNTER_NETWORK
+    """Architecture of the candidates for a weighting."""
 
     def warm_up(self, network: Float32[Array, " numbers"]) -> None:
         """Compile every kernel once, so that worker processes find them in the cache."""
@@ -112,7 +111,10 @@ class CandidateRollouts:
 
     def _with(self, network: Float32[Array, " numbers"]) -> LayeredController:
         """The controller with a candidate in the place of its layer."""
-        return replace(self.controller, **{self.layer: CANDIDATES[self.layer](network)})
+        if self.layer == "weighting":
+            candidate = CandidateWeighting(network, self.architecture)
+            return replace(self.controller, weighting=candidate)
+        return replace(self.controller, motion=CandidateMotion(network))
 
     def _run(self, jobs: Sequence[RolloutJob]) -> list[Int64[Array, " worlds"]]:
         return run_parallel((delayed(run_job)(job) for job in jobs), self.workers)

@@ -1,19 +1,21 @@
 """The named learned controllers, as `learned-weighting:policy=runs/x/best.safetensors`.
 
 The other layers are those of `dsgiff-frequent` for a learned weighting, of `ssgiff` for a
-learned motion, and of `dsgiff-penalised` for both.
+learned motion, and of `dsgiff-penalised` for both; a weighting that was trained among liars runs
+over `reputation_odometry`.
 
 Policies of other trainers are named by kind and file, as `sb3:model.zip`; their other layers are
 those that they were trained beside.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from baselines.controller import LayeredController
 from baselines.controllers import FREQUENT, PENALISED, SINGLE, SUBSUMPTION
+from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.registry import CONTROLLERS, POLICIES
 from training.callable_policy import CallablePolicy
@@ -22,8 +24,11 @@ from training.learned_weighting import LearnedWeighting
 from training.onnx_policy import OnnxPolicy
 from training.policy_controller import named_policy
 from training.policy_file import LayerName
+from training.reputation_weighting import REPUTATION_NETWORK, LearnedReputation, network_over
 from training.sb3_policy import SB3Policy
 from training.torchscript_policy import TorchScriptPolicy
+
+REPUTATION = ReputationOdometryParameters(weighs_unknown=True, pause=5.0, refractory=10.0)
 
 NAMED = (
     LayeredController("learned-weighting", FREQUENT, LearnedWeighting(), SUBSUMPTION),
@@ -34,6 +39,7 @@ NAMED = (
         LearnedWeighting(policy="weighting-both"),
         LearnedMotion(policy="motion-both"),
     ),
+    LayeredController("learned-sceptical", REPUTATION, LearnedReputation(), SUBSUMPTION),
 )
 
 for controller in NAMED:
@@ -50,15 +56,20 @@ KINDS = {
 for kind, policy in KINDS.items():
     POLICIES.register(kind)(named_policy(kind, policy()))
 
-LEARNED_LAYERS: Mapping[LayerName, Any] = {"weighting": LearnedWeighting, "motion": LearnedMotion}
-"""Class of each learned layer, which runs a policy from a file."""
+
+def learned_layer(layer: LayerName, controller: LayeredController) -> Any:  # noqa: ANN401 a Part
+    """Class of a learned layer of a controller, which runs a policy from a file."""
+    if layer == "motion":
+        return LearnedMotion
+    remembers = network_over(controller.estimator) is REPUTATION_NETWORK
+    return LearnedReputation if remembers else LearnedWeighting
 
 
 def with_learned_layers(
     controller: LayeredController, layers: Sequence[LayerName], policy: Path
 ) -> LayeredController:
     """Copy a controller, with some layers replaced by those of a policy file."""
-    parts = {layer: LEARNED_LAYERS[layer](policy=str(policy)) for layer in layers}
+    parts = {layer: learned_layer(layer, controller)(policy=str(policy)) for layer in layers}
     return replace(controller, **parts)
 
 

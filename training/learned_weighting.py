@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import WeightingLayer
+from swarm_forage_env.interface import Kernel, WeightingLayer
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.record import Numbers
 from training.policy_file import Policy, Shapes, Weights, load_policy, policy_path
@@ -38,16 +39,15 @@ SCALES = ((0.1, 3.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.5), (0.1, 3.0, 1.5), (0
 """Feature scaling: unit u [m, or frames], centre c and spread s of (ln(1 + x / u) - c) / s, which
 maps centimetres as well as tens of metres to within a few units of zero."""
 
-Features = tuple[float, float, float, float, float, float, float, float]
+Features = tuple[float, ...]
 """The scaled features of one area of an exchange."""
 
 HIDDEN = 4
 """Default number of hidden units."""
 
 
-def weighting_network_shapes(sizes: Mapping[str, int]) -> Shapes:
-    """Shapes of the arrays of the network, in the order of the flat weights."""
-    n = len(FEATURES)
+def weighting_network_shapes(sizes: Mapping[str, int], n: int = len(FEATURES)) -> Shapes:
+    """Shapes of the arrays of a network of `n` features, in the order of the flat weights."""
     return {
         "hidden.weight": (sizes["hidden"], n),
         "hidden.bias": (sizes["hidden"],),
@@ -101,7 +101,7 @@ def log_odds(features: Features, ahead: float, network: Float64[Array, " numbers
 
     x are the features, `ahead` is p_i - p_j [m], and the flat weights are V, v, w, (d, d_0), b.
     """
-    n = len(SCALES)
+    n = len(features)
     hidden = (network.shape[0] - n - 2) // (n + 2)
     biases, outputs, direct = hidden * n, hidden * (n + 1), hidden * (n + 2)
     total = network[direct + n + 1] + (1.0 + network[direct + n]) * ahead
@@ -123,10 +123,42 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
     return 0.5 + 0.5 * math.tanh(0.5 * odds)
 
 
+@dataclass(frozen=True)
+class WeightingNetwork:
+    """An architecture of learned weightings."""
+
+    name: str
+    """Name on a policy card."""
+    features: tuple[str, ...]
+    """Inputs of the network for one area of an exchange."""
+    scales: tuple[tuple[float, float, float], ...]
+    """Unit, centre and spread by which each input is scaled."""
+    gain: Kernel
+    """The weight that a network of this architecture gives."""
+
+    def shapes(self, sizes: Mapping[str, int]) -> Shapes:
+        """Shapes of the arrays of the network, in the order of the flat weights."""
+        return weighting_network_shapes(sizes, len(self.features))
+
+    def layer(self, numbers: Array) -> WeightingLayer:
+        """The weighting layer of a network, from its flat weights, rounded to single precision."""
+        single = np.asarray(numbers, np.float32).astype(np.float64)
+        return WeightingLayer(self.gain, {"network": single}, heard_p_share=1.0)
+
+    def numbers_of(self, policy: Policy) -> Float64[Array, " numbers"]:
+        """Flat weights of a policy's weighting network; ConfigError if it does not fit."""
+        policy.check_fits("weighting", Scenario())
+        shapes = self.shapes(policy.sizes_of("weighting", self.name, ("hidden",)))
+        return flatten(policy.weights_of("weighting", shapes), shapes)
+
+
+ENCOUNTER_NETWORK = WeightingNetwork(NETWORK, FEATURES, SCALES, gain)
+"""The network that sees what a learner of the weighting observes."""
+
+
 def network_weighting(network: Array) -> WeightingLayer:
-    """The weighting layer of a network, from its flat weights, rounded to single precision."""
-    single = np.asarray(network, np.float32).astype(np.float64)
-    return WeightingLayer(gain, {"network": single}, heard_p_share=1.0)
+    """The weighting layer of a network of encounters, from its flat weights."""
+    return ENCOUNTER_NETWORK.layer(network)
 
 
 @WEIGHTING_RULES.register("learned")
@@ -160,7 +192,5 @@ class LearnedWeighting(Part):
 
 
 def network_of(policy: Policy) -> Float64[Array, " numbers"]:
-    """Flat weights of a policy's weighting network; ConfigError if it does not fit."""
-    policy.check_fits("weighting", Scenario())
-    shapes = weighting_network_shapes(policy.sizes_of("weighting", NETWORK, ("hidden",)))
-    return flatten(policy.weights_of("weighting", shapes), shapes)
+    """Flat weights of a policy's network of encounters; ConfigError if it does not fit."""
+    return ENCOUNTER_NETWORK.numbers_of(policy)

@@ -50,6 +50,18 @@ def falsify(mind: Record, lie: Lie) -> None:
     """Falsify nothing: stands for the function of an estimator that has none."""
 
 
+@kernel
+def is_weighed(exchange: Exchange, area: int) -> bool:
+    """Both robots of the exchange know where the area is, so that there is something to weigh."""
+    return bool(exchange.own_known[area]) and bool(exchange.heard_known[area])
+
+
+@kernel
+def is_asked(exchange: Exchange, area: int, numbers: Record) -> bool:
+    """Ask the weighting about what both robots know, unless the estimator has its own function."""
+    return is_weighed(exchange, area)
+
+
 @row_template
 def compose_message(robot: RobotState, mind: Mind, numbers: Numbers) -> None:
     """Compose the message of a robot that somebody listens to; faults change what was composed.
@@ -103,7 +115,7 @@ def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: 
     """Steer a robot, merge what it heard, choose whether it speaks; are all its numbers finite?
 
     The wheels are decided before the merge: both layers go by what one observation shows.
-    Free names: steer, gain, merge, has_something_to_say.
+    Free names: steer, is_asked, gain, merge, has_something_to_say.
     """
     situation, exchange, action = mind.situation, mind.exchange, robot.action
     wheels = robot.command.wheels
@@ -113,7 +125,7 @@ def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: 
     is_finite = math.isfinite(wheels[0] + wheels[1])
     if exchange.is_valid:
         for area in range(2):
-            if is_weighed(exchange, area):
+            if is_asked(exchange, area, settings.estimator):
                 exchange.weight[area] = gain(exchange, area, settings.weighting)
         take_weights(action, exchange)
         is_finite = is_finite and has_finite_weights(exchange)
@@ -147,12 +159,6 @@ def has_finite_weights(exchange: Exchange) -> bool:
         if is_weighed(exchange, area) and not math.isfinite(exchange.weight[area]):
             return False
     return True
-
-
-@kernel
-def is_weighed(exchange: Exchange, area: int) -> bool:
-    """Both robots of the exchange know where the area is, so that there is something to weigh."""
-    return bool(exchange.own_known[area]) and bool(exchange.heard_known[area])
 
 
 @kernel

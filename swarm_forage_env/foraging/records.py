@@ -235,6 +235,25 @@ class Exchange(Record):
     goal: int = field(np.int8, start=-1)
     """The area the robot is heading for: 0 nest, 1 prey, -1 none."""
 
+    right: float = field(np.float32)
+    """How often what the partner told turned out right; as all that a robot remembers of others,
+    zero under an estimator that keeps no reputations, and not observed by a learner."""
+
+    wrong: float = field(np.float32)
+    """How often it turned out wrong."""
+
+    support: Float32[Array, " areas"] = field(np.float32, 2)
+    """How many others told the same lately, each as far as it is trusted."""
+
+    suspicion: Float32[Array, " areas"] = field(np.float32, 2)
+    """The same, each as far as it is not trusted."""
+
+    dissent: Float32[Array, " areas"] = field(np.float32, 2)
+    """How many others told another place lately, each as far as it is trusted."""
+
+    own_visited: Int8[Array, " areas"] = field(np.int8, 2)
+    """The robot stood on the area itself since it was last lost."""
+
     weight: Float32[Array, " areas"] = field(np.float32, 2)
     """Weight with which what was heard was merged. Writer: decide."""
 

@@ -1,8 +1,10 @@
 """The bundled policies: each loads, is small, says how it was made, and does its work."""
 
+import numpy as np
 import pytest
 
 from baselines.evaluation.episode import run_episodes
+from baselines.papers.robustness import sound_trips
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
 from training.controllers import NAMED
@@ -66,3 +68,16 @@ def test_both_together_make_more_trips_than_either_alone(name, changes, worlds):
         for who in ("learned-both", "learned-weighting", "learned-motion")
     )
     assert both > max(weighting, motion)
+
+
+@pytest.mark.parametrize("conspire", ["no", "place"])
+def test_the_weighting_trained_among_liars_keeps_most_of_its_trips_among_them(conspire):
+    liars = {"faults.liar.share": 0.2, "faults.liar.conspire": conspire}
+    trips = {}
+    for who in ("learned-sceptical", "ssgikf-sceptical"):
+        for faults in ({}, liars):
+            scenario = find_scenario("es1", {"task.duration": 900.0, **faults})
+            found = run_episodes(scenario, find_controller(who), TEST_SEEDS[:6], "kinematic")
+            trips[who, bool(faults)] = np.mean([sound_trips(each) for each in found])
+    assert trips["learned-sceptical", True] > 0.8 * trips["learned-sceptical", False]
+    assert trips["learned-sceptical", True] > 1.2 * trips["ssgikf-sceptical", True]

@@ -14,17 +14,16 @@ from swarm_forage_env.foraging.array_rules import ArrayWeighting
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from training import dagger
-from training.actor_critic import WeightingActor
+from training.actor_critic import ReputationActor, WeightingActor
 from training.candidate_rollouts import CandidateWeighting
-from training.dagger import (
-    HIDDEN,
-    DAggerTraining,
+from training.dagger import HIDDEN, DAggerTraining, train
+from training.exchanges import (
+    UNKNOWN_ERROR,
     Exchanges,
     RecordingWeighting,
-    oracle_gain,
+    error_of_copying,
     record_exchanges,
     squared_error,
-    train,
 )
 from training.learned_weighting import (
     LearnedWeighting,
@@ -34,6 +33,7 @@ from training.learned_weighting import (
     weighting_network_shapes,
 )
 from training.policy_file import load_policy, observation_layout
+from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK, LearnedReputation
 
 OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
@@ -85,7 +85,17 @@ def test_the_error_of_a_merged_place_by_hand():
 
 def test_the_gain_of_an_oracle_by_hand():
     # of 0.09, 0.04 and 0.5 it makes 0.01, 0.04 and 0.01
-    assert float(oracle_gain(OWN, HEARD)) == pytest.approx((0.08 + 0.0 + 0.49) / 3.0, abs=1e-7)
+    rows, nothing = len(OWN), np.zeros((len(OWN), 0), np.float32)
+    columns = np.zeros((rows, 2), np.float32), np.ones(rows, np.float32), OWN.numpy(), HEARD.numpy()
+    found = Exchanges(nothing, *columns).oracle_gain()
+    assert float(found) == pytest.approx((0.08 + 0.0 + 0.49) / 3.0, abs=1e-7)
+
+
+def test_the_error_of_copying_an_unknown_place_by_hand():
+    g, c = torch.tensor([0.0, 1.0, 0.5]), UNKNOWN_ERROR
+    heard = torch.tensor([[0.1, 0.0], [0.1, 0.0], [3.0, 0.0]])
+    expected = [c, 0.01, 0.5 * c + 0.5 * 0.5]
+    np.testing.assert_allclose(error_of_copying(g, heard), expected, atol=1e-7)
 
 
 def test_recording_changes_nothing():
@@ -155,7 +165,8 @@ def test_a_fit_finds_out_who_is_right(imitating):
     errors = [each.astype(np.float32) for each in (np.where(fresh, wrong, right),
                                                    np.where(fresh, right, wrong))]  # fmt: skip
     learning = DAggerTraining(imitating())
-    shares = learning._fit({"es1": Exchanges(observed, area, *errors)})
+    known = np.ones(rows, np.float32)
+    shares = learning._fit({"es1": Exchanges(observed, area, known, *errors)})
     assert shares["es1"] > 0.95
 
 
@@ -199,6 +210,50 @@ def test_the_network_in_training_is_the_one_that_runs(imitating, exchanges, monk
     np.testing.assert_allclose(np.where(met, rule(seen), 0.0), g.numpy(), atol=1e-5)
     numbers = flatten(actor.to_numpy(), weighting_network_shapes(actor.sizes))
     np.testing.assert_array_equal(ArrayWeighting(network_weighting(numbers))(seen), rule(seen))
+
+
+AMONG_LIARS = "reputation_odometry+sgikf+subsumption:weighs_unknown=true,pause=5"
+LIARS = {"faults.liar.share": 0.3, "faults.liar.shift": 0.4}
+AS_TEXT = {name: str(value) for name, value in {**BUSY, **LIARS}.items()}
+
+
+def test_among_liars_unknown_areas_are_recorded_too_and_what_is_remembered():
+    scenario, controller = find_scenario("es1", {**BUSY, **LIARS}), find_controller(AMONG_LIARS)
+    numbers = np.zeros(1 + 15 + 1, np.float32)
+    found = record_exchanges(scenario, controller, numbers, SEEDS, "kinematic")
+    assert found.observed.shape == (len(found), len(LAYOUT) + len(REMEMBERED))
+    remembered = dict(zip(REMEMBERED, found.observed[:, -len(REMEMBERED) :].T, strict=True))
+    np.testing.assert_array_equal(remembered["own_known"], found.known)
+    assert 0 < found.known.sum() < len(found)
+    assert all(column.any() for column in remembered.values())
+    observed = LAYOUT.encounter(found.observed[:, : len(LAYOUT)])
+    assert observed.heard_known[np.arange(len(found)), found.area.argmax(axis=1)].all()
+
+
+def test_the_network_trained_among_liars_is_the_one_that_runs(imitating, monkeypatch):
+    monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
+    mine = imitating(budget=1, controller=AMONG_LIARS, settings=AS_TEXT)
+    policy = train(mine, silent)
+    assert policy.card.layers["weighting"].network == REPUTATION_NETWORK.name
+    actor = ReputationActor(LAYOUT, HIDDEN)
+    shapes = REPUTATION_NETWORK.shapes(actor.sizes)
+    actor.load_numpy(policy.weights_of("weighting", shapes))
+    scenario, controller = find_scenario("es1", {**BUSY, **LIARS}), find_controller(AMONG_LIARS)
+    numbers = flatten(actor.to_numpy(), shapes).astype(np.float32)
+    found = record_exchanges(scenario, controller, numbers, SEEDS[:1], "kinematic")
+    with torch.no_grad():
+        g = (actor(torch.from_numpy(found.observed))[0] * torch.from_numpy(found.area)).sum(1)
+    given = replace(controller, weighting=LearnedReputation(policy=str(policy.source)))
+    loop, weights = Loop(scenario, given, SEEDS[:1], "kinematic"), []
+    exchanges = loop.controller.minds["estimator"]["exchange"][0]
+    for _ in range(scenario.n_ticks):
+        seen = exchanges.copy()
+        loop.step()
+        told = seen["is_valid"][:, None] & (seen["heard_known"] > 0)
+        told &= (seen["own_known"] == 0) | (seen["goal"][:, None] == np.arange(2))
+        weights += exchanges["weight"][told].tolist()
+    assert len(weights) > 20
+    np.testing.assert_allclose(weights, g.numpy(), atol=1e-5)
 
 
 def test_a_training_stopped_anywhere_and_started_again_ends_the_same(

@@ -1,0 +1,163 @@
+"""A robot remembers who told what, and judges it by what it finds."""
+
+import numpy as np
+import pytest
+
+from baselines.estimators.reputation import (
+    NEVER,
+    ReputationMind,
+    describe_teller,
+    judge_by_area,
+    judge_by_loss,
+    remember,
+    trust,
+)
+from baselines.estimators.reputation_odometry import ReputationOdometryParameters, is_asked, merge
+from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.foraging.records import Exchange
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import one_record
+from swarm_forage_env.scenarios import find_scenario
+
+trust, remember, describe_teller = map(entry_point, (trust, remember, describe_teller))
+judge_by_area, judge_by_loss = map(entry_point, (judge_by_area, judge_by_loss))
+is_asked, merge = map(entry_point, (is_asked, merge))
+
+SCENARIO = find_scenario("es1")
+NUMBERS = one_record(ReputationOdometryParameters(weighs_unknown=True).layer(SCENARIO).numbers)[0]
+SLACK, DRIFT = NUMBERS["slack"], NUMBERS["drift"]
+
+
+class Robot:
+    """A robot of five, and what the others tell it."""
+
+    def __init__(self):
+        minds = ReputationMind.array((1,), robots=5)
+        self.mind = minds[0]
+        self.belief, self.reputation = minds["belief"][0], minds["reputation"][0]
+        self.exchange = minds["exchange"][0]
+
+    def hear(self, teller, place, area=NEST, p=0.0):
+        self.belief["last_partner"] = teller
+        self.belief["heard_weight"][:] = 0.0
+        self.belief["heard_weight"][area] = 4.0
+        self.belief["heard_sum"][area] = 4.0 * np.array(place)
+        self.belief["heard_p"][area] = p
+        describe_teller(self.mind, NUMBERS)
+        remember(self.mind, area, NUMBERS)
+        return self
+
+    def find(self, place, area=NEST):
+        self.belief["location"][area] = place
+        judge_by_area(self.reputation, self.belief, area, NUMBERS)
+        return self
+
+    def counts(self, other):
+        return float(self.reputation["right"][other]), float(self.reputation["wrong"][other])
+
+
+@pytest.fixture
+def robot():
+    return Robot()
+
+
+def test_trust_is_the_mean_of_a_beta_distribution(robot):
+    robot.reputation["right"][:3], robot.reputation["wrong"][:3] = (0, 3, 1), (0, 0, 4)
+    assert [trust(robot.reputation, k) for k in range(3)] == pytest.approx([1 / 2, 4 / 5, 2 / 7])
+
+
+def test_what_was_told_is_judged_once_when_the_area_is_found(robot):
+    robot.hear(1, (1.0, 0.0)).hear(2, (0.0, 1.0))
+    assert robot.counts(1) == robot.counts(2) == (0.0, 0.0)
+    robot.find((1.1, 0.0)).find((1.1, 0.0))
+    assert (robot.counts(1), robot.counts(2)) == ((1.0, 0.0), (0.0, 1.0))
+    assert robot.counts(3) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(("path", "is_right"), [(0.0, False), (3.0, True)])
+def test_the_longer_ago_the_farther_off_it_may_be(robot, path, is_right):
+    robot.hear(1, (0.0, 0.0))
+    robot.reputation["path"] += path
+    robot.find((SLACK + 2.0 * DRIFT, 0.0))
+    assert robot.counts(1) == (float(is_right), float(not is_right))
+
+
+def test_what_was_told_long_ago_is_not_judged(robot):
+    robot.hear(1, (5.0, 0.0))
+    robot.reputation["path"] += NUMBERS["remembers_within"] + 0.1
+    assert robot.find((0.0, 0.0)).counts(1) == (0.0, 0.0)
+
+
+def test_who_told_the_place_where_a_robot_gets_lost_was_wrong(robot):
+    robot.hear(1, (0.1, 0.0)).hear(2, (3.0, 0.0)).hear(3, (0.0, 0.0), area=PREY)
+    judge_by_loss(robot.reputation, robot.belief, NEST, NUMBERS)
+    assert [robot.counts(k) for k in (1, 2, 3)] == [(0.0, 1.0), (0.0, 0.0), (0.0, 0.0)]
+
+
+@pytest.mark.parametrize(
+    ("visited", "p", "counts"), [(1, 1.0, (0.0, 1.0)), (0, 1.0, (0.0, 0.0)), (1, 9.0, (0.0, 0.0))]
+)
+def test_who_contradicts_what_the_robot_saw_lately_was_wrong(robot, visited, p, counts):
+    robot.belief["known"][NEST] = 1
+    robot.belief["visited"][NEST], robot.belief["p"][NEST] = visited, p
+    assert robot.hear(1, (2.0, 0.0)).counts(1) == counts
+
+
+def test_the_exchange_shows_the_past_of_the_teller_and_of_who_told_the_same(robot):
+    robot.reputation["right"][:4], robot.reputation["wrong"][:4] = (2, 0, 8, 0), (1, 0, 0, 8)
+    robot.hear(2, (1.0, 0.0)).hear(3, (1.0, 0.2)).hear(1, (-1.0, 0.0)).hear(0, (1.0, 0.1))
+    exchange = robot.exchange
+    assert (exchange["right"], exchange["wrong"]) == (2.0, 1.0)
+    assert exchange["support"].tolist() == pytest.approx([0.9 + 0.1, 0.0])
+    assert exchange["suspicion"].tolist() == pytest.approx([0.1 + 0.9, 0.0])
+    assert exchange["dissent"].tolist() == pytest.approx([0.5, 0.0])
+    robot.hear(0, (1.0, 0.1))
+    assert robot.exchange["support"][NEST] == pytest.approx(1.0), "nobody supports himself"
+
+
+@pytest.mark.parametrize(("weight", "is_known"), [(0.49, 0), (0.51, 1)])
+def test_a_place_of_an_unknown_area_is_copied_from_one_half_on(robot, weight, is_known):
+    robot.hear(1, (1.0, 0.0), p=2.0)
+    robot.exchange["weight"] = weight
+    merge(robot.mind, np.zeros((1, 0)), 1.0, NUMBERS)
+    assert robot.belief["known"].tolist() == [is_known, 0]
+    assert robot.belief["p"][NEST] == 2.0 * is_known
+
+
+def test_the_weighting_is_asked_about_unknown_areas_only_if_it_is_to_weigh_them():
+    exchange = Exchange.array((1,))
+    exchange["heard_known"], exchange["own_known"] = (1, 1), (1, 0)
+    second_witness = one_record(ReputationOdometryParameters().layer(SCENARIO).numbers)[0]
+    asked = [[is_asked(exchange[0], k, own) for k in (0, 1)] for own in (NUMBERS, second_witness)]
+    assert asked == [[True, True], [True, False]]
+
+
+def test_without_that_it_is_sceptical_odometry_bit_for_bit():
+    numbers = {"faults.liar.share": 0.2, "task.duration": 300.0}
+    found = []
+    for estimator in ("sceptical_odometry", "reputation_odometry"):
+        controller = find_controller(f"{estimator}+validation_gate+subsumption:pause=5")
+        loop = Loop(find_scenario("es1", numbers), controller, [0, 1], "kinematic")
+        for _ in range(3000):
+            loop.step()
+        found.append(loop.world.robots["pose"].copy())
+    np.testing.assert_array_equal(*found)
+
+
+def test_liars_are_found_out_and_sound_robots_are_trusted():
+    numbers = {"faults.liar.share": 0.2, "task.duration": 900.0}
+    controller = find_controller("reputation_odometry+validation_gate+subsumption:pause=5")
+    loop = Loop(find_scenario("es1", numbers), controller, range(4), "kinematic")
+    for _ in range(9000):
+        loop.step()
+    liars = loop.world.robots["fault"]["kinds"].any(axis=2)
+    reputation = loop.controller.minds["estimator"]["reputation"]
+    sound = ~liars[:, :, None] & ~np.eye(10, dtype=bool)
+    of_liars = sound & liars[:, None, :]
+    of_sound = sound & ~liars[:, None, :]
+    right, wrong = reputation["right"], reputation["wrong"]
+    assert wrong[of_liars].sum() > 5.0 * right[of_liars].sum()
+    assert right[of_sound].sum() > 5.0 * wrong[of_sound].sum()
+    assert (reputation["told_at"] == NEVER).any()

@@ -1,0 +1,231 @@
+"""Recorded exchanges: what a robot was shown of them, and how far both estimates truly erred.
+
+The truth is known in training, and nowhere else, so a weight can be scored without trial and error.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from baselines.controller import LayeredController
+from baselines.oracles.oracle import errors
+from baselines.running import RunningLayers
+from swarm_forage_env.arrays import Array, Bool, Float32
+from swarm_forage_env.compiler import bind, kernel
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.array_rules import weigh_rows
+from swarm_forage_env.foraging.records import Exchange
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.foraging.views import WeightingInput
+from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import one_record
+from swarm_forage_env.spaces import ObservationLayout, ObservationWriter
+from training.actor_critic import WeightingActor
+from training.learned_weighting import ENCOUNTER_NETWORK, WeightingNetwork
+from training.policy_file import observation_layout
+from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK, network_over
+
+MAX_SQUARED_ERROR = 0.5
+"""Upper bound of the squared error in the loss [m2]: a robot with an error of 0.7 m is lost."""
+
+UNKNOWN_ERROR = 0.15
+"""What it counts in the loss not to know an area [m2]: as if its place erred by 0.4 m."""
+
+BATCH_SIZE = 1024
+"""Exchanges of each scenario in a gradient step."""
+
+
+def squared_error(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
+    """Squared error of the merged estimate, at most `MAX_SQUARED_ERROR` [m2].
+
+        |(1 - g) e_i + g e_j|^2
+
+    e_i, e_j are the true errors of the own and of the heard estimate of the area [m].
+    """
+    merged = (1.0 - g)[:, None] * own + g[:, None] * heard
+    return torch.clamp((merged**2).sum(1), max=MAX_SQUARED_ERROR)
+
+
+def error_of_copying(g: Tensor, heard: Tensor) -> Tensor:
+    """Expected squared error if an unknown place is copied with a probability of g [m2].
+
+        (1 - g) c + g |e_j|^2
+
+    c is `UNKNOWN_ERROR`, e_j the true error of the heard estimate [m].
+    """
+    told = torch.clamp((heard**2).sum(1), max=MAX_SQUARED_ERROR)
+    return (1.0 - g) * UNKNOWN_ERROR + g * told
+
+
+@dataclass(frozen=True)
+class Exchanges:
+    """Recorded exchanges in which a robot was told of an area, a row for each such area."""
+
+    observed: Float32[Array, "rows numbers"]
+    """Observation of the exchange; of a network that sees it also what is remembered."""
+    area: Float32[Array, "rows areas"]
+    """One-hot vector of the area."""
+    known: Float32[Array, " rows"]
+    """1 where the robot has an estimate of its own, else 0."""
+    own_error: Float32[Array, "rows 2"]
+    """True error of the robot's own estimate of the area [m]."""
+    heard_error: Float32[Array, "rows 2"]
+    """True error of the estimate that it heard [m]."""
+
+    def __len__(self) -> int:
+        """Number of rows."""
+        return len(self.observed)
+
+    @classmethod
+    def of(cls, parts: Sequence["Exchanges"], n_features: int) -> "Exchanges":
+        """Join exchanges whose observations have so many features."""
+        shapes = (0, n_features), (0, 2), (0,), (0, 2), (0, 2)
+        nothing = [np.zeros(shape, np.float32) for shape in shapes]
+        columns = zip(nothing, *(each._columns for each in parts), strict=True)
+        return cls(*(np.concatenate(each) for each in columns))
+
+    def draw(self, draws: torch.Generator) -> "Exchanges":
+        """Draw a batch with replacement."""
+        chosen = torch.randint(len(self), (BATCH_SIZE,), generator=draws).numpy()
+        return Exchanges(*(each[chosen] for each in self._columns))
+
+    def loss(self, g: Tensor) -> Tensor:
+        """Squared error of each estimate after the exchange, with the weights g [m2]."""
+        own, heard = torch.from_numpy(self.own_error), torch.from_numpy(self.heard_error)
+        known = torch.from_numpy(self.known)
+        return known * squared_error(g, own, heard) + (1.0 - known) * error_of_copying(g, heard)
+
+    def error(self, actor: WeightingActor) -> Tensor:
+        """Mean squared error of the estimates that a network merges [m2]."""
+        weights, _ = actor(torch.from_numpy(self.observed))
+        return self.loss((weights * torch.from_numpy(self.area)).sum(1)).mean()
+
+    def oracle_gain(self) -> Tensor:
+        """Mean reduction of the squared error by an oracle, which takes the better estimate."""
+        nobody = torch.zeros(len(self))
+        alone, told = self.loss(nobody), self.loss(nobody + 1.0)
+        return (alone - torch.minimum(alone, told)).mean()
+
+    def gain(self, name: str) -> Tensor:
+        """Error reduction by an oracle, `oracle_gain`; ConfigError, with `name`, if it is zero."""
+        if not len(self) or not (gain := self.oracle_gain()) > 0.0:
+            raise ConfigError(
+                f"scenario '{name}': in {len(self)} exchanges nobody who knew an area was told"
+                " a better place of it, so that there is nothing to learn; take more --worlds, or"
+                " worlds in which robots meet"
+            )
+        return gain
+
+    def share(self, actor: WeightingActor, gain: Tensor) -> float:
+        """Error reduction by a network, as a share of the error reduction by the oracle."""
+        nobody = self.loss(torch.zeros(len(self))).mean()
+        with torch.no_grad():
+            return float((nobody - self.error(actor)) / gain)
+
+    @property
+    def _columns(self) -> tuple[Array, Array, Array, Array, Array]:
+        return self.observed, self.area, self.known, self.own_error, self.heard_error
+
+
+@dataclass(frozen=True)
+class RecordingWeighting:
+    """A weighting by a network that records all exchanges with their true errors."""
+
+    numbers: Float32[Array, " numbers"]
+    """Flat weights of the network."""
+    layout: ObservationLayout
+    """Layout of the observations that are recorded."""
+    architecture: WeightingNetwork = ENCOUNTER_NETWORK
+    recorded: list[Exchanges] = field(default_factory=list)
+    """The exchanges so far, in the order of the ticks in which they ended."""
+
+    heard_p_share: ClassVar[float] = 1.0
+
+    @property
+    def remembers(self) -> bool:
+        """The network is shown what robots remember, and is asked about unknown areas."""
+        return self.architecture is REPUTATION_NETWORK
+
+    @property
+    def n_numbers(self) -> int:
+        """Numbers of an observation that is recorded."""
+        return len(self.layout) + (len(REMEMBERED) if self.remembers else 0)
+
+    def start_knowing(self, running: RunningLayers, world: ForagingWorld) -> "ExchangeRecorder":
+        """Start the running weighting, with access to the beliefs and to the ground truth."""
+        return ExchangeRecorder(self, running, world)
+
+
+class ExchangeRecorder:
+    """The running weighting of a `RecordingWeighting`."""
+
+    def __init__(
+        self, weighting: RecordingWeighting, running: RunningLayers, world: ForagingWorld
+    ) -> None:
+        """Take the beliefs of the robots of a running controller, and their world."""
+        layer = weighting.architecture.layer(weighting.numbers)
+        asked = {"is_weighed": is_told} if weighting.remembers else {}
+        self._weigh = bind(weigh_rows, {"gain": layer.gain, **asked})
+        self._numbers = one_record(layer.all_numbers)
+        self._writer = ObservationWriter(weighting.layout, world.rows)
+        self._recorded, self._remembers = weighting.recorded, weighting.remembers
+        self._is_double = running.estimator.numbers["double"] > 0.0
+        self._minds, self._world = running.minds, world
+
+    def __call__(self, exchange: WeightingInput) -> Float32[Array, "rows areas"]:
+        """Record the exchanges that end in this tick, and return g for each row and area."""
+        row, area = np.nonzero(self._is_recorded(exchange))
+        own, heard = errors(self._minds, self._world)
+        observed = self._writer.write({"encounter": exchange})[row]
+        told = self._minds["estimator"]["exchange"].reshape(-1)
+        if self._remembers:
+            observed = np.concatenate([observed, _remembered(told, row, area)], axis=1)
+        known = exchange.own_known[row, area]
+        columns = observed, np.eye(2)[area], known, own[row, area], heard[row, area]
+        self._recorded.append(Exchanges(*(each.astype(np.float32) for each in columns)))
+        g = np.zeros((len(exchange.valid), 2), np.float32)
+        self._weigh(told, self._numbers, g)
+        return g
+
+    def _is_recorded(self, exchange: WeightingInput) -> Bool[Array, "rows areas"]:
+        """What is told of an area counts, and the network is asked about it."""
+        is_merged = exchange.heard_known & exchange.own_known
+        if not self._is_double:
+            is_merged &= exchange.goal[:, None] == np.arange(2)
+        if self._remembers:
+            is_merged |= exchange.heard_known & ~exchange.own_known
+        return is_merged
+
+
+@kernel
+def is_told(exchange: Exchange, area: int) -> bool:
+    """The partner told of the area."""
+    return bool(exchange.heard_known[area])
+
+
+def _remembered(exchanges: Array, row: Array, area: Array) -> Float32[Array, "chosen numbers"]:
+    """What robots remember of their partners, and of others, of one area each."""
+    columns = [exchanges[name][row] for name in REMEMBERED]
+    of_area = (each[np.arange(len(row)), area] if each.ndim > 1 else each for each in columns)
+    return np.asarray(np.stack(list(of_area), axis=1), np.float32)
+
+
+def record_exchanges(
+    scenario: Scenario,
+    controller: LayeredController,
+    numbers: Float32[Array, " numbers"],
+    seeds: Sequence[int],
+    physics: str,
+) -> Exchanges:
+    """Run whole episodes under a network, and return all exchanges with their true errors."""
+    layout = observation_layout("weighting", scenario)
+    weighting = RecordingWeighting(numbers, layout, network_over(controller.estimator))
+    loop = Loop(scenario, replace(controller, weighting=weighting), seeds, physics)
+    for _ in range(scenario.n_ticks):
+        loop.step()
+    return Exchanges.of(weighting.recorded, weighting.n_numbers)
