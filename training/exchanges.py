@@ -194,7 +194,7 @@ class ExchangeRecorder:
 
     def _is_recorded(self, exchange: WeightingInput) -> Bool[Array, "rows areas"]:
         """What is told of an area counts, and the network is asked about it."""
-        is_merged = exchange.heard_known & exchange.own_known
+        is_merged: Bool[Array, "rows areas"] = exchange.heard_known & exchange.own_known
         if not self._is_double:
             is_merged &= exchange.goal[:, None] == np.arange(2)
         if self._remembers:
@@ -212,7 +212,8 @@ def _remembered(exchanges: Array, row: Array, area: Array) -> Float32[Array, "ch
     """What robots remember of their partners, and of others, of one area each."""
     columns = [exchanges[name][row] for name in REMEMBERED]
     of_area = (each[np.arange(len(row)), area] if each.ndim > 1 else each for each in columns)
-    return np.asarray(np.stack(list(of_area), axis=1), np.float32)
+    found: Float32[Array, "chosen numbers"] = np.stack(list(of_area), axis=1).astype(np.float32)
+    return found
 
 
 def record_exchanges(
