@@ -23,7 +23,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -285,6 +285,7 @@ class OverDensity:
 
     setting: str
     measure: Measure
+    reading: ClassVar[str] = ""
 
     @property
     def name(self) -> str:
@@ -316,7 +317,7 @@ class OverDensity:
             words: {rule: self._bars(results, estimator, rule) for rule in RULES}
             for estimator, words in ESTIMATORS.items()
         }
-        caption = caption_of(self.caption, results, command, "trials")
+        caption = caption_of(self, results, command, "trials")
         controllers = {rule: f"boids-{rule}" for rule in RULES}
         return mean_panels(
             panels, ("robots per m$^2$", self.measure.axis), caption, True, controllers

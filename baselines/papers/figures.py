@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -34,6 +34,11 @@ class PaperFigure(Protocol):
         ...
 
     @property
+    def reading(self) -> str:
+        """How boxes, bands or bars are to be read; empty where the caption says it."""
+        ...
+
+    @property
     def experiments(self) -> tuple[Experiment, ...]:
         """The experiments whose episodes are used."""
         ...
@@ -55,6 +60,7 @@ class Boxes:
     """Sources by panel, tick of x and series."""
     metric: Metric = round_trips
     """NaN leaves an episode out."""
+    reading: ClassVar[str] = BOXES
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -81,7 +87,7 @@ class Boxes:
             }
             for title, panel in self.panels.items()
         }
-        caption = caption_of(f"{self.caption} {BOXES}", results, command)
+        caption = caption_of(self, results, command)
         return box_panels(panels, self.axes, caption, self._controllers())
 
     def _controllers(self) -> dict[str, str]:
@@ -105,6 +111,7 @@ class Curves:
     panels: Mapping[str, Mapping[str, Source]]
     """Sources by panel and series."""
     curve: Callable[[Sequence[ForagingEpisode]], Curve]
+    reading: ClassVar[str] = BANDS
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -123,13 +130,16 @@ class Curves:
             for name, source in panel.items():
                 sources.setdefault(name, []).append(source)
         controllers = {name: controller_of(each) for name, each in sources.items()}
-        caption = caption_of(f"{self.caption} {BANDS}", results, command)
+        caption = caption_of(self, results, command)
         return curve_panels(panels, self.axes, caption, controllers)
 
 
-def caption_of(text: str, results: Results, command: str, word: str = "episodes") -> Caption:
+def caption_of(
+    figure: PaperFigure, results: Results, command: str, word: str = "episodes"
+) -> Caption:
     """The caption of a figure of a paper; all experiments have as many episodes."""
     n = len(next(iter(results.values())))
+    text = " ".join(part for part in (figure.caption, figure.reading) if part)
     return Caption(text, f"n = {n} {word} each", command, n=n)
 
 

@@ -15,6 +15,7 @@ from rich.text import Text
 from baselines.evaluation.tables import p_value
 from baselines.papers.claim_result import ClaimResult
 from baselines.papers.experiments import Results
+from baselines.papers.figures import PaperFigure
 from baselines.papers.paper import Paper
 
 HEADINGS = ("claim", "published", "ours", "95 % interval", "p", "reproduced")
@@ -53,9 +54,7 @@ def score(claim_results: Sequence[ClaimResult]) -> str:
 
 def page(paper: Paper, claim_results: Sequence[ClaimResult], results: Results, command: str) -> str:
     """The Markdown page of a paper: its template with the results filled in."""
-    figures = "\n\n".join(
-        f"![{each.caption}](figures/{each.name}.png)\n\n*{each.caption}*" for each in paper.figures
-    )
+    figures = "\n\n".join(map(_figure, paper.figures))
     missed = [f"- {each.claim}" for each in claim_results if not each.reproduced]
     text = (files("baselines.papers") / "pages" / f"{paper.page}.md").read_text("utf-8")
     return Template(text).substitute(
@@ -69,6 +68,12 @@ def page(paper: Paper, claim_results: Sequence[ClaimResult], results: Results, c
             f"### {title}\n\n{left_open(place)}" for title, place in paper.left_open.items()
         ),
     )
+
+
+def _figure(figure: PaperFigure) -> str:
+    """A figure in Markdown, with the words below it."""
+    words = " ".join(part for part in (figure.caption, figure.reading) if part)
+    return f"![{figure.caption}](figures/{figure.name}.png)\n\n*{words}*"
 
 
 def left_open(place: str) -> str:

@@ -14,6 +14,7 @@ Not in the papers: the experiment itself, in es1 of the TR. And chosen here:
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -151,6 +152,7 @@ class OverShare:
     name: str
     caption: str
     faults: Sequence[str]
+    reading: ClassVar[str] = "Means with 95 % bootstrap intervals."
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -168,8 +170,7 @@ class OverShare:
             fault: {RULES[rule]: self._means(results, rule, fault) for rule in RULES}
             for fault in self.faults
         }
-        text = f"{self.caption} Means with 95 % bootstrap intervals."
-        caption = caption_of(text, results, command)
+        caption = caption_of(self, results, command)
         axes = "faulty robots [%]", "round trips of a sound robot"
         return mean_panels(panels, axes, caption, one_y=True)
 

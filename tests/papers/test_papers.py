@@ -95,6 +95,8 @@ def test_the_page_holds_table_figures_command_and_what_is_left_open(paper, made_
         assert f"| {each.claim} |" in text
     for name in FIGURES[paper.name]:
         assert f"(figures/{name}.png)" in text
+    for figure in paper.figures:
+        assert f"*{figure.caption} {figure.reading}*" in text
     assert "Not in the paper" in text
     assert "$" not in text
 
