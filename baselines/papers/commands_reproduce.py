@@ -7,6 +7,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from baselines.evaluation.commands_plot import PageStyleName
+
 QUICK_EPISODES = 6
 """Replications of each experiment: the fewest that can show an order."""
 
@@ -63,6 +65,10 @@ def reproduce(  # noqa: PLR0913 the options of a command
         Path | None,
         typer.Option(help="Write the page here, its figures beside it.", show_default="in --out"),
     ] = None,
+    style: Annotated[
+        PageStyleName,
+        typer.Option(help="Figures as broad as a page, or as a paper's column, then as PDF too."),
+    ] = PageStyleName.SCREEN,
     form: Annotated[
         ClaimsFormat, typer.Option("--format", help="How to write the claims.")
     ] = ClaimsFormat.TABLE,
@@ -86,7 +92,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     run = Reproduction(ReproduceOptions(paper.value, episodes, seed, physics, settings or []), out)
     run.run_with_progress(workers, threads)
     claim_results = run.claim_results()
-    for file in run.write(claim_results, page):
+    for file in run.write(claim_results, page, style.value):
         say(str(file))
     if form is ClaimsFormat.JSON:
         typer.echo(report.to_json(claim_results))

@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 
 from baselines.evaluation.box_plots import BOXES, box_panels
 from baselines.evaluation.figure_files import save_figure
-from baselines.evaluation.figure_page import Caption
+from baselines.evaluation.figure_page import Caption, page_style
 from baselines.evaluation.line_plots import BANDS, Curve, curve_panels
 from baselines.papers.experiments import Experiment, Metric, Results, Source, round_trips
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
-ENDINGS = (".png", ".svg")
-"""Files of each figure."""
+ENDINGS = {"screen": (".png", ".svg"), "paper": (".png", ".pdf")}
+"""Files of each figure, by page style."""
 
 
 class PaperFigure(Protocol):
@@ -169,13 +169,17 @@ def recruitment_time_if_finished(episode: ForagingEpisode) -> float:
 
 
 def write_figures(
-    figures: Sequence[PaperFigure], results: Results, folder: Path, command: str
+    figures: Sequence[PaperFigure],
+    results: Results,
+    folder: Path,
+    command: str,
+    style: str = "screen",
 ) -> None:
-    """Write every figure to a folder, in each format."""
+    """Write every figure to a folder in a page style, in each format."""
     folder.mkdir(parents=True, exist_ok=True)
     for paper_figure in figures:
-        figure = paper_figure.draw(results, command)
-        for ending in ENDINGS:
-            save_figure(
-                figure, folder / f"{paper_figure.name}{ending}", command, paper_figure.caption
-            )
+        with page_style(style):
+            figure = paper_figure.draw(results, command)
+            for ending in ENDINGS[style]:
+                file = folder / f"{paper_figure.name}{ending}"
+                save_figure(figure, file, command, paper_figure.caption)

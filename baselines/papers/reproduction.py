@@ -96,10 +96,16 @@ class Reproduction:
         """The result of every claim."""
         return self.paper.judge(self.results)
 
-    def write(self, claim_results: Sequence[ClaimResult], page: Path | None = None) -> list[Path]:
+    def write(
+        self,
+        claim_results: Sequence[ClaimResult],
+        page: Path | None = None,
+        style: str = "screen",
+    ) -> list[Path]:
         """Write claims, figures and page; return the files of claims and page."""
         page = page or self.folder / f"{self.paper.page}.md"
-        write_figures(self.paper.figures, self.results, page.parent / "figures", self.command)
+        folder = page.parent / "figures"
+        write_figures(self.paper.figures, self.results, folder, self.command, style)
         claims = self.folder / "claims.json"
         write_atomically(claims, (report.to_json(claim_results) + "\n").encode())
         text = report.page(self.paper, claim_results, self.results, self.command)

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from PIL import Image
 
 from baselines.papers.claim_types import Number, Order
 from baselines.papers.experiments import Experiment
@@ -78,6 +79,13 @@ def test_the_page_can_be_written_elsewhere_with_its_figures(command, tmp_path):
     command_line = "swarm-forage reproduce social-odometry --set=task.duration=20 --episodes=2"
     assert command_line in text
     assert (tmp_path / "docs" / "papers" / "figures" / "tr14.png").exists()
+
+
+def test_figures_for_a_paper_are_as_broad_as_a_column_and_pdf_too(command, tmp_path):
+    assert command("--episodes=2", "--style=paper", "--page=page.md", *SHORT)[0] == 0
+    with Image.open(tmp_path / "figures" / "tr14.png") as image:
+        assert image.width == 670
+    assert (tmp_path / "figures" / "tr14.pdf").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.parametrize("wrong", ["--episodes=0", "--workers=0", "--seed=-1", "--physics=soft"])
