@@ -11,8 +11,8 @@ REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es
 	waypoints-05 waypoints-25)
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test faults test-wheel test-browser test-docs test-rllib test-torchrl test-cuda \
-	check lint golden coverage bench ladder reproduce pictures score-plot docs docs-serve docs-equations clean
+.PHONY: help install demo test faults test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
+	test-cuda check lint golden coverage bench ladder reproduce pictures score-plot docs docs-serve docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -25,7 +25,7 @@ $(READY): pyproject.toml constraints.txt
 .venv-rllib/.ready: pyproject.toml constraints-rllib.txt
 	$(PYTHON) -m venv .venv-rllib
 	.venv-rllib/bin/python -m pip install -qq --constraint constraints-rllib.txt \
-		--editable '.[rllib]' $(TESTS)
+		--editable '.[rllib,ray,train,calibrate]' $(TESTS)
 	@touch $@
 
 .venv-torchrl/.ready: pyproject.toml constraints.txt
@@ -73,6 +73,9 @@ test-browser: $(READY)  ## the replay in Chromium, which must be there (`make te
 
 test-rllib: .venv-rllib/.ready  ## the RLlib example, in .venv-rllib, as ray pins gymnasium
 	.venv-rllib/bin/pytest -m rllib tests/plugs
+
+test-ray: .venv-rllib/.ready  ## commands on a Ray cluster of this machine, in .venv-rllib
+	.venv-rllib/bin/pytest -m ray tests/plugs
 
 test-torchrl: .venv-torchrl/.ready  ## the TorchRL and BenchMARL examples, in .venv-torchrl
 	.venv-torchrl/bin/pytest -m torchrl tests/plugs tests/training

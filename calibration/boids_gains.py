@@ -21,6 +21,7 @@ from pathlib import Path
 
 import optuna
 
+from baselines.evaluation.backends import Backend
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from baselines.evaluation.runner import evaluate
@@ -85,14 +86,14 @@ def cost(episode: WaypointEpisode) -> float:
 
 
 def costs(
-    dataset: Dataset, workers: int, each: ExperimentConfig, seeds: Sequence[int]
+    dataset: Dataset, backend: Backend, each: ExperimentConfig, seeds: Sequence[int]
 ) -> list[float]:
     """The cost J under each seed."""
-    return [cost(episode) for episode in evaluate([each], seeds, dataset, workers)]
+    return [cost(episode) for episode in evaluate([each], seeds, dataset, backend)]
 
 
 def search_gains(
-    dataset: Dataset, trials: int, seed: int, workers: int, tell: Callable[[str], None]
+    dataset: Dataset, trials: int, seed: int, backend: Backend, tell: Callable[[str], None]
 ) -> Iterator[StaticGains]:
     """Search the best gains for every estimator and size; a search resumes.
 
@@ -107,7 +108,7 @@ def search_gains(
                 name = f"{estimator} {size}"
                 study = optuna.create_study(storage=storage, study_name=name, load_if_exists=True)
                 _run(study, trials, seed, lambda gains: math.fsum(
-                    costs(dataset, workers, configuration(estimator, size, gains),  # noqa: B023
+                    costs(dataset, backend, configuration(estimator, size, gains),  # noqa: B023
                           range(FIT_SEED, FIT_SEED + FIT_TRIALS))
                 ) / FIT_TRIALS)  # fmt: skip
                 best = study.best_trial
@@ -118,12 +119,12 @@ def search_gains(
         storage.engine.dispose()
 
 
-def compare_with_unit_gains(dataset: Dataset, found: StaticGains, workers: int) -> Comparison:
+def compare_with_unit_gains(dataset: Dataset, found: StaticGains, backend: Backend) -> Comparison:
     """Compare the cost of the best gains with that of gains of one, on seeds not fitted to."""
     seeds = range(REPORT_SEED, REPORT_SEED + REPORT_TRIALS)
     best = configuration(found.estimator, found.n_robots, found.gains)
     plain = configuration(found.estimator, found.n_robots, {})
-    return compare(costs(dataset, workers, best, seeds), costs(dataset, workers, plain, seeds))
+    return compare(costs(dataset, backend, best, seeds), costs(dataset, backend, plain, seeds))
 
 
 def write_gains(folder: Path, found: Sequence[StaticGains]) -> Path:

@@ -10,6 +10,13 @@ import typer
 from rich.console import Console
 
 from baselines.cli import run, stoppable
+from baselines.evaluation.backend_options import (
+    AddressOption,
+    BackendName,
+    BackendOption,
+    find_backend,
+)
+from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.evaluate_options import check_physics
 from baselines.evaluation.experiment_config import parse_settings
@@ -77,11 +84,13 @@ def calibrate(  # noqa: PLR0913 the options of a command
     with_sensitivity: Annotated[
         bool, typer.Option("--sensitivity", help="Vary each parameter of the best set alone.")
     ] = False,
+    backend: BackendOption = BackendName.JOBLIB,
+    address: AddressOption = None,
 ) -> None:
     """Search what the papers leave open for one set of values that gives the published results.
 
     For boids, search the static gains of each filter and group size, as that paper meant to;
-    of the options, --trials, --seed, --workers and --out apply.
+    of the options, --trials, --seed, --workers, --backend, --address and --out apply.
 
     Every trial is kept in the folder --out; the same command later goes on from there. With
     `--trials 0` nothing is searched: `--report 30` and `--sensitivity` then speak of the best
@@ -89,6 +98,7 @@ def calibrate(  # noqa: PLR0913 the options of a command
     hand: the lines are printed.
     """
     check_physics(physics)
+    spread = find_backend(backend, workers, threads, address)
     out = out or Path("runs") / f"calibrate-{paper.value}"
     if paper is Paper.BOIDS:
         given = {
@@ -101,15 +111,14 @@ def calibrate(  # noqa: PLR0913 the options of a command
         }
         if wrong := [name for name, is_given in given.items() if is_given]:
             raise ConfigError(f"{', '.join(wrong)}: for social-odometry only, not for boids")
-        _boids(BOIDS_TRIALS if trials is None else trials, seed, workers, out)
+        _boids(BOIDS_TRIALS if trials is None else trials, seed, spread, out)
         return
     trials = SOCIAL_TRIALS if trials is None else trials
     dataset = CountedDataset(out / "episodes")
     runner = CalibrationRunner(
         dataset,
         physics,
-        workers,
-        threads,
+        spread,
         settings=parse_settings(settings or []),
     )
     identity = runner.identity
@@ -133,16 +142,16 @@ def calibrate(  # noqa: PLR0913 the options of a command
     dataset.check()
 
 
-def _boids(trials: int, seed: int, workers: int, out: Path) -> None:
+def _boids(trials: int, seed: int, backend: Backend, out: Path) -> None:
     """The best static gains of each filter and group size, and what they are worth."""
     if not trials:
         raise ConfigError("--trials=0: boids need at least one")
     dataset = CountedDataset(out / "episodes")
     dataset.open()
     with checked_trials(out / "boids.sqlite"):
-        found = list(boids_gains.search_gains(dataset, trials, seed, workers, say))
+        found = list(boids_gains.search_gains(dataset, trials, seed, backend, say))
     say(f"report: {boids_gains.REPORT_TRIALS} other worlds")
-    worths = [boids_gains.compare_with_unit_gains(dataset, each, workers) for each in found]
+    worths = [boids_gains.compare_with_unit_gains(dataset, each, backend) for each in found]
     say(str(boids_gains.write_gains(out, found)))
     _print("Static gains, that of the goal being one", tables.gains_table(found, worths))
     dataset.check()

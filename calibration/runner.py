@@ -5,6 +5,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 
+from baselines.evaluation.backends import Backend
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.runner import evaluate
@@ -43,8 +44,8 @@ class CalibrationRunner:
 
     dataset: Dataset
     physics: str = "kinematic"
-    workers: int = 1
-    threads: int = 1
+    backend: Backend | None = None
+    """None: this process."""
     seed: int = FIT_SEED
     worlds: Mapping[str, int] = field(default_factory=lambda: WORLDS)
     settings: Mapping[str, str] = field(default_factory=dict)
@@ -59,7 +60,7 @@ class CalibrationRunner:
         """The episodes of an arena by controller, run or found."""
         configurations = [self.configuration(values, arena, each) for each in CONTROLLERS]
         seeds = range(self.seed, self.seed + self.worlds[arena])
-        episodes = evaluate(configurations, seeds, self.dataset, self.workers, self.threads)
+        episodes = evaluate(configurations, seeds, self.dataset, self.backend)
         return {
             (arena, name): [each for each in episodes if each.controller == name]
             for name in CONTROLLERS

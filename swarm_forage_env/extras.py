@@ -10,6 +10,7 @@ EXTRAS = {
     "train": {"cmaes", "safetensors", "stable_baselines3", "tensorboard", "torch"},
     "onnx": {"onnxruntime"},
     "cuda": {"numba_cuda"},
+    "ray": {"ray"},
     "torchrl": {"benchmarl", "torch", "torchrl"},
 }
 """What each extra brings beside those that it builds on."""

@@ -3,16 +3,13 @@
 Worlds run in batches. A candidate has the same round trips in a batch as alone.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
 
 from baselines.controller import LayeredController
-from baselines.evaluation.runner import ignore_sigint
+from baselines.evaluation.backends import Backend, JoblibBackend, run_in_order
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.foraging.metrics import total
 from swarm_forage_env.foraging.scenario import Scenario
@@ -68,7 +65,7 @@ class CandidateRollouts:
     scenarios: Mapping[str, Scenario]
     controller: LayeredController
     physics: str = "rigid"
-    workers: int = 1
+    backend: Backend = JoblibBackend()  # noqa: RUF009 frozen
     layer: LayerName = "weighting"
     architecture: WeightingNetwork = ENCOUNTER_NETWORK
     """Architecture of the candidates for a weighting."""
@@ -86,7 +83,9 @@ class CandidateRollouts:
             name: list(self._jobs(scenario, networks, seeds))
             for name, scenario in self.scenarios.items()
         }
-        trips = iter(self._run([job for each in jobs.values() for job in each]))
+        trips = iter(
+            run_in_order(self.backend, run_job, [job for each in jobs.values() for job in each])
+        )
         shape = len(networks), len(seeds)
         return {
             name: np.concatenate([next(trips) for _ in each]).reshape(shape)
@@ -103,7 +102,7 @@ class CandidateRollouts:
         candidates = [self._with(network) for network in networks]
         worlds = [(which, seed) for which in range(len(networks)) for seed in seeds]
         room = max(1, MAX_ROWS // scenario.task.n_robots)
-        size = min(room, -(-len(worlds) // self.workers))
+        size = min(room, -(-len(worlds) // self.backend.workers))
         for part in np.array_split(np.arange(len(worlds)), -(-len(worlds) // size)):
             which, own_seeds = zip(*(worlds[k] for k in part), strict=True)
             controllers = tuple(candidates[k] for k in which)
@@ -115,18 +114,6 @@ class CandidateRollouts:
             candidate = CandidateWeighting(network, self.architecture)
             return replace(self.controller, weighting=candidate)
         return replace(self.controller, motion=CandidateMotion(network))
-
-    def _run(self, jobs: Sequence[RolloutJob]) -> list[Int64[Array, " worlds"]]:
-        return run_parallel((delayed(run_job)(job) for job in jobs), self.workers)
-
-
-def run_parallel(calls: Iterable[Any], workers: int) -> list[Any]:
-    """Run joblib's delayed calls in worker processes, and return their results in order."""
-    parallel = Parallel(n_jobs=workers, return_as="generator", batch_size=1)
-    with ignore_sigint():
-        finished = parallel(calls)
-    with closing(finished):  # ends the workers, whatever happens
-        return list(finished)
 
 
 def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from cmaes import CMA
 
+from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from training.candidate_rollouts import CandidateRollouts
@@ -54,15 +55,20 @@ SIZES: Mapping[LayerName, Mapping[str, int]] = {"weighting": {"hidden": HIDDEN},
 """Sizes of that architecture, unless the search starts from a learned layer."""
 
 
-def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
-    """Run or resume an experiment with CMA-ES, and return the best policy."""
-    return run(CMAESTraining(experiment), experiment, "generation", say)
+def train(
+    experiment: Experiment, say: Callable[[str], None], backend: Backend | None = None
+) -> Policy:
+    """Run or resume an experiment with CMA-ES, and return the best policy.
+
+    Candidates run on the backend; without one, in worker processes of this machine.
+    """
+    return run(CMAESTraining(experiment, backend), experiment, "generation", say)
 
 
 class CMAESTraining:
     """A resumable CMA-ES search."""
 
-    def __init__(self, experiment: Experiment) -> None:
+    def __init__(self, experiment: Experiment, backend: Backend | None = None) -> None:
         """Start a search, or resume it from the checkpoint in the experiment's folder."""
         self._experiment = experiment
         (self._layer,) = experiment.layers
@@ -72,7 +78,7 @@ class CMAESTraining:
             experiment.scenarios_by_name,
             experiment.base_controller,
             experiment.physics,
-            experiment.workers,
+            backend or JoblibBackend(experiment.workers),
             self._layer,
         )
         sigma = INITIAL_SIGMA[self._layer]

@@ -11,16 +11,18 @@ Online Learning (DAgger); here without data of earlier
 rounds, and with a falling learning rate.
 """
 
+import operator
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 import torch
-from joblib import delayed
 
+from baselines.evaluation.backends import JoblibBackend, run_in_order
 from swarm_forage_env.arrays import Array, Float32
 from training.actor_critic import ReputationActor, WeightingActor
-from training.candidate_rollouts import CandidateRollouts, run_parallel
+from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import (
     BEST_POLICY,
     CHECKPOINT,
@@ -79,13 +81,14 @@ class DAggerTraining:
         self._experiment = experiment
         self._scenarios = experiment.scenarios_by_name
         self._n_worlds = worlds_per_scenario(experiment)
+        self._backend = JoblibBackend(experiment.workers)
         torch.manual_seed(experiment.seed)
         self._actor = initial_actor(experiment)
         self._rollouts = CandidateRollouts(
             self._scenarios,
             experiment.base_controller,
             experiment.physics,
-            experiment.workers,
+            self._backend,
             architecture=self._actor.architecture,
         )
         self._file = experiment.out / CHECKPOINT
@@ -136,8 +139,9 @@ class DAggerTraining:
         """Record the exchanges of one round of new worlds, for each scenario."""
         experiment = self._experiment
         seeds = experiment.training_seeds(self.done * experiment.worlds, experiment.worlds)
-        calls = (
-            delayed(record_exchanges)(
+        calls = [
+            partial(
+                record_exchanges,
                 scenario,
                 experiment.base_controller,
                 self._numbers,
@@ -145,8 +149,8 @@ class DAggerTraining:
                 experiment.physics,
             )
             for name, scenario in self._scenarios.items()
-        )
-        found = run_parallel(calls, experiment.workers)
+        ]
+        found = run_in_order(self._backend, operator.call, calls)
         return dict(zip(self._scenarios, found, strict=True))
 
     def _fit(self, found: Mapping[str, Exchanges]) -> dict[str, float]:

@@ -8,9 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from baselines.cli import app, stoppable
+from baselines.evaluation.backend_options import (
+    AddressOption,
+    BackendName,
+    BackendOption,
+    find_backend,
+)
 from baselines.evaluation.console import say
+from swarm_forage_env.errors import ConfigError
 
 if TYPE_CHECKING:
+    from baselines.evaluation.backends import Backend
     from training.experiment import Experiment
     from training.policy_file import Policy
 
@@ -120,6 +128,8 @@ def train(  # noqa: PLR0913 the options of a command
         typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
     ] = None,
     physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
+    backend: BackendOption = BackendName.JOBLIB,
+    address: AddressOption = None,
 ) -> None:
     """Train a policy that replaces a hand-written layer.
 
@@ -151,12 +161,15 @@ def train(  # noqa: PLR0913 the options of a command
     from training.folder_lock import lock_folder
 
     experiment.check()
+    if backend is not BackendName.JOBLIB and experiment.algorithm != "cma":
+        raise ConfigError(f"--backend={backend}: is for --algorithm cma")
+    spread = find_backend(backend, experiment.workers, address=address)
     with lock_folder(experiment.out):
-        policy = _run(experiment)
+        policy = _run(experiment, spread)
     _report(experiment, policy)
 
 
-def _run(experiment: "Experiment") -> "Policy":
+def _run(experiment: "Experiment", backend: "Backend") -> "Policy":
     if experiment.algorithm == "ppo":
         from training import ppo
 
@@ -167,7 +180,7 @@ def _run(experiment: "Experiment") -> "Policy":
         return dagger.train(experiment, say)
     from training import cma_es
 
-    return cma_es.train(experiment, say)
+    return cma_es.train(experiment, say, backend)
 
 
 def _report(experiment: "Experiment", policy: "Policy") -> None:

@@ -8,6 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
+from baselines.evaluation.backend_options import (
+    AddressOption,
+    BackendName,
+    BackendOption,
+    find_backend,
+)
 from baselines.evaluation.console import say
 from baselines.evaluation.name_completion import controller_names, scenario_names
 
@@ -74,6 +80,8 @@ def evaluate(  # noqa: PLR0913 the options of a command
     plot: Annotated[
         Path | None, typer.Option(help="Draw the scores to a .png, .pdf or .svg file.")
     ] = None,
+    backend: BackendOption = BackendName.JOBLIB,
+    address: AddressOption = None,
 ) -> None:
     """Run controllers on a scenario and compare them: by round trips, or goals reached.
 
@@ -81,16 +89,15 @@ def evaluate(  # noqa: PLR0913 the options of a command
     it has been run; the same command later uses what is there and runs only what is missing,
     so that a run that was stopped goes on where it was.
     """
-    from baselines.evaluation.evaluate_options import EvaluateOptions, check_count
+    from baselines.evaluation.evaluate_options import EvaluateOptions
     from baselines.evaluation.progress import check_kept, run_with_progress
 
     request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
-    check_count("--workers", workers)
-    check_count("--threads", threads)
+    spread = find_backend(backend, workers, threads, address)
     if plot:
         _check_plot(plot, out)
     plan = request.plan(out, trajectories)
-    run_with_progress(plan, workers, threads)
+    run_with_progress(plan, spread)
     results = plan.results()
     if plot:
         _draw(plan, plot, request.command)

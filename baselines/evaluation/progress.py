@@ -4,6 +4,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.runner import Plan
 
@@ -11,7 +12,7 @@ NAMED = 20
 """Files that a message names, at most."""
 
 
-def run_with_progress(plan: Plan, workers: int, threads: int = 1) -> None:
+def run_with_progress(plan: Plan, backend: Backend) -> None:
     """Run the missing episodes: a line before and after, a bar if stderr is a terminal."""
     begin = time.monotonic()
     total = len(plan.configurations) * len(plan.seeds)
@@ -22,7 +23,7 @@ def run_with_progress(plan: Plan, workers: int, threads: int = 1) -> None:
     )
     with progress_bar("episodes") as progress:
         bar = progress.add_task("", total=plan.n_todo)
-        for done in plan.run(workers, threads):
+        for done in plan.run(backend):
             progress.advance(bar, done)
     say(f"done in {time.monotonic() - begin:.0f} s")
 

@@ -1,24 +1,22 @@
 """Run the episodes that a dataset does not hold yet, in parallel.
 
-Episodes run in blocks of worlds, spread over worker processes; a worker writes the episodes of
-a block as soon as the block ends. The worlds of a block may share several threads. Neither how
-episodes are cut into blocks nor the number of threads ever changes a result.
+Episodes run in blocks of worlds, spread over worker processes by a backend. The episodes of a block
+are written as soon as it ends: by the worker, or by this process if the worker may be on another
+machine. The worlds of a block may share several threads. Neither how episodes are cut into blocks
+nor the number of threads ever changes a result.
 """
 
-import os
-import signal
-import threading
-import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
 
+from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig
@@ -36,6 +34,10 @@ ROUNDS = 2
 """Blocks for each worker, at least, so that all have work until near the end."""
 
 
+WRITERS = 16
+"""Files that this process writes at a time."""
+
+
 @dataclass(frozen=True)
 class Block:
     """Episodes of one configuration that run side by side in one process."""
@@ -46,6 +48,10 @@ class Block:
 
 Stores = tuple[Dataset, Trajectories | None]
 """Where episodes are kept, and their trajectories, if they are."""
+
+Ended = tuple[str, list[Any], Mapping[int, bytes]]
+"""A block that was run: the key of its configuration, its episodes, and the files of their
+trajectories, by seed, that are still to be kept."""
 
 
 class Plan:
@@ -90,24 +96,37 @@ class Plan:
             for seeds in _cut(todo, min(share, threads * self._room(key)))
         ]
 
-    def run(self, workers: int, threads: int = 1) -> Iterator[int]:
+    def run(self, backend: Backend) -> Iterator[int]:
         """Run the missing episodes; yield after each block how many episodes it held."""
-        blocks = self.blocks(workers, threads)
-        if not blocks:
-            return
+        blocks = self.blocks(backend.workers, backend.threads)
         for block in {block.configuration.key: block for block in blocks}.values():
             warm_up(block.configuration)
-        workers = min(workers, len(blocks))
-        parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
-        with ignore_sigint():
-            finished = parallel(
-                delayed(_run_block)(block, self._stores, threads, os.getpid()) for block in blocks
-            )
-        with closing(finished):  # ends the workers, whatever happens
-            for key, episodes in finished:
+        recorded, threads = self.trajectories is not None, backend.threads
+        run = partial(_run_block, threads=threads, is_recorded=recorded)
+        if backend.shares_files:
+            run = partial(_run_and_keep, threads=threads, stores=self._stores)
+        with closing(backend.run(run, blocks)) as finished:
+            for key, episodes, contents in finished:
+                if not backend.shares_files:
+                    self.keep(key, episodes, contents)
                 for episode in episodes:
                     self.episodes[key, episode.seed] = episode
                 yield len(episodes)
+
+    def keep(
+        self, key: str, episodes: Sequence[Any], contents: Mapping[int, bytes] | None = None
+    ) -> None:
+        """Keep the episodes of a block, many at a time: most of it is waiting for the disk.
+
+        `contents` are the files of their trajectories, by seed.
+        """
+
+        def keep_one(episode: Any) -> None:  # noqa: ANN401 of its task
+            own = {seed: file for seed, file in (contents or {}).items() if seed == episode.seed}
+            _keep(self._stores, self._named[key], [episode], own)
+
+        with ThreadPoolExecutor(WRITERS) as pool:
+            list(pool.map(keep_one, episodes))
 
     def results(self) -> list[Any]:
         """All episodes, by controller, then seed, under the controllers' names as given."""
@@ -136,13 +155,15 @@ def evaluate(
     configurations: Sequence[ExperimentConfig],
     seeds: Sequence[int],
     dataset: Dataset,
-    workers: int = 1,
-    threads: int = 1,
+    backend: Backend | None = None,
     progress: Callable[[int], None] = lambda _: None,
 ) -> list[Any]:
-    """Run or find the episodes of all configurations under all seeds, and keep them."""
+    """Run or find the episodes of all configurations under all seeds, and keep them.
+
+    Without a backend they run in this process.
+    """
     plan = Plan(configurations, seeds, dataset)
-    for done in plan.run(workers, threads):
+    for done in plan.run(backend or JoblibBackend()):
         progress(done)
     return plan.results()
 
@@ -162,43 +183,32 @@ def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
     return np.array_split(np.asarray(seeds, dtype=np.uint64), -(-len(seeds) // size))
 
 
-@contextmanager
-def ignore_sigint() -> Iterator[None]:
-    """Start workers that ignore SIGINT; the parent process handles it and stops them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-@cache
-def end_with(parent: int) -> None:
-    """Let a worker end within a second of its parent process, which may be killed."""
-    if os.getppid() == parent:
-        threading.Thread(target=_watch, args=(parent,), daemon=True).start()
-
-
-def _watch(parent: int) -> None:
-    while os.getppid() == parent:
-        time.sleep(0.5)
-    os._exit(1)
-
-
-def _run_block(block: Block, stores: Stores, threads: int, parent: int) -> tuple[str, list[Any]]:
-    """Run a block and keep its episodes; the work of one process, a worker or the parent itself."""
-    end_with(parent)
+def _run_block(block: Block, threads: int, is_recorded: bool) -> Ended:
+    """Run a block in one process."""
     configuration = block.configuration
     what = configuration.scenario, configuration.controller, block.seeds, configuration.physics
+    if not is_recorded:
+        return configuration.key, run_episodes(*what, threads), {}
+    recorder = TrajectoryRecorder(configuration, block.seeds)
+    episodes = run_episodes(*what, threads, recorder)
+    return configuration.key, episodes, recorder.contents()
+
+
+def _run_and_keep(block: Block, threads: int, stores: Stores) -> Ended:
+    """Run a block in one process, which keeps its episodes."""
+    key, episodes, contents = _run_block(block, threads, stores[1] is not None)
+    _keep(stores, block.configuration, episodes, contents)
+    return key, episodes, {}
+
+
+def _keep(
+    stores: Stores,
+    configuration: ExperimentConfig,
+    episodes: Sequence[Any],
+    contents: Mapping[int, bytes],
+) -> None:
+    """Keep trajectories first: an episode that is there has its own."""
     dataset, trajectories = stores
-    if trajectories is None:
-        episodes = run_episodes(*what, threads)
-    else:
-        recorder = TrajectoryRecorder(configuration, block.seeds)
-        episodes = run_episodes(*what, threads, recorder)
-        trajectories.keep(configuration, recorder.contents())
+    if trajectories is not None:
+        trajectories.keep(configuration, contents)
     dataset.keep(configuration, episodes)
-    return configuration.key, episodes

@@ -7,6 +7,12 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from baselines.evaluation.backend_options import (
+    AddressOption,
+    BackendName,
+    BackendOption,
+    find_backend,
+)
 from baselines.evaluation.commands_plot import PageStyleName
 
 QUICK_EPISODES = 6
@@ -72,6 +78,8 @@ def reproduce(  # noqa: PLR0913 the options of a command
     form: Annotated[
         ClaimsFormat, typer.Option("--format", help="How to write the claims.")
     ] = ClaimsFormat.TABLE,
+    backend: BackendOption = BackendName.JOBLIB,
+    address: AddressOption = None,
 ) -> None:
     """Hold this implementation against a paper: its claims as a table, its figures, a page.
 
@@ -80,17 +88,15 @@ def reproduce(  # noqa: PLR0913 the options of a command
     whether or not the claims hold, and 1 if kept episodes are gone at the end.
     """
     from baselines.evaluation.console import say
-    from baselines.evaluation.evaluate_options import check_count
     from baselines.evaluation.progress import check_kept
     from baselines.papers import report
     from baselines.papers.reproduction import ReproduceOptions, Reproduction
 
     if episodes is None and quick:
         episodes = QUICK_EPISODES
-    check_count("--workers", workers)
-    check_count("--threads", threads)
+    spread = find_backend(backend, workers, threads, address)
     run = Reproduction(ReproduceOptions(paper.value, episodes, seed, physics, settings or []), out)
-    run.run_with_progress(workers, threads)
+    run.run_with_progress(spread)
     claim_results = run.claim_results()
     for file in run.write(claim_results, page, style.value):
         say(str(file))

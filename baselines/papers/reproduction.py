@@ -11,6 +11,7 @@ import baselines.papers.ants2008
 import baselines.papers.boids_foraging
 import baselines.papers.robustness
 import baselines.papers.social_odometry
+from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.evaluate_options import check_physics, seeds_from
@@ -81,11 +82,11 @@ class Reproduction:
         dataset.open()
         self.plan = Plan(configurations, options.seeds, dataset)
 
-    def run_with_progress(self, workers: int, threads: int = 1) -> None:
+    def run_with_progress(self, backend: Backend) -> None:
         """Say how long it will take, and run the missing episodes."""
-        seconds = expected_seconds(self.plan, workers * threads)
-        say(f"about {format_duration(seconds)} to run, with {workers} at a time")
-        run_with_progress(self.plan, workers, threads)
+        seconds = expected_seconds(self.plan, backend.workers * backend.threads)
+        say(f"about {format_duration(seconds)} to run, with {backend.workers} at a time")
+        run_with_progress(self.plan, backend)
 
     @cached_property
     def results(self) -> Results:

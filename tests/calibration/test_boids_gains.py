@@ -35,7 +35,7 @@ def test_a_search_for_gains_is_kept_and_goes_on(tmp_path, monkeypatch):
     monkeypatch.setattr(boids_gains, "FIT_TRIALS", 2)
     asked = []
 
-    def price(dataset, workers, each, seeds):
+    def price(dataset, backend, each, seeds):
         asked.append(each.controller.motion)
         return [each.controller.motion.homing for _ in seeds]
 

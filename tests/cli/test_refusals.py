@@ -48,6 +48,8 @@ REFUSED = [
     ((*EVALUATE, "--episodes", "1.5"), "--episodes"),
     ((*EVALUATE, "--workers", "0"), "--workers=0: must be at least 1"),
     ((*EVALUATE, "--threads", "0"), "--threads=0: must be at least 1"),
+    ((*EVALUATE, "--address", "auto"), "--address=auto: is for --backend ray"),
+    ((*EVALUATE, "--backend", "dask"), "'--backend': 'dask' is not one of 'joblib', 'ray'"),
     (("evaluate", "es1", "social_odometry+sgif+subsumption"), "no weighting rule named 'sgif'"),
     (("evaluate", "es1", "social_odometry+sgiff"), "must be estimator+weighting+motion"),
     ((*EVALUATE, "--seed", "-1"), ": --seed=-1: must be a whole number from 0 to 2^64 - 1"),

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.runner import MAX_ROWS, Plan, evaluate
@@ -22,8 +23,8 @@ def fresh(folder):
 @pytest.mark.parametrize("workers", [1, 2])
 def test_the_number_of_workers_changes_nothing(configure, tmp_path, workers):
     configurations = [configure("nc"), configure("ssgikf")]
-    alone = evaluate(configurations, range(4), fresh(tmp_path / "alone"), 1)
-    spread = evaluate(configurations, range(4), fresh(tmp_path / "spread"), workers)
+    alone = evaluate(configurations, range(4), fresh(tmp_path / "alone"))
+    spread = evaluate(configurations, range(4), fresh(tmp_path / "spread"), JoblibBackend(workers))
     assert timeless(spread) == timeless(alone)
     assert [(each.controller, each.seed) for each in spread] == [
         (name, seed) for name in ("nc", "ssgikf") for seed in range(4)

@@ -9,6 +9,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
+from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.progress import check_kept
@@ -34,7 +35,7 @@ def run(configurations, seeds, dataset, kept=True):
     if trajectories:
         trajectories.open()
     plan = Plan(configurations, seeds, dataset, trajectories)
-    return sum(plan.run(1)), plan
+    return sum(plan.run(JoblibBackend())), plan
 
 
 def test_a_row_is_a_robot_as_it_stood_after_a_tick(configure, dataset):
@@ -136,7 +137,7 @@ def test_robots_that_visit_waypoints_are_kept_too(tmp_path):
         "waypoints-05-authors", ["boids-goal"], 1, settings=["task.duration=20"]
     )
     plan = asked.plan(tmp_path / "way", trajectories=True)
-    assert sum(plan.run(1)) == 1
+    assert sum(plan.run(JoblibBackend())) == 1
     table = pd.read_parquet(tmp_path / "way-trajectories")
     assert len(table) == 41 * 5
     away = np.hypot(table.believed_x - table.x, table.believed_y - table.y)

@@ -9,7 +9,7 @@ import pytest
 import baselines.controllers  # noqa: F401 the controllers, also where no package is installed
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-NEEDS = {"rllib": ("ray",), "torchrl": ("torchrl", "benchmarl")}
+NEEDS = {"ray": ("ray",), "rllib": ("ray",), "torchrl": ("torchrl", "benchmarl")}
 """What the tests of a marker need; `make test-<marker>` makes an environment that has it."""
 
 

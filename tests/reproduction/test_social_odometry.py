@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import find_layered_controller
@@ -38,7 +39,7 @@ def results(request, tmp_path_factory):
     ]
     configurations = [experiment.configuration("kinematic") for experiment in experiments]
     seeds = SEEDS[setup]
-    episodes = evaluate(configurations, seeds, dataset, workers=2)
+    episodes = evaluate(configurations, seeds, dataset, JoblibBackend(2))
     return {
         experiment.controller: episodes[index * len(seeds) : (index + 1) * len(seeds)]
         for index, experiment in enumerate(experiments)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
+from baselines.evaluation.backends import JoblibBackend
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from training.experiment import HELD_BACK_SEEDS, TEST_SEEDS
@@ -109,7 +110,7 @@ def test_scores_are_written_below_what_is_written_by_hand(rung):
 
 
 def test_references_are_scored_in_the_test_worlds(rung, tmp_path):
-    scores = score_references(rung, tmp_path / "episodes", 1)
+    scores = score_references(rung, tmp_path / "episodes", JoblibBackend())
     assert list(scores) == [RANDOM, "nc", "no-error"]
     assert {each.episodes for each in scores.values()} == {2}
     assert read_rungs(tmp_path)["tiny"].card.scores.keys() == scores.keys()
@@ -194,8 +195,8 @@ def test_sb3_learns_and_a_benchmark_goes_on_where_it_was(rung, tmp_path, capsys)
     settings = {"n_steps": 8, "batch_size": 24}
     small = algorithm.model_copy(update={"worlds": 1, "settings": settings})
     jobs = benchmark.jobs_of([rung], [small], 2, 480)
-    benchmark.run_jobs(jobs[:1], tmp_path, 1)
-    benchmark.run_jobs(jobs, tmp_path, 1)
+    benchmark.run_jobs(jobs[:1], tmp_path, JoblibBackend())
+    benchmark.run_jobs(jobs, tmp_path, JoblibBackend())
     assert "1 of 2 runs found" in capsys.readouterr().err
     runs = read_runs(tmp_path, [rung], [small])
     assert [run.seed for run in runs] == [0, 1]
@@ -233,7 +234,7 @@ def test_a_training_from_exchange_to_exchange_counts_ticks(weighting, tmp_path):
     algorithm = read_algorithms()["sb3_ppo"]
     settings = {"n_steps": 8, "batch_size": 80}
     small = algorithm.model_copy(update={"worlds": 2, "settings": settings})
-    run = benchmark.make(Job(weighting, small, 0, 16_000), tmp_path)
+    run = benchmark.make(Job(weighting, small, 0, 16_000))
     steps = [point["robot_steps"] for point in run.curve]
     assert steps == sorted(steps)
     assert all(each % 10 == 0 for each in steps)

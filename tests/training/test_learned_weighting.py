@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from baselines.evaluation.backends import JoblibBackend
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.foraging.array_rules import ArrayWeighting
@@ -131,7 +132,9 @@ def test_each_world_is_weighed_by_its_own_network():
 
 
 def trips_of(networks, seeds, workers=1):
-    rollouts = CandidateRollouts(SCENARIOS, find_controller("ssgiff"), "kinematic", workers)
+    rollouts = CandidateRollouts(
+        SCENARIOS, find_controller("ssgiff"), "kinematic", JoblibBackend(workers)
+    )
     return rollouts.round_trips(networks, seeds)
 
 

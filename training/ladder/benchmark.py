@@ -2,15 +2,13 @@
 
 import importlib
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from joblib import Parallel, delayed
-
+from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import progress_bar, say
-from baselines.evaluation.runner import ignore_sigint
 from training.ladder.algorithms import Algorithm
 from training.ladder.play import Watch, play, seeds_of_tests
 from training.ladder.rungs import Rung
@@ -49,16 +47,17 @@ def jobs_of(
     ]
 
 
-def run_jobs(jobs: Sequence[Job], out: Path, workers: int) -> None:
+def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend) -> None:
     """Make the runs that are missing: a line for each, a bar if stderr is a terminal."""
     todo = [job for job in jobs if find(job, out) is None]
     say(f"{len(jobs) - len(todo)} of {len(jobs)} runs found in {out}, {len(todo)} to make")
     for algorithm in {job.algorithm.name: job.algorithm for job in todo}.values():
         trainer_of(algorithm)  # tells early what is missing
     begin = time.monotonic()
-    with progress_bar("runs") as progress:
+    with progress_bar("runs") as progress, closing(backend.run(make, todo)) as finished:
         bar = progress.add_task("", total=len(todo))
-        for run in _made(todo, out, workers):
+        for run in finished:
+            keep(run, run.file(out))
             progress.advance(bar)
             say(
                 f"{run.rung}, {run.algorithm}, seed {run.seed}: {run.score:.1f} after"
@@ -67,21 +66,8 @@ def run_jobs(jobs: Sequence[Job], out: Path, workers: int) -> None:
     say(f"done in {time.monotonic() - begin:.0f} s")
 
 
-def _made(jobs: Sequence[Job], out: Path, workers: int) -> Iterator[Run]:
-    """The runs, as they end."""
-    if not jobs:
-        return
-    parallel = Parallel(
-        n_jobs=min(workers, len(jobs)), return_as="generator_unordered", batch_size=1
-    )
-    with ignore_sigint():
-        finished = parallel(delayed(make)(job, out) for job in jobs)
-    with closing(finished):  # ends the workers, whatever happens
-        yield from finished
-
-
-def make(job: Job, out: Path) -> Run:
-    """Train, score the best policy in the test episodes, and keep the run."""
+def make(job: Job) -> Run:
+    """Train, and score the best policy in the test episodes."""
     trainer = trainer_of(job.algorithm)
     keywords: Mapping[str, Any] = job.rung.test_keywords
     if trainer.is_discrete(job.algorithm):
@@ -89,7 +75,7 @@ def make(job: Job, out: Path) -> Run:
     watch = Watch(keywords, job.robot_steps, job.rung.card.curve_episodes)
     trainer.train(job.rung, job.algorithm, job.seed, watch)
     assert watch.best is not None
-    run = Run(
+    return Run(
         rung=job.rung.name,
         algorithm=job.algorithm.name,
         seed=job.seed,
@@ -101,5 +87,3 @@ def make(job: Job, out: Path) -> Run:
         scores=play(keywords, watch.best, seeds_of_tests(job.rung.card.episodes)),
         versions=versions(),
     )
-    keep(run, job.file(out))
-    return run

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
@@ -14,7 +15,7 @@ from training.ladder.play import play, random_actions, seeds_of_tests
 from training.ladder.rungs import RANDOM, Rung, Score, write_scores
 
 
-def score_references(rung: Rung, out: Path, workers: int) -> dict[str, Score]:
+def score_references(rung: Rung, out: Path, backend: Backend) -> dict[str, Score]:
     """Score what a rung's card names, and write it into the rung's file.
 
     Episodes are kept in a dataset: a command that was stopped goes on from there.
@@ -24,7 +25,7 @@ def score_references(rung: Rung, out: Path, workers: int) -> dict[str, Score]:
     say(f"{rung.name}: random actions, {len(seeds)} episodes")
     scores = {RANDOM: _score(play(keywords, random_actions(keywords), seeds))}
     plan = _plan(rung, seeds, out)
-    run_with_progress(plan, workers)
+    run_with_progress(plan, backend)
     metric = task_of(rung.test_scenario).episode.score
     episodes = plan.results()
     for number, configuration in enumerate(plan.configurations):

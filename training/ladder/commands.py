@@ -9,6 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from baselines.cli import ListedFormat, ListFormat, stoppable
+from baselines.evaluation.backend_options import (
+    AddressOption,
+    BackendName,
+    BackendOption,
+    find_backend,
+)
 
 if TYPE_CHECKING:
     from training.ladder.rungs import Rung
@@ -55,14 +61,17 @@ def cards(
     ] = False,
     workers: Annotated[int, typer.Option(min=1, help="Processes to run episodes in.")] = 2,
     out: Annotated[Path, typer.Option(help="Folder of the episodes.")] = Path("runs/cards"),
+    backend: BackendOption = BackendName.JOBLIB,
+    address: AddressOption = None,
 ) -> None:
     """Score random actions, hand-written controllers and oracles, and write it on the cards."""
     from training.ladder.cards import score_references
     from training.ladder.rungs import find_rungs, read_rungs
 
     chosen = find_rungs(rungs, read_rungs())
+    spread = find_backend(backend, workers, address=address)
     for rung in [each for each in chosen if not (missing and each.card.scores)]:
-        for name, score in score_references(rung, out, workers).items():
+        for name, score in score_references(rung, out, spread).items():
             typer.echo(f"{rung.name} {name}: {score.mean:.1f}")
 
 
@@ -85,6 +94,8 @@ def ladder(  # noqa: PLR0913 the options of a command
         Path | None,
         typer.Option(help="Write a page of all runs (.md), with its figures beside it."),
     ] = None,
+    backend: BackendOption = BackendName.JOBLIB,
+    address: AddressOption = None,
 ) -> None:
     """Train algorithms on rungs from scratch, score them in test worlds, and draw their curves.
 
@@ -102,7 +113,8 @@ def ladder(  # noqa: PLR0913 the options of a command
         _check_page(page)
     for rung in chosen if seeds else ():
         rung.normalised(0.0)  # tells early that its card has no scores
-    run_jobs(jobs_of(chosen, trained, seeds, budget), out, workers)
+    spread = find_backend(backend, workers, address=address)
+    run_jobs(jobs_of(chosen, trained, seeds, budget), out, spread)
     runs = read_runs(out, list(known.values()), find_algorithms(None))
     write_json(marl_eval(runs), out / "marl_eval.json")
     if page:

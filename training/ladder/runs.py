@@ -62,7 +62,7 @@ class Job:
 
     def file(self, out: Path) -> Path:
         """Where the run is kept."""
-        return out / self.rung.name / self.algorithm.name / f"seed{self.seed}.json"
+        return file_of(out, self.rung.name, self.algorithm.name, self.seed)
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,19 @@ class Run:
     """Of the best of these policies, in each test episode."""
     versions: Mapping[str, str]
 
+    def file(self, out: Path) -> Path:
+        """Where it is kept."""
+        return file_of(out, self.rung, self.algorithm, self.seed)
+
     @property
     def score(self) -> float:
         """The mean over the test episodes."""
         return float(np.mean(self.scores))
+
+
+def file_of(out: Path, rung: str, algorithm: str, seed: int) -> Path:
+    """The file of a run in a folder of runs."""
+    return out / rung / algorithm / f"seed{seed}.json"
 
 
 def keep(run: Run, file: Path) -> None:

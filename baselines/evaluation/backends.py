@@ -1,0 +1,111 @@
+"""Backends: what spreads the calls of a command over worker processes.
+
+joblib's workers are on this machine; those of a Ray cluster (`ray_backend`) on any of its nodes.
+Neither the backend nor the number of workers ever changes a result.
+"""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from functools import cache, partial
+from typing import Any, Protocol
+
+from joblib import Parallel, delayed
+
+Results = Generator[Any, None, None]
+"""What calls return, as they end."""
+
+
+class Backend(Protocol):
+    """Runs calls in worker processes."""
+
+    @property
+    def workers(self) -> int:
+        """Number of calls that run at a time."""
+        ...
+
+    @property
+    def threads(self) -> int:
+        """Number of threads of each call."""
+        ...
+
+    @property
+    def shares_files(self) -> bool:
+        """Workers read and write the files of this machine."""
+        ...
+
+    def run(self, function: Callable[[Any], Any], jobs: Sequence[Any]) -> Results:
+        """Call the function with every job; yield what it returns as the calls end.
+
+        Closing the iterator ends the calls that run. BrokenExecutor if workers keep dying.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class JoblibBackend:
+    """Worker processes of this machine; a single worker is this process itself."""
+
+    workers: int = 1
+    threads: int = 1
+    shares_files: bool = True
+
+    def run(self, function: Callable[[Any], Any], jobs: Sequence[Any]) -> Results:
+        """Call the function with every job; workers end with this process, even if killed."""
+        if not jobs:
+            return
+        workers = min(self.workers, len(jobs))
+        parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
+        with ignore_sigint():
+            finished = parallel(delayed(_call)(function, job, os.getpid()) for job in jobs)
+        with closing(finished):  # ends the workers, whatever happens
+            yield from finished
+
+
+def run_in_order(
+    backend: Backend, function: Callable[[Any], Any], jobs: Sequence[Any]
+) -> list[Any]:
+    """Call the function with every job; return what it returned in the order of the jobs."""
+    with closing(backend.run(partial(_numbered, function), list(enumerate(jobs)))) as finished:
+        found = dict(finished)
+    return [found[number] for number in range(len(jobs))]
+
+
+def _numbered(function: Callable[[Any], Any], job: tuple[int, Any]) -> tuple[int, Any]:
+    return job[0], function(job[1])
+
+
+def _call(function: Callable[[Any], Any], job: Any, parent: int) -> Any:  # noqa: ANN401 of any kind
+    """A call in a worker, or in the parent itself."""
+    end_with(parent)
+    return function(job)
+
+
+@contextmanager
+def ignore_sigint() -> Iterator[None]:
+    """Start workers that ignore SIGINT; the parent process handles it and stops them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@cache
+def end_with(parent: int) -> None:
+    """Let a worker end within a second of its parent process, which may be killed."""
+    if os.getppid() == parent:
+        threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+
+
+def _watch(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(0.5)
+    os._exit(1)

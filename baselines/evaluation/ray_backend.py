@@ -1,0 +1,175 @@
+"""The Ray backend: calls run on the nodes of a cluster, and are run again where a node dies.
+
+    swarm-forage evaluate es1 ssgikf --backend ray --workers 64 --address ray-head:6379
+
+Calls return what they found to this process, which keeps it. A call whose worker or node dies
+runs again on another; as it depends on its job alone, it returns the same bits.
+"""
+
+import hashlib
+import logging
+import os
+import platform
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from importlib.metadata import version
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import ray
+from ray._private import worker as ray_worker
+from ray.exceptions import RayError, RayTaskError
+
+from baselines.evaluation.backends import Results
+from swarm_forage_env.errors import ConfigError
+
+LOGGER = logging.getLogger("swarm-forage")
+
+MAX_RETRIES = 10
+"""How often a call is run again whose worker or node died; one that kills its worker ends so."""
+
+WAIT = 10.0
+"""How long to wait for an address to answer [s]."""
+
+PACKAGES = ("swarm_forage_env", "baselines", "training")
+LIBRARIES = ("numba", "numpy", "pymunk")
+
+
+@dataclass(frozen=True)
+class RayBackend:
+    """Workers of a Ray cluster: the one at an address, or else a local one, started here."""
+
+    workers: int = 1
+    threads: int = 1
+    """Threads of each call, and the CPUs that Ray reserves for it."""
+    address: str | None = None
+    shares_files: bool = False
+
+    def connect(self) -> None:
+        """Join the cluster, or start a local one that ends with this process.
+
+        ConfigError if no cluster answers at the address. A program that has called `ray.init`
+        stays with its own cluster.
+        """
+        if ray.is_initialized():
+            return
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # reports nothing to anybody
+        options: dict[str, Any] = {"address": self.address}
+        if self.address is not None:
+            _check_answers(self.address)
+        else:
+            cpus = self.workers * self.threads
+            options = {"address": "local", "num_cpus": cpus, "include_dashboard": False}
+        try:
+            with _sigterm_kept():
+                ray.init(**options, log_to_driver=False, logging_level=logging.ERROR)
+            ray_worker.print_to_stdstream = _tell  # else on stdout, among the results
+        except (ConnectionError, RuntimeError, ValueError):
+            raise _no_cluster(self.address) from None
+
+    def run(self, function: Callable[[Any], Any], jobs: Sequence[Any]) -> Results:
+        """Call the function with every job; a call whose worker dies runs on another one."""
+        if not jobs:
+            return
+        self.connect()
+        self._check_room()
+        remote = ray.remote(num_cpus=self.threads, max_retries=MAX_RETRIES)(_call)
+        shared, todo = ray.put((function, code_here())), iter(jobs)
+        running = [remote.remote(shared, job) for job in islice(todo, self.workers)]
+        try:
+            while running:
+                (ended, *_), running = ray.wait(running)
+                running += [remote.remote(shared, job) for job in islice(todo, 1)]
+                yield _result(ended)
+        finally:
+            for each in running:
+                ray.cancel(each, force=True)
+
+    def _check_room(self) -> None:
+        """Tell of it in a line if every call has to wait for a node with more CPUs."""
+        cpus = [node["Resources"].get("CPU", 0) for node in ray.nodes() if node["Alive"]]
+        if max(cpus, default=0) < self.threads:
+            LOGGER.warning(
+                "--threads=%d: the largest node has %g CPUs; waiting for one with more",
+                self.threads,
+                max(cpus, default=0),
+            )
+
+
+def _tell(message: Mapping[str, Any], ignore_prefix: bool) -> None:
+    """Tell of a node or a worker that died in a line on stderr: Ray's first sentence about it."""
+    for text in message["lines"]:
+        LOGGER.warning("ray: %s", text.partition(". ")[0])
+
+
+def _check_answers(address: str) -> None:
+    """ConfigError unless something answers at HOST:PORT: Ray itself tries for many minutes."""
+    host, colon, port = address.removeprefix("ray://").rpartition(":")
+    if not colon:  # auto, or the name of a cluster
+        return
+    try:
+        socket.create_connection((host, int(port)), timeout=WAIT).close()
+    except (OSError, ValueError, OverflowError):
+        raise _no_cluster(address) from None
+
+
+def _no_cluster(address: str | None) -> ConfigError:
+    return ConfigError(
+        f"--address={address}: no Ray cluster answers there that has this version of Ray and of"
+        " Python; `ray start --head` starts one and tells its address"
+    )
+
+
+@cache
+def code_here() -> str:
+    """Hash of the source of these packages, and the versions that they calculate with."""
+    text = hashlib.sha256(platform.python_version().encode())
+    for library in LIBRARIES:
+        text.update(version(library).encode())
+    for name in PACKAGES:
+        folder = Path(import_module(name).__path__[0])
+        for file in sorted(folder.rglob("*.py")):
+            text.update(f"{file.relative_to(folder)}\n".encode() + file.read_bytes())
+    return text.hexdigest()[:16]
+
+
+def _call(shared: tuple[Callable[[Any], Any], str], job: Any) -> Any:  # noqa: ANN401 of any kind
+    """A call on a node."""
+    function, code = shared
+    if code_here() != code:
+        raise ConfigError(
+            f"--backend=ray: node {platform.node()} has another swarm-forage,"
+            f" {', '.join(LIBRARIES)} or Python than this machine; install the same on every node"
+        )
+    return function(job)
+
+
+def _result(ended: Any) -> Any:  # noqa: ANN401 of any kind
+    """What a call returned; what it raised, or BrokenExecutor if its workers kept dying."""
+    try:
+        return ray.get(ended)
+    except RayTaskError as error:
+        raise error.cause from None
+    except RayError as error:
+        raise BrokenExecutor(str(error)) from error
+
+
+@contextmanager
+def _sigterm_kept() -> Iterator[None]:
+    """Put back the handler of SIGTERM that `ray.init` replaces."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

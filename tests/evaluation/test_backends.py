@@ -1,0 +1,89 @@
+"""Backends: each job once, results as they end or in order; workers end with their parent."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from baselines.evaluation.backend_options import BackendName, find_backend
+from baselines.evaluation.backends import JoblibBackend, run_in_order
+from swarm_forage_env.errors import ConfigError
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def square(number):
+    return number**2
+
+
+def square_after_a_while(number):
+    time.sleep(0.1 * (3 - number))
+    return number**2
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_every_job_is_called_once(workers):
+    backend = JoblibBackend(workers)
+    assert sorted(backend.run(square, range(5))) == [0, 1, 4, 9, 16]
+    assert list(backend.run(square, [])) == []
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_results_come_in_the_order_of_the_jobs_if_asked(workers):
+    assert run_in_order(JoblibBackend(workers), square_after_a_while, range(4)) == [0, 1, 4, 9]
+
+
+def test_options_that_do_not_fit_are_refused():
+    with pytest.raises(ConfigError, match="--address=auto: is for --backend ray"):
+        find_backend(BackendName.JOBLIB, 1, address="auto")
+    with pytest.raises(ConfigError, match="--workers=0: must be at least 1"):
+        find_backend(BackendName.RAY, 0)
+
+
+def test_without_ray_one_line_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    monkeypatch.delitem(sys.modules, "baselines.evaluation.ray_backend", raising=False)
+    with pytest.raises(ConfigError, match=r"--backend=ray: .* pip install 'swarm-forage\[ray\]'$"):
+        find_backend(BackendName.RAY, 2)
+
+
+NAP = """
+import os, time
+from baselines.evaluation.backends import JoblibBackend, run_in_order
+
+def nap(_):
+    os.write(2, f"{os.getpid()}\\n".encode())
+    time.sleep(100.0)
+
+run_in_order(JoblibBackend(2), nap, range(2))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
+def test_workers_of_every_command_end_with_the_parent_process_that_is_killed():
+    """All commands run their calls through a backend: training and benchmark too."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    run = subprocess.Popen(
+        [sys.executable, "-c", NAP], env=environment, stderr=subprocess.PIPE, text=True
+    )
+    workers = [int(run.stderr.readline()) for _ in range(2)]
+    os.kill(run.pid, signal.SIGKILL)
+    until = time.monotonic() + 20.0
+    while any(map(is_running, workers)) and time.monotonic() < until:
+        time.sleep(0.1)
+    left = [worker for worker in workers if is_running(worker)]
+    for worker in left:
+        os.kill(worker, signal.SIGKILL)
+    assert not left
+    run.communicate()
+
+
+def is_running(process):
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False

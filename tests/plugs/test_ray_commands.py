@@ -1,0 +1,118 @@
+"""Commands with `--backend ray`, on a local cluster that each starts; run by `make test-ray`."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+pytestmark = [
+    pytest.mark.ray,
+    pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc"),
+]
+
+ROOT = Path(__file__).resolve().parents[2]
+EVALUATE = "evaluate", "es1", "nc", "--physics=kinematic", "--format=json"
+LONG = "--episodes=3000", "--set=task.duration=300"
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Start a command as a process of its own in an empty folder."""
+    started = []
+
+    def begin(*arguments):
+        environment = os.environ | {"PYTHONPATH": str(ROOT)}
+        environment.pop("SWARM_CHECK_SHAPES", None)
+        run = subprocess.Popen(
+            [sys.executable, "-m", "training.cli", *arguments],
+            cwd=tmp_path, env=environment, start_new_session=True, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored in a job
+        )  # fmt: skip
+        started.append(run)
+        return run
+
+    yield begin
+    for run in started:
+        run.kill()
+        run.communicate()
+
+
+def offspring(process):
+    """The processes below one, as far as they run."""
+    found, parents = [], {process}
+    table = {}
+    for each in Path("/proc").iterdir():
+        if each.name.isdigit() and (parent := state(int(each.name))):
+            table[int(each.name)] = parent
+    while parents:
+        parents = {child for child, parent in table.items() if parent in parents}
+        found += parents
+    return found
+
+
+def state(process):
+    """The parent of a process; None if it has ended."""
+    try:
+        letter, parent = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[:2]
+    except OSError:
+        return None
+    return None if letter == "Z" else int(parent)
+
+
+def in_mid_run(run, folder):
+    """The processes of a run that has kept its first episodes, and is at work."""
+    until = time.monotonic() + 200.0
+    while not list(folder.rglob("*.parquet")):
+        assert time.monotonic() < until
+        assert run.poll() is None, run.communicate()[1]
+        time.sleep(0.1)
+    return offspring(run.pid)
+
+
+def are_gone(processes):
+    until = time.monotonic() + 60.0
+    while any(map(state, processes)) and time.monotonic() < until:
+        time.sleep(0.2)
+    return not any(map(state, processes))
+
+
+def test_a_command_says_on_ray_what_it_says_without(start, tmp_path):
+    short = *EVALUATE, "--episodes=4", "--set=task.duration=30"
+    told = []
+    for backend in ("ray", "joblib"):
+        run = start(*short, f"--out={backend}", f"--backend={backend}")
+        stdout, stderr = run.communicate(timeout=300)
+        assert run.returncode == 0, stderr
+        assert all(line.startswith("swarm-forage: ") for line in stderr.splitlines()), stderr
+        told.append([episode | {"wall_s": 0.0} for episode in json.loads(stdout)])
+    assert told[0] == told[1]
+
+
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+def test_a_command_that_is_stopped_ends_its_cluster_in_one_line(start, tmp_path, stop):
+    run = start(*EVALUATE, *LONG, "--backend=ray", "--out=out")
+    processes = in_mid_run(run, tmp_path / "out")
+    assert len(processes) > 3
+    if stop is signal.SIGINT:
+        os.killpg(run.pid, stop)  # as a terminal does
+    else:
+        run.send_signal(stop)  # as a scheduler does
+    stdout, stderr = run.communicate(timeout=100)
+    assert run.returncode == 130
+    assert stdout == ""
+    assert stderr.splitlines()[1:] == ["swarm-forage: stopped; the same command goes on from here"]
+    assert are_gone(processes)
+
+
+def test_a_command_that_is_killed_takes_its_cluster_along(start, tmp_path):
+    run = start(*EVALUATE, *LONG, "--backend=ray", "--out=out")
+    processes = in_mid_run(run, tmp_path / "out")
+    run.kill()
+    run.wait()
+    assert are_gone(processes)
