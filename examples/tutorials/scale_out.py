@@ -57,5 +57,6 @@ for threads in (1, 2):
 #
 # Evaluation and training spread over processes: `swarm-forage evaluate es1 ssgikf --workers 8`,
 # `swarm-forage benchmark ladder --workers 8`. Each process runs blocks of its own, and the
-# numbers are the same as with one. RLlib's env runners hold a block each
+# numbers are the same as with one. With `--backend ray` they are processes of a
+# [cluster](../cluster.md). RLlib's env runners hold a block each
 # ([example](../../examples/rllib_ppo.py)).

@@ -50,7 +50,7 @@ def backend(cluster):
     return RayBackend(2, address=cluster.address)
 
 
-def plan_of(folder, duration=30.0, trajectories=None):
+def plan_of(folder, duration=30.0, trajectories=False):
     scenario = find_scenario("es1", {"task.duration": duration})
     dataset = Dataset(folder)
     dataset.open()
@@ -58,7 +58,8 @@ def plan_of(folder, duration=30.0, trajectories=None):
         ExperimentConfig(name, scenario, find_layered_controller(name), "kinematic")
         for name in ("nc", "ssgikf")
     ]
-    return Plan(configurations, SEEDS, dataset, trajectories)
+    kept = Trajectories(dataset) if trajectories else None
+    return Plan(configurations, SEEDS, dataset, kept)
 
 
 def hashes(folder):
@@ -89,19 +90,15 @@ def test_two_nodes_make_the_dataset_of_one_process(backend, expected, tmp_path):
 
 
 def test_trajectories_are_kept_here_too(backend, tmp_path):
-    found = []
     for name, runs_on in (("alone", JoblibBackend()), ("ray", backend)):
-        kept = Trajectories(tmp_path / f"{name}-trajectories")
-        kept.open()
-        assert sum(plan_of(tmp_path / name, 5.0, kept).run(runs_on)) == 16
-        found.append(
-            {
-                file.relative_to(kept.folder): file.read_bytes()
-                for file in kept.folder.rglob("*.parquet")
-            }
-        )
-    assert found[0] == found[1]
-    assert len(found[0]) == 16
+        assert sum(plan_of(tmp_path / name, 5.0, trajectories=True).run(runs_on)) == 16
+    alone, spread = (contents(tmp_path / f"{name}-trajectories") for name in ("alone", "ray"))
+    assert spread == alone
+    assert len(alone) == 16
+
+
+def contents(folder):
+    return {file.relative_to(folder): file.read_bytes() for file in folder.rglob("*.parquet")}
 
 
 def die_once(job):

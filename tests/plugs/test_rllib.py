@@ -23,7 +23,7 @@ FORMS = [
 def ray():
     import ray
 
-    ray.init(num_cpus=1, include_dashboard=False, ignore_reinit_error=True)
+    ray.init(num_cpus=3, include_dashboard=False, ignore_reinit_error=True)
     yield ray
     ray.shutdown()
 
@@ -80,6 +80,22 @@ def test_one_policy_trains_on_all_robots(example, small, ray, learn):
     assert last["env_runners"]["num_module_steps_sampled_lifetime"] == {"robot": 4 * 240}
     assert last["env_runners"]["episode_len_mean"] == 60
     assert math.isfinite(last["learners"]["robot"]["total_loss"])
+
+
+def test_env_runners_in_other_processes_step_a_block_each(example, small, ray):
+    config = example("rllib_ppo").configure(1, 2, 60, learn="motion", max_cycles=60, **small)
+    algorithm = config.env_runners(num_env_runners=2).build_algo()
+    told = algorithm.train()["env_runners"]
+    blocks = algorithm.env_runner_group.foreach_env_runner(
+        lambda runner: (type(runner.env).__name__, runner.env.env.world.robots["pose"].copy()),
+        local_env_runner=False,
+    )
+    algorithm.stop()
+    assert told["num_env_steps_sampled_lifetime"] == 120
+    assert [name for name, _ in blocks] == ["SwarmVectorEnv"] * 2
+    (_, first), (_, second) = blocks
+    assert first.shape == second.shape == (2, 4, 3)
+    assert (first != second).any(), "each runner has worlds of its own"
 
 
 def test_the_example_trains_and_compares(example, tmp_path, capsys):
