@@ -12,7 +12,8 @@ REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
-	test-cuda check lint golden coverage bench ladder reproduce pictures score-plot docs docs-serve docs-equations clean
+	test-cuda check lint dist golden coverage bench ladder reproduce pictures score-plot scores docs \
+	docs-serve docs-equations clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -56,6 +57,9 @@ score-plot: $(READY)  ## the boxplot of the README: docs/images/score.png
 		dsgiff-frequent:beta=0.003 learned-weighting learned-motion learned-both \
 		--workers $(WORKERS) --out runs/score-plot --plot docs/images/score.png
 
+scores: $(READY)  ## the scores that `swarm-forage list` tells: baselines/evaluation/scores.json
+	$(BIN)/python -m baselines.evaluation.scores --workers $(WORKERS)
+
 test: $(READY)  ## the tests, without those marked slow, reproduces or wheel
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m '$(SHORT)'
 
@@ -95,6 +99,11 @@ lint: $(READY)  ## style, types, the house, spelling
 	$(BIN)/codespell
 
 check: lint test  ## what a commit needs: lint, then test
+
+dist: $(READY)  ## wheel and source distribution into dist/, their contents checked
+	rm -f dist/*.whl dist/*.tar.gz
+	$(BIN)/python -m hatchling build -d dist
+	DIST=dist $(BIN)/pytest -q tests/packaging/test_dist.py
 
 golden: $(READY)  ## write tests/golden/data anew: what the swarm does, bit for bit
 	$(BIN)/python -m tests.golden.record

@@ -117,13 +117,15 @@ def list_names(
     form: ListedFormat = ListFormat.TABLE,
 ) -> None:
     """Show the scenarios, controllers and engines there are, or every number of one of them."""
-    from baselines.evaluation import listing
-
     if form is ListFormat.JSON:
+        from baselines.evaluation import listing
+
         found = listing.describe(name) if name else listing.overview()
         typer.echo(json.dumps(found, indent=1))
     else:
-        table = listing.detail_table(name) if name else listing.overview_tables()
+        from baselines.evaluation import listing_tables
+
+        table = listing_tables.detail_table(name) if name else listing_tables.overview_tables()
         Console().print(table)
 
 

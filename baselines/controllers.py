@@ -59,8 +59,26 @@ one with a second witness and a gate against liars; then the filters of covarian
 simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5, and subsumption over its filters, where robots
 forage."""
 
+ABOUT = {
+    "nc": "robots tell each other nothing",
+    "ssgikf": "robots hear of the area they go to; weighs as a Kalman filter would",
+    "dsgikf": "ssgikf whose robots tell each other of both areas",
+    "ssgiff": "ssgikf that weighs by a Fermi function, as sharply as beta says",
+    "dsgiff": "ssgiff whose robots tell each other of both areas",
+    "dsgiff-penalised": "dsgiff that counts a message as a longer path",
+    "dsgiff-frequent": "dsgiff-penalised that exchanges more often while unsure",
+    "ssgikf-sceptical": "ssgikf with a second witness and a gate, against liars",
+    "sikf": "robots exchange the norm of a covariance",
+    "covariance": "robots exchange whole error ellipses",
+    "subsumption": "straight to the goal, over the filter of the boids",
+    "boids-goal": "boids that follow the rule of the goal alone",
+    "boids-static": "boids with fixed gains",
+    "boids-adaptive": "boids whose gains follow the uncertainty",
+}
+"""What each controller is, in words."""
+
 for controller in NAMED:
-    CONTROLLERS.register(controller.name)(controller)
+    CONTROLLERS.register(controller.name, ABOUT[controller.name])(controller)
 
 OLD_NAMES = {"dsgiff-wary": "dsgiff-penalised", "dsgiff-brisk": "dsgiff-frequent"}
 """Names of earlier releases, which go on working for one more."""

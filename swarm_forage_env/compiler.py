@@ -13,7 +13,7 @@ function and of all that it calls. An edit of a comment or a docstring changes n
 import hashlib
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -31,6 +31,9 @@ from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted
 from swarm_forage_env.templates import Parts, parts_of, with_parts
 
 FunctionT = TypeVar("FunctionT")
+
+_listeners: list[Callable[[str], None]] = []
+"""Who is told of each entry point that is about to be compiled."""
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}
@@ -233,7 +236,19 @@ class _LateCache:
             self._made = _KernelCache(self._function)
             if not Path(self._made._cache_file._index_path).exists():
                 announce()
+                for tell in _listeners:
+                    tell(self._function.__name__)
         return getattr(self._made, name)
+
+
+@contextmanager
+def compiling_told(tell: Callable[[str], None]) -> Iterator[None]:
+    """Tell the name of each entry point that is about to be compiled."""
+    _listeners.append(tell)
+    try:
+        yield
+    finally:
+        _listeners.remove(tell)
 
 
 @cache

@@ -1,7 +1,10 @@
 """Extras: which of them brings a package, and so what to install where that is missing."""
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
 
 EXTRAS = {
     "evaluate": {"joblib", "matplotlib", "pyarrow", "rich", "scipy", "typer", "yaml"},
@@ -16,6 +19,10 @@ EXTRAS = {
 """What each extra brings beside those that it builds on."""
 
 
+COMMON_NAMES = ("baselines", "training")
+"""The packages beside this one, whose names other people's packages may have."""
+
+
 def remedy(module: str | None) -> str | None:
     """The command that installs a missing module; None if no extra brings it.
 
@@ -27,13 +34,35 @@ def remedy(module: str | None) -> str | None:
     return extra and f"pip install 'swarm-forage[{extra}]'"
 
 
+def other_package(module: str | None) -> str | None:
+    """What to do about a package of somebody else that is found in the place of one of ours.
+
+    None where that is not what a module is missing for.
+    """
+    package = (module or "").partition(".")[0]
+    if package not in COMMON_NAMES:
+        return None
+    spec = sys.modules[package].__spec__ if package in sys.modules else find_spec(package)
+    if spec is None:
+        return None
+    found = Path(next(iter(spec.submodule_search_locations or ()), spec.origin or ""))
+    if found.resolve() == Path(__file__).resolve().parents[1] / package:
+        return None
+    return (
+        f"another package named '{package}' is found first, in {found}; install swarm-forage in an"
+        " environment of its own, and start Python in another folder"
+    )
+
+
 @contextmanager
 def missing_told() -> Iterator[None]:
     """End the program with one line and status 1 if a package that an extra brings is missing."""
     try:
         yield
-    except ModuleNotFoundError as error:
-        install = remedy(error.name)
+    except ImportError as error:
+        if namesake := other_package(error.name):
+            raise SystemExit(f"swarm-forage: {namesake}") from None
+        install = remedy(error.name) if isinstance(error, ModuleNotFoundError) else None
         if install is None:
             raise
         raise SystemExit(f"swarm-forage: this command needs '{error.name}': {install}") from None

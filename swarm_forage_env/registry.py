@@ -1,14 +1,16 @@
 """Name -> part. A part enters by decorator; parts of other packages enter by entry point."""
 
 import importlib
+import inspect
 import pkgutil
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib.metadata import EntryPoint, entry_points
+from types import FunctionType
 from typing import Any, Generic, TypeVar
 
 from swarm_forage_env.errors import RenamedWarning, UnknownNameError
-from swarm_forage_env.extras import remedy
+from swarm_forage_env.extras import other_package, remedy
 
 PartT = TypeVar("PartT")
 
@@ -37,16 +39,21 @@ class Registry(Generic[PartT]):
         self.kind = kind
         self._modules = tuple(modules)
         self._parts: dict[str, PartT] = {}
+        self._abouts: dict[str, str] = {}
         self._new_names: dict[str, str] = {}
         self._compose: Callable[[str, Sequence[str]], PartT] | None = None
 
-    def register(self, name: str) -> Callable[[PartT], PartT]:
-        """Enter the decorated part under a name; a name taken twice is an error."""
+    def register(self, name: str, about: str = "") -> Callable[[PartT], PartT]:
+        """Enter the decorated part under a name; a name taken twice is an error.
+
+        `about` says in a few words what the part is, where its docstring does not.
+        """
 
         def enter(part: PartT) -> PartT:
             if name in self._parts:
                 raise ValueError(f"two {self.kind}s are named '{name}'")
             self._parts[name] = part
+            self._abouts[name] = about
             return part
 
         return enter
@@ -73,6 +80,13 @@ class Registry(Generic[PartT]):
         if name in self._parts or name in set(self) or name in self._new_names:
             return True
         return isinstance(name, str) and self._compose is not None and JOINT in name
+
+    def about(self, name: str) -> str:
+        """What the part of that name is, in words: those it was entered with, or else the first
+        line of the docstring of a class or function."""
+        part = self[name]
+        written = inspect.getdoc(part) if isinstance(part, type | FunctionType) else None
+        return self._abouts.get(name) or (written or "").partition("\n")[0]
 
     def name_of(self, part: PartT) -> str | None:
         """The name that a part is entered under; None if it is not entered."""
@@ -152,6 +166,8 @@ def left_out() -> str:
 
 def _reason(error: ImportError) -> str:
     """Which package is missing and what would install it, or what else an import failed for."""
+    if namesake := other_package(error.name):
+        return namesake
     if not isinstance(error, ModuleNotFoundError) or error.name is None:
         return str(error)
     install = remedy(error.name)

@@ -10,6 +10,7 @@ those that they were trained beside.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from inspect import getdoc
 from pathlib import Path
 from typing import Any
 
@@ -42,8 +43,15 @@ NAMED = (
     LayeredController("learned-sceptical", REPUTATION, LearnedReputation(), SUBSUMPTION),
 )
 
+ABOUT = {
+    "learned-weighting": "a network weighs what is heard, over dsgiff-frequent",
+    "learned-motion": "a linear policy corrects the motion, over ssgiff",
+    "learned-both": "a learned weighting and motion, over dsgiff-penalised",
+}
+"""What each controller is, in words."""
+
 for controller in NAMED:
-    CONTROLLERS.register(controller.name)(controller)
+    CONTROLLERS.register(controller.name, ABOUT[controller.name])(controller)
 
 KINDS = {
     "sb3": SB3Policy,
@@ -53,8 +61,14 @@ KINDS = {
 }
 """Policies of other trainers, by the word before the colon."""
 
+
+def about(policy: type) -> str:
+    """What a kind of policy is: the first line of its docstring."""
+    return (getdoc(policy) or "").partition("\n")[0]
+
+
 for kind, policy in KINDS.items():
-    POLICIES.register(kind)(named_policy(kind, policy()))
+    POLICIES.register(kind, about(policy))(named_policy(kind, policy()))
 
 
 def learned_layer(layer: LayerName, controller: LayeredController) -> Any:  # noqa: ANN401 a Part

@@ -6,14 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from rich.console import Group
-from rich.table import Table
-from rich.text import Text
-
-from baselines.controller import REGISTRIES, LayeredController
+from baselines.controller import LayeredController
 from baselines.evaluation.experiment_config import find_layered_controller
+from baselines.evaluation.scores import score_of_controller, score_of_scenario
 from swarm_forage_env.errors import UnknownNameError
-from swarm_forage_env.parameters import Part, leaves
+from swarm_forage_env.parameters import Part
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import (
     CONTROLLERS,
@@ -21,7 +18,6 @@ from swarm_forage_env.registry import (
     POLICIES,
     REFERENCES,
     SCENARIOS,
-    Registry,
     left_out,
 )
 from swarm_forage_env.scenarios import find_scenario
@@ -50,18 +46,23 @@ def overview() -> dict[str, list[dict[str, Any]]]:
         "controllers": [describe(name) for name in CONTROLLERS],
         "references": [describe(name) for name in REFERENCES],
         "policies": [describe(name) for name in POLICIES],
-        "engines": [{"name": name, "about": _first_line(ENGINES[name])} for name in ENGINES],
+        "engines": [{"name": name, "about": ENGINES.about(name)} for name in ENGINES],
     }
 
 
 def describe(name: str) -> dict[str, Any]:
     """Describe a scenario (name or TOML file) or a controller, as nested dictionaries."""
     found = find(name)
-    groups = {group: [asdict(each) for each in listed] for group, _, listed in _groups(found)}
+    groups = {
+        group: [asdict(each) for each in listed] for group, _, listed in grouped_parameters(found)
+    }
+    told = {"about": _about(name), "parameters": groups}
     if not isinstance(found, LayeredController):
-        return {"name": found.name, "kind": "scenario", "parameters": groups}
-    layers = found.layer_names
-    return {"name": name, "kind": "controller", "layers": layers, "parameters": groups}
+        score = score_of_scenario(name)
+        return {"name": found.name, "kind": "scenario", "score": score and asdict(score)} | told
+    score, layers = score_of_controller(name), found.layer_names
+    kind = {"kind": "controller", "layers": layers, "score": score and asdict(score)}
+    return {"name": name} | kind | told
 
 
 def find(name: str) -> Any:  # noqa: ANN401 a scenario of any task, or a controller
@@ -75,44 +76,18 @@ def find(name: str) -> Any:  # noqa: ANN401 a scenario of any task, or a control
     return find_layered_controller(name)
 
 
+def _about(name: str) -> str:
+    """What has this name, in words; empty for a file and for other numbers than the usual."""
+    registries = SCENARIOS, CONTROLLERS, REFERENCES, POLICIES
+    return next((each.about(name) for each in registries if name in set(each)), "")
+
+
 def units(found: Any) -> dict[str, str]:  # noqa: ANN401 as `find` gives
     """The unit of each field of a scenario or controller by dotted name; empty without one."""
-    return {each.name: each.unit for _, _, listed in _groups(found) for each in listed}
+    return {each.name: each.unit for _, _, listed in grouped_parameters(found) for each in listed}
 
 
-def overview_tables() -> Group:
-    """Tables of all names for a terminal."""
-    return Group(
-        _scenarios(), Text(), _controllers("controller", CONTROLLERS), Text(),
-        Text("References, which know the truth: to compare with, not to use"),
-        _controllers("reference", REFERENCES), Text(), _engines(), Text(), _policies(), Text(),
-        Text("Every number of one of them: swarm-forage list es1, swarm-forage list ssgiff"),
-    )  # fmt: skip
-
-
-def detail_table(name: str) -> Group:
-    """Tables of every parameter of one scenario or controller for a terminal."""
-    found = find(name)
-    parts: list[Any] = []
-    for group, about, parameters in _groups(found):
-        heading = Text(group, style="bold").append(f"  {about}", style="not bold")
-        table = _table("parameter", "value", "unit", "origin", "meaning")
-        for each in parameters:
-            cells = each.name, _shown(each.value), each.unit, each.origin, each.meaning
-            table.add_row(*map(Text, cells))
-        parts += [heading, table, Text()]
-    return Group(*parts, Text(f"Change one in evaluate with {_way(name, found)}"))
-
-
-def _way(name: str, found: Any) -> str:  # noqa: ANN401 as `find` gives
-    """How a number of what was found is changed on the command line."""
-    bare = name.partition(":")[0]
-    if not isinstance(found, LayeredController):
-        return f"--set {_example(found)}"
-    return f"{bare}:FILE,name=value" if bare in POLICIES else f"{bare}:name=value"
-
-
-def _groups(found: Any) -> Iterator[tuple[str, str, list[Parameter]]]:  # noqa: ANN401 as `find` gives
+def grouped_parameters(found: Any) -> Iterator[tuple[str, str, list[Parameter]]]:  # noqa: ANN401 as `find` gives
     """Name, purpose and parameters of each part of a scenario or controller."""
     if not isinstance(found, LayeredController):
         origins = _origins(found)
@@ -164,79 +139,6 @@ def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> I
         )
 
 
-def _scenarios() -> Table:
-    table = _table("scenario", "robots", "arena [m]", "areas apart [m]", "duration [s]")
-    for name in SCENARIOS:
-        numbers = leaves(SCENARIOS[name].model_dump())
-        side = numbers.get("task.side")
-        sides = numbers.get("arena.length", side), numbers.get("arena.width", side)
-        apart = None if numbers.get("task.areas") else numbers.get("task.area_distance")
-        table.add_row(
-            name,
-            str(numbers["task.n_robots"]),
-            " x ".join(f"{each:g}" for each in sides if each is not None),
-            "" if apart is None else f"{apart:g}",
-            f"{numbers['task.duration']:g}",
-        )
-    return table
-
-
-def _controllers(kind: str, registry: Registry[Any]) -> Table:
-    table = _table(kind, *REGISTRIES, "changed")
-    for name in registry:
-        controller: LayeredController = registry[name]
-        table.add_row(name, *controller.layer_names.values(), ", ".join(_set(controller)))
-    return table
-
-
-def _policies() -> Table:
-    table = _table("policy", "")
-    for name in POLICIES:
-        table.add_row(f"{name}:FILE", _first_line(POLICIES[name].policy))
-    return table
-
-
-def _set(controller: LayeredController) -> Iterator[str]:
-    """The parameters of a controller that differ from their defaults, as a user writes them."""
-    names = [name for part in controller.layers.values() for name in type(part).model_fields]
-    for layer, part in controller.layers.items():
-        for name, field in type(part).model_fields.items():
-            if getattr(part, name) != field.default:
-                full = name if names.count(name) == 1 else f"{layer}.{name}"
-                yield f"{full}={_shown(getattr(part, name))}"
-
-
-def _engines() -> Table:
-    table = _table("engine", "")
-    for name in ENGINES:
-        table.add_row(name, _first_line(ENGINES[name]))
-    return table
-
-
-def _table(*headings: str) -> Table:
-    table = Table(box=None, padding=(0, 2, 0, 0))
-    for heading in headings:
-        table.add_column(Text(heading), overflow="fold")
-    return table
-
-
-EXAMPLES = ("radio.max_range", "task.tolerance")
-"""Numbers that an example of a change is made with, where a scenario has them."""
-
-
-def _example(scenario: Any) -> str:  # noqa: ANN401 of any task
-    """How a number of the scenario is changed."""
-    numbers = leaves(scenario.model_dump(exclude={"name"}))
-    name = next(each for each in (*EXAMPLES, *numbers) if each in numbers)
-    return f"{name}={_shown(numbers[name])}"
-
-
 def _first_line(thing: object) -> str:
     """The first sentence of a docstring."""
     return (inspect.getdoc(thing) or "").partition("\n")[0]
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f"{value:g}" if isinstance(value, float) else str(value)

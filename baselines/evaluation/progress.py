@@ -1,12 +1,19 @@
 """Progress of long runs, on stderr."""
 
 import time
+from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import progress_bar, say
+from baselines.evaluation.episodes_done import EpisodesDone, shown
 from baselines.evaluation.runner import Plan
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 NAMED = 20
 """Files that a message names, at most."""
@@ -22,10 +29,31 @@ def run_with_progress(plan: Plan, backend: Backend) -> None:
         f" found in {plan.dataset.folder}, {plan.n_todo} to run"
     )
     with progress_bar("episodes") as progress:
-        bar = progress.add_task("", total=plan.n_todo)
-        for done in plan.run(backend):
-            progress.advance(bar, done)
+        if progress.disable:
+            deque(plan.run(backend), maxlen=0)
+        else:
+            _run_under_bar(plan, progress, backend)
     say(f"done in {time.monotonic() - begin:.0f} s")
+
+
+def _run_under_bar(plan: Plan, progress: "Progress", backend: Backend) -> None:
+    """Run the missing episodes under a bar that says what is compiled.
+
+    It moves within episodes where the workers share the files of this machine.
+    """
+    bar = progress.add_task("", total=plan.n_todo)
+
+    def tell(what: str) -> None:
+        progress.update(bar, description=what)
+
+    if not backend.shares_files:
+        for n_episodes in plan.run(backend, tell):
+            progress.advance(bar, n_episodes)
+        return
+    with TemporaryDirectory(prefix="swarm-forage-") as folder:
+        done = EpisodesDone(Path(folder) / "episodes")
+        with shown(done, progress, bar):
+            deque(plan.run(backend, tell, done), maxlen=0)
 
 
 def check_kept(plan: Plan) -> None:

@@ -19,8 +19,10 @@ import numpy as np
 from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import run_episodes
+from baselines.evaluation.episodes_done import BlockDone, EpisodesDone
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.trajectories import Trajectories, TrajectoryRecorder
+from swarm_forage_env.compiler import compiling_told
 from swarm_forage_env.loop import Loop
 
 MAX_ROWS = 300
@@ -48,6 +50,9 @@ class Block:
 
 Stores = tuple[Dataset, Trajectories | None]
 """Where episodes are kept, and their trajectories, if they are."""
+
+Job = tuple[Block, BlockDone | None]
+"""A block to run, and where its worker tells how far it has come."""
 
 Ended = tuple[str, list[Any], Mapping[int, bytes]]
 """A block that was run: the key of its configuration, its episodes, and the files of their
@@ -96,16 +101,27 @@ class Plan:
             for seeds in _cut(todo, min(share, threads * self._room(key)))
         ]
 
-    def run(self, backend: Backend) -> Iterator[int]:
-        """Run the missing episodes; yield after each block how many episodes it held."""
+    def run(
+        self,
+        backend: Backend,
+        tell: Callable[[str], None] = lambda _: None,
+        done: EpisodesDone | None = None,
+    ) -> Iterator[int]:
+        """Run the missing episodes; yield after each block how many episodes it held.
+
+        `tell` is told what is compiled, and `done`, in workers that share the files of this
+        machine, how far the blocks have come.
+        """
         blocks = self.blocks(backend.workers, backend.threads)
-        for block in {block.configuration.key: block for block in blocks}.values():
-            warm_up(block.configuration)
+        compile_all({block.configuration.key: block.configuration for block in blocks}, tell)
         recorded, threads = self.trajectories is not None, backend.threads
         run = partial(_run_block, threads=threads, is_recorded=recorded)
         if backend.shares_files:
             run = partial(_run_and_keep, threads=threads, stores=self._stores)
-        with closing(backend.run(run, blocks)) as finished:
+        if done:
+            done.begin(len(blocks))
+        jobs = [(block, done and done.of_block(number)) for number, block in enumerate(blocks)]
+        with closing(backend.run(run, jobs)) as finished:
             for key, episodes, contents in finished:
                 if not backend.shares_files:
                     self.keep(key, episodes, contents)
@@ -168,6 +184,21 @@ def evaluate(
     return plan.results()
 
 
+def compile_all(
+    configurations: Mapping[str, ExperimentConfig], tell: Callable[[str], None]
+) -> None:
+    """Compile what each configuration needs; `tell` is told for which, and of what function."""
+    for number, configuration in enumerate(configurations.values(), 1):
+        which = f"compiling {number} of {len(configurations)}, {configuration.label}"
+        with compiling_told(partial(_tell_compiling, tell, which)):
+            warm_up(configuration)
+    tell("")
+
+
+def _tell_compiling(tell: Callable[[str], None], which: str, function: str) -> None:
+    tell(f"{which}: {function}")
+
+
 def warm_up(configuration: ExperimentConfig) -> None:
     """Compile every kernel of a configuration, so that workers find them cached."""
     scenario, controller = configuration.scenario, configuration.controller
@@ -183,21 +214,27 @@ def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
     return np.array_split(np.asarray(seeds, dtype=np.uint64), -(-len(seeds) // size))
 
 
-def _run_block(block: Block, threads: int, is_recorded: bool) -> Ended:
+def _run_block(job: Job, threads: int, is_recorded: bool) -> Ended:
     """Run a block in one process."""
+    block, done = job
     configuration = block.configuration
     what = configuration.scenario, configuration.controller, block.seeds, configuration.physics
-    if not is_recorded:
-        return configuration.key, run_episodes(*what, threads), {}
-    recorder = TrajectoryRecorder(configuration, block.seeds)
-    episodes = run_episodes(*what, threads, recorder)
-    return configuration.key, episodes, recorder.contents()
+    recorder = TrajectoryRecorder(configuration, block.seeds) if is_recorded else None
+    tell = done and done.observer(len(block.seeds), configuration.scenario.n_ticks)
+    observers = [each for each in (recorder, tell) if each]
+
+    def observe(loop: Loop) -> None:
+        for each in observers:
+            each(loop)
+
+    episodes = run_episodes(*what, threads, observe)
+    return configuration.key, episodes, recorder.contents() if recorder else {}
 
 
-def _run_and_keep(block: Block, threads: int, stores: Stores) -> Ended:
+def _run_and_keep(job: Job, threads: int, stores: Stores) -> Ended:
     """Run a block in one process, which keeps its episodes."""
-    key, episodes, contents = _run_block(block, threads, stores[1] is not None)
-    _keep(stores, block.configuration, episodes, contents)
+    key, episodes, contents = _run_block(job, threads, stores[1] is not None)
+    _keep(stores, job[0].configuration, episodes, contents)
     return key, episodes, {}
 
 

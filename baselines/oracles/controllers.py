@@ -30,5 +30,13 @@ NAMED = (
 """Perfect odometry and global communication (ANTS, Section 5); then the best weighting, over the
 exchange of the papers and over that of `dsgiff-frequent`, which is also that of a learned one."""
 
+ABOUT = {
+    "no-error": "ssgiff whose robots know their poses",
+    "global": "all robots share one mean of their estimates",
+    "oracle-weighting": "ssgikf that takes the estimate that is truly nearer",
+    "oracle-weighting-frequent": "oracle-weighting over the exchange of dsgiff-frequent",
+}
+"""What each reference is, in words."""
+
 for controller in NAMED:
-    REFERENCES.register(controller.name)(controller)
+    REFERENCES.register(controller.name, ABOUT[controller.name])(controller)

@@ -104,7 +104,8 @@ def mg1(shape: str, n_obstacles: int = 2) -> Scenario:
 
 
 for shape in SHAPES:
-    SCENARIOS.register(f"mg1-{shape}")(mg1(shape))
+    about = f"a {shape} of walls with two obstacles"
+    SCENARIOS.register(f"mg1-{shape}", about)(mg1(shape))
     source = "IRIDIA's laboratory (published)" if shape == "dodecagon" else "MG1 (published)"
     ORIGINS[f"mg1-{shape}"] = {
         "arena.length": "Holds the polygon (derived)",

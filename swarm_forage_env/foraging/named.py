@@ -82,5 +82,16 @@ ORIGINS["near"] |= {
     "task.area_distance": "Near, beside the circle of the start (chosen)",
 }
 
+ABOUT = {
+    "es1": "small arena of the report of 2009",
+    "es2": "middle arena of the report of 2009",
+    "es3": "large arena of the report of 2009",
+    "real": "es1 with the radio and the pace of real e-pucks",
+    "ants2008": "world of the first paper, in which the radio reaches farther",
+    "es1-clean": "es1 without errors of odometry and radio",
+    "near": "soon learned: few robots that do not drift, and a short way",
+}
+"""What each scenario is, in words."""
+
 for scenario in (ES1, ES2, ES3, REAL, ANTS2008, ES1_CLEAN, NEAR):
-    SCENARIOS.register(scenario.name)(scenario)
+    SCENARIOS.register(scenario.name, ABOUT[scenario.name])(scenario)

@@ -37,8 +37,15 @@ TWO_NESTS = with_areas(
 )
 """Two nests, as far from the prey area."""
 
+ABOUT = {
+    "two-prey": "a poor prey area near the nest, and a rich one farther away",
+    "moving-prey": "the prey area moves once, in mid-episode",
+    "two-nests": "two nests, as far from the prey area",
+}
+"""What each scenario is, in words."""
+
 for scenario in (TWO_PREY, MOVING_PREY, TWO_NESTS):
-    SCENARIOS.register(scenario.name)(scenario)
+    SCENARIOS.register(scenario.name, ABOUT[scenario.name])(scenario)
     ORIGINS[scenario.name] = {
         "arena.length": "Room for the areas (chosen)",
         "arena.width": "Room for the areas (chosen)",

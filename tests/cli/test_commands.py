@@ -13,6 +13,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation import runner
+from swarm_forage_env.physics import ENGINES
+from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS
 
 SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 
@@ -168,6 +170,24 @@ def test_list_tells_names_and_numbers(command):
     assert set(json.loads(stdout)) == {
         "scenarios", "controllers", "references", "engines", "policies"
     }  # fmt: skip
+
+
+def test_list_says_what_each_name_is_in_80_columns_and_breaks_no_name(command):
+    _, stdout, _ = command("list")
+    assert max(map(len, stdout.splitlines())) <= 80
+    first = {line.partition(" ")[0] for line in stdout.splitlines()}
+    names = {
+        *SCENARIOS,
+        *CONTROLLERS,
+        *REFERENCES,
+        *ENGINES,
+        *(f"{kind}:FILE" for kind in POLICIES),
+    }
+    assert names <= first
+    for registry in (SCENARIOS, CONTROLLERS, REFERENCES, ENGINES, POLICIES):
+        told = {name: registry.about(name) for name in registry}
+        assert all(len(about.split()) > 2 for about in told.values()), told
+        assert len(set(told.values())) >= len(told) - 6, "the waypoints differ in their size alone"
 
 
 def test_a_reader_that_stops_reading_ends_the_command_in_silence(process):

@@ -1,0 +1,109 @@
+"""What scenarios and controllers score, as `list` tells it: `make scores` measures it anew.
+
+A scenario is scored under the default controller of its task, a controller in `es1`. Both take the
+default engine and the seeds from 0 on.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from baselines.evaluation.evaluate_options import EvaluateOptions
+from baselines.evaluation.progress import run_with_progress
+from baselines.evaluation.statistics import mean_interval
+from swarm_forage_env.atomic_write import write_atomically
+from swarm_forage_env.registry import CONTROLLERS, REFERENCES, SCENARIOS
+from swarm_forage_env.task import task_of
+
+FILE = Path(__file__).with_name("scores.json")
+
+ARENA = "es1"
+"""Where controllers are scored."""
+
+EPISODES = 10
+
+LONG = 2_000_000
+"""Robot-steps of an episode above which a scenario is not scored: es2 and es3."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """The mean score of a controller in a scenario."""
+
+    scenario: str
+    controller: str
+    mean: float
+    low: float | None
+    """End of the 95 % bootstrap interval; None where all episodes score the same."""
+    high: float | None
+    episodes: int
+
+
+@cache
+def read_scores() -> dict[tuple[str, str], Score]:
+    """What was measured last, by scenario and controller."""
+    scores = [Score(**each) for each in json.loads(FILE.read_text(encoding="utf-8"))]
+    return {(each.scenario, each.controller): each for each in scores}
+
+
+def score_of_scenario(name: str) -> Score | None:
+    """What the default controller of its task scores in a scenario; None if not measured."""
+    if name not in SCENARIOS:
+        return None
+    return read_scores().get((name, task_of(SCENARIOS[name]).controller))
+
+
+def score_of_controller(name: str) -> Score | None:
+    """What a controller scores in `es1`; None if not measured."""
+    return read_scores().get((ARENA, name))
+
+
+def pairs() -> Iterator[tuple[str, str]]:
+    """The scenarios and controllers that are scored together."""
+    for name in (*CONTROLLERS, *REFERENCES):
+        yield ARENA, name
+    for name in SCENARIOS:
+        if name != ARENA and not is_long(SCENARIOS[name]):
+            yield name, task_of(SCENARIOS[name]).controller
+
+
+def is_long(scenario: Any) -> bool:  # noqa: ANN401 of any task
+    """Whether scoring a scenario would take minutes."""
+    return int(scenario.n_ticks * scenario.task.n_robots) > LONG
+
+
+def measure(scenario: str, controller: str, out: Path, workers: int) -> Score:
+    """Run the episodes that are not kept in the folder yet, and score them."""
+    world = SCENARIOS[scenario]
+    plan = EvaluateOptions(scenario, [controller], EPISODES).plan(out)
+    run_with_progress(plan, workers)
+    metric = task_of(world).episode.score
+    found = mean_interval([float(getattr(each, metric)) for each in plan.results()])
+    assert found is not None
+    low, high = (None, None) if found.interval is None else map(_rounded, found.interval)
+    return Score(scenario, controller, _rounded(found.value), low, high, found.n)
+
+
+def _rounded(value: float) -> float:
+    return round(value, 2)
+
+
+def main() -> None:
+    """Measure every score, and write the file that `list` reads."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--out", type=Path, default=Path("runs/scores"))
+    options = parser.parse_args()
+    lines: list[str] = []
+    for scenario, controller in pairs():
+        score = measure(scenario, controller, options.out, options.workers)
+        lines.append(json.dumps(asdict(score)))
+        write_atomically(FILE, "[\n{}\n]\n".format(",\n".join(lines)).encode())
+
+
+if __name__ == "__main__":
+    main()
