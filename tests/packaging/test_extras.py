@@ -1,13 +1,16 @@
 """What is said of the extras, where a package is missing, is what pyproject.toml has them bring."""
 
+import os
 import re
+import subprocess
+import sys
 import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
 
-from swarm_forage_env.extras import EXTRAS, remedy
+from swarm_forage_env.extras import EXTRAS, other_package, remedy
 
 PYPROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"
 COMMANDS = "swarm-forage[evaluate]"
@@ -39,3 +42,46 @@ def test_what_no_extra_brings_has_no_remedy():
     assert remedy("scipy.stats") == "pip install 'swarm-forage[evaluate]'"
     assert remedy("numpy") is None
     assert remedy(None) is None
+
+
+NAMESAKE = {"package": "baselines/__init__.py", "module": "baselines.py"}
+
+
+@pytest.mark.parametrize("file", NAMESAKE.values(), ids=NAMESAKE)
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        ("from training.cli import main\nmain()", r"^swarm-forage: another package named"),
+        (
+            "from swarm_forage_env import parallel_env\nparallel_env('es1')",
+            r"no controller named 'ssgikf'.*another package named",
+        ),
+    ],
+    ids=["command", "environment"],
+)
+def test_a_package_of_somebody_else_with_one_of_our_names_is_told(tmp_path, file, code, told):
+    other = tmp_path / file
+    other.parent.mkdir(exist_ok=True)
+    other.write_text('"""Somebody else\'s."""\n')
+    path = os.pathsep.join([str(tmp_path), str(PYPROJECT.parent)])
+    run = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    last = run.stderr.splitlines()[-1]
+    assert run.returncode == 1
+    assert re.search(told, last), run.stderr
+    assert (
+        f"'baselines' is found first, in {other.parent if other.stem == '__init__' else other}"
+        in last
+    )
+
+
+def test_our_own_packages_are_nobody_else_s():
+    assert other_package("baselines.controllers") is None
+    assert other_package("training") is None
+    assert other_package("numpy") is None

@@ -1,0 +1,86 @@
+"""What runs on every push is what a developer runs, under every Python that is promised."""
+
+import re
+import tomllib
+from itertools import product
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+FILES = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), flags=re.MULTILINE))
+PYTHONS = {
+    name.rpartition(" ")[2]
+    for name in PROJECT["classifiers"]
+    if re.fullmatch(r"Programming Language :: Python :: 3\.\d+", name)
+}
+SYSTEMS = {"ubuntu-latest": "POSIX :: Linux", "macos-latest": "MacOS"}
+
+
+@pytest.fixture(scope="module")
+def jobs():
+    """Every job of every workflow, by name."""
+    found = {}
+    for file in FILES:
+        found |= yaml.safe_load(file.read_text(encoding="utf-8"))["jobs"]
+    return found
+
+
+def commands(job):
+    return [step["run"] for step in job["steps"] if "run" in step]
+
+
+def where(job):
+    """The systems and Pythons that a job runs under, as pairs."""
+    matrix = job.get("strategy", {}).get("matrix", {})
+    return set(product(matrix.get("os", []), matrix.get("python", [])))
+
+
+def test_there_are_workflows_that_run_on_a_push_and_on_a_pull_request():
+    assert FILES
+    for file in FILES:
+        started = yaml.safe_load(file.read_text(encoding="utf-8"))[True]  # YAML reads `on` so
+        assert {"push", "pull_request"} <= set(started)
+
+
+def test_every_command_is_a_target_of_the_makefile(jobs):
+    told = [command for job in jobs.values() for command in commands(job)]
+    assert told
+    for command in told:
+        program, target, *options = command.split()
+        assert program == "make", command
+        assert target in TARGETS, command
+        assert {each.partition("=")[0] for each in options} <= {"PYTHON", "WORKERS"}, command
+
+
+def test_tests_lint_docs_wheel_and_distribution_are_run(jobs):
+    targets = {command.split()[1] for job in jobs.values() for command in commands(job)}
+    assert targets >= {"test", "lint", "docs", "test-wheel", "dist"}
+
+
+@pytest.mark.parametrize("name", ["test", "wheel"])
+def test_the_tests_run_on_both_systems_under_every_python_of_the_classifiers(jobs, name):
+    assert where(jobs[name]) == set(product(SYSTEMS, PYTHONS))
+    assert jobs[name]["runs-on"] == "${{ matrix.os }}"
+
+
+def test_the_systems_are_those_of_the_classifiers():
+    told = {each for each in PROJECT["classifiers"] if each.startswith("Operating System")}
+    assert {f"Operating System :: {each}" for each in SYSTEMS.values()} <= told
+
+
+def test_the_oldest_python_is_the_one_required():
+    oldest = min(PYTHONS, key=lambda each: int(each.partition(".")[2]))
+    assert PROJECT["requires-python"] == f">={oldest}"
+
+
+def test_every_python_is_text_and_every_job_ends_in_time(jobs):
+    for job in jobs.values():
+        assert 0 < job["timeout-minutes"] <= 120
+        matrix = job.get("strategy", {}).get("matrix", {})
+        assert all(isinstance(each, str) for each in matrix.get("python", [])), "3.10 is no 3.1"
+        for step in job["steps"]:
+            assert "run" in step or re.fullmatch(r"actions/[a-z-]+@v\d+", step["uses"])
