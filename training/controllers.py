@@ -47,6 +47,7 @@ ABOUT = {
     "learned-weighting": "a network weighs what is heard, over dsgiff-frequent",
     "learned-motion": "a linear policy corrects the motion, over ssgiff",
     "learned-both": "a learned weighting and motion, over dsgiff-penalised",
+    "learned-sceptical": "a network weighs by who told what and how it turned out",
 }
 """What each controller is, in words."""
 

@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.progress import run_with_progress
 from baselines.evaluation.statistics import mean_interval
@@ -80,7 +81,7 @@ def measure(scenario: str, controller: str, out: Path, workers: int) -> Score:
     """Run the episodes that are not kept in the folder yet, and score them."""
     world = SCENARIOS[scenario]
     plan = EvaluateOptions(scenario, [controller], EPISODES).plan(out)
-    run_with_progress(plan, workers)
+    run_with_progress(plan, JoblibBackend(workers))
     metric = task_of(world).episode.score
     found = mean_interval([float(getattr(each, metric)) for each in plan.results()])
     assert found is not None

@@ -3,6 +3,7 @@
 import pytest
 
 from baselines.evaluation import progress, runner
+from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.episodes_done import EpisodesDone
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.runner import Plan
@@ -20,7 +21,7 @@ def plan(tmp_path):
 def test_every_part_of_an_episode_is_counted(plan: Plan, tmp_path, workers):
     done = EpisodesDone(tmp_path / "done")
     assert done.total == 0.0
-    seen = [done.total for _ in plan.run(workers, done=done)]
+    seen = [done.total for _ in plan.run(JoblibBackend(workers), done=done)]
     assert seen == sorted(seen)
     assert done.total == 6.0
 
@@ -41,7 +42,7 @@ def test_what_is_compiled_is_told_for_which_controller(plan: Plan, monkeypatch):
 
     monkeypatch.setattr(runner, "warm_up", compile_something)
     told = []
-    list(plan.run(1, tell=told.append))
+    list(plan.run(JoblibBackend(), tell=told.append))
     assert told == ["compiling 1 of 2, nc: tick", "compiling 2 of 2, ssgikf: tick", ""]
 
 
@@ -64,5 +65,5 @@ def test_a_listener_is_told_of_an_entry_point_before_it_is_compiled(tmp_path, mo
 def test_on_a_terminal_the_bar_follows_and_ends_full(plan: Plan, monkeypatch, capsys):
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "120")
-    progress.run_with_progress(plan, workers=1)
+    progress.run_with_progress(plan, JoblibBackend())
     assert "6/6" in capsys.readouterr().err
