@@ -81,15 +81,15 @@ def test_threads_change_no_number(command):
 
 
 def test_a_folder_that_is_deleted_in_mid_run_is_told_with_its_files(command, tmp_path, monkeypatch):
-    run_block, blocks = runner._run_block, []
+    run_and_keep, jobs = runner._run_and_keep, []
 
-    def delete_before_the_last(block, stores, *rest):
-        blocks.append(block)
-        if len(blocks) == 2:
+    def delete_before_the_last(job, threads, stores):
+        jobs.append(job)
+        if len(jobs) == 2:
             shutil.rmtree(stores[0].folder)
-        return run_block(block, stores, *rest)
+        return run_and_keep(job, threads, stores)
 
-    monkeypatch.setattr(runner, "_run_block", delete_before_the_last)
+    monkeypatch.setattr(runner, "_run_and_keep", delete_before_the_last)
     told = "evaluate", "es1", "nc", "ssgikf", "--episodes=2", "--format=json", *SHORT
     status, stdout, stderr = command(*told)
     assert status == 1

@@ -162,14 +162,14 @@ def test_a_robot_acts_only_on_what_it_senses_and_hears(recorded, name):
 
 
 def mixed_up(robots, rng):
-    """The same for one robot, and nonsense for all others."""
+    """The same for one robot, and nonsense for all others, in which no range is below zero."""
     found = robots.copy()
     for record in ("readings", "heard"):
         for name in robots[record].dtype.names:
             mine = robots[record][name]
             others = mine[:, rng.permutation(mine.shape[1])]
             if mine.dtype == np.float32:
-                others = others + rng.normal(0.0, 0.1, mine.shape).astype(np.float32)
+                others = others * rng.lognormal(0.0, 0.5, mine.shape).astype(np.float32)
             others[:, ROW] = mine[:, ROW]
             found[record][name] = others
     return found
