@@ -269,6 +269,27 @@ def test_no_texts_overlap_or_leave_the_page(keep, texts_at_fault, kind, style):
         assert texts_at_fault(figure) == []
 
 
+@pytest.mark.parametrize("style", ["screen", "paper"])
+def test_no_texts_of_tables_maps_and_learning_overlap(keep, texts_at_fault, tmp_path, style):
+    trips = {
+        f"{motion}:estimator={localisation}": 20
+        for motion in ("subsumption", "boids-adaptive")
+        for localisation in ("dead_reckoning", "covariance_intersection", "decentralised_ekf")
+    }
+    files = [tmp_path / name / "best.json" for name in ("one", "two")]
+    for file in files:
+        file.parent.mkdir()
+        file.write_text(card())
+    with page_style(style):
+        assert texts_at_fault(draw("table", keep(trips))) == []
+        assert texts_at_fault(draw("learning", *map(str, files))) == []
+        maps = draw("weights", "ssgikf", "ssgiff:beta=0.01", "dsgiff-penalised")
+        for axes in maps.axes:
+            for label in axes.texts:  # on the contours, where they may touch
+                label.remove()
+        assert texts_at_fault(maps) == []
+
+
 def test_a_name_is_shown_as_it_was_asked_for(keep, configure, episode):
     folder = keep(TRIPS)
     figure = draw("boxplot", folder, controllers=("nc", "ssgiff:beta=1e-2"))
