@@ -3,7 +3,7 @@ PYTHON  ?= python3
 WORKERS ?= 2
 EXTRAS  := evaluate,calibrate,render,train,onnx,dev
 SHORT   := not slow and not reproduces and not wheel and not faults and not site
-FAULTS  ?= 20
+FAULTS  ?= 100
 BIN     := .venv/bin
 READY   := .venv/.ready
 TESTS   := pytest hypothesis beartype
@@ -63,7 +63,7 @@ scores: $(READY)  ## the scores that `swarm-forage list` tells: baselines/evalua
 test: $(READY)  ## the tests, without those marked slow, reproduces or wheel
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m '$(SHORT)'
 
-faults: $(READY)  ## bring about faults of each kind, FAULTS=20 of them (docs/reliability.md)
+faults: $(READY)  ## bring about faults of each kind; FAULTS=10: a tenth as often
 	FAULTS=$(FAULTS) $(BIN)/pytest -m faults tests/faults
 
 test-wheel: $(READY)  ## the wheel alone and with each extra alone, installed from the index

@@ -161,7 +161,7 @@ def read_checkpoint(
             record = Header.model_validate_json(kept.metadata()[RECORD])
             arrays = {name: kept.get_tensor(name) for name in kept.keys()}  # noqa: SIM118 no mapping
     except (OSError, SafetensorError, KeyError, TypeError, ValueError) as error:
-        raise _unreadable(file, str(error)) from None
+        raise _unreadable(file, str(error).splitlines()[0]) from None
     if record.sha256 not in {"", record.hashed(arrays)}:
         raise _unreadable(file, "its content is damaged")
     found = record.experiment

@@ -113,7 +113,8 @@ def mean_panels(
     styles = line_styles(panels, controllers)
     figure, all_axes = panel_grid(len(panels), PANEL)
     every = [means for panel in panels.values() for means in panel.values()]
-    highest = max(float(np.nanmax(np.fmax(means.high, means.mean))) for means in every)
+    tops = np.concatenate([np.fmax(means.high, means.mean) for means in every])
+    highest = np.max(tops[np.isfinite(tops)], initial=0.0) or 1.0  # nothing to draw: an empty axis
     every_x = np.concatenate([means.x for means in every])
     is_log = spans_decades(every_x)
     for axes, (title, series) in zip(all_axes, panels.items(), strict=True):

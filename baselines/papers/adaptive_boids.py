@@ -120,9 +120,13 @@ def values(results: Results, experiment: Experiment, measure: Measure) -> list[f
 def deviation(ours: Sequence[float], mean: float, sd: float) -> float:
     """Deviation of our mean from a published one, in standard errors of the difference.
 
+    NaN where no trial of ours has a value.
+
     >>> round(deviation([1.0, 3.0], 0.0, 0.0), 6)
     2.828427
     """
+    if not len(ours):
+        return math.nan
     error = math.hypot(sd / math.sqrt(TRIALS), float(np.std(ours)) / math.sqrt(len(ours)))
     return (float(np.mean(ours)) - mean) / error
 
@@ -176,7 +180,8 @@ class AllMeansMatch:
         """Judge the claim on these results."""
         all_ = np.array([part.deviation(results) for part in self.parts])
         rms = float(np.sqrt(np.mean(all_**2)))
-        return claim_result(self.text, f"<= {RMS:g}", Estimate(rms, None, len(all_)), rms <= RMS)
+        found = None if math.isnan(rms) else Estimate(rms, None, len(all_))
+        return claim_result(self.text, f"<= {RMS:g}", found, rms <= RMS)
 
 
 @dataclass(frozen=True)
@@ -329,15 +334,16 @@ class OverDensity:
             for size in SIZES
         ]
         density = np.array(SIZES) / SIDE**2
-        theirs = [(np.nan, np.nan)] * len(SIZES)
+        nobody = (np.nan, np.nan)
+        theirs = [nobody] * len(SIZES)
         if self.setting == "authors":
             theirs = [
                 published()[estimator, rule, size][self.measure.column]
                 if size in PUBLISHED_SIZES
-                else (np.nan, np.nan)
+                else nobody
                 for size in SIZES
             ]
-        mean, sd = np.array([(np.mean(each), np.std(each)) for each in ours]).T
+        mean, sd = np.array([(np.mean(each), np.std(each)) if each else nobody for each in ours]).T
         return Means(
             x=density,
             mean=mean,

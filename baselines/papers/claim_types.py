@@ -143,8 +143,11 @@ class Order:
         )
 
     def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
-        found = [compare(*_both(results, more, less, self.metric)) for more, less in self.pairs]
+        """Judge the claim on these results; one of no values at all is not reproduced."""
+        sides = [_both(results, more, less, self.metric) for more, less in self.pairs]
+        if not all(len(higher) for higher, _ in sides):
+            return claim_result(self.text, "> 1", None, reproduced=False)
+        found = [compare(*each) for each in sides]
         ratios = [each.ratio for each in found if each.ratio is not None]
         least = min(ratios, key=lambda ratio: ratio.value, default=None)
         largest = max((each.p for each in found if each.p is not None), default=None)

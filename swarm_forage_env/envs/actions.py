@@ -204,9 +204,12 @@ class Actions:
                 return ""
             return f"{action!r}: must be a whole number from 0 to {n - 1}"
         try:
+            if np.iscomplexobj(action):
+                raise TypeError
             given = np.asarray(action, dtype=np.float64)
         except (TypeError, ValueError):
-            return f"{action!r}: must be numbers, {', '.join(layout.names)}"
+            shown = " ".join(repr(action).split())
+            return f"{shown}: must be numbers, {', '.join(layout.names)}"
         if given.shape != self._shape[1:]:
             return f"shape {given.shape}: must be {self._shape[1:]}, for {', '.join(layout.names)}"
         for feature, value, as_given in zip(layout, given, np.asarray(action), strict=True):

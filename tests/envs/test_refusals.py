@@ -101,6 +101,7 @@ GOOD = [0.1, 0.2]
         ({"epuck_0": [[0.0, 0.0]]}, ConfigError, r"epuck_0: shape \(1, 2\): must be \(2,\)"),
         ({"epuck_0": ["fast", "slow"]}, ConfigError, "epuck_0: .*: must be numbers, wheels.left"),
         ({"epuck_0": None}, ConfigError, "epuck_0: "),
+        ({"epuck_0": [1j, 0.0]}, ConfigError, "epuck_0: .*: must be numbers, wheels.left"),
         ({"epuck_2": ...}, ConfigError, "epuck_2 has none; every agent needs one"),
         ({"epuck_3": GOOD}, UnknownNameError, "no agent named 'epuck_3', did you mean 'epuck_"),
         ({"epuck_0": [True, False]}, ConfigError, "actions: "),

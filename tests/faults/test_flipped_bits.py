@@ -2,15 +2,19 @@
 
 from dataclasses import replace
 
+import numba
 import numpy as np
 import pytest
 
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.dataset_reader import read_groups
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
+from swarm_forage_env.compiler import _bound, bind, kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import ForagingEpisode
+from swarm_forage_env.kernel_cache import cache_folder
 from swarm_forage_env.scenarios import find_scenario
+from tests.faults.commands import check_one_line
 from training.checkpoint import ANY, read_checkpoint, write_checkpoint
 from training.policy_file import BUNDLED, load_policy
 
@@ -52,18 +56,64 @@ def policy(folder):
     return file, lambda: {name: each.tobytes() for name, each in load_policy(file).weights.items()}
 
 
-@pytest.mark.parametrize("kind", [dataset, checkpoint, policy])
+KINDS = {dataset: 1500, checkpoint: 1000, policy: 1000}
+"""Kinds of files, and how many bits of each are flipped where FAULTS is 100."""
+
+
+def flipped(content, rng):
+    """The content with one bit turned."""
+    bit, changed = rng.randrange(8 * len(content)), bytearray(content)
+    changed[bit // 8] ^= 1 << bit % 8
+    return bytes(changed)
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_flipped_bit_changes_nothing_in_silence(kind, tmp_path, tries, rng, tell):
     file, read = kind(tmp_path)
     content, sound = file.read_bytes(), read()
     refused = silent = 0
-    for _ in range(tries()):
-        bit, changed = rng.randrange(8 * len(content)), bytearray(content)
-        changed[bit // 8] ^= 1 << bit % 8
-        file.write_bytes(bytes(changed))
+    for _ in range(tries(KINDS[kind])):
+        file.write_bytes(flipped(content, rng))
         try:
             silent += read() != sound
-        except ConfigError:
+        except ConfigError as refusal:
             refused += 1
-    tell(tried=tries(), refused=refused, same=tries() - refused - silent, failed=silent)
+            check_one_line(refusal)
+    tried = tries(KINDS[kind])
     assert not silent
+    tell(tried=tried, refused=refused, same=tried - refused, failed=silent)
+
+
+def raise_all(numbers):
+    """A template: the free name is what each number becomes."""
+    for k in range(numbers.shape[0]):
+        numbers[k] = raised(numbers[k])
+
+
+@kernel
+def raised(x):
+    return x + 1.0
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="nothing is compiled")
+def test_a_flipped_bit_of_machine_code_makes_it_be_compiled_again(
+    tmp_path, monkeypatch, tries, rng, tell
+):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+    def total():
+        _bound.cache_clear()
+        made, numbers = bind(raise_all, {"raised": raised}), np.zeros(3)
+        made(numbers)
+        assert numbers.tolist() == [1.0, 1.0, 1.0]
+        return sum(made.stats.cache_hits.values())
+
+    assert total() == 0
+    assert total() == 1
+    hits = 0
+    for _ in range(tries(500)):
+        file = rng.choice(sorted(cache_folder().iterdir()))
+        file.write_bytes(flipped(file.read_bytes(), rng))
+        hits += total()
+    assert hits == 0
+    tell(tried=tries(500), compiled_again=tries(500), failed=hits)

@@ -1,73 +1,83 @@
-"""kill -9 of evaluations and trainings at random moments: what is kept in the end is the same."""
+"""kill -9 of every command at random moments: what is kept in the end is the same."""
 
 import os
 import signal
 import subprocess
-import sys
 import time
-from pathlib import Path
 
-import pyarrow.parquet as pq
 import pytest
-from safetensors.numpy import load_file
+
+from tests.faults import commands
 
 pytestmark = pytest.mark.faults
 
-ROOT = Path(__file__).resolve().parents[2]
-EVALUATE = (
-    "evaluate", "es1", "nc", "ssgikf", "--episodes=20", "--set=task.duration=200", "--workers=2",
-)  # fmt: skip
-TRAIN = (
-    "train", "weighting", "es1", "--algorithm=cma", "--budget=6", "--every=2", "--worlds=2",
-    "--held-back=2", "--population=4", "--workers=1", "--physics=kinematic",
-    "--set=task.duration=20",
-)  # fmt: skip
+COMMANDS = {
+    "evaluate": (commands.EVALUATE, commands.episodes, 25),
+    "train_cma": (commands.CMA, commands.policy, 15),
+    "train_imitation": (commands.IMITATION, commands.policy, 15),
+    "train_ppo": (commands.PPO, commands.policy, 15),
+    "benchmark": (commands.BENCHMARK, commands.runs, 15),
+    "reproduce": (commands.REPRODUCE, commands.claims, 15),
+}
+"""What is killed, how its output is read, and how often it is killed where FAULTS is 100."""
+
+IN_A_ROW = 5
+"""Kills before a command may end."""
 
 
-def start(out, command):
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    environment.pop("SWARM_CHECK_SHAPES", None)
-    return subprocess.Popen(
-        [sys.executable, "-m", "training.cli", *command, f"--out={out.name}"],
-        cwd=out.parent, env=environment, start_new_session=True,
-        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-
-
-def episodes(out):
-    rows = pq.read_table(out).drop_columns("wall_s").to_pylist()
-    return sorted(rows, key=lambda row: (row["controller"], row["seed"]))
-
-
-def policy(out):
-    return {name: array.tobytes() for name, array in load_file(out / "best.safetensors").items()}
-
-
-@pytest.mark.parametrize(("command", "kept"), [(EVALUATE, episodes), (TRAIN, policy)])
-def test_a_command_that_is_killed_ends_as_one_that_was_not(
-    command, kept, tmp_path, tries, rng, tell
-):
-    (tmp_path / "whole").mkdir()
-    begin = time.monotonic()
-    run = start(tmp_path / "whole" / "out", command)
+def finish(out, command):
+    run = commands.start(out, command)
     said = run.communicate()[1]
     assert run.returncode == 0, said
+
+
+def kill(out, command, moment):
+    """Kill a command and its workers after so long [s]; False if it had ended before."""
+    run = commands.start(out, command)
+    try:
+        run.communicate(timeout=moment)
+        return False
+    except subprocess.TimeoutExpired:
+        os.killpg(run.pid, signal.SIGKILL)
+        run.communicate()
+        return True
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_that_is_killed_ends_as_one_that_was_not(name, tmp_path, tries, rng, tell):
+    command, kept, times = COMMANDS[name]
+    begin = time.monotonic()
+    (tmp_path / "whole").mkdir()
+    finish(tmp_path / "whole" / "out", command)
     length, expected = time.monotonic() - begin, kept(tmp_path / "whole" / "out")
-    killed = 0
-    for attempt in range(tries(10)):
-        folder = tmp_path / str(attempt)
+    left, ended = tries(times), 0
+    while left:
+        ended += 1
+        folder = tmp_path / str(ended)
         folder.mkdir()
-        for _ in range(3):
-            run = start(folder / "out", command)
-            try:
-                run.communicate(timeout=rng.uniform(0.0, length))
-            except subprocess.TimeoutExpired:
-                os.killpg(run.pid, signal.SIGKILL)
-                run.communicate()
-                killed += 1
-        run = start(folder / "out", command)
-        said = run.communicate()[1]
-        assert run.returncode == 0, said
+        for _ in range(min(left, IN_A_ROW)):
+            left -= kill(folder / "out", command, rng.uniform(0.0, length))
+        finish(folder / "out", command)
         assert kept(folder / "out") == expected
         assert not list((folder / "out").rglob("*.tmp"))
-    tell(killed=killed, ended=tries(10), failed=0)
+    tell(killed=tries(times), ended=ended, failed=0)
+
+
+def test_threads_that_are_interrupted_end_with_one_line_and_lose_nothing(
+    tmp_path, tries, rng, tell
+):
+    command = (*commands.EVALUATE[:-1], "--workers=1", "--threads=4")
+    begin = time.monotonic()
+    finish(tmp_path / "whole", command)
+    length, expected = time.monotonic() - begin, commands.episodes(tmp_path / "whole")
+    interrupted = 0
+    for attempt in range(tries(20)):
+        run = commands.start(tmp_path / str(attempt), command)
+        time.sleep(rng.uniform(0.3, 1.0) * length)
+        run.send_signal(signal.SIGINT)
+        said = run.communicate(timeout=60)[1]
+        interrupted += run.returncode != 0
+        assert "Traceback" not in said.partition("compiling")[2], said
+        finish(tmp_path / str(attempt), command)
+        assert commands.episodes(tmp_path / str(attempt)) == expected
+    tell(tried=tries(20), interrupted=interrupted, failed=0)

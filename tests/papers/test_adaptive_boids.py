@@ -103,3 +103,16 @@ def test_every_experiment_of_a_paper_can_be_set_up(paper):
     for experiment in made.experiments:
         configuration = experiment.configuration(None)
         assert configuration.controller.supports(configuration.scenario)
+
+
+def test_where_nobody_claims_a_goal_nothing_is_said_of_the_success():
+    results = {
+        experiment: [replace(each, success_rate=None) for each in trials]
+        for experiment, trials in as_published().items()
+    }
+    told = [claim.judge(results) for claim in claims()]
+    silent = [each for each in told if each.ours is None]
+    assert not any(each.reproduced for each in silent)
+    assert any("root mean square" in each.claim for each in silent)
+    assert any(each.published == "> 1" for each in silent), "an order"
+    assert len(silent) < len(told)
