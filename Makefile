@@ -4,6 +4,7 @@ WORKERS ?= 2
 EXTRAS  := evaluate,calibrate,render,train,onnx,dev
 SHORT   := not slow and not reproduces and not wheel and not faults and not site
 FAULTS  ?= 100
+MUTANTS ?= equations weighting estimators statistics claims training
 BIN     := .venv/bin
 READY   := .venv/.ready
 TESTS   := pytest hypothesis beartype
@@ -11,7 +12,7 @@ REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es
 	waypoints-05 waypoints-25)
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo test faults test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
+.PHONY: help install demo test faults mutants test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
 	test-cuda check lint dist golden coverage bench ladder reproduce pictures score-plot scores docs \
 	docs-serve docs-equations clean
 
@@ -46,6 +47,11 @@ $(READY): pyproject.toml constraints.txt
 	.venv-docs/bin/python -m pip install -qq --constraint constraints.txt --editable '.[docs]'
 	@touch $@
 
+.venv-mutants/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -m venv .venv-mutants
+	.venv-mutants/bin/python -m pip install -qq --constraint constraints.txt cosmic-ray
+	@touch $@
+
 install: $(READY)  ## make .venv with the tested set; quick when nothing changed
 
 demo: $(READY)  ## evaluate three baselines on es1: table, boxplot, dataset
@@ -65,6 +71,9 @@ test: $(READY)  ## the tests, without those marked slow, reproduces or wheel
 
 faults: $(READY)  ## bring about faults of each kind; FAULTS=10: a tenth as often
 	FAULTS=$(FAULTS) $(BIN)/pytest -m faults tests/faults
+
+mutants: $(READY) .venv-mutants/.ready  ## single faults in a copy of the code: do the tests notice? (days)
+	tests/mutants/run build/mutants $(MUTANTS)
 
 test-wheel: $(READY)  ## the wheel alone and with each extra alone, installed from the index
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m wheel tests/packaging
