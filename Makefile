@@ -49,7 +49,8 @@ $(READY): pyproject.toml constraints.txt
 
 .venv-mutants/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv-mutants
-	.venv-mutants/bin/python -m pip install -qq --constraint constraints.txt cosmic-ray
+	.venv-mutants/bin/python -m pip install -qq --constraint constraints.txt \
+		--editable '.[mutants]'
 	@touch $@
 
 install: $(READY)  ## make .venv with the tested set; quick when nothing changed

@@ -55,12 +55,12 @@ def _check_memory(scenario: "Scenario") -> None:
             f"arena.length={arena.length}, arena.width={arena.width}: at most {MAX_CELLS} squares"
             f" of the radio's range, {reach:g} m; make the arena smaller or radio.max_range larger"
         )
-    each = max(scenario.slots, min(n_robots, 2.0 * (reach / radius + 1.0) ** 2))
+    each = max(scenario.radio.slots, min(n_robots, 2.0 * (reach / radius + 1.0) ** 2))
     if n_robots * each > MAX_NEIGHBOURS:
         raise ValueError(
             f"task.n_robots={n_robots}: with {each:.0f} neighbours or slots each; robots times"
-            f" neighbours may be at most {MAX_NEIGHBOURS}; take fewer robots, or a smaller"
-            " radio.max_range"
+            f" neighbours may be at most {MAX_NEIGHBOURS}; take fewer robots, a smaller"
+            " radio.max_range or fewer radio.slots"
         )
 
 

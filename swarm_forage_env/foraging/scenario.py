@@ -124,7 +124,9 @@ class Radio(Part):
         " speaks as long: two fit into a tick (derived)",
     )
     slots: Count = Field(
-        4, description="Messages heard in a tick, at most, drawn at random. ARGoS: up to 5 (chosen)"
+        4,
+        le=10_000,
+        description="Messages heard in a tick, at most, drawn at random. ARGoS: up to 5 (chosen)",
     )
     exchange_time: Positive = Field(
         0.4, description="How long an exchange takes [s]. Not in the papers (derived)"

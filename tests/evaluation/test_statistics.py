@@ -160,3 +160,12 @@ def test_a_profile_is_the_share_of_runs_above_each_score():
     assert (low[0], high[0], low[-1], high[-1]) == (1.0, 1.0, 0.0, 0.0)
     with pytest.raises(ValueError, match="at least one run"):
         performance_profile([], [0.5])
+
+
+def test_the_interval_of_a_profile_is_that_of_a_share_drawn_within_each_task():
+    runs = np.linspace(0.0, 1.0, 100).tolist()
+    _, (low,), (high,) = performance_profile([runs], [0.5])
+    found = stats.binom(100, 0.5).ppf([0.025, 0.975]) / 100
+    assert [low, high] == pytest.approx(found, abs=0.015)
+    _, (low,), (high,) = performance_profile([[0.0] * 50, [1.0] * 50], [0.5])
+    assert (low, high) == (0.5, 0.5), "as many of each task as there are"

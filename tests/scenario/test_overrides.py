@@ -139,6 +139,7 @@ def test_no_number_may_be_negative_infinite_or_none_at_all(path, value):
         ({"duration": 0.01}, ["task.duration=0.01", "at least one tick of 0.1 s"]),
         ({"tick": 0.0}, ["tick=0.0", "greater than or equal to 0.001"]),
         ({"tick": 1e-308}, ["tick=1e-308", "greater than or equal to 0.001"]),
+        ({"slots": 2**63}, [f"radio.slots={2**63}", "less than or equal to 10000"]),
         ({"radius": 1e-200}, ["robot.radius=1e-200", "greater than or equal to 0.001"]),
         ({"duration": 1e308}, ["task.duration=1e+308", "at most 1e+12"]),
         ({"duration": 1e9}, ["task.duration=1000000000.0", "at most 1e+08 s"]),
