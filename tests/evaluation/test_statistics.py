@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 from baselines.evaluation.statistics import (
+    _percentiles,
     compare,
     iqm,
     iqm_interval,
@@ -169,3 +170,12 @@ def test_the_interval_of_a_profile_is_that_of_a_share_drawn_within_each_task():
     assert [low, high] == pytest.approx(found, abs=0.015)
     _, (low,), (high,) = performance_profile([[0.0] * 50, [1.0] * 50], [0.5])
     assert (low, high) == (0.5, 0.5), "as many of each task as there are"
+
+
+def test_an_interval_of_runs_lies_between_the_2_5th_and_the_97_5th_percentile():
+    assert _percentiles(np.arange(1001.0)) == pytest.approx((25.0, 975.0))
+
+
+def test_a_ratio_has_an_interval_where_only_one_of_its_samples_varies():
+    for values, base in (([1.0, 2.0, 3.0], [2.0] * 3), ([2.0] * 3, [1.0, 2.0, 3.0])):
+        assert compare(values, base).ratio.interval is not None
