@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from enum import StrEnum
 from importlib.metadata import PackageNotFoundError, version
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -136,21 +136,27 @@ app.command()(stoppable()(evaluate))
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A short run, less exact.")] = False,
     threads: Annotated[int, typer.Option(help="Threads whose gain over one is measured.")] = 2,
+    device: Annotated[str, typer.Option(help="cpu, or cuda for worlds on a GPU.")] = "cpu",
     form: ListedFormat = ListFormat.TABLE,
 ) -> None:
     """Measure speed and memory against the budgets; takes a few minutes."""
     with stoppable(keeps=False):
+        from baselines.evaluation.bench.gpu import gpu_table, measure_gpu
         from baselines.evaluation.bench.measures import measure
         from baselines.evaluation.bench.tables import report
+        from swarm_forage_env.envs.device_env import check_device
+
+        check_device(device)
 
         console = Console(stderr=True)
         with console.status("") as status:
             tell = status.update if console.is_terminal else lambda _: None
-            found = measure(quick, threads, tell)
+            on_gpu = device == "cuda"
+            found: Any = measure_gpu(quick, tell) if on_gpu else measure(quick, threads, tell)
         if form is ListFormat.JSON:
             typer.echo(json.dumps(found, indent=1))
         else:
-            Console().print(report(found))
+            Console().print(gpu_table(found) if on_gpu else report(found))
 
 
 app.command("plot")(stoppable(keeps=False)(plot_figure))

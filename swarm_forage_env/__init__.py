@@ -11,6 +11,7 @@ from swarm_forage_env.envs.registration import register_with_gymnasium, register
 
 if TYPE_CHECKING:
     from swarm_forage_env.envs.array_env import ArrayEnv
+    from swarm_forage_env.envs.device_env import array_env
     from swarm_forage_env.envs.pettingzoo_env import env, parallel_env, raw_env
     from swarm_forage_env.errors import ConfigError, UnknownNameError
     from swarm_forage_env.foraging.world import ForagingWorld
@@ -21,6 +22,7 @@ __all__ = [
     "ConfigError",
     "ForagingWorld",
     "UnknownNameError",
+    "array_env",
     "env",
     "find_scenario",
     "parallel_env",
@@ -29,6 +31,7 @@ __all__ = [
 
 _WHERE = {
     "ArrayEnv": "swarm_forage_env.envs.array_env",
+    "array_env": "swarm_forage_env.envs.device_env",
     "ConfigError": "swarm_forage_env.errors",
     "UnknownNameError": "swarm_forage_env.errors",
     "ForagingWorld": "swarm_forage_env.foraging.world",

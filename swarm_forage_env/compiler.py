@@ -73,11 +73,24 @@ def bind_grid(template: Callable[..., Any], functions: Mapping[str, Callable[...
 
     ConfigError where numba-cuda is missing.
     """
+    cuda = gpu()
+    function = _function_of(template, parts_of(template, {**functions, "cuda": cuda}))
+    return cuda.jit(_simulated(function) if config.ENABLE_CUDASIM else function)
+
+
+def _simulated(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function for numba's simulator, which replaces `cuda` among its global names."""
+    run = _plain(function)
+    return FunctionType(run.__code__, cast(Any, function).__globals__, closure=run.__closure__)
+
+
+def gpu() -> Any:  # noqa: ANN401 numba's module for GPUs
+    """What moves arrays to a GPU and back; ConfigError where numba-cuda is missing."""
     if find_spec("numba_cuda") is None:
         raise ConfigError(f"device='cuda': needs numba-cuda; {remedy('numba_cuda')}")
     from numba import cuda
 
-    return cuda.jit(_function_of(template, parts_of(template, {**functions, "cuda": cuda})))
+    return cuda
 
 
 @cache
@@ -104,19 +117,24 @@ def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     return cast(Callable[..., Any], compiled)
 
 
-def _plain(function: Callable[..., Any]) -> Callable[..., Any]:
+def _plain(function: Callable[..., Any]) -> FunctionType:
     """The function on records that have attributes in Python too."""
 
-    def run(*arguments: Any) -> Any:  # noqa: ANN401 whatever the kernel takes
-        with np.errstate(over="ignore"):  # whole numbers wrap around in machine code
-            return function(*map(_with_attributes, arguments))
+    usable, warnings_off = _with_attributes, np.errstate
 
-    return run
+    def run(*arguments: Any) -> Any:  # noqa: ANN401 whatever the kernel takes
+        with warnings_off(over="ignore"):  # whole numbers wrap around in machine code
+            return function(*map(usable, arguments))
+
+    return cast(FunctionType, run)
 
 
 def _with_attributes(argument: Any) -> Any:  # noqa: ANN401 whatever was passed
     if isinstance(argument, tuple):
         return tuple(map(_with_attributes, argument))
+    simulated = getattr(argument, "_item", None)  # an array in numba's simulator of a GPU
+    if simulated is not None:
+        return _with_attributes(simulated._ary)
     if isinstance(argument, np.ndarray) and argument.dtype.names is not None:
         return argument.view(np.recarray)
     return argument

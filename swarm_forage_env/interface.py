@@ -24,6 +24,10 @@ Kernel = Callable[..., Any]
 KernelNumbers = Mapping[str, Any]
 
 
+TOO_MANY_NEAR, NOT_FINITE, REFUSED = range(3)
+"""What goes wrong on a GPU, as columns of `trouble`: in which world, counted from 1; or 0."""
+
+
 class NoMemory(Record):
     """The memory of a layer that remembers nothing; numba knows no record without a field."""
 
@@ -125,6 +129,15 @@ class GridLayers:
 
     settings: Array
     """The numbers of all its layers, likewise."""
+
+
+@dataclass(frozen=True)
+class GridTemplates:
+    """How a GPU runs the worlds of a task: templates over a grid of threads, one for each robot."""
+
+    decide: Kernel
+    tick: Kernel
+    observe: Kernel
 
 
 class WeightingRule(Protocol):

@@ -39,6 +39,17 @@ SILENT: Float32[Array, "1 0"] = np.zeros((1, 0), np.float32)
 
 
 @dataclass(frozen=True)
+class PolicyOnGrid:
+    """What a policy observes and gives, as functions of one robot."""
+
+    show: Kernel
+    """Writes an observation; of the robot, what its estimator keeps, message slots and output."""
+
+    put: Kernel
+    """Writes an action as the layers take it; of the robot and the numbers."""
+
+
+@dataclass(frozen=True)
 class PolicyInterface:
     """What `learn=` chooses: the parts that a policy observes, and the layers that it replaces."""
 
@@ -60,6 +71,9 @@ class PolicyInterface:
 
     inputs: Mapping[str, type[Any]]
     """What each part is as arrays, for code that reads observations by name."""
+
+    on_grid: PolicyOnGrid | None = None
+    """How a GPU runs the policy; None: a CPU only."""
 
     decision_period: int = 1
     """Ticks for which an action is held where nothing else is asked for."""

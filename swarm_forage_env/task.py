@@ -16,7 +16,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Bool, Float64
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Controller, Kernel
+from swarm_forage_env.interface import Controller, GridTemplates, Kernel
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.random_streams import checked_seed
@@ -308,6 +308,9 @@ class Task:
 
     is_joint: bool = False
     """Robots correct their estimates jointly, so that all of a swarm need the same estimator."""
+
+    grid: GridTemplates | None = None
+    """How a GPU runs it; None: a CPU only."""
 
     no_layers: Controller | None = None
     """What runs where a policy is everything; None: the task has no such policy."""

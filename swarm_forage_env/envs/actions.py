@@ -39,8 +39,8 @@ class ActionForm:
         """The form that the options of an environment ask for."""
         self._policy, self._sharpest_turn = policy, config.sharpest_turn
         self._steering = _steering(task, policy, config)
-        command = None if self._steering is None else self._steering.command
-        self._write = None if command is None else bind(write_commands, {"command": command})
+        command = self.steering_kernel
+        self._write = bind(write_commands, command) if command else None
         self._is_symmetric = config.normalise and policy.n_weights > 0
         self.layout = self._layout()
         """What each number of a continuous action is."""
@@ -51,6 +51,22 @@ class ActionForm:
             self.choices = choices
             self._raw_choices = self.to_raw(choices)
             self.space = Discrete(len(choices))
+
+    @property
+    def n_symmetric(self) -> int:
+        """How many numbers, the first ones, are weights in [-1, 1]."""
+        return self._policy.n_weights if self._is_symmetric else 0
+
+    @property
+    def steers_at(self) -> int:
+        """Where the two numbers stand that become a command; -1 if none do."""
+        return -1 if self._write is None else self._policy.n_weights
+
+    @property
+    def steering_kernel(self) -> dict[str, Kernel]:
+        """The equation of the form of steering, by its free name."""
+        command = None if self._steering is None else self._steering.command
+        return {} if command is None else {"command": command}
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -141,7 +157,7 @@ class Actions:
 
     def __init__(self, agents: Sequence[str], form: ActionForm) -> None:
         """Actions of this form, one for each of these agents."""
-        self._agents, self._form = tuple(agents), form
+        self._agents, self.form = tuple(agents), form
         self._shape = (len(agents), *form.shape)
         if isinstance(form.space, Box):
             self._low, self._high = form.space.low, form.space.high
@@ -170,15 +186,15 @@ class Actions:
         """What the layers take, or None if the numbers are not what the space says."""
         if given.shape != self._shape:
             return None
-        if self._form.is_discrete:
-            n = len(self._form.choices)
+        if self.form.is_discrete:
+            n = len(self.form.choices)
             if given.dtype.kind not in "iu" or not ((given >= 0) & (given < n)).all():
                 return None
-            return self._form.raw_of(given)
+            return self.form.raw_of(given)
         if given.dtype != np.float32 and given.dtype.kind in "fiu":
             given = given.astype(np.float64)
         if given.dtype.kind == "f" and is_within(given, self._low, self._high):
-            return self._form.to_raw(given.astype(np.float32, copy=False))
+            return self.form.to_raw(given.astype(np.float32, copy=False))
         return None
 
     def _complaint(self, actions: Any) -> Exception:  # noqa: ANN401 whatever was passed
@@ -197,9 +213,9 @@ class Actions:
         return ConfigError("actions: must be arrays of one and the same kind of number")
 
     def _complaint_about(self, agent: str, action: Any) -> str:  # noqa: ANN401
-        layout = self._form.layout
-        if self._form.is_discrete:
-            n, found = len(self._form.choices), np.asarray(action)
+        layout = self.form.layout
+        if self.form.is_discrete:
+            n, found = len(self.form.choices), np.asarray(action)
             if found.shape == () and found.dtype.kind in "iu" and 0 <= found < n:
                 return ""
             return f"{action!r}: must be a whole number from 0 to {n - 1}"

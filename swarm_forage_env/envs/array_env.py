@@ -74,7 +74,7 @@ class ArrayEnv:
         self.n_worlds = validated(_Worlds, {"n_worlds": n_worlds}).n_worlds
         parts = checked_parts(scenario, controller, options)
         self.config, self.task, self._is_staggered = parts.config, parts.task, stagger
-        self._policy = parts.task.policies[parts.config.learn]
+        self.policy = parts.task.policies[parts.config.learn]
         self.max_cycles = n_steps(parts.scenario, parts.config)
         self.loop = self._made_loop(parts)
         self.agents = self.task.agents(self.world.n_robots)
@@ -83,7 +83,7 @@ class ArrayEnv:
         is_all = len(robots) == len(self.agents)
         self._learns: Index = slice(None) if is_all else np.array(robots)
         self._hand_over()
-        n_numbers = len(self._policy.action)
+        n_numbers = len(self.policy.action)
         self._last_action = np.zeros((*self.world.robots.shape, n_numbers), np.float32)
         self._potential = self.task.potential(self.world)
         self._earned = EarnedInTick(self.world, self.task, parts.config.reward)
@@ -124,13 +124,23 @@ class ArrayEnv:
         worlds, whose others take the next whole numbers, or one for each of them. `options` are
         numbers of the scenario for these episodes, by dotted name.
         """
+        fresh = self.begin(seed, worlds, options)
+        nothing = np.zeros((self.n_worlds, len(self.learners)))
+        return self._observe(fresh), self._infos(nothing)
+
+    def begin(
+        self,
+        seed: Seeds = None,
+        worlds: Any = None,  # noqa: ANN401 a mask, or numbers
+        options: Mapping[str, Any] | None = None,
+    ) -> Int64[Array, " worlds"]:
+        """`reset` without a look at what is observed: the numbers of the worlds that are new."""
         is_first = not self.episodes.ends.any()
         fresh = self.episodes.begin(seed, worlds, checked_options(options), self.max_cycles)
         if is_first and self._is_staggered:
             self.episodes.stagger()
         self._last_action[fresh] = 0.0
-        nothing = np.zeros((self.n_worlds, len(self.learners)))
-        return self._observe(fresh), self._infos(nothing)
+        return fresh
 
     def step(self, actions: Any) -> Step:  # noqa: ANN401 checked against the action space
         """One decision; observations, rewards, terminated, truncated, infos.
@@ -150,7 +160,7 @@ class ArrayEnv:
         """`step` with what the layers take, as `actions` made it of the actions of all learners."""
         self.episodes.check_running()
         action = raw.reshape(self.n_worlds, len(self.learners), -1)
-        self._policy.act(self.world, self.loop.controller, self._learns, action)
+        self.policy.act(self.world, self.loop.controller, self._learns, action)
         self._last_action[:, self._learns] = action
         before = self._potential() if self.config.shaping > 0.0 else None
         earned = self._stepper.run(self._earned)
@@ -217,7 +227,7 @@ class ArrayEnv:
     def _hand_over(self) -> None:
         """Mark the layers of the learners as theirs."""
         action = self.world.robots["action"]
-        for layer in self._policy.replaces:
+        for layer in self.policy.replaces:
             is_residual = self.config.residual and layer == "motion"
             action[layer][:, self._learns] = CORRECT if is_residual else REPLACE
 
@@ -231,7 +241,7 @@ class ArrayEnv:
         """Make the spaces, and what writes observations and the state."""
         path = float(getattr(parts.controller, "message_path", 0.0))
         form = PolicyForm(self.episodes.extremes, self.config, path)
-        self._observer, self._frames = form.observe, form.frames(self.n_worlds)
+        self.observer, self._frames = form.observe, form.frames(self.n_worlds)
         self.observation_layout, self.observation_space = form.layout, form.observation_space
         self.action_layout, self.action_space = form.action.layout, form.action_space
         self.action_shape = form.action.shape
@@ -252,7 +262,7 @@ class ArrayEnv:
     ) -> Float32[Array, "worlds learners numbers"]:
         """What every learner observes; worlds that are `fresh` have no earlier frames."""
         episodes, last = self.episodes, self._last_action
-        seen = self._observer(self.world, self.loop.controller, episodes.share_left, last)
+        seen = self.observer(self.world, self.loop.controller, episodes.share_left, last)
         seen = self._frames.add(seen) if fresh is None else self._frames.begin(seen, fresh)
         return self._of_learners(seen)
 

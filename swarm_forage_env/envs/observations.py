@@ -20,7 +20,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64
-from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.compiler import entry_point, inlined
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.registry import Registry
@@ -194,38 +194,52 @@ class Normaliser:
                     f"observation {each.name}: bounds of {each.low:g} to {each.high:g} tell no"
                     " typical size; give the feature a scale, or take normalise=False"
                 )
-        self._bound = np.array(
+        self.bound = np.array(
             [each.bound if each.scale is None else each.scale for each in layout], np.float32
         )
-        self._squashes = np.array([each.scale is not None for each in layout])
+        self.squashes = np.array([each.scale is not None for each in layout])
 
     def __call__(self, numbers: Float32[Array, "*any numbers"]) -> None:
         """In place."""
-        normalise_rows(numbers.reshape(-1, len(self._bound)), self._bound, self._squashes)
+        normalise_rows(numbers.reshape(-1, len(self.bound)), self.bound, self.squashes)
+
+
+@inlined
+def normalise_row(
+    row: Float32[Array, " numbers"], bound: Float32[Array, " numbers"], squashes: Array
+) -> None:
+    """Divide by the bound, or squash by the scale, in place."""
+    for k in range(row.shape[0]):
+        if squashes[k]:
+            row[k] = row[k] / (abs(row[k]) + bound[k])
+        else:
+            row[k] = row[k] / bound[k]
+
+
+@inlined
+def write_direction(row: Float32[Array, " numbers"], at: int, to: int) -> None:
+    """Write the unit vector of the two numbers from `at` on; zeros for no direction."""
+    x, y = row[at], row[at + 1]
+    size = np.hypot(x, y)
+    row[to] = x / size if size > 0.0 else 0.0
+    row[to + 1] = y / size if size > 0.0 else 0.0
 
 
 @entry_point
 def normalise_rows(
     rows: Float32[Array, "rows numbers"], bound: Float32[Array, " numbers"], squashes: Array
 ) -> None:
-    """Divide by the bound, or squash by the scale, in place."""
+    """Normalise every row."""
     for i in range(rows.shape[0]):
-        for k in range(rows.shape[1]):
-            if squashes[k]:
-                rows[i, k] = rows[i, k] / (abs(rows[i, k]) + bound[k])
-            else:
-                rows[i, k] = rows[i, k] / bound[k]
+        normalise_row(rows[i], bound, squashes)
 
 
 @entry_point
 def write_directions(out: Float32[Array, "worlds robots numbers"], at: int, to: int) -> None:
-    """Write the unit vector of the two numbers from `at` on; zeros for no direction."""
+    """Write the direction of every robot."""
     for w in range(out.shape[0]):
         for i in range(out.shape[1]):
-            x, y = out[w, i, at], out[w, i, at + 1]
-            size = np.hypot(x, y)
-            out[w, i, to] = x / size if size > 0.0 else 0.0
-            out[w, i, to + 1] = y / size if size > 0.0 else 0.0
+            write_direction(out[w, i], at, to)
 
 
 class Observer:
@@ -261,6 +275,14 @@ class Observer:
         self._normalise = Normaliser(layout) if normalise else None
         self.layout = normalised(layout) if normalise else layout
         self._n = len(layout)
+
+    @property
+    def on_grid(self) -> tuple[Array, Array, Array]:
+        """Where the target starts and where its direction goes; bounds; which of them squash."""
+        direction = np.array([self._direction, self._n_shown], np.int64)
+        if self._normalise is None:
+            return direction, np.zeros(0, np.float32), np.zeros(0, np.bool_)
+        return direction, self._normalise.bound, self._normalise.squashes
 
     def __call__(
         self,

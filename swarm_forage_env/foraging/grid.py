@@ -23,14 +23,11 @@ from swarm_forage_env.foraging.records import WorldState
 from swarm_forage_env.foraging.scoring import count_reports, score
 from swarm_forage_env.foraging.surroundings import COUNT, FIRST, resolve_contacts
 from swarm_forage_env.foraging.tick import drive, face, hear, sense, set_wheels
-from swarm_forage_env.interface import Kernel
+from swarm_forage_env.interface import NOT_FINITE, TOO_MANY_NEAR, GridTemplates, Kernel
 
 cuda: Any
 is_listening: Kernel
 """Free names of the templates: threads of the GPU, and functions of the chosen layers."""
-
-TOO_MANY_NEAR, NOT_FINITE, REFUSED = 0, 1, 2
-"""What goes wrong, as columns of `trouble`: the world, counted from 1, or 0."""
 
 
 @kernel
@@ -192,3 +189,6 @@ def decide_on_grid(
         own = settings[w, min(i, last)]
         if not act(robots[w, i], minds[w, i], memories[w, i], shared[w, i], own):
             cuda.atomic.max(trouble, NOT_FINITE, w + 1)
+
+
+ON_GRID = GridTemplates(decide_on_grid, tick_on_grid, observe_on_grid)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.compiler import bind, entry_point, inlined, kernel
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.observations import (
@@ -22,7 +22,13 @@ from swarm_forage_env.foraging.observations import (
 from swarm_forage_env.foraging.records import Exchange, RobotState, Situation
 from swarm_forage_env.foraging.views import MotionInput, WeightingInput
 from swarm_forage_env.interface import Kernel
-from swarm_forage_env.policy_interface import Groups, Index, PolicyInterface, Steering
+from swarm_forage_env.policy_interface import (
+    Groups,
+    Index,
+    PolicyInterface,
+    PolicyOnGrid,
+    Steering,
+)
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.spaces import Feature, Layout
 
@@ -34,6 +40,12 @@ SPEEDS = tuple(Feature(f"wheels.{side}", "of cruise speed", *SPEED) for side in 
 SPEAK = Feature("speak", "broadcast if > 0", *SPEED)
 
 SAID = tuple(Feature(f"words.{word}", "as sent", *SPEED) for word in range(WORDS))
+
+Mind = Any
+"""What an estimator keeps of a robot: a record."""
+
+show: Kernel
+"""Free name of the template: the observation of one robot."""
 
 
 @kernel
@@ -111,35 +123,55 @@ def put_situation(
     return at + 2
 
 
-@entry_point
-def write_exchanges(
-    robots: Array, minds: Array, n_slots: int, out: Float32[Array, "worlds robots numbers"]
+@inlined
+def show_exchange(
+    robot: RobotState, mind: Mind, n_slots: int, out: Float32[Array, " numbers"]
 ) -> None:
     """Write the observation of a learner of the weighting."""
-    for w in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            put_exchange(minds[w, i].exchange, out[w, i], 0)
+    put_exchange(mind.exchange, out, 0)
 
 
-@entry_point
-def write_situations(
-    robots: Array, minds: Array, n_slots: int, out: Float32[Array, "worlds robots numbers"]
+@inlined
+def show_situation(
+    robot: RobotState, mind: Mind, n_slots: int, out: Float32[Array, " numbers"]
 ) -> None:
     """Write the observation of a learner of the motion."""
-    for w in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            put_situation(robots[w, i], minds[w, i].situation, n_slots, out[w, i], 0)
+    put_situation(robot, mind.situation, n_slots, out, 0)
 
 
-@entry_point
-def write_both(
+@inlined
+def show_both(robot: RobotState, mind: Mind, n_slots: int, out: Float32[Array, " numbers"]) -> None:
+    """Write the observation of a learner of both layers."""
+    at = put_exchange(mind.exchange, out, 0)
+    put_situation(robot, mind.situation, n_slots, out, at)
+
+
+@inlined
+def put_weights(robot: RobotState, given: Float32[Array, " numbers"]) -> None:
+    """Write the action of a learner of the weighting."""
+    robot.action.weight[0], robot.action.weight[1] = given[0], given[1]
+
+
+@inlined
+def put_wheels(robot: RobotState, given: Float32[Array, " numbers"]) -> None:
+    """Write the action of a learner of the motion."""
+    robot.action.wheels[0], robot.action.wheels[1] = given[0], given[1]
+
+
+@inlined
+def put_weights_and_wheels(robot: RobotState, given: Float32[Array, " numbers"]) -> None:
+    """Write the action of a learner of both layers."""
+    robot.action.weight[0], robot.action.weight[1] = given[0], given[1]
+    robot.action.wheels[0], robot.action.wheels[1] = given[2], given[3]
+
+
+def write_all(
     robots: Array, minds: Array, n_slots: int, out: Float32[Array, "worlds robots numbers"]
 ) -> None:
-    """Write the observation of a learner of both layers."""
+    """Write the observations of all robots. Free name: show."""
     for w in range(out.shape[0]):
         for i in range(out.shape[1]):
-            at = put_exchange(minds[w, i].exchange, out[w, i], 0)
-            put_situation(robots[w, i], minds[w, i].situation, n_slots, out[w, i], at)
+            show(robots[w, i], minds[w, i], n_slots, out[w, i])
 
 
 @entry_point
@@ -272,19 +304,21 @@ LEARNABLE = {
     "weighting": PolicyInterface(
         Layout(G),
         _encounter,
-        Writer(write_exchanges),
+        Writer(bind(write_all, {"show": show_exchange})),
         _weigh,
         ("weighting",),
         _INPUTS,
+        PolicyOnGrid(show_exchange, put_weights),
         n_weights=len(G),
     ),
     "motion": PolicyInterface(
         Layout(SPEEDS),
         _situation,
-        Writer(write_situations),
+        Writer(bind(write_all, {"show": show_situation})),
         _move,
         ("motion",),
         _INPUTS,
+        PolicyOnGrid(show_situation, put_wheels),
         decision_period=10,
         is_steering=True,
         target="situation.target",
@@ -292,10 +326,11 @@ LEARNABLE = {
     "both": PolicyInterface(
         Layout(G + SPEEDS),
         _both,
-        Writer(write_both),
+        Writer(bind(write_all, {"show": show_both})),
         _do_both,
         ("weighting", "motion"),
         _INPUTS,
+        PolicyOnGrid(show_both, put_weights_and_wheels),
         n_weights=len(G),
         is_steering=True,
         target="situation.target",

@@ -7,6 +7,7 @@ from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.events import Events, write_events
 from swarm_forage_env.foraging.global_state import ForagingState
+from swarm_forage_env.foraging.grid import ON_GRID
 from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS, Said, carry_out
 from swarm_forage_env.foraging.potential import ForagingPotential, most_shaping
 from swarm_forage_env.foraging.scenario import Scenario
@@ -34,6 +35,7 @@ FORAGING = Task(
     fixed=("task.n_robots", "radio.slots"),
     replaced=lambda scenario: {"task.area_distance": "task.areas"} if scenario.task.areas else {},
     residuals=("motion", "both"),
+    grid=ON_GRID,
     no_layers=NoLayers(Said, carry_out),
     bounds=Bounds,
     potential=ForagingPotential,

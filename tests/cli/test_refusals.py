@@ -64,6 +64,8 @@ REFUSED = [
     (("list", "missing.toml"), "missing.toml"),
     (("list", "--format", "csv"), "'table', 'json'"),
     (("bench", "--fast"), "--fast"),
+    (("bench", "--device", "tpu"), "device='tpu': must be 'cpu' or 'cuda'"),
+    (("bench", "--device", "cuda"), "device='cuda': needs numba-cuda; pip install"),
 ]
 
 

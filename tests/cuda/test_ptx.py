@@ -13,8 +13,11 @@ import baselines.weighting
 import swarm_forage_env.equations
 import swarm_forage_env.foraging
 from swarm_forage_env.compiler import bind_grid
+from swarm_forage_env.envs import grid
+from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.grid import decide_on_grid, observe_on_grid, tick_on_grid
+from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
@@ -38,7 +41,9 @@ ON_CPU = {
     "sense_first place_in_circle place_next is_free seed_streams": "a reset, which a CPU does",
     "write_rows area_under is_touching is_touching_obstacle": "events for rewards in NumPy",
     "repeat falsify": "in the place of what an estimator has not",
-    "write_state write_log put_truth put_faults distance_to_kind": "the state, logged on a CPU",
+    "write_readings": "what a learner of everything observes, which `device=` refuses",
+    "write_state put_truth put_areas put_faults": "the state, which a CPU writes",
+    "write_log distance_to_kind": "the log, likewise",
 }
 """Functions of foraging that no kernel of the grid calls, and why."""
 
@@ -50,11 +55,14 @@ NOT_OF_E_PUCKS = (
 """Files of estimators and motions that keep something of each pair of robots, or visit waypoints:
 `device="cuda"` refuses them."""
 
-OBSERVATIONS = (
-    "put_goal put_range_bearing put_sensors put_exchange put_situation drive_to_wheels"
-    " write_exchanges write_situations write_both write_readings"
+UNTRIED = "reputation", "reputation_odometry"
+"""Files of estimators of which nobody has tried whether they compile for a GPU."""
+
+OF_STEPS = (
+    "put_goal put_range_bearing put_sensors put_exchange put_situation show_exchange show_situation"
+    " show_both put_weights put_wheels put_weights_and_wheels drive_to_wheels"
 )
-"""What an environment writes; it runs on a CPU."""
+"""Functions of an environment's step, which have a test of their own."""
 
 
 def loop_of(controller, n_worlds=2):
@@ -115,6 +123,26 @@ def test_the_tick_compiles_for_a_gpu(ptx):
     assert "atom" in text
 
 
+@pytest.mark.parametrize("learn", ["weighting", "motion", "both"])
+def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
+    policy, loop = LEARNABLE[learn], loop_of("nc")
+    robots, layers = loop.world.robots, loop.controller.grid_layers()
+    minds, earned = np.ascontiguousarray(layers.minds), np.zeros(robots.shape)
+    learners, direction = np.arange(10), np.zeros(2, np.int64)
+    actions = np.zeros((2, 10, len(policy.action)), np.float32)
+    seen, row = np.zeros((2, 10, 60), np.float32), np.zeros(60, np.float32)
+    functions = {"show": policy.on_grid.show, "put": policy.on_grid.put, "command": drive_to_wheels}
+    steps = {
+        grid.check_actions: (actions, row, row, TROUBLE),
+        grid.take_actions: (robots, learners, actions, actions, 0, 0, 0.3, earned),
+        grid.tell: (
+            robots, minds, learners, 4, earned, True, direction, row, row > 0, seen, earned,
+        ),
+    }  # fmt: skip
+    for template, arguments in steps.items():
+        assert ".entry" in ptx(bind_grid(template, functions), *arguments)
+
+
 def test_the_compiled_controllers_call_all_that_any_does():
     found = {name: set() for name in ON_GRID}
     for name, own in found.items():
@@ -130,7 +158,7 @@ def test_every_function_of_foraging_is_called_or_left_out_with_a_reason():
         for kernel, _ in kernels_of(name).values():
             called_by(kernel, found)
     known = {(each.__module__, each.__name__) for each in found}
-    left_out = set(" ".join([*ON_CPU, OBSERVATIONS]).split())
+    left_out = set(" ".join([*ON_CPU, OF_STEPS]).split())
     missing = set()
     for package in PACKAGES:
         for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
@@ -139,7 +167,7 @@ def test_every_function_of_foraging_is_called_or_left_out_with_a_reason():
                 is_own = getattr(value, "__module__", "") == info.name and hasattr(value, "py_func")
                 if is_own and (info.name, value.__name__) not in known:
                     missing.add(f"{info.name.rpartition('.')[2]}.{value.__name__}")
-    refused = {each for each in missing if each.partition(".")[0] in NOT_OF_E_PUCKS}
+    refused = {each for each in missing if each.partition(".")[0] in (*NOT_OF_E_PUCKS, *UNTRIED)}
     assert {each.partition(".")[2] for each in missing - refused} <= left_out
 
 

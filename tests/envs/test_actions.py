@@ -98,7 +98,7 @@ def test_the_five_drives_go_ahead_or_turn_on_either_side():
 
 def test_the_last_number_of_a_choice_varies_fastest():
     env = ArrayEnv("es1", 1, learn="weighting", discrete=(5, 5), normalise=False, **FEW)
-    choices = env.actions._form.choices
+    choices = env.actions.form.choices
     assert choices[1].tolist() == [0.0, 0.25]
     assert choices[24].tolist() == [1.0, 1.0]
 

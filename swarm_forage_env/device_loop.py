@@ -1,0 +1,170 @@
+"""The worlds of a loop on a GPU: a CPU makes them and starts them anew, the GPU runs them.
+
+    decide -> tick -> observe -> [the cut] -> decide ...
+
+Each is one kernel over all worlds. The records stay in the memory of the GPU; what is asked for is
+copied back. A kernel cannot raise: what goes wrong is noted, and raised by `check`.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.compiler import bind_grid, gpu
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import NOT_FINITE, REFUSED, TOO_MANY_NEAR, GridLayers, GridTemplates
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.task import consecutive
+
+MOST_THREADS = 128
+"""Threads of a block, at most: so many that each may have all registers that one can have."""
+
+
+class DeviceLoop:
+    """A block of worlds and the controller of all their robots, on a GPU.
+
+    The loop that it is made from stays on the CPU: what it holds is as old as the last reset, or
+    `download`. ConfigError for what does not run on a GPU, with the reason.
+    """
+
+    def __init__(self, loop: Loop) -> None:
+        """Bring the worlds of a loop to the GPU, as they stand."""
+        self._layers, templates = _layers_of(loop)
+        self.loop, self._gpu = loop, usable_gpu()
+        functions = self._layers.functions
+        self._decide, self._tick, self._observe = (
+            bind_grid(template, functions)
+            for template in (templates.decide, templates.tick, templates.observe)
+        )
+        shape = loop.world.robots.shape
+        self.grid = grid_of(*shape)
+        """Blocks, and threads of a block: robots by worlds."""
+        self.trouble = self.to_device(np.zeros(3, np.int64))
+        self.earned = self.to_device(np.zeros(shape))
+        """What each robot earned since somebody set it to 0."""
+        self._crowded = self.to_device(np.zeros(shape[0], np.int8))
+        self._upload_all()
+
+    def step(self) -> None:
+        """One tick of every world, of which nothing is copied back."""
+        at = self.arrays
+        team = at["minds"], at["memories"], at["shared"]
+        self._decide[self.grid](at["robots"], *team, at["settings"], self.trouble)
+        tables = at["worlds"], at["near"], at["obstacles"], self._crowded
+        self._tick[self.grid](at["robots"], *tables, self.earned, self.trouble)
+        self._observe[self.grid](at["robots"], at["minds"], at["shared"], at["told"])
+
+    def upload(self, which: Sequence[int]) -> None:
+        """Bring these worlds to the GPU as they stand on the CPU, just reset."""
+        host = self._host()
+        if any(self.arrays[name].shape != own.shape for name, own in host.items()):
+            raise ConfigError(
+                "device='cuda': the scenario of an episode has more obstacles or wider neighbours"
+                " than those before; begin with the largest, or take device='cpu'"
+            )
+        for first, last in consecutive(which):
+            for name, own in host.items():
+                if own.size:
+                    rows = np.ascontiguousarray(own[first:last])
+                    self.arrays[name][first:last].copy_to_device(rows)
+
+    def download(self) -> Loop:
+        """The loop on the CPU, with its robots, worlds and minds as they stand on the GPU."""
+        host = self._host()
+        for name in ("robots", "worlds", "minds", "memories"):
+            host[name][...] = self.arrays[name].copy_to_host()
+        return self.loop
+
+    def check(self) -> None:
+        """Raise what went wrong since the last time: waits for the GPU.
+
+        ConfigError for a command, a weight or an action that cannot be used, RuntimeError where
+        there was no room for all neighbours.
+        """
+        trouble = self.trouble.copy_to_host()
+        if not trouble.any():
+            return
+        self.trouble.copy_to_device(np.zeros_like(trouble))
+        if trouble[REFUSED]:
+            raise ConfigError(
+                f"actions of world {trouble[REFUSED] - 1}: must be finite and within the action"
+                " space; clip them first, as torch.clamp does"
+            )
+        if trouble[NOT_FINITE]:
+            raise ConfigError(
+                f"world {trouble[NOT_FINITE] - 1}: a command or a weight is not finite; a number of"
+                " a layer or of a policy is too large"
+            )
+        raise RuntimeError(
+            f"world {trouble[TOO_MANY_NEAR] - 1}: a robot has more neighbours than discs of its"
+            " radius can be without overlapping: contacts were not resolved"
+        )
+
+    def to_device(self, array: Array) -> Any:  # noqa: ANN401 an array of the GPU
+        """A copy of an array in the memory of the GPU."""
+        return self._gpu.to_device(np.ascontiguousarray(array))
+
+    def empty(self, shape: tuple[int, ...], dtype: Any) -> Any:  # noqa: ANN401 as above
+        """An array in the memory of the GPU."""
+        return self._gpu.device_array(shape, dtype)
+
+    def taken(self, given: Any) -> Any:  # noqa: ANN401 a tensor of any library
+        """An array of any library on the same GPU, without a copy; ConfigError for another."""
+        is_numba = hasattr(given, "__cuda_ndarray__")
+        if not is_numba and not hasattr(given, "__cuda_array_interface__"):
+            raise ConfigError(
+                f"{type(given).__name__}: must be an array of the GPU, one that has"
+                " __cuda_array_interface__, as a torch tensor after .to('cuda')"
+            )
+        return given if is_numba else self._gpu.as_cuda_array(given)
+
+    def _upload_all(self) -> None:
+        self.arrays = {name: self.to_device(own) for name, own in self._host().items()}
+
+    def _host(self) -> dict[str, Array]:
+        """The arrays on the CPU, as views."""
+        world, layers = self.loop.world, self._layers
+        tables = {name: getattr(world, name) for name in ("robots", "worlds", "near", "obstacles")}
+        names = "minds", "memories", "shared", "told", "settings"
+        return tables | {name: getattr(layers, name) for name in names}
+
+
+def grid_of(n_worlds: int, n_robots: int) -> tuple[int, tuple[int, int]]:
+    """Blocks, and threads of a block: robots by worlds.
+
+    >>> grid_of(1000, 10)
+    (84, (10, 12))
+    >>> grid_of(3, 1000)
+    (3, (128, 1))
+    """
+    robots = min(n_robots, MOST_THREADS)
+    worlds = min(n_worlds, MOST_THREADS // robots)
+    return -(-n_worlds // worlds), (robots, worlds)
+
+
+def usable_gpu() -> Any:  # noqa: ANN401 numba's module for GPUs
+    """What moves arrays to a GPU; ConfigError where there is none."""
+    found = gpu()
+    if not found.is_available():
+        raise ConfigError("device='cuda': no NVIDIA GPU with its driver found; take device='cpu'")
+    return found
+
+
+def _layers_of(loop: Loop) -> tuple[GridLayers, GridTemplates]:
+    """How a GPU runs a loop's controller and worlds; ConfigError for what a CPU runs only."""
+    if loop.task.grid is None:
+        raise ConfigError(f"device='cuda': the task {loop.task.name} runs on a CPU only")
+    if loop.physics != "kinematic":
+        raise ConfigError(
+            f"device='cuda': the engine {loop.physics} runs on a CPU only, as it asks a library;"
+            " take physics='kinematic'"
+        )
+    ask = getattr(loop.controller, "grid_layers", None)
+    if ask is None:
+        raise ConfigError(
+            "device='cuda': robots of several teams, and policies that are everything, run on a"
+            " CPU only; take one controller of three layers, as ssgikf"
+        )
+    return ask(), loop.task.grid

@@ -1,0 +1,188 @@
+"""DeviceArrayEnv, the batch API on a GPU: what goes in and comes out stays in its memory."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+
+from swarm_forage_env.compiler import bind_grid
+from swarm_forage_env.device_loop import DeviceLoop, grid_of
+from swarm_forage_env.envs import grid
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.episodes import Seeds
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.policy_interface import PolicyOnGrid
+
+DEVICES = "cpu", "cuda"
+"""Where the worlds of an environment can run."""
+
+Told = dict[str, Any]
+
+
+def array_env(scenario: Any = "es1", *, device: str = "cpu", **options: Any) -> Any:  # noqa: ANN401 an ArrayEnv, or one of a GPU
+    """The batch API on a device: `ArrayEnv` on "cpu", `DeviceArrayEnv` on "cuda".
+
+    The keywords are those of `ArrayEnv`. ConfigError for what does not run on that device.
+    """
+    check_device(device)
+    return (ArrayEnv if device == "cpu" else DeviceArrayEnv)(scenario, **options)
+
+
+def check_device(device: str) -> None:
+    """ConfigError for a device on which worlds cannot run."""
+    if device not in DEVICES:
+        raise ConfigError(f"device={device!r}: must be {' or '.join(map(repr, DEVICES))}")
+
+
+class DeviceArrayEnv:
+    """W worlds side by side on a GPU, in each of which some robots learn.
+
+        env = DeviceArrayEnv("es1", n_worlds=4096, physics="kinematic")
+        observations, infos = env.reset(seed=0)
+        actions = policy(torch.as_tensor(observations, device="cuda"))
+        observations, rewards, terminated, truncated, infos = env.step(actions)
+
+    What it gives are arrays of the GPU with `__cuda_array_interface__`, new ones in each step;
+    what it takes may be of any library that has that: neither is copied. All is in the order of
+    CUDA's default stream, as torch's is. A world is what it is on a CPU, to rounding. It differs
+    from `ArrayEnv` in three ways: an action that is refused is found when it is too late for the
+    step alone; worlds are started anew by the CPU; and what `refusals` lists is refused.
+    """
+
+    def __init__(
+        self,
+        scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
+        n_worlds: int = 1,
+        controller: Any = None,  # noqa: ANN401 a name, or a controller
+        stagger: bool = False,
+        **options: Any,  # noqa: ANN401 as parallel_env
+    ) -> None:
+        """Make the worlds under the keywords of `parallel_env`; `reset` starts their episodes."""
+        self._host = host = ArrayEnv(scenario, n_worlds, controller, stagger, **options)
+        policy = _checked(host)
+        self.n_worlds, self.learners, self.config = host.n_worlds, host.learners, host.config
+        self.action_space, self.observation_space = host.action_space, host.observation_space
+        self.action_layout, self.observation_layout = host.action_layout, host.observation_layout
+        self.max_cycles = host.max_cycles
+        self.loop = DeviceLoop(host.loop)
+        functions = {"show": policy.show, "put": policy.put, **host.actions.form.steering_kernel}
+        self._check, self._take, self._tell = (
+            bind_grid(template, {"command": grid.as_given, **functions})
+            for template in (grid.check_actions, grid.take_actions, grid.tell)
+        )
+        self._shape = (self.n_worlds, len(self.learners))
+        self._grid = grid_of(*host.world.robots.shape)
+        self._numbers()
+
+    @property
+    def is_over(self) -> Any:  # noqa: ANN401 an array
+        """The episode of each world has ended: it must be reset. An array of the CPU."""
+        return self._host.is_over
+
+    def reset(
+        self,
+        seed: Seeds = None,
+        worlds: Any = None,  # noqa: ANN401 a mask, or numbers
+        options: Mapping[str, Any] | None = None,
+    ) -> tuple[Any, Told]:
+        """Start worlds anew, all unless `worlds` is a mask or numbers of some; observe all.
+
+        As `ArrayEnv.reset`. Raises what went wrong on the GPU before.
+        """
+        self.loop.check()
+        self.loop.upload(self._host.begin(seed, worlds, options).tolist())
+        drawn = self._host.episodes.drawn.items()
+        self._drawn: Told = {name: self.loop.to_device(each) for name, each in drawn}
+        observations, rewards = self._told()
+        return observations, self._infos(rewards)
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, Told]:  # noqa: ANN401 arrays of the GPU
+        """One decision; observations, rewards, terminated, truncated, infos.
+
+        `actions` are float32 of shape (worlds, learners, numbers) on the GPU. ConfigError for one
+        that is out of bounds, before anything moves, and for what went wrong in the step before.
+        """
+        self._host.episodes.check_running()
+        given = self.loop.taken(actions)
+        if given.shape != self._raw.shape or given.dtype != np.float32:
+            raise ConfigError(
+                f"actions of shape {given.shape} and type {given.dtype}: must be float32 of shape"
+                f" {self._raw.shape}"
+            )
+        loop, robots = self.loop, self.loop.arrays["robots"]
+        self._check[self._grid](given, *self._bounds, loop.trouble)
+        loop.check()
+        form = self._host.actions.form
+        self._take[self._grid](
+            robots, self._learners, given, self._raw, form.n_symmetric, form.steers_at,
+            self.config.sharpest_turn, loop.earned,
+        )  # fmt: skip
+        for _ in range(self.config.period):
+            loop.step()
+        self._host.episodes.steps += 1
+        observations, rewards = self._told()
+        truncated = loop.to_device(self._host.is_over)
+        return observations, rewards, self._never, truncated, self._infos(rewards)
+
+    def download(self) -> ArrayEnv:
+        """The environment on the CPU, as it stands: its log, its state, its scenes.
+
+        A later step goes on from the GPU, whatever was done to it.
+        """
+        self.loop.check()
+        self.loop.download()
+        return self._host
+
+    def _infos(self, rewards: Any) -> Told:  # noqa: ANN401 an array of the GPU
+        """What is told beside: the reward, and what was drawn for the episode of each world."""
+        return {"unshaped_reward": rewards, **self._drawn}
+
+    def _told(self) -> tuple[Any, Any]:
+        """What the learners observe and are given: new arrays."""
+        at, loop = self.loop.arrays, self.loop
+        n_numbers = len(self.observation_layout)
+        out = loop.empty((*self._shape, n_numbers), np.float32)
+        rewards = loop.empty(self._shape, np.float64)
+        self._tell[self._grid](
+            at["robots"], at["minds"], self._learners, self._host.world.scenario.slots,
+            loop.earned, self.config.reward == "team", *self._scaling, out, rewards,
+        )  # fmt: skip
+        return out, rewards
+
+    def _numbers(self) -> None:
+        """Bring to the GPU what stays as it is."""
+        host, to_device = self._host, self.loop.to_device
+        assert isinstance(host.action_space, Box)  # choices were refused
+        low, high = host.action_space.low, host.action_space.high
+        self._bounds = to_device(low), to_device(high)
+        self._raw = self.loop.empty((*self._shape, len(low)), np.float32)
+        agents = {agent: robot for robot, agent in enumerate(host.agents)}
+        self._learners = to_device(np.array([agents[name] for name in self.learners], np.int64))
+        self._scaling = tuple(map(to_device, host.observer.on_grid))
+        self._never = to_device(np.zeros(self.n_worlds, np.bool_))
+
+
+def refusals(config: EnvConfig) -> dict[str, bool]:
+    """What a GPU does not do, by the option that asks for it, and whether these options do."""
+    return {
+        f"discrete={config.discrete!r}": bool(config.discrete),
+        f"observation={config.observation!r}": config.observation != "layer",
+        f"stack={config.stack}": config.stack > 1,
+        f"reward={config.reward!r}": config.reward not in ("own", "team"),
+        f"shaping={config.shaping:g}": config.shaping > 0.0,
+        f"step_on='{config.step_on}'": config.step_on != "tick",
+    }
+
+
+def _checked(host: ArrayEnv) -> PolicyOnGrid:
+    """The policy as a GPU runs it; ConfigError for what does not run there."""
+    for option, is_asked in refusals(host.config).items():
+        if is_asked:
+            raise ConfigError(f"{option}: runs on a CPU only; leave it out, or take device='cpu'")
+    if host.policy.on_grid is None:
+        raise ConfigError(
+            f"learn='{host.config.learn}': runs on a CPU only; take weighting, motion or both"
+        )
+    return host.policy.on_grid

@@ -1,0 +1,146 @@
+"""Worlds on a GPU: the same bits twice, a tick as on a CPU, and episodes that are equivalent.
+
+Skipped where there is no GPU. The simulator has tests of its own.
+"""
+
+import copy
+import importlib.util
+
+import numpy as np
+import pytest
+
+from swarm_forage_env import ConfigError, array_env, device_loop
+from swarm_forage_env.device_loop import DeviceLoop
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenarios import find_scenario
+
+pytestmark = pytest.mark.gpu
+
+FIVE = "nc", "ssgikf", "dsgikf", "ssgiff", "learned-motion"
+EPISODES = 60
+MARGINS = {"round_trips": 0.1, "path_ticks": 0.1, "first_visit": 0.15, "lost_events": 0.25}
+"""How far the mean of a GPU may be from that of a CPU, as a share of it, to be equivalent."""
+
+
+@pytest.fixture(autouse=True)
+def _gpu():
+    """Skip where there is no GPU, and say why."""
+    if importlib.util.find_spec("numba_cuda") is None:
+        pytest.skip("numba-cuda missing: `make test-cuda`")
+    from numba import cuda
+
+    if not cuda.is_available():
+        pytest.skip("no NVIDIA GPU with its driver found")
+
+
+def loop_of(scenario, controller, seeds):
+    """Worlds on a CPU."""
+    return Loop(find_scenario(scenario), CONTROLLERS[controller], seeds, "kinematic")
+
+
+def after(ticks, scenario="es1", controller="ssgikf", seeds=range(64)):
+    """The robots of these worlds after so many ticks on a GPU."""
+    loop = DeviceLoop(loop_of(scenario, controller, seeds))
+    for _ in range(ticks):
+        loop.step()
+    robots = loop.download().world.robots.copy()
+    loop.check()
+    return robots
+
+
+def flat(records, prefix=""):
+    """The plain fields of records, by dotted name."""
+    for name in records.dtype.names:
+        if records[name].dtype.names is None:
+            yield prefix + name, records[name]
+        else:
+            yield from flat(records[name], f"{prefix}{name}.")
+
+
+def test_one_seed_gives_the_same_bits_twice_and_on_another_grid(monkeypatch):
+    first = after(300)
+    assert first.tobytes() == after(300).tobytes()
+    monkeypatch.setattr(device_loop, "MOST_THREADS", 32)
+    assert first.tobytes() == after(300).tobytes()
+    monkeypatch.setattr(device_loop, "MOST_THREADS", 4)  # a thread has several robots
+    assert first.tobytes() == after(300).tobytes()
+
+
+def test_a_world_among_many_is_the_world_alone():
+    many = after(200, seeds=range(20_000))
+    for seed in (0, 9_999, 19_999):
+        assert many[seed].tobytes() == after(200, seeds=[seed])[0].tobytes()
+
+
+@pytest.mark.parametrize("scenario", ["es1", "es2", "es3", "mg1-hexagon"])
+@pytest.mark.parametrize("controller", FIVE)
+def test_a_tick_is_that_of_a_cpu(scenario, controller):
+    cpu = loop_of(scenario, controller, range(16))
+    for _ in range(600):
+        cpu.step()
+    gpu = DeviceLoop(copy.deepcopy(cpu))
+    cpu.step()
+    gpu.step()
+    there = gpu.download()
+    pairs = zip(
+        [*flat(cpu.world.robots), *flat(cpu.controller.minds)],
+        [*flat(there.world.robots), *flat(there.controller.minds)],
+        strict=True,
+    )
+    for (name, mine), (_, his) in pairs:
+        if mine.dtype.kind == "f":
+            # A last bit of a sine may round an infrared reading near contact forty times as far.
+            atol = 1e-5 if name.endswith("proximity") else 1e-6
+            np.testing.assert_allclose(his, mine, rtol=1e-6, atol=atol, err_msg=name)
+        else:
+            np.testing.assert_array_equal(his, mine, err_msg=name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", ["es1", "es2", "es3"])
+@pytest.mark.parametrize("controller", FIVE)
+def test_episodes_are_equivalent_to_those_of_a_cpu(scenario, controller):
+    cpu = loop_of(scenario, controller, range(EPISODES))
+    n_ticks = cpu.world.scenario.n_ticks
+    gpu = after(n_ticks, scenario, controller, range(EPISODES))
+    for _ in range(n_ticks):
+        cpu.step()
+    for name, margin in MARGINS.items():
+        mine, his = (
+            robots[name].reshape(EPISODES, -1).mean(axis=1) for robots in (cpu.world.robots, gpu)
+        )
+        error = 1.645 * np.sqrt((mine.var(ddof=1) + his.var(ddof=1)) / EPISODES)
+        low, high = his.mean() - mine.mean() - error, his.mean() - mine.mean() + error
+        assert -margin * mine.mean() <= low <= high <= margin * mine.mean(), name
+
+
+def test_tensors_of_torch_go_in_and_come_out_without_a_copy():
+    torch = pytest.importorskip("torch")
+    if not torch.cuda.is_available():
+        pytest.skip("torch is built for a CPU")
+    env = array_env("es1", device="cuda", n_worlds=8, physics="kinematic")
+    seen, _ = env.reset(seed=0)
+    tensor = torch.as_tensor(seen, device="cuda")
+    assert tensor.data_ptr() == seen.__cuda_array_interface__["data"][0]
+    actions = torch.zeros((8, 10, 2), device="cuda")
+    told = env.step(actions)
+    kinds = [torch.as_tensor(each, device="cuda").dtype for each in told[:4]]
+    assert kinds == [torch.float32, torch.float64, torch.bool, torch.bool]
+    with pytest.raises(ConfigError, match="actions of world 7"):
+        env.step(torch.full_like(actions, float("nan")))
+
+
+def test_memory_is_flat():
+    from numba import cuda
+
+    env = array_env("es1", device="cuda", n_worlds=1024, physics="kinematic", max_cycles=10_000)
+    env.reset(seed=0)
+    actions = env.loop.to_device(np.zeros((1024, 10, 2), np.float32))
+    free = []
+    for n_steps in (50, 500):
+        for _ in range(n_steps):
+            env.step(actions)
+        env.loop.check()  # waits for the GPU
+        free.append(cuda.current_context().get_memory_info().free)
+    assert free[0] - free[1] < 2**24

@@ -1,0 +1,140 @@
+"""The grid in numba's simulator of a GPU, functions as plain Python: the same bits as on a CPU."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.cuda
+
+ROOT = Path(__file__).resolve().parents[2]
+
+START = """
+import sys
+import numpy as np
+import baselines.controllers
+import swarm_forage_env.foraging.task
+from swarm_forage_env.device_loop import DeviceLoop
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenarios import find_scenario
+
+def same(mine, his, where):
+    if mine.dtype.names is None:
+        np.testing.assert_array_equal(mine, his, err_msg=where)
+    for name in mine.dtype.names or ():
+        same(mine[name], his[name], f"{where}.{name}")
+"""
+
+WORLDS = (
+    START
+    + """
+scenario, controller, n_worlds, ticks, *numbers = sys.argv[1:]
+scenario = find_scenario(scenario, dict(pair.split("=") for pair in numbers))
+loops = [
+    Loop(scenario, CONTROLLERS[controller], range(int(n_worlds)), "kinematic") for _ in range(2)
+]
+for loop in loops:  # everybody knows something, and tells it from the first tick on
+    rng, beliefs = np.random.default_rng(3), loop.controller.minds["estimator"]["belief"]
+    beliefs["known"] = beliefs["visited"] = rng.integers(0, 2, beliefs["known"].shape)
+    beliefs["location"] = rng.uniform(-1.0, 1.0, beliefs["location"].shape)
+    beliefs["p"] = rng.uniform(0.0, 3.0, beliefs["p"].shape)
+cpu, gpu = loops[0], DeviceLoop(loops[1])
+trips = np.zeros(cpu.world.robots.shape)
+happened = np.zeros(3, int)
+for tick in range(int(ticks)):
+    cpu.step()
+    gpu.step()
+    trips += cpu.world.robots["reward"]
+    exchange = cpu.controller.minds["estimator"]["exchange"]
+    happened += cpu.world.robots["heard"]["n"].any(), exchange["is_valid"].any(), trips.any()
+there = gpu.download()
+gpu.check()
+same(cpu.world.robots, there.world.robots, "robots")
+same(cpu.world.worlds, there.world.worlds, "worlds")
+same(cpu.controller.minds, there.controller.minds, "minds")
+np.testing.assert_array_equal(trips, gpu.earned.copy_to_host())
+print(*happened)
+"""
+)
+
+STEPS = """
+import sys
+import numpy as np
+import baselines.controllers
+from swarm_forage_env import array_env
+
+def on_cpu(array):
+    return array.copy_to_host() if hasattr(array, "copy_to_host") else array
+
+def same(mine, his):
+    for one, other in zip(mine[:-1], map(on_cpu, his[:-1]), strict=True):
+        assert one.dtype == other.dtype
+        np.testing.assert_array_equal(one, other)
+    assert mine[-1].keys() == his[-1].keys()
+    for name in mine[-1]:
+        np.testing.assert_array_equal(mine[-1][name], on_cpu(his[-1][name]))
+
+options = {"n_worlds": 3, "max_cycles": 3, "decision_period": 2} | eval(sys.argv[1])
+cpu, gpu = (
+    array_env("es1", device=device, physics="kinematic", **options) for device in ("cpu", "cuda")
+)
+rng, low, high = np.random.default_rng(1), cpu.action_space.low, cpu.action_space.high
+same(cpu.reset(seed=5), gpu.reset(seed=5))
+for step in range(5):
+    shape = cpu.n_worlds, len(cpu.learners), len(low)
+    actions = rng.uniform(low, high, shape).astype(np.float32)
+    same(cpu.step(actions), gpu.step(gpu.loop.to_device(actions)))
+    over = cpu.is_over
+    assert (gpu.is_over == over).all()
+    if over.any():
+        same(cpu.reset(worlds=over), gpu.reset(worlds=over))
+np.testing.assert_array_equal(cpu.log(), gpu.download().log())
+actions[1] = np.nan
+try:
+    gpu.step(gpu.loop.to_device(actions))
+except ValueError as error:
+    print(error)
+np.testing.assert_array_equal(cpu.log(), gpu.download().log())
+"""
+
+
+def run(script, *arguments):
+    """What a script prints that runs in the simulator."""
+    environment = {
+        **os.environ, "NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1",
+        "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "",
+    }  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", script, *map(str, arguments)],
+        env=environment, capture_output=True, text=True, check=False, cwd=ROOT,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("controller", ["ssgikf", "covariance"])
+def test_worlds_on_the_grid_are_the_worlds_of_a_cpu(controller):
+    heard, exchanged, _ = map(int, run(WORLDS, "es1", controller, 4, 50).split())
+    assert heard
+    assert exchanged
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"learn": "motion", "learners": 4, "reward": "team", "stagger": True},
+        {"learn": "weighting", "normalise": False},
+        {"learn": "both", "action": "wheels", "randomise": {"radio.max_range": (0.1, 0.2)}},
+    ],
+    ids=lambda options: options["learn"],
+)
+def test_an_environment_on_the_grid_is_that_of_a_cpu(options):
+    told = run(STEPS, repr(options))
+    assert told.startswith("actions of world 1: must be finite and within the action space")
+
+
+def test_worlds_with_obstacles_and_faults_are_those_of_a_cpu():
+    assert run(WORLDS, "mg1-hexagon", "ssgikf", 2, 10, "faults.liar.share=0.4")

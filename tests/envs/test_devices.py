@@ -1,0 +1,42 @@
+"""Where the worlds of an environment run, and what does not run on a GPU."""
+
+import importlib.util
+
+import pytest
+
+from swarm_forage_env import ArrayEnv, ConfigError, array_env
+
+GPU = {"device": "cuda", "physics": "kinematic"}
+
+
+def test_a_cpu_is_the_usual_device():
+    env = array_env("es1", n_worlds=2, physics="kinematic")
+    assert isinstance(env, ArrayEnv)
+    assert env.reset(seed=0)[0].shape[:2] == (2, 10)
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ({"device": "tpu"}, "device='tpu': must be 'cpu' or 'cuda'"),
+        ({"device": "cuda", "physics": "rigid"}, "engine rigid runs on a CPU only"),
+        ({**GPU, "discrete": True}, "discrete=True: runs on a CPU only"),
+        ({**GPU, "stack": 2}, "stack=2: runs on a CPU only"),
+        ({**GPU, "shaping": 0.5}, "shaping=0.5: runs on a CPU only"),
+        ({**GPU, "observation": ["layer", "time_left"]}, "observation=.*time_left"),
+        ({**GPU, "learn": "weighting", "step_on": "exchange"}, "step_on='exchange'"),
+        ({**GPU, "reward": lambda before, after, events: events["trip"]}, "reward=.*CPU only"),
+        ({**GPU, "learn": "everything"}, "learn='everything': runs on a CPU only"),
+        ({**GPU, "controller": "boids-goal"}, "'boids-goal' runs on a CPU only"),
+        ({**GPU, "controller": ["ssgikf"] * 5 + ["sikf"] * 5}, "several teams"),
+    ],
+)
+def test_what_does_not_run_on_a_gpu_is_refused_with_the_reason(options, complaint):
+    with pytest.raises(ConfigError, match=complaint):
+        array_env("es1", **options)
+
+
+@pytest.mark.skipif(importlib.util.find_spec("numba_cuda") is not None, reason="it is installed")
+def test_a_gpu_needs_its_compiler():
+    with pytest.raises(ConfigError, match=r"needs numba-cuda; pip install 'swarm-forage\[cuda\]'"):
+        array_env("es1", **GPU)
