@@ -272,7 +272,7 @@ def test_no_step_before_the_first_reset_nor_after_the_end(made):
         (SINGLE, [0.0, 1.5], "epuck_0: wheels.right=1.5: must be from -1 to 1 .* clip it first"),
         (SINGLE, [np.nan, 0.0], "epuck_0: wheels.left=nan"),
         (SINGLE, ["a", "b"], "epuck_0: .*: must be numbers, wheels.left, wheels.right"),
-        (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2: must be from -1 to 1"),
+        (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2.0: must be from -1 to 1"),
         (JOINT, np.zeros((3, 2)), r"shape \(3, 2\): must be \(6,\)"),
         (JOINT, [[0.0], [0.0, 0.0]], "inhomogeneous"),
         (TUPLE, (0, 4, 9), r"epuck_2: .*9.*: must be a whole number from 0 to 8"),

@@ -94,7 +94,7 @@ def test_a_mixture_that_cannot_be_used_is_refused(controller, says):
     ("robot", "says"),
     [
         ("epuk_3", "no robot named 'epuk_3', did you mean 'epuck_3'"),
-        ("epuck_10", "no robot named 'epuck_10', did you mean 'epuck_1'"),
+        ("epuck_10", "no robot named 'epuck_10', did you mean 'epuck_0' or 'epuck_1'"),
         (10, "no robot named '10'"),
         (-1, "no robot named '-1'"),
         (True, "no robot named 'True'"),

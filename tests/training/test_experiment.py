@@ -95,7 +95,7 @@ def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch):
 
     mine = experiment(scenarios=("es1", "real:radio.frames=5"), seed=7, **IMITATION)
     met = []
-    monkeypatch.setattr(train_command, "_run", met.append)
+    monkeypatch.setattr(train_command, "_run", lambda experiment, _: met.append(experiment))
     monkeypatch.setattr(train_command, "_report", lambda *_: None)
     train_command.add_commands()
     program, *arguments = shlex.split(mine.command)
