@@ -124,4 +124,4 @@ def test_a_frame_shows_the_first_world(make):
     env.reset()
     frame = env.render(width=400)
     assert (frame.shape[1:], frame.dtype) == ((400, 3), np.uint8)
-    assert not make(scenario="waypoints-05").has_render
+    assert make(scenario="waypoints-05").has_render

@@ -9,7 +9,7 @@ import pytest
 from training.ladder.algorithms import read_algorithms
 from training.ladder.benchmark import make
 from training.ladder.rungs import read_rungs
-from training.ladder.runs import Job, find
+from training.ladder.runs import Job, find, keep
 
 pytestmark = [
     pytest.mark.torchrl,
@@ -42,7 +42,8 @@ def test_an_algorithm_learns_on_a_rung_and_is_scored(name, tmp_path):
     algorithm = read_algorithms()[name]
     small = algorithm.model_copy(update={"experiment": FEW})
     job = Job(replace(rung, keywords=short, card=card), small, 3, 32 * 5 * 10)
-    run = make(job, tmp_path)
+    run = make(job)
+    keep(run, job.file(tmp_path))
     assert [point["robot_steps"] for point in run.curve] == [800, 1600]
     assert len(run.scores) == 2
     assert find(job, tmp_path) == run
@@ -56,7 +57,8 @@ def test_from_exchange_to_exchange_ticks_are_counted(name, tmp_path):
     card = rung.card.model_copy(update={"episodes": 2, "curve_episodes": 2})
     small = read_algorithms()[name].model_copy(update={"experiment": FEW})
     job = Job(replace(rung, keywords={**rung.keywords, **busy}, card=card), small, 3, 30_000)
-    run = make(job, tmp_path)
+    run = make(job)
+    keep(run, job.file(tmp_path))
     steps = [point["robot_steps"] for point in run.curve]
     assert steps == sorted(steps)
     assert steps[-2] < 30_000 <= steps[-1]
