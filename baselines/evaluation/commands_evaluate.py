@@ -14,8 +14,16 @@ from baselines.evaluation.backend_options import (
     BackendOption,
     find_backend,
 )
+from baselines.evaluation.common_options import (
+    FirstSeedOption,
+    PhysicsOption,
+    ScenarioArgument,
+    SettingsOption,
+    ThreadsOption,
+    WorkersOption,
+)
 from baselines.evaluation.console import say
-from baselines.evaluation.name_completion import controller_names, scenario_names
+from baselines.evaluation.name_completion import controller_names
 
 if TYPE_CHECKING:
     from baselines.evaluation.runner import Plan
@@ -30,12 +38,7 @@ class Format(StrEnum):
 
 
 def evaluate(  # noqa: PLR0913 the options of a command
-    scenario: Annotated[
-        str,
-        typer.Argument(
-            help="A name (see `swarm-forage list`) or a .toml file.", autocompletion=scenario_names
-        ),
-    ],
+    scenario: ScenarioArgument,
     controllers: Annotated[
         list[str],
         typer.Argument(
@@ -45,25 +48,15 @@ def evaluate(  # noqa: PLR0913 the options of a command
         ),
     ],
     episodes: Annotated[int, typer.Option(help="Episodes for each controller.")] = 30,
-    seed: Annotated[int, typer.Option(help="Seed of the first; the others count up from it.")] = 0,
-    workers: Annotated[int, typer.Option(help="Processes to run them in.")] = 2,
-    threads: Annotated[
-        int, typer.Option(help="Threads that the worlds of a process are spread over.")
-    ] = 1,
+    seed: FirstSeedOption = 0,
+    workers: WorkersOption = 2,
+    threads: ThreadsOption = 1,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder of the dataset (Parquet).", show_default="runs/<scenario>"),
     ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Change a number of the scenario."),
-    ] = None,
-    physics: Annotated[
-        str | None,
-        typer.Option(
-            help="Engine: rigid or kinematic.", show_default="rigid; kinematic for waypoints"
-        ),
-    ] = None,
+    settings: SettingsOption = None,
+    physics: PhysicsOption = None,
     form: Annotated[
         Format, typer.Option("--format", help="How to write the result.")
     ] = Format.TABLE,

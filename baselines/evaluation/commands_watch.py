@@ -5,30 +5,24 @@ from typing import Annotated
 
 import typer
 
+from baselines.evaluation.common_options import PhysicsOption, ScenarioArgument, SettingsOption
+from baselines.evaluation.name_completion import controller_names
+
 
 def watch(  # noqa: PLR0913 the options of a command
-    scenario: Annotated[
-        str, typer.Argument(help="A name (see `swarm-forage list`) or a .toml file.")
-    ],
+    scenario: ScenarioArgument,
     controllers: Annotated[
         list[str],
         typer.Argument(
             metavar="CONTROLLER...",
             help="A name, with parameters if need be: ssgiff:beta=0.02; of two, --html shows both"
             " side by side.",
+            autocompletion=controller_names,
         ),
     ],
     seed: Annotated[int, typer.Option(help="Seed of the world.")] = 0,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Change a number of the scenario."),
-    ] = None,
-    physics: Annotated[
-        str | None,
-        typer.Option(
-            help="Engine: rigid or kinematic.", show_default="rigid; kinematic for waypoints"
-        ),
-    ] = None,
+    settings: SettingsOption = None,
+    physics: PhysicsOption = None,
     speed: Annotated[
         float | None,
         typer.Option(help="Multiple of real time.", show_default="10; 1 with --drive"),

@@ -14,6 +14,12 @@ from baselines.evaluation.backend_options import (
     find_backend,
 )
 from baselines.evaluation.commands_plot import PageStyleName
+from baselines.evaluation.common_options import (
+    FirstSeedOption,
+    PhysicsOption,
+    ThreadsOption,
+    WorkersOption,
+)
 
 QUICK_EPISODES = 6
 """Replications of each experiment: the fewest that can show an order."""
@@ -45,11 +51,9 @@ def reproduce(  # noqa: PLR0913 the options of a command
         int | None,
         typer.Option(help="Replications of each experiment.", show_default="as in the paper"),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the first; the others count up from it.")] = 0,
-    workers: Annotated[int, typer.Option(help="Processes to run them in.")] = 2,
-    threads: Annotated[
-        int, typer.Option(help="Threads that the worlds of a process are spread over.")
-    ] = 1,
+    seed: FirstSeedOption = 0,
+    workers: WorkersOption = 2,
+    threads: ThreadsOption = 1,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -61,12 +65,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
     ] = None,
-    physics: Annotated[
-        str | None,
-        typer.Option(
-            help="Engine: rigid or kinematic.", show_default="rigid; kinematic for waypoints"
-        ),
-    ] = None,
+    physics: PhysicsOption = None,
     page: Annotated[
         Path | None,
         typer.Option(help="Write the page here, its figures beside it.", show_default="in --out"),

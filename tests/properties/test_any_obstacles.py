@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from swarm_forage_env.errors import ConfigError
@@ -13,6 +13,7 @@ from swarm_forage_env.foraging.obstacles import is_inside
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.scenarios import find_scenario
 from tests.properties.test_any_scenario import (
+    A_FEW,
     OVERLAP,
     at_random,
     check,
@@ -106,11 +107,7 @@ def check_obstacles(world):
 
 
 @pytest.mark.parametrize("physics", list(ENGINES))
-@settings(
-    max_examples=20,
-    phases=[Phase.explicit, Phase.generate],  # an example takes a second: no shrinking
-    suppress_health_check=[HealthCheck.too_slow],
-)
+@A_FEW
 @given(scenario=scenarios(), driver=st.sampled_from(DRIVERS), seed=st.integers(0, 2**64 - 1))
 def test_nobody_is_inside_or_beyond_a_wall(physics, scenario, driver, seed):
     world, step = swarm(scenario, driver, physics, seed)

@@ -138,6 +138,14 @@ def columns(records, name):
             yield from columns(records[each], f"{name}.{each}")
 
 
+A_FEW = settings(
+    max_examples=20,
+    phases=[Phase.explicit, Phase.generate],  # an example takes a second: no shrinking
+    suppress_health_check=[HealthCheck.too_slow],
+)
+"""How a property of whole swarms is tried."""
+
+
 def check(world):
     pose, scenario = world.state.pose, world.scenario
     assert np.isfinite(pose).all()
@@ -152,11 +160,7 @@ def check(world):
 
 
 @pytest.mark.parametrize("physics", list(ENGINES))
-@settings(
-    max_examples=20,
-    phases=[Phase.explicit, Phase.generate],  # an example takes a second: no shrinking
-    suppress_health_check=[HealthCheck.too_slow],
-)
+@A_FEW
 @given(scenario=scenarios(), driver=st.sampled_from(DRIVERS), seed=st.integers(0, 2**64 - 1))
 def test_a_swarm_stays_real_for_a_thousand_ticks(physics, scenario, driver, seed):
     world, step = swarm(scenario, driver, physics, seed)
