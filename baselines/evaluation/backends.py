@@ -14,10 +14,17 @@ from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any, Protocol
 
-from joblib import Parallel, delayed
+from joblib import Parallel, delayed, parallel_config
 
 Results = Generator[Any, None, None]
 """What calls return, as they end."""
+
+IDLE = 86_400.0
+"""A worker without a job ends after this time [s].
+
+After joblib's 300 s it may end just as a job comes. joblib then warns in its own thread, and where
+warnings are errors (`python -W error`) that ends the thread, and the call waits for ever.
+"""
 
 
 class Backend(Protocol):
@@ -59,7 +66,8 @@ class JoblibBackend:
         if not jobs:
             return
         workers = min(self.workers, len(jobs))
-        parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
+        with parallel_config(backend="loky", idle_worker_timeout=IDLE):
+            parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
         with ignore_sigint():
             finished = parallel(delayed(_call)(function, job, os.getpid()) for job in jobs)
         with closing(finished):  # ends the workers, whatever happens

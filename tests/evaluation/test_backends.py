@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from baselines.evaluation.backend_options import BackendName, find_backend
-from baselines.evaluation.backends import JoblibBackend, run_in_order
+from baselines.evaluation.backends import IDLE, JoblibBackend, run_in_order
 from swarm_forage_env.errors import ConfigError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -51,9 +51,30 @@ def test_without_ray_one_line_says_what_to_install(monkeypatch):
         find_backend(BackendName.RAY, 2)
 
 
+ENDS = """
+import warnings
+
+from joblib.externals.loky import reusable_executor
+
+from baselines.evaluation import backends
+
+warnings.simplefilter("error")
+backends.run_in_order(backends.JoblibBackend(2), abs, range(4))
+print(reusable_executor._executor._timeout)
+"""
+
+
+def test_idle_workers_do_not_end_where_a_job_may_come():
+    """A worker that ends of itself as a job comes lets joblib wait for ever under -W error."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    run = [sys.executable, "-c", ENDS]
+    told = subprocess.run(run, env=environment, capture_output=True, text=True, timeout=100)
+    assert told.stdout == f"{IDLE}\n", told.stderr
+
+
 NAP = """
 import os, time
-from baselines.evaluation.backends import JoblibBackend, run_in_order
+from baselines.evaluation.backends import IDLE, JoblibBackend, run_in_order
 
 def nap(_):
     os.write(2, f"{os.getpid()}\\n".encode())
