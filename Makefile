@@ -39,7 +39,7 @@ $(READY): pyproject.toml constraints.txt
 .venv-cuda/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv .venv-cuda
 	.venv-cuda/bin/python -m pip install -qq --constraint constraints.txt \
-		--editable '.[cuda]' safetensors $(TESTS)
+		--editable '.[cuda,torchrl,train]' $(TESTS)
 	@touch $@
 
 .venv-docs/.ready: pyproject.toml constraints.txt

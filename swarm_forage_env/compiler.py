@@ -93,6 +93,11 @@ def gpu() -> Any:  # noqa: ANN401 numba's module for GPUs
     return cuda
 
 
+def is_simulated() -> bool:
+    """Whether numba's simulator is in the place of a GPU: its arrays lie in the CPU's memory."""
+    return bool(config.ENABLE_CUDASIM)
+
+
 @cache
 def _bound(template: Callable[..., Any], parts: Parts) -> Any:  # noqa: ANN401 a kernel
     return _compiled(_function_of(template, parts))

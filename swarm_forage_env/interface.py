@@ -138,6 +138,7 @@ class GridTemplates:
     decide: Kernel
     tick: Kernel
     observe: Kernel
+    log: Kernel
 
 
 class WeightingRule(Protocol):

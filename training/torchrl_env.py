@@ -1,5 +1,6 @@
 """The environment as TorchRL wants it: `SwarmTorchEnv`, a block of worlds as one `EnvBase`."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,15 @@ from torchrl.data import Bounded, Categorical, Composite, OneHot, TensorSpec, Un
 from torchrl.envs import EnvBase
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.envs.array_env import ArrayEnv, Infos
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.device_env import DeviceArrayEnv, array_env
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.notebook import title_of
 from swarm_forage_env.envs.render import Frame
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import Viewer, check_render_mode
 from swarm_forage_env.task import stage_of
+from training.tensors import array_for, tensor_of, torch_device, worlds_on
 
 ENDS = ("done", "terminated", "truncated")
 """What is told of the end of an episode."""
@@ -37,6 +41,10 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     want them, once more of each of its robots. Collectors start the worlds anew whose episodes
     are over, each from the next seed of its sequence; `stagger`ed episodes end one after the
     other. Choices (`discrete`) are numbers, or one-hot with `categorical_actions=False`.
+
+    With `device="cuda"` the worlds run on a GPU, and no tensor leaves its memory but the mask of
+    the worlds that a reset starts anew. What `DeviceArrayEnv` refuses is refused, and the "state",
+    which a CPU writes: `physics="kinematic"` and `return_state=False` must be said.
     """
 
     def __init__(  # noqa: PLR0913 each is what a user of TorchRL asks for by name
@@ -52,14 +60,23 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         **options: Any,  # noqa: ANN401 checked by EnvConfig and by the scenario
     ) -> None:
         """Make the worlds; a `seed` is that of `set_seed`."""
-        self.array_env = env = ArrayEnv(scenario, n_worlds, controller, stagger, **options)
-        super().__init__(device=device, batch_size=[n_worlds])
+        where = worlds_on(device)
+        if where == "cuda" and return_state:
+            raise ConfigError(
+                "return_state=True: the state is written on a CPU only; take return_state=False,"
+                " or device='cpu'"
+            )
+        terms = {"n_worlds": n_worlds, "controller": controller, "stagger": stagger, **options}
+        self.array_env = env = array_env(scenario, device=where, **terms)
+        self._names: ArrayEnv = env.host if isinstance(env, DeviceArrayEnv) else env
+        on = torch_device(where) if where == "cuda" else device
+        super().__init__(device=on, batch_size=[n_worlds])
         self.return_state, self.categorical_actions = return_state, categorical_actions
         self._is_one_hot = bool(env.config.discrete) and not categorical_actions
         self.group = env.learners[0].rpartition("_")[0]
         self.group_map = {self.group: list(env.learners)}
         self.max_cycles = env.max_cycles
-        self._title = title_of(controller, env)
+        self._title = title_of(controller, self._names)
         self._view: Viewer | None = None
         self._seeds: list[int | None] = [None] * n_worlds
         self._per_robot = torch.Size((n_worlds, len(env.learners)))
@@ -70,7 +87,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     @property
     def has_render(self) -> bool:
         """The worlds can be drawn."""
-        return self.array_env.task.scene is not None
+        return self._names.task.scene is not None
 
     def episodes(self, seen: TensorDictBase) -> dict[str, Tensor]:
         """What is logged of the episodes that ended in a rollout: by name, one number each.
@@ -78,17 +95,19 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         Of a world's robots a count, as `round_trips`, is the sum, and all else the mean.
         """
         info = seen["next", self.group, "info"][seen["next", "done"].squeeze(-1)]
-        counts = self.array_env.truth.counts
-        found = {name: info[name] for name in self.array_env.infos}
+        counts = self._names.truth.counts
+        found = {name: info[name] for name in self._names.infos}
         return {name: v.sum(-1) if name in counts else v.mean(-1) for name, v in found.items()}
 
     def render(self, mode: str = "rgb_array", width: int | None = None) -> Frame | None:
         """The first world as it stands, rows of red, green and blue; None where in a window."""
         if self._view is None:
             check_render_mode(mode)
-            stage = stage_of(self.array_env.world.scenario, self._title)
+            stage = stage_of(self._names.world.scenario, self._title)
             self._view = Viewer(stage, mode, width)
-        return self._view.draw(self.array_env.loop.scene())
+        if isinstance(self.array_env, DeviceArrayEnv):
+            self.array_env.download()
+        return self._view.draw(self._names.loop.scene())
 
     def close(self, *, raise_if_closed: bool = True) -> None:
         """Close the window, if there is one."""
@@ -104,7 +123,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         """Start the worlds of "_reset" anew, all without it; the others go on."""
         chosen = np.arange(self.array_env.n_worlds)
         if tensordict is not None and "_reset" in tensordict.keys():  # noqa: SIM118 no iterator
-            chosen = np.flatnonzero(_array(tensordict.get("_reset")))
+            chosen = np.flatnonzero(tensordict.get("_reset").numpy(force=True))
         seeds = [self._seeds[world] for world in chosen]
         observations, told = self.array_env.reset(seeds, worlds=chosen)
         for world in chosen:
@@ -116,18 +135,21 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         action = tensordict.get((self.group, "action"))
         if self._is_one_hot:
             action = action.to(torch.uint8).argmax(-1)
-        observations, rewards, _, _, told = self.array_env.step(_array(action))
+        given = array_for(self.array_env, action)
+        observations, rewards, _, _, told = self.array_env.step(given)
         return self._told(observations, told, rewards)
 
-    def _told(self, observations: Array, told: Infos, rewards: Array | None = None) -> TensorDict:
+    def _told(
+        self, observations: Array, told: Mapping[str, Array], rewards: Array | None = None
+    ) -> TensorDict:
         """What a reset or, with rewards, a step tells; worlds by robots in the group."""
         env, per_robot, device = self.array_env, self._per_robot, self.device
         done = torch.from_numpy(env.is_over)[:, None]
         never = torch.zeros_like(done)
-        info = dict(zip(env.infos, _float(env.log()).unbind(-1), strict=True))
+        info = dict(zip(self._names.infos, _float(env.log()).unbind(-1), strict=True))
         info |= {name: self._of_robots(numbers) for name, numbers in told.items()}
         group = {
-            "observation": torch.from_numpy(observations),
+            "observation": tensor_of(observations),
             "info": TensorDict(info, per_robot, device=device),
             **_ends(done[:, None].expand(*per_robot, 1), never[:, None].expand(*per_robot, 1)),
         }
@@ -145,7 +167,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
 
     def _make_specs(self) -> None:
         """What goes in and comes out, with its bounds."""
-        env, worlds, per_robot = self.array_env, self.batch_size, self._per_robot
+        env, worlds, per_robot = self._names, self.batch_size, self._per_robot
         one = Unbounded(shape=per_robot)
         info = {name: one.clone() for name in (*env.infos, *_of_step(env))}
         seen = _spec(env.observation_space, per_robot)
@@ -192,11 +214,6 @@ def _spec(space: Space[Any], batch: tuple[int, ...], is_categorical: bool = True
     return spec.expand(*batch, *spec.shape)
 
 
-def _array(given: Tensor) -> Array:
-    """A tensor's numbers, not copied where they lie in this memory."""
-    return given.numpy(force=True)
-
-
 def _float(given: Array) -> Tensor:
     """Numbers as TorchRL's networks take them."""
-    return torch.from_numpy(np.ascontiguousarray(given, np.float32))
+    return tensor_of(given).float()

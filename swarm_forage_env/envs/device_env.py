@@ -72,6 +72,8 @@ class DeviceArrayEnv:
             bind_grid(template, {"command": grid.as_given, **functions})
             for template in (grid.check_actions, grid.take_actions, grid.tell)
         )
+        assert host.task.grid is not None  # a loop without one was refused
+        self._log = bind_grid(host.task.grid.log, {})
         self._shape = (self.n_worlds, len(self.learners))
         self._grid = grid_of(*host.world.robots.shape)
         self._numbers()
@@ -80,6 +82,14 @@ class DeviceArrayEnv:
     def is_over(self) -> Any:  # noqa: ANN401 an array
         """The episode of each world has ended: it must be reset. An array of the CPU."""
         return self._host.is_over
+
+    @property
+    def host(self) -> ArrayEnv:
+        """The environment on the CPU that makes the worlds: its names, spaces and episodes.
+
+        Its records are as old as the last reset, or `download`.
+        """
+        return self._host
 
     def reset(
         self,
@@ -125,6 +135,13 @@ class DeviceArrayEnv:
         observations, rewards = self._told()
         truncated = loop.to_device(self._host.is_over)
         return observations, rewards, self._never, truncated, self._infos(rewards)
+
+    def log(self) -> Any:  # noqa: ANN401 an array of the GPU
+        """What is logged of each learner, as `ArrayEnv.log`: a new array."""
+        at = self.loop.arrays
+        out = self.loop.empty((*self._shape, len(self._host.infos)), np.float64)
+        self._log[self._grid](at["robots"], at["minds"], at["worlds"], self._learners, out)
+        return out
 
     def download(self) -> ArrayEnv:
         """The environment on the CPU, as it stands: its log, its state, its scenes.

@@ -176,6 +176,25 @@ def write_state(
         out[w, at] = min(share_gone[w], 1.0)
 
 
+@kernel
+def put_log(
+    robot: RobotState, situation: Situation, world: WorldState, row: Float64[Array, " infos"]
+) -> None:
+    """Write what is logged of a robot, in the order of INFOS."""
+    n_known, error = 0, 0.0
+    for area in range(2):
+        if situation.known[area]:
+            n_known += 1
+            ahead, left = situation.areas[area, 0], situation.areas[area, 1]
+            dx, dy = to_outer(ahead, left, robot.heading[0], robot.heading[1])
+            x, y = robot.pose[0] + dx, robot.pose[1] + dy
+            error += distance_to_kind(x, y, area, world)
+    row[0], row[1] = robot.round_trips, robot.lost_events
+    row[2] = 1.0 if robot.known[0] and robot.known[1] else 0.0
+    row[3], row[4] = robot.messages, n_known
+    row[5] = error / max(n_known, 1)
+
+
 @entry_point
 def write_log(
     robots: Array, situations: Array, worlds: Array, out: Float64[Array, "worlds robots infos"]
@@ -183,19 +202,7 @@ def write_log(
     """Write what is logged of each robot, in the order of INFOS."""
     for w in range(out.shape[0]):
         for i in range(out.shape[1]):
-            robot, situation, row = robots[w, i], situations[w, i], out[w, i]
-            n_known, error = 0, 0.0
-            for area in range(2):
-                if situation.known[area]:
-                    n_known += 1
-                    ahead, left = situation.areas[area, 0], situation.areas[area, 1]
-                    dx, dy = to_outer(ahead, left, robot.heading[0], robot.heading[1])
-                    x, y = robot.pose[0] + dx, robot.pose[1] + dy
-                    error += distance_to_kind(x, y, area, worlds[w])
-            row[0], row[1] = robot.round_trips, robot.lost_events
-            row[2] = 1.0 if robot.known[0] and robot.known[1] else 0.0
-            row[3], row[4] = robot.messages, n_known
-            row[5] = error / max(n_known, 1)
+            put_log(robots[w, i], situations[w, i], worlds[w], out[w, i])
 
 
 def _layout(agents: list[str], bounds: Bounds) -> Layout:

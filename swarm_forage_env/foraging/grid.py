@@ -18,6 +18,7 @@ from swarm_forage_env.equations.neighbours import cell_of, cells_of
 from swarm_forage_env.foraging.control import act, compose_message, take_in_all
 from swarm_forage_env.foraging.fault_effects import update_faults
 from swarm_forage_env.foraging.floor import move_areas
+from swarm_forage_env.foraging.global_state import put_log
 from swarm_forage_env.foraging.obstacle_contacts import resolve_contacts_among
 from swarm_forage_env.foraging.records import WorldState
 from swarm_forage_env.foraging.scoring import count_reports, score
@@ -191,4 +192,19 @@ def decide_on_grid(
             cuda.atomic.max(trouble, NOT_FINITE, w + 1)
 
 
-ON_GRID = GridTemplates(decide_on_grid, tick_on_grid, observe_on_grid)
+def log_on_grid(
+    robots: Array,
+    minds: Array,
+    worlds: Array,
+    learners: Int64[Array, " learners"],
+    out: Float64[Array, "worlds learners infos"],
+) -> None:
+    """Write what is logged of each learner, as `write_log`. Free name: cuda."""
+    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    n = out.shape[1] if w < out.shape[0] else 0
+    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+        i = learners[learner]
+        put_log(robots[w, i], minds[w, i].situation, worlds[w], out[w, learner])
+
+
+ON_GRID = GridTemplates(decide_on_grid, tick_on_grid, observe_on_grid, log_on_grid)

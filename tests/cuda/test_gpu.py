@@ -131,6 +131,23 @@ def test_tensors_of_torch_go_in_and_come_out_without_a_copy():
         env.step(torch.full_like(actions, float("nan")))
 
 
+def test_the_environment_of_torchrl_keeps_its_tensors_on_the_gpu():
+    torch = pytest.importorskip("torch")
+    pytest.importorskip("torchrl")
+    if not torch.cuda.is_available():
+        pytest.skip("torch is built for a CPU")
+    from torchrl.envs import check_env_specs
+
+    from training.torchrl_env import SwarmTorchEnv
+
+    terms = {"physics": "kinematic", "return_state": False, "max_cycles": 5, "stagger": True}
+    env = SwarmTorchEnv("es1", n_worlds=8, device="cuda", **terms)
+    check_env_specs(env, seed=0)
+    seen = env.rollout(10, break_when_any_done=False)
+    assert all(seen[key].is_cuda for key in seen.keys(True, True))
+    assert seen["next", "done"].sum() >= 8
+
+
 def test_memory_is_flat():
     from numba import cuda
 

@@ -16,7 +16,12 @@ from swarm_forage_env.compiler import bind_grid
 from swarm_forage_env.envs import grid
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.grid import decide_on_grid, observe_on_grid, tick_on_grid
+from swarm_forage_env.foraging.grid import (
+    decide_on_grid,
+    log_on_grid,
+    observe_on_grid,
+    tick_on_grid,
+)
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
@@ -43,7 +48,7 @@ ON_CPU = {
     "repeat falsify": "in the place of what an estimator has not",
     "write_readings": "what a learner of everything observes, which `device=` refuses",
     "write_state put_truth put_areas put_faults": "the state, which a CPU writes",
-    "write_log distance_to_kind": "the log, likewise",
+    "write_log": "the loop over worlds of the log",
 }
 """Functions of foraging that no kernel of the grid calls, and why."""
 
@@ -60,7 +65,8 @@ UNTRIED = "reputation", "reputation_odometry"
 
 OF_STEPS = (
     "put_goal put_range_bearing put_sensors put_exchange put_situation show_exchange show_situation"
-    " show_both put_weights put_wheels put_weights_and_wheels drive_to_wheels"
+    " show_both put_weights put_wheels put_weights_and_wheels drive_to_wheels put_log"
+    " distance_to_kind"
 )
 """Functions of an environment's step, which have a test of their own."""
 
@@ -141,6 +147,13 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     }  # fmt: skip
     for template, arguments in steps.items():
         assert ".entry" in ptx(bind_grid(template, functions), *arguments)
+
+
+def test_the_log_compiles_for_a_gpu(ptx):
+    loop = loop_of("nc")
+    minds = np.ascontiguousarray(loop.controller.grid_layers().minds)
+    arguments = loop.world.robots, minds, loop.world.worlds, np.arange(10), np.zeros((2, 10, 6))
+    assert ".entry" in ptx(bind_grid(log_on_grid, {}), *arguments)
 
 
 def test_the_compiled_controllers_call_all_that_any_does():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from swarm_forage_env import parallel_env
+from swarm_forage_env import ConfigError, parallel_env
 
 pytestmark = [
     pytest.mark.torchrl,
@@ -86,6 +86,19 @@ def test_a_rollout_is_that_of_the_parallel_env_number_for_number(make, small, fo
             for k, info in enumerate(infos.values()):
                 told = then["epuck", "info"][k].to_dict()
                 assert told == {name: np.float32(value) for name, value in info.items()}
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ({"device": "cuda:1"}, "device='cuda:1': worlds run on the first GPU; set CUDA_VISIBLE"),
+        ({"device": "cuda"}, "return_state=True: the state is written on a CPU only"),
+        ({"device": "cuda", "return_state": False, "stack": 2}, "stack=2: runs on a CPU only"),
+    ],
+)
+def test_what_does_not_run_on_a_gpu_is_refused(make, options, complaint):
+    with pytest.raises(ConfigError, match=complaint):
+        make(**options)
 
 
 def test_one_seed_one_rollout_and_another_another(make):
