@@ -7,7 +7,7 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
 from swarm_forage_env.arrays import Array, Bool, Float32
-from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.device_env import DeviceArrayEnv, array_env
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.make import checked_parts
 from swarm_forage_env.envs.notebook import title_of
@@ -74,11 +74,16 @@ class SwarmVecEnv(SharedAttributesVecEnv):
     `parallel_env` logs of a robot, as `round_trips`. Actions out of bounds and NaN are refused
     with a ConfigError: PPO clips its own.
 
+    With `device="cuda"` the worlds run on a GPU, under what `DeviceArrayEnv` refuses. Trainers of
+    stable-baselines3 want NumPy: every step copies all actions to the GPU, and all observations
+    and rewards back, and makes a dictionary for each row on the CPU. Thousands of worlds pay with
+    a trainer that stays on the GPU: `training.tensor_ppo`, TorchRL.
+
     A model trained on it keeps the keywords: `swarm-forage evaluate es1 sb3:model.zip` runs what
     `model.save("model.zip")` wrote.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 each is what a user of SB3 asks for by name
         self,
         scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
         n_worlds: int = 8,
@@ -86,11 +91,14 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         seed: int | Sequence[int] = 0,
         stagger: bool = False,
         render_mode: str | None = None,
+        device: str = "cpu",
         **options: Any,  # noqa: ANN401 checked by EnvConfig and by the scenario
     ) -> None:
         """Make the worlds; a `seed` starts the sequence of each: one number, or one for each."""
         check_render_mode(render_mode)
-        self.env = env = ArrayEnv(scenario, n_worlds, controller, stagger, **options)
+        terms = {"n_worlds": n_worlds, "controller": controller, "stagger": stagger, **options}
+        self._on = array_env(scenario, device=device, **terms)
+        self.env = env = self._on.host if isinstance(self._on, DeviceArrayEnv) else self._on
         self.scenario = env.world.scenario
         self.max_cycles = env.max_cycles
         self.observation_layout = env.observation_layout
@@ -125,13 +133,17 @@ class SwarmVecEnv(SharedAttributesVecEnv):
     def reset(self) -> Float32[Array, "rows numbers"]:
         """Reset every world and return the observation of every learner."""
         self.reset_infos: Infos = [{} for _ in range(self.num_envs)]
-        observations, _ = self.env.reset()
-        self._screen.follow()
-        return self._rows(observations)
+        observations, _ = self._on.reset()
+        self._follow()
+        return self._rows(on_cpu(observations))
 
     def step_async(self, actions: Array) -> None:
         """Store the actions of all learners; ConfigError if they do not fit the action space."""
-        self._next = self.env.actions.rows(np.asarray(actions))
+        given = np.asarray(actions)
+        self._next = self.env.actions.rows(given)
+        if isinstance(self._on, DeviceArrayEnv):  # which makes them what the layers take
+            shape = self.env.n_worlds, len(self.env.learners), -1
+            self._next = given.astype(np.float32, copy=False).reshape(shape)
 
     def step_wait(
         self,
@@ -139,24 +151,28 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         """Run one decision period and return observations, rewards, dones and infos."""
         if self._next is None:
             raise ConfigError("step_wait() without an action: call step_async(actions) first")
-        observations, rewards, _, over, told = self.env.advance(self._next)
+        if isinstance(self._on, DeviceArrayEnv):
+            step = self._on.step(self._on.loop.to_device(self._next))
+        else:
+            step = self._on.advance(self._next)
+        observations, rewards, over = (on_cpu(step[k]) for k in (0, 1, 3))
         self._next = None
-        self._screen.follow()
-        unshaped = np.asarray(told["unshaped_reward"]).ravel().tolist()
+        self._follow()
+        unshaped = on_cpu(step[4]["unshaped_reward"]).ravel().tolist()
         infos: Infos = [{"unshaped_reward": each} for each in unshaped]
         if over.any():
             self._note_ends(infos, observations, over)
-            observations, _ = self.env.reset(worlds=over)
+            observations = on_cpu(self._on.reset(worlds=over)[0])
         dones = np.repeat(over, len(self.env.learners))
         return self._rows(observations), rewards.ravel().astype(np.float32), dones, infos
 
     def get_images(self) -> Sequence[Frame | None]:
         """The frame of each world, once for each of its learners."""
-        return [frame for frame in self._screen.draw() for _ in self.env.learners]
+        return [frame for frame in self._drawn() for _ in self.env.learners]
 
     def render(self, mode: str | None = None) -> Frame | None:
         """The frame of the first world; None where it is on the screen."""
-        return self._screen.draw()[0]
+        return self._drawn()[0]
 
     def _repr_html_(self) -> str:
         """A picture of this moment and a table, for notebooks."""
@@ -165,6 +181,22 @@ class SwarmVecEnv(SharedAttributesVecEnv):
     def close(self) -> None:
         """Close the window, if there is one."""
         self._screen.close()
+
+    def _follow(self) -> None:
+        """Show the worlds in the window, if there is one."""
+        if self.render_mode == "human":
+            self._download()
+        self._screen.follow()
+
+    def _drawn(self) -> list[Frame | None]:
+        """The frame of each world as it stands."""
+        self._download()
+        return self._screen.draw()
+
+    def _download(self) -> None:
+        """Let the environment on the CPU stand as the one on the GPU does."""
+        if isinstance(self._on, DeviceArrayEnv):
+            self._on.download()
 
     def _shown_at(self) -> dict[str, Any]:
         """The render modes, and how many decisions pass in a second [Hz]."""
@@ -179,7 +211,7 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         over: Bool[Array, " worlds"],
     ) -> None:
         """Write what the last step of the episodes that ended leaves behind."""
-        log, n = self.env.log(), len(self.env.learners)
+        log, n = on_cpu(self._on.log()), len(self.env.learners)
         for world in np.flatnonzero(over):
             for k in range(n):
                 info = infos[world * n + k]
@@ -191,3 +223,8 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         self, observations: Float32[Array, "worlds learners numbers"]
     ) -> Float32[Array, "rows numbers"]:
         return observations.reshape(self.num_envs, -1)
+
+
+def on_cpu(array: Any) -> Array:  # noqa: ANN401 of NumPy or of a GPU
+    """A copy of an array of a GPU in the CPU's memory; one of NumPy as it is."""
+    return np.asarray(array.copy_to_host() if hasattr(array, "copy_to_host") else array)

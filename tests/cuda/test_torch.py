@@ -48,3 +48,41 @@ print(his["next", "done"].sum(1).flatten().tolist(), gpu.has_render)
 def test_the_environment_of_torchrl_does_what_it_does_on_a_cpu(options, ends):
     pytest.importorskip("torchrl")
     assert run(TORCHRL, repr({**SMALL, **options})).splitlines()[-1] == f"{ends} True"
+
+
+SB3 = """
+import sys
+import numpy as np
+from training.vec_env import SwarmVecEnv
+
+def same(mine, his):
+    for one, other in zip(mine, his, strict=True):
+        assert one.dtype == other.dtype
+        np.testing.assert_array_equal(one, other)
+
+options = {"n_worlds": 2, "seed": 3, "stagger": True, **eval(sys.argv[1])}
+cpu, gpu = (SwarmVecEnv("es1", device=device, **options) for device in ("cpu", "cuda"))
+same([cpu.reset()], [gpu.reset()])
+rng, space, ends = np.random.default_rng(1), cpu.action_space, []
+for step in range(5):
+    actions = rng.uniform(space.low, space.high, (cpu.num_envs, *space.shape))
+    *mine, infos = cpu.step(actions.astype(np.float32))
+    *his, told = gpu.step(actions.astype(np.float32))
+    same(mine, his)
+    for one, other in zip(infos, told, strict=True):
+        assert one.keys() == other.keys()
+        for name in one:
+            np.testing.assert_array_equal(one[name], other[name])
+    ends.append(sum("round_trips" in info for info in told))
+try:
+    gpu.step(np.full((gpu.num_envs, *space.shape), np.nan, np.float32))
+except ValueError as error:
+    print(ends, error)
+"""
+
+
+def test_the_vector_environment_of_sb3_does_what_it_does_on_a_cpu():
+    pytest.importorskip("stable_baselines3")
+    told = run(SB3, repr(SMALL)).splitlines()[-1]
+    assert told.startswith("[0, 3, 3, 0, 3] ")
+    assert "nan" in told
