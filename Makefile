@@ -7,7 +7,7 @@ FAULTS  ?= 100
 MUTANTS ?= equations weighting estimators statistics claims training
 BIN     := .venv/bin
 READY   := .venv/.ready
-TESTS   := pytest hypothesis beartype
+TESTS   := pytest pytest-timeout hypothesis beartype
 REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es2 es3 \
 	waypoints-05 waypoints-25)
 
@@ -119,7 +119,7 @@ golden: $(READY)  ## write tests/golden/data anew: what the swarm does, bit for 
 	$(BIN)/python -m tests.golden.record
 
 coverage: $(READY)  ## line and branch coverage, kernels run as plain Python (slow)
-	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -m '$(SHORT)'
+	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest --timeout=3600 -m '$(SHORT)'
 	$(BIN)/coverage report
 
 bench: $(READY)  ## robot-steps per second against the budgets

@@ -1,6 +1,7 @@
 """What holds for every test: shapes are checked, hypothesis repeats itself, no window opens."""
 
 import contextlib
+import faulthandler
 import os
 import resource
 import signal
@@ -15,6 +16,48 @@ from hypothesis import settings
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
+
+LIMITS = {"slow": 3600.0, "faults": 4 * 3600.0, "reproduces": 24 * 3600.0}
+"""How long a test of a marker may take [s]; `timeout` of pyproject.toml holds for all others."""
+
+GRACE = 60.0
+"""How much later the process of a test ends that its limit did not end [s]."""
+
+STDERR = os.dup(2)
+"""Where stacks are printed; pytest captures the other one."""
+
+
+def pytest_configure():
+    """Not captured yet, if this file is one of those that pytest was asked for."""
+    os.dup2(2, STDERR)
+
+
+def pytest_collection_modifyitems(items):
+    """Tests of some markers have longer limits."""
+    for item in items:
+        limits = [LIMITS[each.name] for each in item.iter_markers() if each.name in LIMITS]
+        if limits:
+            item.add_marker(pytest.mark.timeout(max(limits)))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_timeout_set_timer(item, settings):
+    """A test that waits in C hears no limit: end its process, and xdist starts another."""
+    faulthandler.dump_traceback_later(settings.timeout + GRACE, exit=True, file=STDERR)
+    return (yield)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_teardown(item):
+    """The limit of a test that met it is over, and its end may hang as well."""
+    faulthandler.dump_traceback_later(5 * GRACE, exit=True, file=STDERR)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_timeout_cancel_timer(item):
+    faulthandler.cancel_dump_traceback_later()
+    return (yield)
+
 
 PASSES = 1e-4
 """Least p-value of a test of randomness. Seeds are fixed, so a pass stays a pass."""

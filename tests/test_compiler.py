@@ -253,6 +253,7 @@ def run(script, cache, *arguments, **variables):
     done = subprocess.run(
         [sys.executable, "-c", script, *map(str, arguments)],
         env=environment, capture_output=True, text=True, check=False, cwd=ROOT,
+        timeout=500,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout), done.stderr

@@ -108,8 +108,8 @@ def ignore_sigint() -> Iterator[None]:
 
 @cache
 def end_with(parent: int) -> None:
-    """Let a worker end within a second of its parent process, which may be killed."""
-    if os.getppid() == parent:
+    """Let a worker end within a second of its parent process, which may have been killed by now."""
+    if os.getpid() != parent:
         threading.Thread(target=_watch, args=(parent,), daemon=True).start()
 
 

@@ -263,7 +263,7 @@ def test_two_trials_of_a_tiny_scenario_killed_between(tmp_path):
         if "trial 0" in line:
             break
     first.send_signal(signal.SIGKILL)
-    first.communicate()
+    first.communicate(timeout=60)
     second = start("--trials=2", "--report=2", cwd=tmp_path)
     stdout, stderr = second.communicate(timeout=120)
     assert second.returncode == 0, stderr

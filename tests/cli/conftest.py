@@ -1,6 +1,7 @@
 """Commands, run in this process or in one of their own."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -29,6 +30,17 @@ def command(capsys, monkeypatch, tmp_path):
 
 
 @pytest.fixture
+def interruptible():
+    """Processes that a test starts hear Ctrl-C, which a job in the background ignores for them.
+
+    `preexec_fn` would do it too, but can block for ever where the tests have threads.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture
 def process(tmp_path):
     """Start a command as a process of its own in an empty folder."""
     started = []
@@ -50,4 +62,4 @@ def process(tmp_path):
     yield start
     for run in started:
         run.kill()
-        run.communicate()
+        run.communicate(timeout=60)

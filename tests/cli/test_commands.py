@@ -202,7 +202,7 @@ def test_a_reader_that_stops_reading_ends_the_command_in_silence(process):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize("workers", [1, 2])
-def test_ctrl_c_ends_with_one_line_and_the_run_can_go_on(process, workers):
+def test_ctrl_c_ends_with_one_line_and_the_run_can_go_on(process, interruptible, workers):
     """To the whole group, as a terminal does."""
     _, stderr, status = stopped(process, workers, lambda run: os.killpg(run.pid, signal.SIGINT))
     assert status == 130
@@ -234,7 +234,6 @@ def stopped(process, workers, stop):
     run = process(
         "evaluate", "es1", "nc", "--episodes=8", "--set=task.duration=7200", f"--workers={workers}",
         start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored in a job
     )  # fmt: skip
     assert "8 to run" in run.stderr.readline()
     time.sleep(2.0)

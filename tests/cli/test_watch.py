@@ -22,7 +22,7 @@ def decoded(file):
     """The frames of a video 400 px wide, an array each."""
     raw = ("-f", "rawvideo", "-fps_mode", "passthrough", "-pix_fmt", "rgb24", "-")
     program = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", str(file), *raw]
-    pixels = subprocess.run(program, capture_output=True, check=True).stdout
+    pixels = subprocess.run(program, capture_output=True, check=True, timeout=100).stdout
     height = Layout(stage_of(find_scenario("es1"), "nc"), 400).height
     return np.frombuffer(pixels, np.uint8).reshape(-1, height, 400, 3)
 

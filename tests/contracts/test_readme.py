@@ -36,7 +36,7 @@ def run_alone(script):
     environment = {k: v for k, v in os.environ.items() if k != "SWARM_CHECK_SHAPES"}
     command = [sys.executable, "-c", script]
     return subprocess.run(
-        command, capture_output=True, text=True, env=environment, cwd=ROOT, check=False
+        command, capture_output=True, text=True, env=environment, cwd=ROOT, check=False, timeout=500
     )
 
 

@@ -30,6 +30,7 @@ def test_the_code_of_a_page_runs(page, tmp_path):
         capture_output=True,
         text=True,
         check=False,
+        timeout=500,
     )
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip()

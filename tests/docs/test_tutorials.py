@@ -51,6 +51,7 @@ def test_a_tutorial_runs(name, tmp_path):
         capture_output=True,
         text=True,
         check=False,
+        timeout=500,
     )
     assert run.returncode == 0, run.stdout + run.stderr
 

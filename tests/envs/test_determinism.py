@@ -49,6 +49,7 @@ def digest_elsewhere(learn, hash_seed):
         capture_output=True,
         text=True,
         check=True,
+        timeout=300,
     )
     return run.stdout.strip()
 

@@ -77,7 +77,9 @@ def test_an_id_brings_its_module_and_the_import_brings_nothing_heavy():
         f"env = gymnasium.make('swarm_forage_env:{SINGLE}', learn='weighting')\n"
         "print(sorted(heavy), env.unwrapped.action_layout.names)"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    run = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=300
+    )
     assert run.returncode == 0, run.stderr
     assert run.stdout == "[] ('g.nest', 'g.prey')\n"
 

@@ -1,12 +1,14 @@
 """Backends: each job once, results as they end or in order; workers end with their parent."""
 
 import os
+import random
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import joblib
 import pytest
 
 from baselines.evaluation.backend_options import BackendName, find_backend
@@ -35,6 +37,17 @@ def test_every_job_is_called_once(workers):
 @pytest.mark.parametrize("workers", [1, 2])
 def test_results_come_in_the_order_of_the_jobs_if_asked(workers):
     assert run_in_order(JoblibBackend(workers), square_after_a_while, range(4)) == [0, 1, 4, 9]
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_workers_that_end_as_the_next_jobs_come_hold_nothing_up():
+    """They end when they have been idle for so long; as an error joblib's warning blocks it."""
+    moments = random.Random(1)
+    with joblib.parallel_config(backend="loky", idle_worker_timeout=1.0):
+        for _ in range(20):
+            assert len(list(JoblibBackend(2).run(square, range(6)))) == 6
+            time.sleep(moments.uniform(0.9, 1.1))
 
 
 def test_options_that_do_not_fit_are_refused():
@@ -100,7 +113,21 @@ def test_workers_of_every_command_end_with_the_parent_process_that_is_killed():
     for worker in left:
         os.kill(worker, signal.SIGKILL)
     assert not left
-    run.communicate()
+    run.communicate(timeout=60)
+
+
+def test_a_worker_whose_parent_was_killed_before_its_first_call_ends():
+    code = "from baselines.evaluation.backends import end_with; end_with(1); input()"
+    run = subprocess.Popen(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdin=subprocess.PIPE,
+    )
+    try:
+        assert run.wait(timeout=60) == 1
+    finally:
+        run.kill()
+        run.communicate(timeout=60)
 
 
 def is_running(process):

@@ -123,5 +123,6 @@ def test_another_process_tells_the_same_overrides():
         input=pickle.dumps(configuration),
         stdout=subprocess.PIPE,
         check=True,
+        timeout=300,
     )
     assert told.stdout.decode().strip() == configuration.overrides == "{}"

@@ -49,7 +49,7 @@ def kill_when(run, out, n_files, delay):
     time.sleep(delay)
     if run.poll() is None:  # else its number may be another's by now
         os.killpg(run.pid, signal.SIGKILL)
-    run.communicate()
+    run.communicate(timeout=60)
 
 
 def table(out):
@@ -108,7 +108,7 @@ def test_workers_end_with_the_parent_process_that_is_killed(tmp_path):
     workers = workers_of(run)
     assert len(workers) == 2
     os.kill(run.pid, signal.SIGKILL)
-    run.wait()
+    run.wait(timeout=60)
     until = time.monotonic() + 20.0
     while any(map(state, workers)) and time.monotonic() < until:
         time.sleep(0.1)
@@ -116,4 +116,4 @@ def test_workers_end_with_the_parent_process_that_is_killed(tmp_path):
     for worker in left:
         os.kill(worker, signal.SIGKILL)
     assert not left
-    run.communicate()
+    run.communicate(timeout=60)

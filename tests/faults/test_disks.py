@@ -87,14 +87,16 @@ def disk(tmp_path):
         place = tmp_path / f"disk{len(made)}"
         place.mkdir()
         order = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(place)]
-        if shutil.which("mount") is None or subprocess.run(order, capture_output=True).returncode:
+        if shutil.which("mount") is None or (
+            subprocess.run(order, capture_output=True, timeout=60).returncode
+        ):
             pytest.skip("no disk can be mounted here")
         made.append(place)
         return place
 
     yield mounted
     for place in made:
-        subprocess.run(["umount", "-l", str(place)], check=True)
+        subprocess.run(["umount", "-l", str(place)], check=True, timeout=60)
 
 
 @pytest.mark.parametrize("output", OUTPUTS)
@@ -133,7 +135,7 @@ def test_a_disk_that_is_full_or_read_only_is_told_in_one_line(
         assert status != 0
         assert re.search("No space left on device|disk is full", said.splitlines()[-1])
         filler.unlink()
-        subprocess.run(["mount", "-o", "remount,ro", str(place)], check=True)
+        subprocess.run(["mount", "-o", "remount,ro", str(place)], check=True, timeout=60)
         status, said = command(output, str(place))
         assert status != 0
         assert "Read-only file system" in said.splitlines()[-1]
@@ -158,7 +160,7 @@ def test_a_folder_that_vanishes_is_told_or_made_anew(output, command, tmp_path, 
         remover.start()
         status, said = command(output, place.name)
         remover.cancel()
-        remover.join()
+        remover.join(timeout=60)
         if status:
             told += 1
             assert said.strip().splitlines()[-1].startswith("swarm-forage: ")

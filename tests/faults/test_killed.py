@@ -27,7 +27,7 @@ IN_A_ROW = 5
 
 def finish(out, command):
     run = commands.start(out, command)
-    said = run.communicate()[1]
+    said = run.communicate(timeout=3000)[1]
     assert run.returncode == 0, said
 
 
@@ -39,7 +39,7 @@ def kill(out, command, moment):
         return False
     except subprocess.TimeoutExpired:
         os.killpg(run.pid, signal.SIGKILL)
-        run.communicate()
+        run.communicate(timeout=60)
         return True
 
 

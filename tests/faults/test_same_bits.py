@@ -43,7 +43,7 @@ def poses(world, seeds, **variables):
     environment = {**os.environ, "PYTHONPATH": str(ROOT), **variables}
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, *world, json.dumps(seeds)],
-        env=environment, capture_output=True, text=True, check=True,
+        env=environment, capture_output=True, text=True, check=True, timeout=3000,
     )  # fmt: skip
     return np.array(json.loads(done.stdout))
 

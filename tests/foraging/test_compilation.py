@@ -68,6 +68,7 @@ def run(script, *arguments, **variables):
     done = subprocess.run(
         [sys.executable, "-c", script, *map(str, arguments)],
         env=environment, capture_output=True, text=True, check=False, cwd=ROOT,
+        timeout=500,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -199,8 +199,9 @@ def test_a_pickle_goes_on_in_another_process():
     loop = crowd(controller=REFERENCES["oracle-weighting"])
     run(100, loop)
     there = subprocess.run(
-        [sys.executable, "-c", GO_ON], input=pickle.dumps(loop), capture_output=True, check=True
-    )
+        [sys.executable, "-c", GO_ON], input=pickle.dumps(loop), capture_output=True, check=True,
+        timeout=300,
+    )  # fmt: skip
     run(50, loop)
     here = hashlib.sha256(loop.world.robots["pose"].tobytes()).hexdigest()
     assert there.stdout.decode().strip() == here

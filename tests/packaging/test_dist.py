@@ -29,8 +29,9 @@ def build(folder, source=ROOT, *targets):
     command = sys.executable, "-m", "hatchling", "build", "-d", folder
     options = [word for target in targets for word in ("-t", target)]
     made = subprocess.run(
-        [*command, *options], cwd=source, capture_output=True, text=True, check=False
-    )
+        [*command, *options], cwd=source, capture_output=True, text=True, check=False,
+        timeout=300,
+    )  # fmt: skip
     assert made.returncode == 0, made.stdout + made.stderr
 
 

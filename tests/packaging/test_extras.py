@@ -71,6 +71,7 @@ def test_a_package_of_somebody_else_with_one_of_our_names_is_told(tmp_path, file
         capture_output=True,
         text=True,
         check=False,
+        timeout=300,
     )
     last = run.stderr.splitlines()[-1]
     assert run.returncode == 1

@@ -15,7 +15,9 @@ def told(code):
     paths = [str(SECOND), str(SECOND.parents[2]), os.environ.get("PYTHONPATH", "")]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
     command = [sys.executable, "-W", "error", "-c", "import baselines.controllers\n" + code]
-    run = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    run = subprocess.run(
+        command, capture_output=True, text=True, env=environment, check=False, timeout=300
+    )
     assert run.returncode == 0, run.stderr
     return run.stdout.strip()
 

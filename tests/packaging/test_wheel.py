@@ -79,8 +79,9 @@ def run(*command, cwd, **variables):
     ours = "PYTHONPATH", "SWARM_CHECK_SHAPES"
     kept = {name: value for name, value in os.environ.items() if name not in ours}
     return subprocess.run(
-        command, cwd=cwd, env=kept | variables, capture_output=True, text=True, check=False
-    )
+        command, cwd=cwd, env=kept | variables, capture_output=True, text=True, check=False,
+        timeout=500,
+    )  # fmt: skip
 
 
 def run_plain(*command, cwd):

@@ -32,15 +32,16 @@ def start(tmp_path):
             [sys.executable, "-m", "training.cli", *arguments],
             cwd=tmp_path, env=environment, start_new_session=True, text=True,
             stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # ignored in a job
         )  # fmt: skip
         started.append(run)
         return run
 
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a job
     yield begin
+    signal.signal(signal.SIGINT, before)
     for run in started:
         run.kill()
-        run.communicate()
+        run.communicate(timeout=100)
 
 
 def offspring(process):
@@ -70,7 +71,7 @@ def in_mid_run(run, folder):
     until = time.monotonic() + 200.0
     while not list(folder.rglob("*.parquet")):
         assert time.monotonic() < until
-        assert run.poll() is None, run.communicate()[1]
+        assert run.poll() is None, run.communicate(timeout=100)[1]
         time.sleep(0.1)
     return offspring(run.pid)
 
@@ -116,6 +117,6 @@ def test_a_command_that_is_killed_takes_its_workers_along(start, tmp_path):
     run = start(*EVALUATE, *LONG, "--backend=ray", "--out=out")
     processes = in_mid_run(run, tmp_path / "out")
     run.kill()
-    run.wait()
+    run.wait(timeout=100)
     left = left_of(processes)
     assert not [text for text in left if "Agent" not in text]

@@ -23,7 +23,9 @@ def process_free_of_pygame():
     def run(lines):
         code = f"import sys\nfrom swarm_forage_env import parallel_env\n{lines}\n"
         code += "print('pygame' in sys.modules)"
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        done = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, timeout=300
+        )
         assert done.returncode == 0, done.stderr
         return done.stdout.strip()
 

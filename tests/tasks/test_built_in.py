@@ -22,6 +22,6 @@ def test_what_is_built_in_is_there_when_it_is_asked_for(question):
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     run = subprocess.run(
         [sys.executable, "-c", question], env=environment, capture_output=True, text=True,
-        check=False,
+        check=False, timeout=300,
     )  # fmt: skip
     assert run.returncode == 0, run.stderr

@@ -37,7 +37,10 @@ FLAGS = (
 )
 DESKTOP, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
 LOADED = "view.episode !== null"
-DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+DRAWN = """new Promise((done, fail) => {
+    requestAnimationFrame(() => requestAnimationFrame(done));
+    setTimeout(() => fail(new Error("nothing was drawn in 30 s")), 30000);
+})"""
 
 
 @pytest.fixture(scope="module")
