@@ -1,14 +1,12 @@
 """Backends: each job once, results as they end or in order; workers end with their parent."""
 
 import os
-import random
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
-import joblib
 import pytest
 
 from baselines.evaluation.backend_options import BackendName, find_backend
@@ -37,17 +35,6 @@ def test_every_job_is_called_once(workers):
 @pytest.mark.parametrize("workers", [1, 2])
 def test_results_come_in_the_order_of_the_jobs_if_asked(workers):
     assert run_in_order(JoblibBackend(workers), square_after_a_while, range(4)) == [0, 1, 4, 9]
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(300)
-def test_workers_that_end_as_the_next_jobs_come_hold_nothing_up():
-    """They end when they have been idle for so long; as an error joblib's warning blocks it."""
-    moments = random.Random(1)
-    with joblib.parallel_config(backend="loky", idle_worker_timeout=1.0):
-        for _ in range(20):
-            assert len(list(JoblibBackend(2).run(square, range(6)))) == 6
-            time.sleep(moments.uniform(0.9, 1.1))
 
 
 def test_options_that_do_not_fit_are_refused():
@@ -87,7 +74,7 @@ def test_idle_workers_do_not_end_where_a_job_may_come():
 
 NAP = """
 import os, time
-from baselines.evaluation.backends import IDLE, JoblibBackend, run_in_order
+from baselines.evaluation.backends import JoblibBackend, run_in_order
 
 def nap(_):
     os.write(2, f"{os.getpid()}\\n".encode())
