@@ -1,4 +1,7 @@
-"""Keep a sample of the mutants of a session, drawn by a fixed seed, and drop the others."""
+"""Drop the mutants that a filter left out of a session, and keep a sample of the others.
+
+python tests/mutants/sample.py SESSION SIZE   # 0: all of them
+"""
 
 import random
 import sqlite3
@@ -6,20 +9,21 @@ import sys
 
 
 def sample(session, size):
-    """Drop all mutants of a session that have not been tried, but so many."""
+    """How many mutants there are, and how many of them, drawn by a fixed seed, were kept."""
     with sqlite3.connect(session) as kept:
-        tried = {job for (job,) in kept.execute("select job_id from work_results")}
+        skipped = {job for (job,) in kept.execute("select job_id from work_results")}
         specs = kept.execute(
             "select job_id from mutation_specs"
             " order by module_path, start_pos_row, start_pos_col, operator_name, occurrence"
-        )
-        left = [job for (job,) in specs if job not in tried]
-        drawn = set(random.Random(1).sample(left, min(size, len(left))))
-        dropped = [(job,) for job in left if job not in drawn]
-        kept.executemany("delete from mutation_specs where job_id = ?", dropped)
-        kept.executemany("delete from work_items where job_id = ?", dropped)
-    return len(drawn)
+        ).fetchall()
+        there = [job for (job,) in specs if job not in skipped]
+        drawn = set(random.Random(1).sample(there, min(size or len(there), len(there))))
+        dropped = [(job,) for (job,) in specs if job not in drawn]
+        for table in ("work_results", "mutation_specs", "work_items"):
+            kept.executemany(f"delete from {table} where job_id = ?", dropped)
+    return len(there), len(drawn)
 
 
 if __name__ == "__main__":
-    sys.stdout.write(f"{sample(sys.argv[1], int(sys.argv[2]))} mutants\n")
+    there, drawn = sample(sys.argv[1], int(sys.argv[2]))
+    sys.stdout.write(f"{drawn} of {there} mutants\n")
