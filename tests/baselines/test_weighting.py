@@ -134,7 +134,12 @@ def test_weights_are_single_precision(exchange, weights):
         assert weights(rule, exchange([1.0], [2.0])).dtype == np.float32
 
 
-@pytest.mark.parametrize("beta", [-1.0, math.nan, math.inf, "steep"])
+def test_the_steepness_is_the_published_one_unless_another_is_asked_for():
+    assert SGIFF().beta == 0.01
+    assert override(SGIFF(), {"beta": 1e6}).beta == 1e6
+
+
+@pytest.mark.parametrize("beta", [-1.0, math.nextafter(1e6, math.inf), math.nan, math.inf, "steep"])
 def test_a_steepness_that_is_none_is_refused(beta):
     with pytest.raises(ConfigError, match="beta="):
         override(SGIFF(), {"beta": beta})
@@ -164,3 +169,9 @@ def test_the_width_of_a_gate_is_its_slack_and_its_drift(exchange, weights):
     for slack, drift, g in ((0.89, 0.0, 0.0), (0.91, 0.0, 0.5), (0.1, 0.21, 0.5), (0.1, 0.19, 0.0)):
         rule = ValidationGate(slack=slack, drift=drift)
         assert weights(rule, heard_of)[0, NEST] == pytest.approx(g)
+
+
+def test_the_edge_of_a_gate_belongs_to_it(exchange, weights):
+    heard_of = exchange(2.0, 2.0)
+    heard_of.disagreement[:, NEST] = 0.75
+    assert weights(ValidationGate(slack=0.25, drift=0.125), heard_of)[0, NEST] == 0.5

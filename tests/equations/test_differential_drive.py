@@ -6,7 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_forage_env.equations.differential_drive import advance, path_length, wheels_to_arc
+from swarm_forage_env.equations.differential_drive import (
+    advance,
+    drive_to_wheels,
+    path_length,
+    wheels_to_arc,
+)
 
 AXLE = 0.053
 
@@ -72,3 +77,17 @@ def test_backwards_along_the_same_arc_leads_back(left, right, theta):
     there = advance(0.3, -0.2, theta, *wheels_to_arc(left, right, AXLE))
     back = advance(*there, *wheels_to_arc(-left, -right, AXLE))
     assert back == pytest.approx((0.3, -0.2, theta), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("speed", "turn", "left", "right"),
+    [
+        (-1.0, 0.0, 0.0, 0.0),
+        (0.0, 1.0, 0.2, 0.8),
+        (-1.0, -1.0, 0.3, -0.3),
+        (1.0, 1.0, 0.7 / 1.3, 1.0),  # slowed down, so that the faster wheel is at its limit
+        (1.0, -1.0, 1.0, 0.7 / 1.3),
+    ],
+)
+def test_a_speed_and_a_turn_are_shared_among_the_wheels(speed, turn, left, right):
+    assert drive_to_wheels(speed, turn, 0.3) == pytest.approx((left, right))

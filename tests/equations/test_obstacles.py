@@ -121,6 +121,9 @@ def test_a_disc_of_the_size_of_a_robot_is_seen_as_a_robot(ray, place):
         ((-1.0, 0.0), (-0.2, 0.0), False),
         ((-1.0, 0.0), (1.0, 3.0), False),
         ((-1.0, 0.0), (-1.0, 0.0), False),
+        ((-0.4, -0.9), (0.4, 0.9), True),
+        ((-0.4, 1.0), (0.4, 1.6), False),  # over its end
+        ((-0.4, 0.8), (0.4, 1.4), True),
     ],
 )
 def test_a_wall_lies_between_those_on_its_two_sides(here, there, expected):

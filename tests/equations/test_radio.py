@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from swarm_forage_env.equations.radio import (
     POWER_GAP,
     POWER_MU,
+    POWER_SIGMA,
     board_range,
     interpolate,
     loss,
@@ -59,3 +60,13 @@ def test_the_power_of_the_real_board_is_read_off_straight_lines():
     gaps = np.linspace(0.0, 0.8, 81)
     read = [interpolate(gap, POWER_GAP, POWER_MU) for gap in gaps]
     np.testing.assert_allclose(read, np.interp(gaps, POWER_GAP, POWER_MU), rtol=1e-12)
+
+
+def test_the_power_of_the_real_board_is_the_published_table():
+    # exp(mu), the median power, by the gap between bodies; exp(sigma), by which it scatters.
+    gaps = [0.0, 0.02, 0.05, 0.10, 0.15, 0.30, 0.45, 0.60]
+    powers = [2094.35, 1992.21, 1408.10, 1193.92, 1079.23, 1009.29, 918.74, 924.27]
+    spreads = [1.4290, 1.3758, 1.2129, 1.1653, 1.1152, 1.1298, 1.1653, 1.1526]
+    np.testing.assert_allclose(POWER_GAP, gaps)
+    np.testing.assert_allclose(np.exp(POWER_MU), powers, rtol=1e-5)
+    np.testing.assert_allclose(np.exp(POWER_SIGMA), spreads, rtol=1e-4)
