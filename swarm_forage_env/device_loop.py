@@ -18,6 +18,9 @@ from swarm_forage_env.interface import NOT_FINITE, REFUSED, TOO_MANY_NEAR, GridL
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import consecutive
 
+Grid = tuple[int, tuple[int, int]]
+"""Blocks, and threads of a block: robots by worlds."""
+
 MOST_THREADS = 128
 """Threads of a block, at most: so many that each may have all registers that one can have."""
 
@@ -34,6 +37,8 @@ class DeviceLoop:
         self._layers, templates = _layers_of(loop)
         self.loop, self._gpu = loop, usable_gpu()
         functions = self._layers.functions
+        self.potential = templates.potential
+        """The function of the potential of one robot."""
         self._decide, self._tick, self._observe = (
             bind_grid(template, functions)
             for template in (templates.decide, templates.tick, templates.observe)
@@ -131,7 +136,7 @@ class DeviceLoop:
         return tables | {name: getattr(layers, name) for name in names}
 
 
-def grid_of(n_worlds: int, n_robots: int) -> tuple[int, tuple[int, int]]:
+def grid_of(n_worlds: int, n_robots: int) -> Grid:
     """Blocks, and threads of a block: robots by worlds.
 
     >>> grid_of(1000, 10)

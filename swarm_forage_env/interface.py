@@ -140,6 +140,9 @@ class GridTemplates:
     observe: Kernel
     log: Kernel
 
+    potential: Kernel
+    """The potential of one robot, for shaping; of the robot and its world. No template."""
+
 
 class WeightingRule(Protocol):
     """A weighting written in NumPy."""

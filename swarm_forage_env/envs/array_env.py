@@ -14,7 +14,7 @@ from swarm_forage_env.envs.make import Parts, checked_parts
 from swarm_forage_env.envs.notebook import html_of, title_of
 from swarm_forage_env.envs.observations import Normaliser, normalised
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.envs.rewards import EarnedInTick, shaping
+from swarm_forage_env.envs.rewards import EarnedInTick, add_shaping
 from swarm_forage_env.envs.stepping import Exchanges, Stepper, Ticks
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CORRECT, REPLACE
@@ -81,7 +81,9 @@ class ArrayEnv:
         robots = chosen_robots(parts.config.learners, self.agents)
         self.learners = [self.agents[robot] for robot in robots]
         is_all = len(robots) == len(self.agents)
-        self._learns: Index = slice(None) if is_all else np.array(robots)
+        self.learner_numbers: Int64[Array, " learners"] = np.array(robots, np.int64)
+        """The numbers of the robots that learn."""
+        self._learns: Index = slice(None) if is_all else self.learner_numbers
         self._hand_over()
         n_numbers = len(self.policy.action)
         self._last_action = np.zeros((*self.world.robots.shape, n_numbers), np.float32)
@@ -167,8 +169,9 @@ class ArrayEnv:
         unshaped = self._earned.credit(earned)
         rewards = unshaped
         if before is not None:
-            added = shaping(before, self._potential(), self.config.discount, self.config.shaping)
-            rewards = self._earned.credit(earned + added.reshape(earned.shape))
+            shaped, discount, weight = earned.copy(), self.config.discount, self.config.shaping
+            add_shaping(shaped.reshape(-1), before, self._potential(), discount, weight)
+            rewards = self._earned.credit(shaped)
         infos = self._infos(self._of_learners(unshaped))
         never = np.zeros(self.n_worlds, np.bool_)
         return self._observe(), self._of_learners(rewards), never, self.is_over, infos

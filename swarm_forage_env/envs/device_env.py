@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box
 
 from swarm_forage_env.compiler import bind_grid
 from swarm_forage_env.device_loop import DeviceLoop, grid_of
-from swarm_forage_env.envs import grid
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.device_actions import DeviceActions, DeviceChoices, DeviceNumbers
+from swarm_forage_env.envs.device_observer import DeviceObserver, DeviceRewards
 from swarm_forage_env.envs.episodes import Seeds
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.policy_interface import PolicyOnGrid
@@ -66,17 +66,17 @@ class DeviceArrayEnv:
         self.action_space, self.observation_space = host.action_space, host.observation_space
         self.action_layout, self.observation_layout = host.action_layout, host.observation_layout
         self.max_cycles = host.max_cycles
-        self.loop = DeviceLoop(host.loop)
-        functions = {"show": policy.show, "put": policy.put, **host.actions.form.steering_kernel}
-        self._check, self._take, self._tell = (
-            bind_grid(template, {"command": grid.as_given, **functions})
-            for template in (grid.check_actions, grid.take_actions, grid.tell)
-        )
+        self.loop = loop = DeviceLoop(host.loop)
+        self._grid = on = grid_of(*host.world.robots.shape)
+        is_discrete = host.actions.form.is_discrete
+        self._actions: DeviceActions
+        self._actions = (DeviceChoices if is_discrete else DeviceNumbers)(host, policy, loop, on)
+        self._observe = DeviceObserver(host, policy, loop, on)
+        self._rewards = DeviceRewards(host, loop.potential, loop, on)
+        self._numbers = loop.to_device(host.learner_numbers)
+        self._never = loop.to_device(np.zeros(self.n_worlds, np.bool_))
         assert host.task.grid is not None  # a loop without one was refused
         self._log = bind_grid(host.task.grid.log, {})
-        self._shape = (self.n_worlds, len(self.learners))
-        self._grid = grid_of(*host.world.robots.shape)
-        self._numbers()
 
     @property
     def is_over(self) -> Any:  # noqa: ANN401 an array
@@ -102,45 +102,42 @@ class DeviceArrayEnv:
         As `ArrayEnv.reset`. Raises what went wrong on the GPU before.
         """
         self.loop.check()
-        self.loop.upload(self._host.begin(seed, worlds, options).tolist())
+        new = self._host.begin(seed, worlds, options)
+        self.loop.upload(new.tolist())
+        is_new = np.zeros(self.n_worlds, np.int8)
+        is_new[new] = True
+        self._is_new = self.loop.to_device(is_new)
         drawn = self._host.episodes.drawn.items()
         self._drawn: Told = {name: self.loop.to_device(each) for name, each in drawn}
-        observations, rewards = self._told()
-        return observations, self._infos(rewards)
+        nothing = self._rewards.begin(self._is_new, self._actions.raw)
+        return self._observe(self._actions.raw, self._is_new, False), self._infos(nothing)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, Told]:  # noqa: ANN401 arrays of the GPU
         """One decision; observations, rewards, terminated, truncated, infos.
 
-        `actions` are float32 of shape (worlds, learners, numbers) on the GPU. ConfigError for one
-        that is out of bounds, before anything moves, and for what went wrong in the step before.
+        `actions` lie on the GPU: float32 of shape (worlds, learners, numbers), or where they are
+        choices whole numbers of shape (worlds, learners). ConfigError for one that is out of
+        bounds, before anything moves, and for what went wrong in the step before.
         """
         self._host.episodes.check_running()
-        given = self.loop.taken(actions)
-        if given.shape != self._raw.shape or given.dtype != np.float32:
-            raise ConfigError(
-                f"actions of shape {given.shape} and type {given.dtype}: must be float32 of shape"
-                f" {self._raw.shape}"
-            )
-        loop, robots = self.loop, self.loop.arrays["robots"]
-        self._check[self._grid](given, *self._bounds, loop.trouble)
+        loop, given = self.loop, self._actions.taken(actions)
+        self._actions.check(given)
         loop.check()
-        form = self._host.actions.form
-        self._take[self._grid](
-            robots, self._learners, given, self._raw, form.n_symmetric, form.steers_at,
-            self.config.sharpest_turn, loop.earned,
-        )  # fmt: skip
+        self._actions.take(given)
         for _ in range(self.config.period):
             loop.step()
         self._host.episodes.steps += 1
-        observations, rewards = self._told()
+        unshaped, rewards = self._rewards()
+        seen = self._observe(self._actions.raw, self._is_new, True)
         truncated = loop.to_device(self._host.is_over)
-        return observations, rewards, self._never, truncated, self._infos(rewards)
+        return seen, rewards, self._never, truncated, self._infos(unshaped)
 
     def log(self) -> Any:  # noqa: ANN401 an array of the GPU
         """What is logged of each learner, as `ArrayEnv.log`: a new array."""
         at = self.loop.arrays
-        out = self.loop.empty((*self._shape, len(self._host.infos)), np.float64)
-        self._log[self._grid](at["robots"], at["minds"], at["worlds"], self._learners, out)
+        shape = self.n_worlds, len(self.learners), len(self._host.infos)
+        out = self.loop.empty(shape, np.float64)
+        self._log[self._grid](at["robots"], at["minds"], at["worlds"], self._numbers, out)
         return out
 
     def download(self) -> ArrayEnv:
@@ -152,43 +149,15 @@ class DeviceArrayEnv:
         self.loop.download()
         return self._host
 
-    def _infos(self, rewards: Any) -> Told:  # noqa: ANN401 an array of the GPU
+    def _infos(self, unshaped: Any) -> Told:  # noqa: ANN401 an array of the GPU
         """What is told beside: the reward, and what was drawn for the episode of each world."""
-        return {"unshaped_reward": rewards, **self._drawn}
-
-    def _told(self) -> tuple[Any, Any]:
-        """What the learners observe and are given: new arrays."""
-        at, loop = self.loop.arrays, self.loop
-        n_numbers = len(self.observation_layout)
-        out = loop.empty((*self._shape, n_numbers), np.float32)
-        rewards = loop.empty(self._shape, np.float64)
-        self._tell[self._grid](
-            at["robots"], at["minds"], self._learners, self._host.world.scenario.slots,
-            loop.earned, self.config.reward == "team", *self._scaling, out, rewards,
-        )  # fmt: skip
-        return out, rewards
-
-    def _numbers(self) -> None:
-        """Bring to the GPU what stays as it is."""
-        host, to_device = self._host, self.loop.to_device
-        assert isinstance(host.action_space, Box)  # choices were refused
-        low, high = host.action_space.low, host.action_space.high
-        self._bounds = to_device(low), to_device(high)
-        self._raw = self.loop.empty((*self._shape, len(low)), np.float32)
-        agents = {agent: robot for robot, agent in enumerate(host.agents)}
-        self._learners = to_device(np.array([agents[name] for name in self.learners], np.int64))
-        self._scaling = tuple(map(to_device, host.observer.on_grid))
-        self._never = to_device(np.zeros(self.n_worlds, np.bool_))
+        return {"unshaped_reward": unshaped, **self._drawn}
 
 
 def refusals(config: EnvConfig) -> dict[str, bool]:
     """What a GPU does not do, by the option that asks for it, and whether these options do."""
     return {
-        f"discrete={config.discrete!r}": bool(config.discrete),
-        f"observation={config.observation!r}": config.observation != "layer",
-        f"stack={config.stack}": config.stack > 1,
         f"reward={config.reward!r}": config.reward not in ("own", "team"),
-        f"shaping={config.shaping:g}": config.shaping > 0.0,
         f"step_on='{config.step_on}'": config.step_on != "tick",
     }
 
@@ -198,6 +167,12 @@ def _checked(host: ArrayEnv) -> PolicyOnGrid:
     for option, is_asked in refusals(host.config).items():
         if is_asked:
             raise ConfigError(f"{option}: runs on a CPU only; leave it out, or take device='cpu'")
+    for part in host.observer.parts:
+        if not hasattr(part, "put"):
+            raise ConfigError(
+                f"observation: {type(part).__name__} is written in NumPy, which runs on a CPU only;"
+                " leave it out, or take device='cpu'"
+            )
     if host.policy.on_grid is None:
         raise ConfigError(
             f"learn='{host.config.learn}': runs on a CPU only; take weighting, motion or both"

@@ -7,16 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32, Float64, Int64
+from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.envs.frames import fill_frames, push_frame
 from swarm_forage_env.envs.observations import normalise_row, write_direction
+from swarm_forage_env.envs.rewards import mean_of, shaping
 from swarm_forage_env.interface import REFUSED, Kernel
 
 cuda: Any
 command: Kernel
 show: Kernel
 put: Kernel
-"""Free names of the templates: threads of the GPU, a form of steering, a policy's functions."""
+potential: Kernel
+"""Free names of the templates: threads of the GPU, a form of steering, functions of a policy, of
+an addition to an observation, and of a task."""
 
 HALF, ONE = np.float32(0.5), np.float32(1.0)
 
@@ -45,6 +49,34 @@ def check_actions(
                 cuda.atomic.max(trouble, REFUSED, w + 1)
 
 
+def check_choices(
+    given: Int64[Array, "worlds learners"], n_choices: int, trouble: Int64[Array, "3"]
+) -> None:
+    """Note a world in which there is no such choice. Free name: cuda."""
+    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    n = given.shape[1] if w < given.shape[0] else 0
+    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+        if not 0 <= given[w, learner] < n_choices:
+            cuda.atomic.max(trouble, REFUSED, w + 1)
+
+
+def take_choices(
+    robots: Array,
+    learners: Int64[Array, " learners"],
+    given: Int64[Array, "worlds learners"],
+    choices: Float32[Array, "choices numbers"],
+    raw: Float32[Array, "worlds learners numbers"],
+) -> None:
+    """Write the actions that the learners have chosen. Free names: cuda, put."""
+    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    n = given.shape[1] if w < given.shape[0] else 0
+    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+        row, chosen = raw[w, learner], given[w, learner]
+        for k in range(row.shape[0]):
+            row[k] = choices[chosen, k]
+        put(robots[w, learners[learner]], row)
+
+
 def take_actions(  # noqa: PLR0913 what an action is
     robots: Array,
     learners: Int64[Array, " learners"],
@@ -53,19 +85,15 @@ def take_actions(  # noqa: PLR0913 what an action is
     n_symmetric: int,
     steers_at: int,
     sharpest_turn: float,
-    earned: Float64[Array, "worlds robots"],
 ) -> None:
-    """Write the actions of the learners, and forget what was earned before.
+    """Write the actions of the learners.
 
     The first `n_symmetric` numbers are weights in [-1, 1]; those from `steers_at` on, if it is not
     negative, steer. Free names: cuda, command, put.
     """
     w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
     n = given.shape[1] if w < given.shape[0] else 0
-    first, step = cuda.threadIdx.x, cuda.blockDim.x
-    for i in range(first, robots.shape[1] if n > 0 else 0, step):
-        earned[w, i] = 0.0
-    for learner in range(first, n, step):
+    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
         row = raw[w, learner]
         for k in range(given.shape[2]):
             number = given[w, learner, k]
@@ -76,23 +104,73 @@ def take_actions(  # noqa: PLR0913 what an action is
         put(robots[w, learners[learner]], row)
 
 
-def tell(  # noqa: PLR0913 what is told, and to whom
+def begin(
+    robots: Array,
+    worlds: Array,
+    is_new: Int8[Array, " worlds"],
+    raw: Float32[Array, "worlds learners numbers"],
+    potentials: Float64[Array, "worlds robots"],
+) -> None:
+    """Forget the last actions in new worlds, and note the potential of every robot.
+
+    Free names: cuda, potential.
+    """
+    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    is_world = w < robots.shape[0]
+    first, step = cuda.threadIdx.x, cuda.blockDim.x
+    for learner in range(first, raw.shape[1] if is_world and is_new[w] else 0, step):
+        for k in range(raw.shape[2]):
+            raw[w, learner, k] = 0.0
+    for i in range(first, robots.shape[1] if is_world else 0, step):
+        potentials[w, i] = potential(robots[w, i], worlds[w])
+
+
+def credit(  # noqa: PLR0913 what was earned, what is given for it, and to whom
+    robots: Array,
+    worlds: Array,
+    learners: Int64[Array, " learners"],
+    earned: Float64[Array, "worlds robots"],
+    potentials: Float64[Array, "worlds robots"],
+    shaped: Float64[Array, "2 worlds robots"],
+    discount: float,
+    weight: float,
+    is_team: bool,
+    out: Float64[Array, "2 worlds learners"],
+) -> None:
+    """Write what every learner is given, its own or its team's mean: unshaped, then shaped.
+
+    What was earned is forgotten, and the potential noted from which the next step begins.
+    Free names: cuda, potential.
+    """
+    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    is_world = w < robots.shape[0]
+    first, step = cuda.threadIdx.x, cuda.blockDim.x
+    for i in range(first, robots.shape[1] if is_world else 0, step):
+        shaped[0, w, i] = shaped[1, w, i] = earned[w, i]
+        earned[w, i] = 0.0
+        if weight > 0.0:
+            after = potential(robots[w, i], worlds[w])
+            shaped[1, w, i] += shaping(potentials[w, i], after, discount, weight)
+            potentials[w, i] = after
+    cuda.syncthreads()
+    for learner in range(first, learners.shape[0] if is_world else 0, step):
+        for k in range(2):
+            own = shaped[k, w, learners[learner]]
+            out[k, w, learner] = mean_of(shaped[k, w]) if is_team else own
+
+
+def show_layer(
     robots: Array,
     minds: Array,
     learners: Int64[Array, " learners"],
     n_slots: int,
-    earned: Float64[Array, "worlds robots"],
-    is_team: bool,
     direction: Int64[Array, "2"],
-    bound: Float32[Array, " numbers"],
-    squashes: Array,
     out: Float32[Array, "worlds learners numbers"],
-    rewards: Float64[Array, "worlds learners"],
 ) -> None:
-    """Write what every learner observes, and what it is given: its own, or its team's mean.
+    """Write what the layer of every learner is shown.
 
-    `direction` is where the observed target starts, or -1, and where its direction goes; numbers
-    without bounds are left as they are. Free names: cuda, show.
+    `direction` is where the observed target starts, or -1, and where its direction goes.
+    Free names: cuda, show.
     """
     w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
     n = out.shape[1] if w < out.shape[0] else 0
@@ -101,12 +179,59 @@ def tell(  # noqa: PLR0913 what is told, and to whom
         show(robots[w, i], minds[w, i], n_slots, row)
         if direction[0] >= 0:
             write_direction(row, direction[0], direction[1])
-        if bound.shape[0] > 0:
-            normalise_row(row, bound, squashes)
-        given = earned[w, i]
-        if is_team:
-            given = 0.0
-            for other in range(earned.shape[1]):
-                given += earned[w, other]
-            given /= earned.shape[1]
-        rewards[w, learner] = given
+
+
+def add_part(  # noqa: PLR0913 what an addition is written from, and where it goes
+    learners: Int64[Array, " learners"],
+    n_robots: int,
+    time_left: Float64[Array, " worlds"],
+    raw: Float32[Array, "worlds learners numbers"],
+    first: int,
+    last: int,
+    out: Float32[Array, "worlds learners numbers"],
+) -> None:
+    """Write an addition to what every learner observes, in the columns first .. last - 1.
+
+    Free names: cuda, put.
+    """
+    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    n = out.shape[1] if w < out.shape[0] else 0
+    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+        row = out[w, learner, first:last]
+        put(learners[learner], n_robots, time_left[w], raw[w, learner], row)
+
+
+def normalise(
+    bound: Float32[Array, " numbers"],
+    squashes: Array,
+    out: Float32[Array, "worlds learners numbers"],
+) -> None:
+    """Normalise what every learner observes. Free name: cuda."""
+    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    n = out.shape[1] if w < out.shape[0] else 0
+    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+        normalise_row(out[w, learner], bound, squashes)
+
+
+def stack_frames(
+    seen: Float32[Array, "worlds learners numbers"],
+    is_new: Int8[Array, " worlds"],
+    is_step: bool,
+    kept: Float32[Array, "worlds learners frames numbers"],
+    out: Float32[Array, "worlds learners all"],
+) -> None:
+    """Write the last observations of every learner.
+
+    A step adds one in every world; without one, it is all of them in new worlds. Free name: cuda.
+    """
+    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    n = out.shape[1] if w < out.shape[0] else 0
+    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+        frames = kept[w, learner]
+        if is_step:
+            push_frame(frames, seen[w, learner])
+        elif is_new[w]:
+            fill_frames(frames, seen[w, learner])
+        for frame in range(frames.shape[0]):
+            for k in range(frames.shape[1]):
+                out[w, learner, frame * frames.shape[1] + k] = frames[frame, k]

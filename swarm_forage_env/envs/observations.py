@@ -14,114 +14,24 @@ from the records of a block of worlds:
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import entry_point, inlined
+from swarm_forage_env.envs.added_observations import (
+    OBSERVATIONS,
+    Moment,
+    Observation,
+    PreviousAction,
+)
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.policy_interface import PolicyInterface
-from swarm_forage_env.registry import Registry
 from swarm_forage_env.spaces import Feature, Layout
 
 LAYER = "layer"
 """The name of what the learned layer is shown."""
-
-
-@dataclass(frozen=True)
-class Moment:
-    """What an observation is written from: the records of a block of worlds as they stand."""
-
-    robots: Array
-    """The truth about every robot, worlds by robots, with what it senses and hears."""
-
-    worlds: Array
-    """Clock and numbers of every world."""
-
-    minds: Array | None
-    """What the estimators keep, worlds by robots; None where no hand-written estimator runs."""
-
-    time_left: Float64[Array, " worlds"]
-    """Share of the episode that is left."""
-
-    last_action: Float32[Array, "worlds robots numbers"]
-    """What the layers took last; zeros before it, and for robots that do not learn."""
-
-
-class Observation(Protocol):
-    """Some features of every robot."""
-
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
-        """What each number is, in a scenario with these robots."""
-        ...
-
-    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
-        """Write the numbers of every robot."""
-        ...
-
-
-OBSERVATIONS: Registry[type[Observation]] = Registry("observation")
-"""Additions to what the learned layer is shown, by name."""
-
-
-@OBSERVATIONS.register("time_left")
-class TimeLeft:
-    """Share of the episode that is left."""
-
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
-        """One number."""
-        return [Feature("time_left", "of the episode", 0.0, 1.0)]
-
-    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
-        """The same for all robots of a world."""
-        out[:, :, 0] = moment.time_left[:, None]
-
-
-@OBSERVATIONS.register("robot_id")
-class RobotId:
-    """The robot's number, as a share of all."""
-
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
-        """One number."""
-        return [Feature("robot_id", "of all robots", 0.0, 1.0)]
-
-    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
-        """0 is the first robot and 1 the last."""
-        out[:, :, 0] = np.linspace(0.0, 1.0, out.shape[1])
-
-
-@OBSERVATIONS.register("one_hot")
-class OneHot:
-    """The robot's number as one number for each robot, one of which is 1."""
-
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
-        """One number for each robot."""
-        return [Feature(f"is.{agent}", "0 or 1", 0.0, 1.0) for agent in agents]
-
-    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
-        """The identity matrix of every world."""
-        out[...] = np.eye(out.shape[1], dtype=np.float32)
-
-
-class PreviousAction:
-    """What the layers took last from the policy; zeros before the first action."""
-
-    def __init__(self, layout: Layout) -> None:
-        """Actions as the layers take them have this layout."""
-        self._layout = layout
-
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
-        """The numbers of an action."""
-        return [
-            Feature(f"previous.{each.name}", each.unit, min(each.low, 0.0), each.high)
-            for each in self._layout
-        ]
-
-    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
-        """As they were."""
-        out[...] = moment.last_action
 
 
 PREVIOUS = "previous_action"
@@ -248,6 +158,15 @@ class Observer:
     layout: Layout
     """What each number is."""
 
+    parts: list[Observation]
+    """What is observed beside the layer."""
+
+    spans: list[tuple[int, int]]
+    """Where the numbers of each of these stand: first and last + 1."""
+
+    n_shown: int
+    """How many numbers the layer is shown."""
+
     def __init__(
         self,
         policy: PolicyInterface,
@@ -259,17 +178,17 @@ class Observer:
     ) -> None:
         """What the layer is `shown`, if it is, and what is asked for beside it."""
         self._policy = policy
-        has_layer, self._parts = added(observation, policy)
+        has_layer, self.parts = added(observation, policy)
         layout = shown if has_layer else Layout(())
-        self._n_shown = len(layout)
+        self.n_shown = len(layout)
         self._direction = -1
         if normalise and has_layer and policy.target is not None:
             self._direction = _first_of(policy.target, layout)
             layout = Layout((*layout, *_directions(policy.target)))
-        self._spans = []
-        for part in self._parts:
+        self.spans = []
+        for part in self.parts:
             features = part.features(scenario, agents)
-            self._spans.append((len(layout), len(layout) + len(features)))
+            self.spans.append((len(layout), len(layout) + len(features)))
             layout = layout if not features else Layout((*layout, *features))
         _check_names(layout)
         self._normalise = Normaliser(layout) if normalise else None
@@ -279,7 +198,7 @@ class Observer:
     @property
     def on_grid(self) -> tuple[Array, Array, Array]:
         """Where the target starts and where its direction goes; bounds; which of them squash."""
-        direction = np.array([self._direction, self._n_shown], np.int64)
+        direction = np.array([self._direction, self.n_shown], np.int64)
         if self._normalise is None:
             return direction, np.zeros(0, np.float32), np.zeros(0, np.bool_)
         return direction, self._normalise.bound, self._normalise.squashes
@@ -298,11 +217,11 @@ class Observer:
         """
         shape = (world.n_worlds, world.n_robots, self._n)
         out = np.empty(shape, np.float32)
-        if self._n_shown:
+        if self.n_shown:
             self._policy.observe(world, controller, out)
         if self._direction >= 0:
-            write_directions(out, self._direction, self._n_shown)
-        if self._parts:
+            write_directions(out, self._direction, self.n_shown)
+        if self.parts:
             self._add(_moment(world, controller, time_left(), last_action), out)
         if self._normalise is not None:
             self._normalise(out)
@@ -310,7 +229,7 @@ class Observer:
 
     def _add(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
         """Write what is observed beside the layer; ConfigError for what is not finite."""
-        for part, (first, last) in zip(self._parts, self._spans, strict=True):
+        for part, (first, last) in zip(self.parts, self.spans, strict=True):
             part.write(moment, out[:, :, first:last])
             _check_finite(out[:, :, first:last], self.layout[first:last])
 

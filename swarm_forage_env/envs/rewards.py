@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.compiler import entry_point, inlined
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.task import Task, World
@@ -32,15 +33,29 @@ def own(earned: Float64[Array, "worlds robots"]) -> Float64[Array, "worlds robot
 @REWARDS.register("team")
 def team(earned: Float64[Array, "worlds robots"]) -> Float64[Array, "worlds robots"]:
     """Every robot gets the mean over the robots of its world."""
-    return np.broadcast_to(earned.mean(axis=1, keepdims=True), earned.shape)
+    means = np.empty(len(earned))
+    write_means(np.ascontiguousarray(earned), means)
+    return np.broadcast_to(means[:, None], earned.shape)
 
 
-def shaping(
-    before: Float64[Array, " rows"],
-    after: Float64[Array, " rows"],
-    discount: float,
-    weight: float,
-) -> Float64[Array, " rows"]:
+@inlined
+def mean_of(earned: Float64[Array, " robots"]) -> float:
+    """The mean over the robots of a world, added up in their order."""
+    total = 0.0
+    for i in range(earned.shape[0]):
+        total += earned[i]
+    return float(total / earned.shape[0])
+
+
+@entry_point
+def write_means(earned: Float64[Array, "worlds robots"], out: Float64[Array, " worlds"]) -> None:
+    """Write the mean of every world."""
+    for w in range(out.shape[0]):
+        out[w] = mean_of(earned[w])
+
+
+@inlined
+def shaping(before: float, after: float, discount: float, weight: float) -> float:
     """What a step between states of these potentials adds to the reward.
 
         weight (discount Phi' - Phi)
@@ -49,7 +64,20 @@ def shaping(
 
     Source: Ng1999, Theorem 1.
     """
-    return np.asarray(weight * (discount * after - before))
+    return weight * (discount * after - before)
+
+
+@entry_point
+def add_shaping(
+    rewards: Float64[Array, " rows"],
+    before: Float64[Array, " rows"],
+    after: Float64[Array, " rows"],
+    discount: float,
+    weight: float,
+) -> None:
+    """Add to every reward what shaping adds to it."""
+    for row in range(rewards.shape[0]):
+        rewards[row] += shaping(before[row], after[row], discount, weight)
 
 
 class EarnedInTick:

@@ -20,6 +20,7 @@ from swarm_forage_env.foraging.fault_effects import update_faults
 from swarm_forage_env.foraging.floor import move_areas
 from swarm_forage_env.foraging.global_state import put_log
 from swarm_forage_env.foraging.obstacle_contacts import resolve_contacts_among
+from swarm_forage_env.foraging.potential import potential
 from swarm_forage_env.foraging.records import WorldState
 from swarm_forage_env.foraging.scoring import count_reports, score
 from swarm_forage_env.foraging.surroundings import COUNT, FIRST, resolve_contacts
@@ -207,4 +208,4 @@ def log_on_grid(
         put_log(robots[w, i], minds[w, i].situation, worlds[w], out[w, learner])
 
 
-ON_GRID = GridTemplates(decide_on_grid, tick_on_grid, observe_on_grid, log_on_grid)
+ON_GRID = GridTemplates(decide_on_grid, tick_on_grid, observe_on_grid, log_on_grid, potential)

@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.arrays import NEST, PREY, Array, Float64
+from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.foraging.areas import KINDS
-from swarm_forage_env.foraging.metrics import nearest_areas
+from swarm_forage_env.foraging.floor import distance_to_kind
+from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
 
@@ -26,8 +28,18 @@ def most_shaping(scenario: Scenario) -> tuple[float, str]:
     return least * LEGS / (LEGS - 1), why
 
 
-class ForagingPotential:
-    """How far each robot is on its round trip: a function of the true state, in [0, 1].
+@kernel
+def farthest(world: WorldState) -> float:
+    """The largest distance that a robot can have from the centre of an area [m]."""
+    x, y = 0.0, 0.0
+    for k in range(world.areas.shape[0]):
+        x, y = max(x, abs(world.areas[k, 0])), max(y, abs(world.areas[k, 1]))
+    return float(np.hypot(0.5 * world.arena[0] + x, 0.5 * world.arena[1] + y))
+
+
+@kernel
+def potential(robot: RobotState, world: WorldState) -> float:
+    """How far a robot is on its round trip: a function of the true state, in [0, 1].
 
         Phi = (leg + 1 - d / far) / 3
 
@@ -40,6 +52,21 @@ class ForagingPotential:
 
     Source: Ng1999, Theorem 1, for shaping by a potential.
     """
+    kind = NEST if robot.leg % 2 == 0 else PREY
+    d = distance_to_kind(robot.pose[0], robot.pose[1], kind, world)
+    return float((robot.leg + 1.0 - min(d / farthest(world), 1.0)) / LEGS)
+
+
+@entry_point
+def write_potentials(robots: Array, worlds: Array, out: Float64[Array, "worlds robots"]) -> None:
+    """Write the potential of every robot."""
+    for w in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            out[w, i] = potential(robots[w, i], worlds[w])
+
+
+class ForagingPotential:
+    """The potential of every robot of a block of worlds, as `potential` defines it."""
 
     def __init__(self, world: ForagingWorld) -> None:
         """The potential of the robots of these worlds."""
@@ -47,13 +74,6 @@ class ForagingPotential:
 
     def __call__(self) -> Float64[Array, " rows"]:
         """Phi of every robot."""
-        robots, worlds = self._world.robots, self._world.worlds
-        pose, leg = robots["pose"], robots["leg"]
-        x, y = 0.5 * worlds["arena"].T
-        away = np.abs(worlds["areas"]).max(axis=1).T
-        far = np.hypot(x + away[0], y + away[1])[:, None]
-        here = np.repeat(pose[..., None, :2], 2, axis=2).reshape(-1, 2, 2)
-        areas = nearest_areas(worlds, here).reshape(*leg.shape, 2, 2)
-        goal = np.where((leg % 2 == 0)[..., None], areas[:, :, 0], areas[:, :, 1])
-        d = np.hypot(goal[..., 0] - pose[..., 0], goal[..., 1] - pose[..., 1])
-        return np.asarray((leg + 1.0 - np.minimum(d / far, 1.0)) / LEGS).reshape(-1)
+        out = np.empty(self._world.robots.shape)
+        write_potentials(self._world.robots, self._world.worlds, out)
+        return out.reshape(-1)

@@ -14,6 +14,12 @@ import swarm_forage_env.equations
 import swarm_forage_env.foraging
 from swarm_forage_env.compiler import bind_grid
 from swarm_forage_env.envs import grid
+from swarm_forage_env.envs.added_observations import (
+    put_one_hot,
+    put_previous_action,
+    put_robot_id,
+    put_time_left,
+)
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.grid import (
@@ -23,6 +29,7 @@ from swarm_forage_env.foraging.grid import (
     tick_on_grid,
 )
 from swarm_forage_env.foraging.policies import LEARNABLE
+from swarm_forage_env.foraging.potential import potential
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
@@ -49,6 +56,7 @@ ON_CPU = {
     "write_readings": "what a learner of everything observes, which `device=` refuses",
     "write_state put_truth put_areas put_faults": "the state, which a CPU writes",
     "write_log": "the loop over worlds of the log",
+    "write_potentials": "the loop over worlds of a CPU",
 }
 """Functions of foraging that no kernel of the grid calls, and why."""
 
@@ -66,7 +74,7 @@ UNTRIED = "reputation", "reputation_odometry"
 OF_STEPS = (
     "put_goal put_range_bearing put_sensors put_exchange put_situation show_exchange show_situation"
     " show_both put_weights put_wheels put_weights_and_wheels drive_to_wheels put_log"
-    " distance_to_kind"
+    " distance_to_kind potential farthest"
 )
 """Functions of an environment's step, which have a test of their own."""
 
@@ -132,21 +140,32 @@ def test_the_tick_compiles_for_a_gpu(ptx):
 @pytest.mark.parametrize("learn", ["weighting", "motion", "both"])
 def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     policy, loop = LEARNABLE[learn], loop_of("nc")
-    robots, layers = loop.world.robots, loop.controller.grid_layers()
-    minds, earned = np.ascontiguousarray(layers.minds), np.zeros(robots.shape)
-    learners, direction = np.arange(10), np.zeros(2, np.int64)
+    robots, worlds = loop.world.robots, loop.world.worlds
+    minds = np.ascontiguousarray(loop.controller.grid_layers().minds)
+    learners, choices = np.arange(10), np.zeros((2, 10), np.int64)
     actions = np.zeros((2, 10, len(policy.action)), np.float32)
-    seen, row = np.zeros((2, 10, 60), np.float32), np.zeros(60, np.float32)
-    functions = {"show": policy.on_grid.show, "put": policy.on_grid.put, "command": drive_to_wheels}
+    seen, row, per_robot = np.zeros((2, 10, 60), np.float32), np.zeros(60, np.float32), np.zeros(10)
+    is_new, pair = np.zeros(2, np.int8), np.zeros((2, 2, 10))
+    functions = {
+        "show": policy.on_grid.show, "put": policy.on_grid.put, "command": drive_to_wheels,
+        "potential": potential,
+    }  # fmt: skip
     steps = {
         grid.check_actions: (actions, row, row, TROUBLE),
-        grid.take_actions: (robots, learners, actions, actions, 0, 0, 0.3, earned),
-        grid.tell: (
-            robots, minds, learners, 4, earned, True, direction, row, row > 0, seen, earned,
-        ),
-    }  # fmt: skip
+        grid.take_actions: (robots, learners, actions, actions, 0, 0, 0.3),
+        grid.check_choices: (choices, 5, TROUBLE),
+        grid.take_choices: (robots, learners, choices, actions[0], actions),
+        grid.begin: (robots, worlds, is_new, actions, pair[0]),
+        grid.credit: (robots, worlds, learners, pair[0], pair[0], pair, 0.9, 0.5, True, pair),
+        grid.show_layer: (robots, minds, learners, 4, np.zeros(2, np.int64), seen),
+        grid.normalise: (row, row > 0, seen),
+        grid.stack_frames: (seen, is_new, True, np.zeros((2, 10, 2, 60), np.float32), seen),
+    }
     for template, arguments in steps.items():
         assert ".entry" in ptx(bind_grid(template, functions), *arguments)
+    for put in (put_time_left, put_robot_id, put_one_hot, put_previous_action):
+        add = bind_grid(grid.add_part, {"put": put})
+        assert ".entry" in ptx(add, learners, 10, per_robot, actions, 0, 4, seen)
 
 
 def test_the_log_compiles_for_a_gpu(ptx):

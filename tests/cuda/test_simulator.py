@@ -81,24 +81,33 @@ options = {"n_worlds": 3, "max_cycles": 3, "decision_period": 2} | eval(sys.argv
 cpu, gpu = (
     array_env("es1", device=device, physics="kinematic", **options) for device in ("cpu", "cuda")
 )
-rng, low, high = np.random.default_rng(1), cpu.action_space.low, cpu.action_space.high
+rng, space = np.random.default_rng(1), cpu.action_space
+is_discrete = hasattr(space, "n")
+
+def drawn(*shape):
+    if is_discrete:
+        return rng.integers(space.n, size=shape)
+    return rng.uniform(space.low, space.high, (*shape, *space.shape)).astype(np.float32)
+
 same(cpu.reset(seed=5), gpu.reset(seed=5))
 for step in range(5):
-    shape = cpu.n_worlds, len(cpu.learners), len(low)
-    actions = rng.uniform(low, high, shape).astype(np.float32)
+    actions = drawn(cpu.n_worlds, len(cpu.learners))
     same(cpu.step(actions), gpu.step(gpu.loop.to_device(actions)))
     over = cpu.is_over
     assert (gpu.is_over == over).all()
     if over.any():
         same(cpu.reset(worlds=over), gpu.reset(worlds=over))
 np.testing.assert_array_equal(cpu.log(), gpu.download().log())
-actions[1] = np.nan
+actions[1] = space.n if is_discrete else np.nan
 try:
     gpu.step(gpu.loop.to_device(actions))
 except ValueError as error:
     print(error)
 np.testing.assert_array_equal(cpu.log(), gpu.download().log())
 """
+
+
+ADDED = ["time_left", "robot_id", "one_hot", "previous_action"]
 
 
 def run(script, *arguments):
@@ -129,8 +138,11 @@ def test_worlds_on_the_grid_are_the_worlds_of_a_cpu(controller):
         {"learn": "motion", "learners": 4, "reward": "team", "stagger": True},
         {"learn": "weighting", "normalise": False},
         {"learn": "both", "action": "wheels", "randomise": {"radio.max_range": (0.1, 0.2)}},
+        {"learn": "motion", "shaping": 0.5, "stack": 3, "observation": ["layer", *ADDED]},
+        {"learn": "motion", "shaping": 0.5, "reward": "team", "discrete": True, "learners": 3},
+        {"learn": "both", "discrete": (3, 4), "observation": ADDED, "normalise": False},
     ],
-    ids=lambda options: options["learn"],
+    ids=lambda options: "-".join([options["learn"], *list(options)[1:]]),
 )
 def test_an_environment_on_the_grid_is_that_of_a_cpu(options):
     told = run(STEPS, repr(options))

@@ -5,6 +5,20 @@ import importlib.util
 import pytest
 
 from swarm_forage_env import ArrayEnv, ConfigError, array_env
+from swarm_forage_env.spaces import Feature
+
+
+class Heading:
+    """An observation of the user's own, in NumPy."""
+
+    def features(self, scenario, agents):
+        """One number."""
+        return [Feature("heading", "rad", -4.0, 4.0)]
+
+    def write(self, moment, out):
+        """From the true pose."""
+        out[:, :, 0] = moment.robots["pose"][:, :, 2]
+
 
 GPU = {"device": "cuda", "physics": "kinematic"}
 
@@ -20,10 +34,7 @@ def test_a_cpu_is_the_usual_device():
     [
         ({"device": "tpu"}, "device='tpu': must be 'cpu' or 'cuda'"),
         ({"device": "cuda", "physics": "rigid"}, "engine rigid runs on a CPU only"),
-        ({**GPU, "discrete": True}, "discrete=True: runs on a CPU only"),
-        ({**GPU, "stack": 2}, "stack=2: runs on a CPU only"),
-        ({**GPU, "shaping": 0.5}, "shaping=0.5: runs on a CPU only"),
-        ({**GPU, "observation": ["layer", "time_left"]}, "observation=.*time_left"),
+        ({**GPU, "observation": ["layer", Heading]}, "observation: Heading is written in NumPy"),
         ({**GPU, "learn": "weighting", "step_on": "exchange"}, "step_on='exchange'"),
         ({**GPU, "reward": lambda before, after, events: events["trip"]}, "reward=.*CPU only"),
         ({**GPU, "learn": "everything"}, "learn='everything': runs on a CPU only"),

@@ -1,0 +1,175 @@
+"""Additions to what the learned layer is shown: what an observation is, and those that go by name.
+
+An addition by name is a function of one robot, `put`, which a CPU and a GPU call.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.compiler import bind, inlined
+from swarm_forage_env.interface import Kernel
+from swarm_forage_env.registry import Registry
+from swarm_forage_env.spaces import Feature, Layout
+
+put: Kernel
+"""Free name of the template: what writes the numbers of one robot."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What an observation is written from: the records of a block of worlds as they stand."""
+
+    robots: Array
+    """The truth about every robot, worlds by robots, with what it senses and hears."""
+
+    worlds: Array
+    """Clock and numbers of every world."""
+
+    minds: Array | None
+    """What the estimators keep, worlds by robots; None where no hand-written estimator runs."""
+
+    time_left: Float64[Array, " worlds"]
+    """Share of the episode that is left."""
+
+    last_action: Float32[Array, "worlds robots numbers"]
+    """What the layers took last; zeros before it, and for robots that do not learn."""
+
+
+class Observation(Protocol):
+    """Some features of every robot."""
+
+    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+        """What each number is, in a scenario with these robots."""
+        ...
+
+    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
+        """Write the numbers of every robot."""
+        ...
+
+
+OBSERVATIONS: Registry[type[Observation]] = Registry("observation")
+"""Additions to what the learned layer is shown, by name."""
+
+
+@inlined
+def put_time_left(
+    i: int,
+    n_robots: int,
+    time_left: float,
+    last_action: Float32[Array, " numbers"],
+    out: Float32[Array, " numbers"],
+) -> None:
+    """Write the share of the episode that is left."""
+    out[0] = time_left
+
+
+@inlined
+def put_robot_id(
+    i: int,
+    n_robots: int,
+    time_left: float,
+    last_action: Float32[Array, " numbers"],
+    out: Float32[Array, " numbers"],
+) -> None:
+    """Write the robot's number as a share of the last one's."""
+    out[0] = i / max(n_robots - 1, 1)
+
+
+@inlined
+def put_one_hot(
+    i: int,
+    n_robots: int,
+    time_left: float,
+    last_action: Float32[Array, " numbers"],
+    out: Float32[Array, " numbers"],
+) -> None:
+    """Write a number for each robot: 1 for robot i, 0 for the others."""
+    for k in range(n_robots):
+        out[k] = 1.0 if k == i else 0.0
+
+
+@inlined
+def put_previous_action(
+    i: int,
+    n_robots: int,
+    time_left: float,
+    last_action: Float32[Array, " numbers"],
+    out: Float32[Array, " numbers"],
+) -> None:
+    """Write what the layers took last."""
+    for k in range(last_action.shape[0]):
+        out[k] = last_action[k]
+
+
+def put_all(
+    time_left: Float64[Array, " worlds"],
+    last_action: Float32[Array, "worlds robots numbers"],
+    out: Float32[Array, "worlds robots numbers"],
+) -> None:
+    """Write an addition for every robot of every world. Free name: put."""
+    for w in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            put(i, out.shape[1], time_left[w], last_action[w, i], out[w, i])
+
+
+class RowObservation:
+    """An addition that is a function of one robot."""
+
+    put: Kernel
+    """Writes its numbers: of robot, robots of its world, time left, last action, and output."""
+
+    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
+        """Write the numbers of every robot."""
+        bind(put_all, {"put": self.put})(moment.time_left, moment.last_action, out)
+
+
+@OBSERVATIONS.register("time_left")
+class TimeLeft(RowObservation):
+    """Share of the episode that is left, the same for all robots of a world."""
+
+    put = staticmethod(put_time_left)
+
+    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+        """One number."""
+        return [Feature("time_left", "of the episode", 0.0, 1.0)]
+
+
+@OBSERVATIONS.register("robot_id")
+class RobotId(RowObservation):
+    """The robot's number, as a share of all: 0 is the first robot and 1 the last."""
+
+    put = staticmethod(put_robot_id)
+
+    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+        """One number."""
+        return [Feature("robot_id", "of all robots", 0.0, 1.0)]
+
+
+@OBSERVATIONS.register("one_hot")
+class OneHot(RowObservation):
+    """The robot's number as one number for each robot, one of which is 1."""
+
+    put = staticmethod(put_one_hot)
+
+    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+        """One number for each robot."""
+        return [Feature(f"is.{agent}", "0 or 1", 0.0, 1.0) for agent in agents]
+
+
+class PreviousAction(RowObservation):
+    """What the layers took last from the policy; zeros before the first action."""
+
+    put = staticmethod(put_previous_action)
+
+    def __init__(self, layout: Layout) -> None:
+        """Actions as the layers take them have this layout."""
+        self._layout = layout
+
+    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+        """The numbers of an action."""
+        return [
+            Feature(f"previous.{each.name}", each.unit, min(each.low, 0.0), each.high)
+            for each in self._layout
+        ]
