@@ -41,11 +41,15 @@ RULES = {
     "ssgikf-sceptical": "ssgikf-sceptical",
     "learned-weighting": "learned-weighting",
     "learned-both": "learned-both",
+    "learned-sceptical": "learned-sceptical",
     "oracle-weighting": "oracle-weighting",
 }
 """Controllers by what the page calls them; the Fermi filters at their best beta in es1."""
 
-ALONE, DEFENCE = "nc", "ssgikf-sceptical"
+ALONE = "nc"
+
+DEFENCES = {"ssgikf-sceptical": "ssgikf", "learned-sceptical": "ssgikf-sceptical"}
+"""Rules against liars, each with the rule that it is held against."""
 
 SHARES = (0.1, 0.2, 0.5)
 """Of the robots that are faulty."""
@@ -78,6 +82,8 @@ LEFT_OPEN = {
     "The messages": "baselines.estimators.falsified_messages",
     "The defence: a second witness": "baselines.estimators.sceptical_odometry",
     "The defence: a validation gate": "baselines.weighting.validation_gate",
+    "The learned defence": "baselines.estimators.reputation_odometry",
+    "The learned defence: reputations": "baselines.estimators.reputation",
     "The experiment": "baselines.papers.robustness",
 }
 """Whose docstring says what is chosen, by heading."""
@@ -138,10 +144,11 @@ def claims() -> list[Claim]:
             alone = (experiment(ALONE, fault, SHOWN), experiment(rule, fault, SHOWN))
             text = f"nc above {rule}: {100 * SHOWN:.0f} % {fault}"
             found.append(Order(text, (alone,), sound_trips))
-    for fault in (LIARS, CONSPIRING):
-        pair = (experiment(DEFENCE, fault, SHOWN), experiment("ssgikf", fault, SHOWN))
-        text = f"{DEFENCE} above ssgikf: {100 * SHOWN:.0f} % {fault}"
-        found.append(Order(text, (pair,), sound_trips))
+    for defence, other in DEFENCES.items():
+        for fault in (LIARS, CONSPIRING):
+            pair = (experiment(defence, fault, SHOWN), experiment(other, fault, SHOWN))
+            text = f"{defence} above {other}: {100 * SHOWN:.0f} % {fault}"
+            found.append(Order(text, (pair,), sound_trips))
     return found
 
 

@@ -96,6 +96,19 @@ def test_the_page_says_which_rule_breaks_first(results):
     assert len(set(names)) == len(names)
 
 
+@pytest.mark.parametrize("best", ["ssgikf-sceptical", "learned-sceptical"])
+def test_each_defence_is_held_against_the_one_before_it(results, best):
+    def trips(rule, fault, share):
+        left = {"ssgikf": 30.0, "ssgikf-sceptical": 60.0, "learned-sceptical": 60.0, best: 90.0}
+        return left.get(rule, 50.0) if share > 0.0 else 100.0
+
+    verdicts = {each.claim: each.reproduced for each in robustness().judge(results(trips))}
+    for fault in (LIARS, CONSPIRING):
+        assert verdicts[f"ssgikf-sceptical above ssgikf: 20 % {fault}"]
+        learned = verdicts[f"learned-sceptical above ssgikf-sceptical: 20 % {fault}"]
+        assert learned == (best == "learned-sceptical")
+
+
 def test_both_figures_are_drawn(results):
     for figure in robustness().figures:
         drawn = figure.draw(results(lambda rule, fault, share: 50.0), "a command")
