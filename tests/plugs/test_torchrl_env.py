@@ -93,7 +93,10 @@ def test_a_rollout_is_that_of_the_parallel_env_number_for_number(make, small, fo
     [
         ({"device": "cuda:1"}, "device='cuda:1': worlds run on the first GPU; set CUDA_VISIBLE"),
         ({"device": "cuda"}, "return_state=True: the state is written on a CPU only"),
-        ({"device": "cuda", "return_state": False, "stack": 2}, "stack=2: runs on a CPU only"),
+        (
+            {"device": "cuda", "return_state": False, "step_on": "exchange", "learn": "weighting"},
+            "step_on='exchange': runs on a CPU only",
+        ),
     ],
 )
 def test_what_does_not_run_on_a_gpu_is_refused(make, options, complaint):
