@@ -38,6 +38,9 @@ DARK = 0.6
 CONTOURS = (0.1, 0.25, 0.5, 0.75, 0.9)
 """Weights that have a line on their map."""
 
+MARGIN, STAGGER = 0.08, (0.25, 0.5, 0.75)
+"""Share of a map beside its frame without labels; where along their lines labels stand in turn."""
+
 MAP, NARROW, BAR = 2.4, 1.6, 0.8
 """Least breadth of a map of the arena, of one of weights, and that of a colour bar [inch]."""
 
@@ -174,7 +177,22 @@ def _is_narrow(style: PageStyle) -> bool:
 def _draw_contours(axes: Axes, weights: Float64[Array, "heard own"], longest: float) -> None:
     style, paths = style_in_use(), np.linspace(0.0, longest, len(weights))
     lines = axes.contour(paths, paths, weights, CONTOURS, colors=INK, linewidths=0.8 * style.scale)
-    axes.clabel(lines, fontsize=style.points(TICK - 1.0), fmt="%g")
+    places = _label_places(lines.allsegs, longest)
+    axes.clabel(lines, fontsize=style.points(TICK - 1.0), fmt="%g", manual=places)
+
+
+def _label_places(
+    lines: Sequence[Sequence[Float64[Array, "points 2"]]], longest: float
+) -> list[tuple[float, float]]:
+    """A point on each contour line for its label: far from the frame, not beside the last one."""
+    places = []
+    for level, segments in enumerate(lines):
+        points = np.concatenate([np.empty((0, 2)), *segments])
+        inner = points[np.all(np.abs(points / longest - 0.5) < 0.5 - MARGIN, axis=1)]
+        if len(inner):
+            x, y = inner[int(len(inner) * STAGGER[level % len(STAGGER)])]
+            places.append((float(x), float(y)))
+    return places
 
 
 def _finish_map(axes: Axes, title: str, controller: str, names: tuple[str, str]) -> None:

@@ -36,3 +36,15 @@ def test_rules_stand_side_by_side_and_share_the_scale():
 def test_what_a_message_costs_is_added_to_what_the_partner_went():
     plain, wary = (shown(drawn(name))[0] for name in ("ssgiff", "dsgiff-penalised"))
     np.testing.assert_allclose(wary[:-20], plain[20:])  # 4 m
+
+
+def test_labels_of_contours_stand_within_their_map():
+    figure = drawn("ssgikf", "ssgiff", "dsgiff-penalised", "learned-weighting")
+    figure.canvas.draw()
+    for axes in (each for each in figure.axes if each.images):
+        frame = axes.get_window_extent()
+        boxes = [label.get_window_extent() for label in axes.texts]
+        assert boxes
+        for box in boxes:
+            assert frame.x0 <= box.x0 < box.x1 <= frame.x1
+            assert frame.y0 <= box.y0 < box.y1 <= frame.y1

@@ -273,6 +273,12 @@ def test_figures_and_page_are_made_of_the_runs(ran):
         "robot-steps of training [million]",
         "wall-clock time of training [min]",
     ]
+    learned, known = (
+        {line.get_color() for line in figure.axes[0].lines if line.get_label()[:1] in start}
+        for start in ("PQ", "_")
+    )
+    assert len(learned) == 2
+    assert not learned & known, "lines of controllers have a colour of algorithms"
     (profile,) = figures.profiles([rung], runs, "command").axes
     assert profile.get_ylabel() == "runs above it [%]"
     text = page.page([rung], runs, "command")

@@ -15,7 +15,7 @@ from baselines.evaluation.figure_page import (
     style_in_use,
 )
 from baselines.evaluation.line_plots import Means, draw_band
-from baselines.evaluation.plot_style import FAINT, SeriesStyle, nth_style, style_of
+from baselines.evaluation.plot_style import FAINT, SeriesStyle, nth_style
 from baselines.evaluation.statistics import iqm_interval, performance_profile
 from training.ladder.algorithms import read_algorithms
 from training.ladder.rungs import RANDOM, Rung
@@ -94,14 +94,16 @@ def _curve(runs: Sequence[Run], over: str) -> Means:
 
 
 def _draw_references(axes: Axes, rung: Rung, is_named: bool) -> None:
-    """A thin line for each score of the card; the last panel names them at the right end."""
+    """A thin line for each score of the card; the last panel names them at the right end.
+
+    The lines have no colour, as the colours of the figure are those of the algorithms.
+    """
     top = axes.get_ylim()[1]
     wanted = (RANDOM, *rung.references)
     scores = {name: rung.card.scores[name].mean for name in wanted if name in rung.card.scores}
     at = -1.0
     for name, score in sorted(scores.items(), key=lambda each: each[1]):
-        colour = style_of(name).colour
-        axes.axhline(score, color=colour, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+        axes.axhline(score, color=FAINT, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
         at = max(score / top, at + CLOSE)
         if is_named:
             size = style_in_use().points(NOTE)
