@@ -27,6 +27,7 @@ from baselines.evaluation.experiment_config import ExperimentConfig, find_layere
 from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import Comparison, compare
 from baselines.papers.adaptive_boids import ESTIMATORS, SIZES
+from calibration.kept import open_trials, trials_address
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.episode import WaypointEpisode
@@ -93,20 +94,25 @@ def costs(
 
 
 def search_gains(
-    dataset: Dataset, trials: int, seed: int, backend: Backend, tell: Callable[[str], None]
+    dataset: Dataset,
+    trials: int,
+    seed: int,
+    backend: Backend,
+    tell: Callable[[str], None],
+    storage: str | None = None,
 ) -> Iterator[StaticGains]:
     """Search the best gains for every estimator and size; a search resumes.
 
-    Trials are kept beside the dataset, which must be open.
+    Trials are kept in a file beside the dataset, which must be open, or in the database `storage`.
     """
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     file = dataset.folder.with_name("boids.sqlite")
-    storage = optuna.storages.RDBStorage(f"sqlite:///{file}")
+    kept = open_trials(trials_address(file, storage))
     try:
         for estimator in ESTIMATORS:
             for size in SIZES:
                 name = f"{estimator} {size}"
-                study = optuna.create_study(storage=storage, study_name=name, load_if_exists=True)
+                study = optuna.create_study(storage=kept, study_name=name, load_if_exists=True)
                 _run(study, trials, seed, lambda gains: math.fsum(
                     costs(dataset, backend, configuration(estimator, size, gains),  # noqa: B023
                           range(FIT_SEED, FIT_SEED + FIT_TRIALS))
@@ -116,7 +122,7 @@ def search_gains(
                 tell(f"{name}: cost {found.cost:.3f}")
                 yield found
     finally:
-        storage.engine.dispose()
+        kept.engine.dispose()
 
 
 def compare_with_unit_gains(dataset: Dataset, found: StaticGains, backend: Backend) -> Comparison:

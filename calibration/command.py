@@ -21,7 +21,7 @@ from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.evaluate_options import check_physics
 from baselines.evaluation.experiment_config import parse_settings
 from calibration import boids_gains, tables
-from calibration.kept import CountedDataset, checked_trials
+from calibration.kept import CountedDataset, checked_trials, trials_address
 from calibration.ranges import Values, defaults
 from calibration.runner import CalibrationRunner, all_arenas, estimates, sensitivity
 from calibration.search import BestTrial, Search
@@ -73,6 +73,14 @@ def calibrate(  # noqa: PLR0913 the options of a command
             help="Folder of trials, episodes and results.", show_default="runs/calibrate-<paper>"
         ),
     ] = None,
+    storage: Annotated[
+        str | None,
+        typer.Option(
+            metavar="URL",
+            help="Database of the trials, which processes on several machines may share.",
+            show_default="an SQLite file in --out",
+        ),
+    ] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
@@ -90,12 +98,15 @@ def calibrate(  # noqa: PLR0913 the options of a command
     """Search what the papers leave open for one set of values that gives the published results.
 
     For boids, search the static gains of each filter and group size, as that paper meant to;
-    of the options, --trials, --seed, --workers, --backend, --address and --out apply.
+    of the options, --trials, --seed, --workers, --backend, --address, --storage and --out apply.
 
     Every trial is kept in the folder --out; the same command later goes on from there. With
     `--trials 0` nothing is searched: `--report 30` and `--sensitivity` then speak of the best
     set found so far, or of the defaults if there is none. What becomes a default is changed by
     hand: the lines are printed.
+
+    Several processes search together that are given the same --storage, and each a --seed and a
+    folder --out of its own; --trials is for all of them.
     """
     check_physics(physics)
     spread = find_backend(backend, workers, threads, address)
@@ -111,7 +122,7 @@ def calibrate(  # noqa: PLR0913 the options of a command
         }
         if wrong := [name for name, is_given in given.items() if is_given]:
             raise ConfigError(f"{', '.join(wrong)}: for social-odometry only, not for boids")
-        _boids(BOIDS_TRIALS if trials is None else trials, seed, spread, out)
+        _boids(BOIDS_TRIALS if trials is None else trials, seed, spread, out, storage)
         return
     trials = SOCIAL_TRIALS if trials is None else trials
     dataset = CountedDataset(out / "episodes")
@@ -124,8 +135,8 @@ def calibrate(  # noqa: PLR0913 the options of a command
     identity = runner.identity
     dataset.open()
     if trials:
-        with checked_trials(out / "trials.sqlite"):
-            search = Search(out, runner, identity, seed)
+        with checked_trials(trials_address(out / "trials.sqlite", storage)):
+            search = Search(out, runner, identity, seed, storage)
             try:
                 _run(search, trials, hours)
             finally:
@@ -142,14 +153,14 @@ def calibrate(  # noqa: PLR0913 the options of a command
     dataset.check()
 
 
-def _boids(trials: int, seed: int, backend: Backend, out: Path) -> None:
+def _boids(trials: int, seed: int, backend: Backend, out: Path, storage: str | None) -> None:
     """The best static gains of each filter and group size, and what they are worth."""
     if not trials:
         raise ConfigError("--trials=0: boids need at least one")
     dataset = CountedDataset(out / "episodes")
     dataset.open()
-    with checked_trials(out / "boids.sqlite"):
-        found = list(boids_gains.search_gains(dataset, trials, seed, backend, say))
+    with checked_trials(trials_address(out / "boids.sqlite", storage)):
+        found = list(boids_gains.search_gains(dataset, trials, seed, backend, say, storage))
     say(f"report: {boids_gains.REPORT_TRIALS} other worlds")
     worths = [boids_gains.compare_with_unit_gains(dataset, each, backend) for each in found]
     say(str(boids_gains.write_gains(out, found)))

@@ -18,6 +18,7 @@ import optuna
 from optuna.distributions import BaseDistribution, FloatDistribution, IntDistribution
 from optuna.trial import FrozenTrial, TrialState
 
+from calibration.kept import open_trials, trials_address
 from calibration.ranges import ARENAS, RANGES, ParameterRange, defaults, rounded
 from calibration.runner import Objective
 from calibration.targets import score
@@ -64,15 +65,25 @@ class BestTrial:
 class Search:
     """A search: the trials kept in a folder, and the next ones."""
 
-    def __init__(self, folder: Path, objective: Objective, identity: str, seed: int = 0) -> None:
-        """Resume the trials of this identity, or begin with the defaults."""
+    def __init__(
+        self,
+        folder: Path,
+        objective: Objective,
+        identity: str,
+        seed: int = 0,
+        storage: str | None = None,
+    ) -> None:
+        """Resume the trials of this identity, or begin with the defaults.
+
+        They are kept in a database in the folder, or in `storage`, which other processes may share.
+        """
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
         self.objective = objective
         self.seed = seed
         self.best_file = folder / "best.json"
-        self._storage = optuna.storages.RDBStorage(f"sqlite:///{folder / 'trials.sqlite'}")
+        self._storage = open_trials(trials_address(folder / "trials.sqlite", storage))
         self._study = optuna.create_study(
             storage=self._storage,
             study_name=identity,
@@ -80,8 +91,9 @@ class Search:
             load_if_exists=True,
         )
         if not self._study.get_trials(deepcopy=False):
-            self._study.enqueue_trial(rounded(defaults()))
-        self._retry()
+            self._study.enqueue_trial(rounded(defaults()), skip_if_exists=True)
+        if storage is None:  # else another process may be at work on a trial
+            self._retry()
 
     @property
     def n_ended(self) -> int:

@@ -63,6 +63,17 @@ PASSES = 1e-4
 """Least p-value of a test of randomness. Seeds are fixed, so a pass stays a pass."""
 
 
+@pytest.fixture
+def interruptible():
+    """Processes that a test starts hear Ctrl-C, which a job in the background ignores for them.
+
+    `preexec_fn` would do it too, but can block for ever where the tests have threads.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.fixture(autouse=True)
 def no_display(monkeypatch):
     """No test opens a window on anybody's screen."""

@@ -1,7 +1,6 @@
 """Commands, run in this process or in one of their own."""
 
 import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -27,17 +26,6 @@ def command(capsys, monkeypatch, tmp_path):
         return (status, *capsys.readouterr())
 
     return call
-
-
-@pytest.fixture
-def interruptible():
-    """Processes that a test starts hear Ctrl-C, which a job in the background ignores for them.
-
-    `preexec_fn` would do it too, but can block for ever where the tests have threads.
-    """
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture
