@@ -21,6 +21,10 @@ COMMANDS = {
 }
 """What is killed, how its output is read, and how often it is killed where FAULTS is 100."""
 
+STOPPED = 130, -signal.SIGINT
+"""Exit status after Ctrl-C: Python ends by the signal if that came within an `exec`, as where numba
+compiles; a shell tells 130 of both."""
+
 IN_A_ROW = 5
 """Kills before a command may end."""
 
@@ -76,8 +80,8 @@ def test_threads_that_are_interrupted_end_with_one_line_and_lose_nothing(
         time.sleep(rng.uniform(0.3, 1.0) * length)
         run.send_signal(signal.SIGINT)
         said = run.communicate(timeout=60)[1]
-        assert run.returncode in (0, 130), said
-        interrupted += run.returncode == 130
+        assert run.returncode in (0, *STOPPED), said
+        interrupted += run.returncode in STOPPED
         assert "Traceback" not in said.partition("compiling")[2], said
         finish(tmp_path / str(attempt), command)
         assert commands.episodes(tmp_path / str(attempt)) == expected
