@@ -71,11 +71,16 @@ def bind(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any
 def bind_grid(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel
     """Compile a template for a GPU: its free name `cuda` stands for the threads that run it.
 
-    ConfigError where numba-cuda is missing.
+    The same template and functions share their machine code within a process. ConfigError where
+    numba-cuda is missing.
     """
-    cuda = gpu()
-    function = _function_of(template, parts_of(template, {**functions, "cuda": cuda}))
-    return cuda.jit(_simulated(function) if config.ENABLE_CUDASIM else function)
+    return _bound_grid(template, parts_of(template, {**functions, "cuda": gpu()}))
+
+
+@cache
+def _bound_grid(template: Callable[..., Any], parts: Parts) -> Any:  # noqa: ANN401 a kernel
+    function = _function_of(template, parts)
+    return gpu().jit(_simulated(function) if config.ENABLE_CUDASIM else function)
 
 
 def _simulated(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -62,7 +62,7 @@ class NamedNetwork(nn.Module):
 
     def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
         """Copy all parameters to NumPy arrays, as a policy file holds them."""
-        return {name: array.detach().numpy().copy() for name, array in self.arrays.items()}
+        return {name: array.detach().cpu().numpy().copy() for name, array in self.arrays.items()}
 
     def load_numpy(self, arrays: Weights) -> None:
         """Set all parameters from NumPy arrays, by name."""
@@ -114,6 +114,9 @@ class WeightingActor(NamedNetwork):
 
     architecture = ENCOUNTER_NETWORK
     network = architecture.name
+    unit: Tensor
+    centre: Tensor
+    spread: Tensor
 
     def __init__(self, layout: ObservationLayout, hidden: int = HIDDEN) -> None:
         """Make a network for observations of this layout, with `hidden` hidden units."""
@@ -121,7 +124,8 @@ class WeightingActor(NamedNetwork):
         super().__init__(self.architecture.shapes(self.sizes), "output", GAIN)
         self._columns = field_columns(layout, "encounter")
         scales = torch.tensor(self.architecture.scales)
-        self._unit, self._centre, self._spread = scales[:, 0], scales[:, 1], scales[:, 2]
+        for name, column in zip(("unit", "centre", "spread"), scales.T, strict=True):
+            self.register_buffer(name, column.clone(), persistent=False)
 
     def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
         """Return the weight g of each area, and 1 where g has an effect; else both are zero.
@@ -133,7 +137,7 @@ class WeightingActor(NamedNetwork):
         elsewhere = {"own_p_elsewhere": told["own_p"].flip(1)}
         seen = {**told, **both, **elsewhere, **self._remembered(observed)}
         shown = torch.stack([seen[name] for name in self.architecture.features], 2)
-        x = (torch.log1p(shown / self._unit) - self._centre) / self._spread
+        x = (torch.log1p(shown / self.unit) - self.centre) / self.spread
         w, direct = self.arrays, self.arrays["direct.weight"]
         hidden = torch.tanh(dense_layer(w, "hidden", x))
         ahead = told["own_p"] - told["heard_p"]

@@ -29,8 +29,9 @@ def clone_behaviour(actor: MotionActor, pairs: Sequence[Demonstrations]) -> floa
 
     Batches are drawn from torch's global generator: seed it for a repeatable fit.
     """
-    observed = torch.from_numpy(np.concatenate([each[0] for each in pairs]))
-    wheels = torch.from_numpy(np.concatenate([each[1] for each in pairs]))
+    device = next(actor.parameters()).device
+    observed = torch.from_numpy(np.concatenate([each[0] for each in pairs])).to(device)
+    wheels = torch.from_numpy(np.concatenate([each[1] for each in pairs])).to(device)
     optimiser = torch.optim.Adam(actor.parameters(), LEARNING_RATE)
     total = 0.0
     for _ in range(EPOCHS):

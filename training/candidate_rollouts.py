@@ -1,6 +1,7 @@
 """Rollouts of candidate policies: round trips of many networks in many worlds, in parallel.
 
-Worlds run in batches. A candidate has the same round trips in a batch as alone.
+Worlds run in batches: on a CPU many of them, side by side, on a GPU one for each scenario. A
+candidate has the same round trips in a batch as alone.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,6 +12,7 @@ import numpy as np
 from baselines.controller import LayeredController
 from baselines.evaluation.backends import Backend, JoblibBackend, run_in_order
 from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.foraging.metrics import total
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer, WeightingLayer
@@ -56,6 +58,7 @@ class RolloutJob:
     seeds: tuple[int, ...]
     """Seed of each world."""
     physics: str
+    device: str
 
 
 @dataclass(frozen=True)
@@ -69,11 +72,17 @@ class CandidateRollouts:
     layer: LayerName = "weighting"
     architecture: WeightingNetwork = ENCOUNTER_NETWORK
     """Architecture of the candidates for a weighting."""
+    device: str = "cpu"
+    """Where worlds run: "cpu" or "cuda"."""
 
     def warm_up(self, network: Float32[Array, " numbers"]) -> None:
-        """Compile every kernel once, so that worker processes find them in the cache."""
+        """Compile every kernel once, so that worker processes find them in the cache.
+
+        ConfigError for a controller or an engine that does not run on the device.
+        """
         for scenario in self.scenarios.values():
-            Loop(scenario, self._with(network), [0], self.physics).step()
+            loop = Loop(scenario, self._with(network), [0], self.physics)
+            (loop if self.device == "cpu" else DeviceLoop(loop)).step()
 
     def round_trips(
         self, networks: Float32[Array, "networks numbers"], seeds: Sequence[int]
@@ -83,9 +92,9 @@ class CandidateRollouts:
             name: list(self._jobs(scenario, networks, seeds))
             for name, scenario in self.scenarios.items()
         }
-        trips = iter(
-            run_in_order(self.backend, run_job, [job for each in jobs.values() for job in each])
-        )
+        every = [job for each in jobs.values() for job in each]
+        on_cpu = self.device == "cpu"
+        trips = iter(run_in_order(self.backend, run_job, every) if on_cpu else map(run_job, every))
         shape = len(networks), len(seeds)
         return {
             name: np.concatenate([next(trips) for _ in each]).reshape(shape)
@@ -103,10 +112,11 @@ class CandidateRollouts:
         worlds = [(which, seed) for which in range(len(networks)) for seed in seeds]
         room = max(1, MAX_ROWS // scenario.task.n_robots)
         size = min(room, -(-len(worlds) // self.backend.workers))
+        size = size if self.device == "cpu" else len(worlds)
         for part in np.array_split(np.arange(len(worlds)), -(-len(worlds) // size)):
             which, own_seeds = zip(*(worlds[k] for k in part), strict=True)
             controllers = tuple(candidates[k] for k in which)
-            yield RolloutJob(scenario, controllers, own_seeds, self.physics)
+            yield RolloutJob(scenario, controllers, own_seeds, self.physics, self.device)
 
     def _with(self, network: Float32[Array, " numbers"]) -> LayeredController:
         """The controller with a candidate in the place of its layer."""
@@ -118,7 +128,18 @@ class CandidateRollouts:
 
 def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:
     """Run the episodes of a job and return the round trips of each world."""
+    return total(after_episode(job).world.robots["round_trips"], len(job.seeds))
+
+
+def after_episode(job: RolloutJob) -> Loop:
+    """The worlds of a job as they stand at the end of their episodes."""
     loop = Loop(job.scenario, job.controllers, job.seeds, job.physics)
+    if job.device == "cpu":
+        for _ in range(job.scenario.n_ticks):
+            loop.step()
+        return loop
+    on_gpu = DeviceLoop(loop)
     for _ in range(job.scenario.n_ticks):
-        loop.step()
-    return total(loop.world.robots["round_trips"], len(job.seeds))
+        on_gpu.step()
+    on_gpu.check()
+    return on_gpu.download()

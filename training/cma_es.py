@@ -80,6 +80,7 @@ class CMAESTraining:
             experiment.physics,
             backend or JoblibBackend(experiment.workers),
             self._layer,
+            device=experiment.device,
         )
         sigma = INITIAL_SIGMA[self._layer]
         self._search = CMA(start, sigma, population_size=experiment.population)

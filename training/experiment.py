@@ -15,6 +15,8 @@ from baselines.evaluation.complaints import of_option
 from baselines.evaluation.evaluate_options import check_count, check_physics
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller, parse_controller
+from swarm_forage_env.device_loop import usable_gpu
+from swarm_forage_env.envs.device_env import check_device
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.parameters import leaves
@@ -76,6 +78,8 @@ class Experiment:
     """Controller whose other layers are used."""
     physics: str = "rigid"
     workers: int = 1
+    device: str = "cpu"
+    """Where worlds run, and for ppo the learner: "cpu" or "cuda"."""
 
     def check(self) -> None:
         """Raise ConfigError or UnknownNameError for the first invalid option."""
@@ -90,6 +94,7 @@ class Experiment:
             )
         self._check_numbers()
         self._check_worlds()
+        self._check_device()
         if self.algorithm == "cma" and self.layer == "motion":
             self._check_linear_motion()
 
@@ -118,6 +123,20 @@ class Experiment:
             checked_seed(self.seed)
         if self.seed > LAST_SEED:
             raise ConfigError(f"--seed={self.seed}: must be at most {LAST_SEED}")
+
+    def _check_device(self) -> None:
+        with of_option("--"):
+            check_device(self.device)
+            if self.device == "cpu":
+                return
+            if self.algorithm == "imitation":
+                raise ConfigError("device=cuda: is for --algorithm cma and ppo, not imitation")
+            if self.physics != "kinematic":
+                raise ConfigError(
+                    f"device=cuda: the engine {self.physics} runs on a CPU only, as it asks a"
+                    " library; add --physics=kinematic"
+                )
+            usable_gpu()
 
     def _check_worlds(self) -> None:
         if not self.scenarios:
@@ -196,6 +215,8 @@ class Experiment:
             found[name] = str(getattr(self, name))
         if self.algorithm != "cma":  # the learning rate falls to zero over the budget
             found["budget"] = str(self.budget)
+        if self.device != "cpu":  # which rounds otherwise
+            found["device"] = self.device
         if self.algorithm == "ppo":  # as many threads, whose sums differ in the last digits
             found["workers"] = str(self.workers)
         for name, scenario in self.scenarios_by_name.items():
@@ -225,6 +246,8 @@ class Experiment:
         }
         if self.population is not None:
             options["--population"] = self.population
+        if self.device != "cpu":
+            options["--device"] = self.device
         words = ["swarm-forage", "train", self.layer, *self.scenarios]
         words += [f"{name}={value}" for name, value in options.items()]
         words += [f"--set={name}={value}" for name, value in self.settings.items()]

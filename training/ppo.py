@@ -4,6 +4,7 @@ Training runs in intervals. Each resets the worlds with seeds of its own and end
 evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from the last
 interval and ends with the same result. The first interval of a motion trains the critic alone:
 the motion starts as a clone of the controller's own, which an untrained critic would undo.
+On a GPU the worlds go on from one interval to the next, and start anew where a run resumes.
 
 Source: Schulman2017, Proximal Policy Optimization Algorithms (stable-baselines3).
 """
@@ -11,16 +12,15 @@ Source: Schulman2017, Proximal Policy Optimization Algorithms (stable-baselines3
 import math
 import time
 from collections.abc import Callable
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import torch
-from stable_baselines3.common.utils import FloatSchedule, set_random_seed
+from stable_baselines3.common.utils import set_random_seed
 
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.spaces import ObservationLayout
 from training.actor_critic import LayerNetworks, MotionActor, NamedNetwork
 from training.behaviour_cloning import clone_behaviour, record_demonstrations
 from training.checkpoint import (
@@ -44,7 +44,14 @@ from training.policy_file import (
     save_policy,
 )
 from training.progress import ProgressLogger
-from training.sb3_setup import HYPERPARAMETERS, make_ppo, make_vec_env, model_state, restore_model
+from training.sb3_setup import (
+    HYPERPARAMETERS,
+    Learner,
+    SB3Learner,
+    model_state,
+    restore_model,
+)
+from training.tensor_ppo import make_tensor_ppo
 from training.training_loop import run
 
 LATEST = "latest.safetensors"
@@ -70,26 +77,26 @@ class PPOTraining:
         self._experiment = experiment
         torch.set_num_threads(experiment.workers)
         self._hyperparameters = HYPERPARAMETERS[experiment.layer]
-        self._env = make_vec_env(experiment, self._hyperparameters)
+        make: Any = SB3Learner if experiment.device == "cpu" else make_tensor_ppo
         try:
-            self._model = make_ppo(self._env, experiment, self._hyperparameters)
+            self._learner: Learner = make(experiment, self._hyperparameters)
         except OSError as error:  # of the logs, which come first
             raise not_writable(experiment.out, error) from None
         self._file = experiment.out / CHECKPOINT
         self.curve: list[CurvePoint] = []
         self._best = self._weights
         if self._file.exists():
-            kept = model_state(self._model)
+            kept = model_state(self._learner)
             kept |= {f"best.{name}": array for name, array in self._best.items()}
             wanted = {name: array.shape for name, array in kept.items()}
             self.curve, arrays = read_checkpoint(self._file, experiment.identity, wanted)
-            restore_model(self._model, arrays)
+            restore_model(self._learner, arrays)
             self._best = {name: arrays[f"best.{name}"] for name in self._best}
 
     @property
     def done(self) -> int:
         """Robot steps (control ticks of single robots) completed so far."""
-        return int(self._model.num_timesteps) * self._hyperparameters.decision_period
+        return self._learner.num_timesteps * self._hyperparameters.decision_period
 
     def warm_start(self) -> str:
         """Clone the controller's own motion, if the motion is learned; return a line to print."""
@@ -97,7 +104,7 @@ class PPOTraining:
         if not isinstance(actor, MotionActor):
             return "starting from nothing"
         set_random_seed(experiment.seed)
-        pairs, layout = [], cast(ObservationLayout, self._env.observation_layout)
+        pairs, layout = [], self._learner.observation_layout
         for scenario in experiment.scenarios_by_name.values():
             n_worlds = max(1, DEMONSTRATORS // scenario.task.n_robots)
             seeds = experiment.training_seeds(0, n_worlds)
@@ -108,22 +115,18 @@ class PPOTraining:
 
     def advance(self, progress: ProgressLogger) -> str:
         """Train for one interval in new worlds, and return a line on its speed."""
-        experiment, model, before = self._experiment, self._model, self.done
-        begin, stepping = time.perf_counter(), self._env.stepping_s
-        seed = step_seed(experiment.seed, len(self.curve))
-        set_random_seed(seed)
-        self._env.seed(seed)
-        model._last_obs = None  # so that learning starts with a reset
+        experiment, learner, before = self._experiment, self._learner, self.done
+        begin, stepping = time.perf_counter(), learner.stepping_s
         left = max(0.0, 1.0 - before / experiment.budget)
-        model.lr_schedule = FloatSchedule(self._hyperparameters.learning_rate * left)
         self._set_trainable(learn=len(self.curve) > 1 or "motion" not in self._actors)
         decisions = math.ceil(experiment.every / self._hyperparameters.decision_period)
-        model.learn(decisions, reset_num_timesteps=False)
+        rate = self._hyperparameters.learning_rate * left
+        learner.learn(decisions, rate, step_seed(experiment.seed, len(self.curve)))
         wall = time.perf_counter() - begin
         speed = (self.done - before) / wall
-        share = (self._env.stepping_s - stepping) / wall
+        share = (learner.stepping_s - stepping) / wall
         numbers = {"speed/robot_steps_per_s": speed, "speed/environment_share": share}
-        progress.log_scalars(self.done, numbers)
+        progress.log_scalars(self.done, {**numbers, **learner.told})
         return f"{speed:,.0f} robot steps/s, {share:.0%} of the time in the environment"
 
     def evaluate(self) -> CurvePoint:
@@ -136,7 +139,7 @@ class PPOTraining:
             self._best = weights
         self.curve.append(point)
         best = {f"best.{name}": array for name, array in self._best.items()}
-        arrays = {**model_state(self._model), **best}
+        arrays = {**model_state(self._learner), **best}
         write_checkpoint(self._file, experiment.identity, self.curve, arrays)
         self.save_best()
         return point
@@ -160,13 +163,13 @@ class PPOTraining:
     def _simulated_s(self) -> float:
         """Simulated time so far, summed over worlds [s]."""
         n_worlds = worlds_per_scenario(self._experiment)
-        ticks = self.done / self._env.num_envs
+        ticks = self.done / self._learner.n_rows
         scenarios = self._experiment.scenarios_by_name.items()
         return ticks * sum(n_worlds[name] * each.tick for name, each in scenarios)
 
     @property
     def _actors(self) -> dict[LayerName, NamedNetwork]:
-        actors = cast(LayerNetworks, self._model.policy.mlp_extractor).actors
+        actors = cast(LayerNetworks, self._learner.policy.mlp_extractor).actors
         return cast(dict[LayerName, NamedNetwork], dict(actors.items()))
 
     @property
@@ -180,7 +183,7 @@ class PPOTraining:
 
     def _set_trainable(self, learn: bool) -> None:
         """Train the actors and the critic (`learn`), or the critic alone."""
-        self._model.policy.log_std.requires_grad_(learn)
+        self._learner.policy.log_std.requires_grad_(learn)
         for actor in self._actors.values():
             actor.requires_grad_(learn)
 

@@ -3,14 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, cast
 
 import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.logger import KVWriter, Logger
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.utils import FloatSchedule, set_random_seed
 
 from swarm_forage_env.arrays import Array
+from swarm_forage_env.spaces import ObservationLayout
 from training.actor_critic import LayerActorCriticPolicy
 from training.experiment import Experiment, worlds_per_scenario
 from training.multi_scenario_vec_env import MultiScenarioVecEnv
@@ -19,6 +22,37 @@ from training.vec_env import SwarmVecEnv
 
 MOMENTS = ("step", "exp_avg", "exp_avg_sq")
 """Entries of Adam's state for each parameter."""
+
+
+class Learner(Protocol):
+    """PPO on the rows of an environment, a row for each robot that learns."""
+
+    num_timesteps: int
+    told: dict[str, float]
+
+    @property
+    def policy(self) -> ActorCriticPolicy:
+        """Networks and optimiser."""
+        ...
+
+    @property
+    def observation_layout(self) -> ObservationLayout:
+        """What a row of an observation is made of."""
+        ...
+
+    @property
+    def n_rows(self) -> int:
+        """Robots that learn, in all worlds."""
+        ...
+
+    @property
+    def stepping_s(self) -> float:
+        """Wall time of all steps of the worlds [s]."""
+        ...
+
+    def learn(self, decisions: int, learning_rate: float, seed: int) -> None:
+        """Learn from so many decisions of single robots, in whole rollouts."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -60,24 +94,27 @@ def make_vec_env(
     experiment: Experiment, hyperparameters: PPOHyperparameters
 ) -> MultiScenarioVecEnv:
     """Make the vector environment over the robots of all scenarios of an experiment."""
-    scenarios = experiment.scenarios_by_name
+    scenarios, options = experiment.scenarios_by_name, env_options(experiment, hyperparameters)
     return MultiScenarioVecEnv(
         [
-            SwarmVecEnv(
-                scenarios[name],
-                n_worlds=n_worlds,
-                controller=experiment.base_controller,
-                learn=experiment.layer,
-                action="wheels",
-                normalise=False,
-                physics=experiment.physics,
-                decision_period=hyperparameters.decision_period,
-                discount=hyperparameters.discount,
-                shaping=hyperparameters.shaping,
-            )
+            SwarmVecEnv(scenarios[name], n_worlds=n_worlds, **options)
             for name, n_worlds in worlds_per_scenario(experiment).items()
         ]
     )
+
+
+def env_options(experiment: Experiment, hyperparameters: PPOHyperparameters) -> dict[str, Any]:
+    """The keywords of the environments of an experiment, but for scenario and worlds."""
+    return {
+        "controller": experiment.base_controller,
+        "learn": experiment.layer,
+        "action": "wheels",
+        "normalise": False,
+        "physics": experiment.physics,
+        "decision_period": hyperparameters.decision_period,
+        "discount": hyperparameters.discount,
+        "shaping": hyperparameters.shaping,
+    }
 
 
 def make_ppo(
@@ -105,6 +142,54 @@ def make_ppo(
     return model
 
 
+class SB3Learner:
+    """stable-baselines3's PPO on the robots of all scenarios of an experiment, on a CPU."""
+
+    def __init__(self, experiment: Experiment, hyperparameters: PPOHyperparameters) -> None:
+        """Start with new networks, and seed all generators of this process."""
+        self._env = make_vec_env(experiment, hyperparameters)
+        self._model = make_ppo(self._env, experiment, hyperparameters)
+        self.told: dict[str, float] = {}
+        """What is told of the last update: nothing, as SB3 logs it itself."""
+
+    @property
+    def policy(self) -> ActorCriticPolicy:
+        """Networks and optimiser."""
+        return self._model.policy
+
+    @property
+    def num_timesteps(self) -> int:
+        """Decisions of single robots so far."""
+        return int(self._model.num_timesteps)
+
+    @num_timesteps.setter
+    def num_timesteps(self, number: int) -> None:
+        self._model.num_timesteps = number
+
+    @property
+    def observation_layout(self) -> ObservationLayout:
+        """What a row of an observation is made of."""
+        return cast(ObservationLayout, self._env.observation_layout)
+
+    @property
+    def n_rows(self) -> int:
+        """Robots that learn, in all worlds."""
+        return self._env.num_envs
+
+    @property
+    def stepping_s(self) -> float:
+        """Wall time of all steps of the worlds [s]."""
+        return self._env.stepping_s
+
+    def learn(self, decisions: int, learning_rate: float, seed: int) -> None:
+        """Learn in new worlds from so many decisions of single robots, in whole rollouts."""
+        set_random_seed(seed)
+        self._env.seed(seed)
+        self._model._last_obs = None  # so that learning starts with a reset
+        self._model.lr_schedule = FloatSchedule(learning_rate)
+        self._model.learn(decisions, reset_num_timesteps=False)
+
+
 class Curves(KVWriter):
     """Writes what stable-baselines3 logs of the training to a file of curves."""
 
@@ -128,7 +213,7 @@ class Curves(KVWriter):
         """Do nothing: the file is open only while a number is written."""
 
 
-def model_state(model: PPO) -> dict[str, Array]:
+def model_state(model: Learner) -> dict[str, Array]:
     """The state of a model as arrays: parameters, Adam's moments and the number of steps."""
     arrays = {f"policy.{name}": array for name, array in model.policy.state_dict().items()}
     remembered = model.policy.optimizer.state
@@ -137,11 +222,11 @@ def model_state(model: PPO) -> dict[str, Array]:
             kept = remembered.get(parameter, {}).get(moment)
             empty = torch.zeros(() if moment == "step" else parameter.shape)
             arrays[f"{moment}.{name}"] = empty if kept is None else kept
-    found = {name: array.detach().numpy().copy() for name, array in arrays.items()}
+    found = {name: array.detach().cpu().numpy().copy() for name, array in arrays.items()}
     return {**found, "num_timesteps": np.array(model.num_timesteps)}
 
 
-def restore_model(model: PPO, arrays: Mapping[str, Array]) -> None:
+def restore_model(model: Learner, arrays: Mapping[str, Array]) -> None:
     """Restore a model to a state that `model_state` returned."""
     tensors = {name: torch.from_numpy(np.array(array)) for name, array in arrays.items()}
     policy = model.policy
@@ -149,5 +234,6 @@ def restore_model(model: PPO, arrays: Mapping[str, Array]) -> None:
     for name, parameter in policy.named_parameters():
         if tensors[f"step.{name}"] > 0:
             moments = {moment: tensors[f"{moment}.{name}"] for moment in MOMENTS}
-            policy.optimizer.state[parameter] = moments
+            moved = {k: v if k == "step" else v.to(parameter.device) for k, v in moments.items()}
+            policy.optimizer.state[parameter] = moved
     model.num_timesteps = int(arrays["num_timesteps"])

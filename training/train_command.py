@@ -128,6 +128,9 @@ def train(  # noqa: PLR0913 the options of a command
         typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
     ] = None,
     physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
+    device: Annotated[
+        str, typer.Option(help="cpu, or cuda for worlds, and for ppo the learner, on a GPU.")
+    ] = "cpu",
     backend: BackendOption = BackendName.JOBLIB,
     address: AddressOption = None,
 ) -> None:
@@ -157,9 +160,12 @@ def train(  # noqa: PLR0913 the options of a command
         controller=controller or DEFAULT_CONTROLLER[layer],
         physics=physics,
         workers=workers,
+        device=device,
     )
     from training.folder_lock import lock_folder
 
+    if backend is not BackendName.JOBLIB and device != "cpu":
+        raise ConfigError(f"--backend={backend}: runs worlds on CPUs; leave out --device={device}")
     experiment.check()
     if backend is not BackendName.JOBLIB and experiment.algorithm != "cma":
         raise ConfigError(f"--backend={backend}: is for --algorithm cma")

@@ -142,8 +142,9 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         given = np.asarray(actions)
         self._next = self.env.actions.rows(given)
         if isinstance(self._on, DeviceArrayEnv):  # which makes them what the layers take
-            shape = self.env.n_worlds, len(self.env.learners), -1
-            self._next = given.astype(np.float32, copy=False).reshape(shape)
+            shape = self.env.n_worlds, len(self.env.learners), *self.env.action_shape
+            kind = np.int64 if self.env.config.discrete else np.float32
+            self._next = given.astype(kind, copy=False).reshape(shape)
 
     def step_wait(
         self,

@@ -41,9 +41,9 @@ print(his["next", "done"].sum(1).flatten().tolist(), gpu.has_render)
             {"learn": "motion", "stagger": True, "randomise": {"radio.max_range": (0.1, 0.2)}},
             [2, 1],
         ),
-        ({"learn": "weighting", "learners": 2, "reward": "team"}, [1, 1]),
+        ({"discrete": True, "learners": 2, "reward": "team", "shaping": 1.0}, [1, 1]),
     ],
-    ids=["motion", "weighting"],
+    ids=["numbers", "choices"],
 )
 def test_the_environment_of_torchrl_does_what_it_does_on_a_cpu(options, ends):
     pytest.importorskip("torchrl")
@@ -60,14 +60,19 @@ def same(mine, his):
         assert one.dtype == other.dtype
         np.testing.assert_array_equal(one, other)
 
+def drawn(rng, space, n):
+    if not space.shape:
+        return rng.integers(space.n, size=n)
+    return rng.uniform(space.low, space.high, (n, *space.shape)).astype(np.float32)
+
 options = {"n_worlds": 2, "seed": 3, "stagger": True, **eval(sys.argv[1])}
 cpu, gpu = (SwarmVecEnv("es1", device=device, **options) for device in ("cpu", "cuda"))
 same([cpu.reset()], [gpu.reset()])
 rng, space, ends = np.random.default_rng(1), cpu.action_space, []
 for step in range(5):
-    actions = rng.uniform(space.low, space.high, (cpu.num_envs, *space.shape))
-    *mine, infos = cpu.step(actions.astype(np.float32))
-    *his, told = gpu.step(actions.astype(np.float32))
+    actions = drawn(rng, space, cpu.num_envs)
+    *mine, infos = cpu.step(actions)
+    *his, told = gpu.step(actions)
     same(mine, his)
     for one, other in zip(infos, told, strict=True):
         assert one.keys() == other.keys()
@@ -75,14 +80,17 @@ for step in range(5):
             np.testing.assert_array_equal(one[name], other[name])
     ends.append(sum("round_trips" in info for info in told))
 try:
-    gpu.step(np.full((gpu.num_envs, *space.shape), np.nan, np.float32))
+    gpu.step(np.full((gpu.num_envs, *space.shape), np.nan if space.shape else 99))
 except ValueError as error:
     print(ends, error)
 """
 
 
-def test_the_vector_environment_of_sb3_does_what_it_does_on_a_cpu():
+@pytest.mark.parametrize(
+    ("options", "refused"), [({}, "nan"), ({"discrete": True, "shaping": 1.0}, "99")]
+)
+def test_the_vector_environment_of_sb3_does_what_it_does_on_a_cpu(options, refused):
     pytest.importorskip("stable_baselines3")
-    told = run(SB3, repr(SMALL)).splitlines()[-1]
+    told = run(SB3, repr({**SMALL, **options})).splitlines()[-1]
     assert told.startswith("[0, 3, 3, 0, 3] ")
-    assert "nan" in told
+    assert refused in told

@@ -1,5 +1,6 @@
 """Experiments: seeds that never meet, and refusals before anything runs."""
 
+import importlib.util
 import shlex
 
 import pytest
@@ -56,6 +57,9 @@ REFUSED = [
     ({"controller": "ssgiif"}, "no controller named 'ssgiif', did you mean"),
     ({"controller": "no-error"}, "knows the ground truth"),
     ({"physics": "fluid"}, "fluid"),
+    ({"device": "tpu"}, "--device='tpu': must be 'cpu' or 'cuda'"),
+    ({**IMITATION, "device": "cuda"}, "--device=cuda: is for --algorithm cma and ppo"),
+    ({"device": "cuda", "physics": "rigid"}, "--device=cuda: the engine rigid runs on a CPU"),
     ({"budget": 0}, "--budget=0: must be at least 1"),
     ({"every": 0}, "--every=0"),
     ({"worlds": 0}, "--worlds=0"),
@@ -102,3 +106,18 @@ def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch):
     assert program == "swarm-forage"
     assert train_command.app(arguments, standalone_mode=False) in (None, 0)
     assert met == [mine]
+
+
+@pytest.mark.skipif(importlib.util.find_spec("numba_cuda") is not None, reason="it is installed")
+def test_a_gpu_needs_its_compiler(experiment):
+    with pytest.raises(
+        ConfigError, match=r"--device='cuda': needs numba-cuda; pip install '.*cuda"
+    ):
+        experiment(device="cuda").check()
+
+
+def test_a_checkpoint_of_a_cpu_is_what_it_was_and_a_gpu_has_its_own(experiment):
+    assert "device" not in experiment().identity
+    assert "--device" not in experiment().command
+    assert experiment(device="cuda").identity["device"] == "cuda"
+    assert "--device=cuda" in experiment(device="cuda").command

@@ -119,7 +119,7 @@ def test_the_first_interval_of_a_motion_trains_the_critic_alone(motion, tmp_path
         for _ in range(3):
             training.evaluate()
             steps.append(parameters(experiment.out))
-            critic = training._model.policy.mlp_extractor.critic.state_dict()
+            critic = training._learner.policy.mlp_extractor.critic.state_dict()
             steps[-1]["critic"] = critic["value.weight"].numpy().copy()
             training.advance(progress)
     changed = [{name for name in a if (a[name] != b[name]).any()} for a, b in pairwise(steps)]
@@ -140,7 +140,7 @@ def test_both_layers_are_trained_once_the_critic_is(motion, tmp_path, monkeypatc
         for _ in range(2):
             kept.append(parameters(experiment.out))
             training.advance(progress)
-            rates.append(training._model.lr_schedule(1.0))
+            rates.append(training._learner._model.lr_schedule(1.0))
             training.evaluate()
     start, waited = kept
     end = parameters(experiment.out)
@@ -159,11 +159,11 @@ def test_a_weighting_learns_from_exchanges_of_areas_that_both_know(motion, tmp_p
     experiment = motion(layer="weighting", out=tmp_path / "weighting", scenarios=("es1",))
     training = ppo.PPOTraining(experiment)
     training._set_trainable(learn=True)
-    policy = training._model.policy
+    policy = training._learner.policy
     actor = training._actors["weighting"]
     torch.manual_seed(0)
     torch.nn.init.normal_(actor.arrays["output.weight"])  # it starts at zero
-    observed = torch.rand(50, *training._env.observation_space.shape) + 0.1
+    observed = torch.rand(50, *training._learner._env.observation_space.shape) + 0.1
     for each in ("own_known", "heard_known"):
         observed[:, actor._columns[each]] = float(met)
     with torch.no_grad():
