@@ -44,7 +44,7 @@ class CountedDataset(Dataset):
 
     def check(self) -> None:
         """Raise OSError, which names the files, unless all that were asked for are there."""
-        check_files(self.folder, list(self.counted))
+        check_files(self, list(self.counted))
 
 
 def trials_address(file: Path, storage: str | None) -> str:

@@ -52,8 +52,12 @@ def evaluate(  # noqa: PLR0913 the options of a command
     workers: WorkersOption = 2,
     threads: ThreadsOption = 1,
     out: Annotated[
-        Path | None,
-        typer.Option(help="Folder of the dataset (Parquet).", show_default="runs/<scenario>"),
+        str | None,
+        typer.Option(
+            metavar="PATH",
+            help="Folder of the dataset (Parquet), or an address: s3://bucket/x.",
+            show_default="runs/<scenario>",
+        ),
     ] = None,
     settings: SettingsOption = None,
     physics: PhysicsOption = None,
@@ -98,11 +102,11 @@ def evaluate(  # noqa: PLR0913 the options of a command
     check_kept(plan)
 
 
-def _check_plot(file: Path, out: Path | None) -> None:
+def _check_plot(file: Path, out: str | None) -> None:
     from baselines.evaluation.figure_files import check_plot
 
     check_plot(file)
-    if out and out.resolve() in file.resolve().parents:
+    if out and Path(out).resolve() in file.resolve().parents:
         say(f"--plot lies inside --out: read the dataset as {out}/scenario=*/**/*.parquet")
 
 

@@ -8,7 +8,7 @@ are written atomically, so that a run killed at any moment leaves whole files on
 
 import logging
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -82,20 +82,30 @@ class DamagedFileError(Exception):
     """A dataset file that is not the episode its name says."""
 
 
-def set_aside(file: Path, damage: DamagedFileError) -> None:
+def set_aside(
+    file: Path, damage: DamagedFileError, rename: Callable[[Path, Path], object] = Path.replace
+) -> None:
     """Give a damaged file a name that readers skip, and say so."""
     aside = file.with_name(f"_{file.name}{DAMAGED}")
-    file.replace(aside)
+    rename(file, aside)
     LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
 
 
 class Dataset:
     """A folder of kept episodes."""
 
+    shares_files = True
+    """Worker processes of this machine can write there."""
+
     def __init__(self, folder: Path, ending: str = ".parquet") -> None:
         """Name the folder, which may be missing until `open`, and how its files' names end."""
         self.folder = folder
         self.ending = ending
+
+    @property
+    def name(self) -> str:
+        """Where it is, as a user is told."""
+        return str(self.folder)
 
     def open(self) -> None:
         """Make the folder, check that it is writable, and remove temporary files of killed runs."""
@@ -122,11 +132,11 @@ class Dataset:
         """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
         file = self.place(configuration, seed)
         try:
-            row = _row(file.read_bytes(), configuration, seed)
+            row = _row(self.read(file), configuration, seed)
         except FileNotFoundError:
             return None
         except DamagedFileError as damage:
-            set_aside(file, damage)
+            set_aside(file, damage, self.rename)
             return None
         names = configuration.scenario.name, configuration.controller.name
         return episode_of(row, task_of(configuration.scenario).episode, *names)
@@ -138,9 +148,23 @@ class Dataset:
             row = pa.Table.from_pylist([_columns(episode, configuration)], columns)
             content = pa.BufferOutputStream()
             pq.write_table(row, content, write_page_checksum=True)
-            write_atomically(
-                self.place(configuration, episode.seed), content.getvalue().to_pybytes()
-            )
+            self.write(self.place(configuration, episode.seed), content.getvalue().to_pybytes())
+
+    def read(self, file: Path) -> bytes:
+        """The content of an episode's file. FileNotFoundError if there is none."""
+        return file.read_bytes()
+
+    def write(self, file: Path, content: bytes) -> None:
+        """Write an episode's file atomically."""
+        write_atomically(file, content)
+
+    def rename(self, file: Path, new: Path) -> None:
+        """Give a file another name, over an older one."""
+        file.replace(new)
+
+    def missing(self, files: Sequence[Path]) -> list[Path]:
+        """Those of some files that are not there."""
+        return [file for file in files if not file.is_file()]
 
 
 def _columns(episode: Any, configuration: ExperimentConfig) -> dict[str, Any]:  # noqa: ANN401 of any task

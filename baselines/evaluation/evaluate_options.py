@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from baselines.evaluation.complaints import of_option
-from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
     find_layered_controller,
     parse_settings,
 )
+from baselines.evaluation.object_store import open_dataset
 from baselines.evaluation.output_files import folder_name
 from baselines.evaluation.runner import Plan
 from baselines.evaluation.trajectories import Trajectories, kind_of
@@ -35,18 +35,21 @@ class EvaluateOptions:
     physics: str | None = None
     """None: the one that its scenario goes with."""
 
-    def plan(self, out: Path | None, trajectories: bool = False) -> Plan:
+    def plan(self, out: Path | str | None, trajectories: bool = False) -> Plan:
         """Plan the episodes, with their trajectories if asked: those found, and those to run.
+
+        They are kept in a folder, or at an address of an object store.
 
         UnknownNameError for a name that stands for nothing, ConfigError for anything else.
         """
         configurations = self.configurations()
         seeds = self.seeds()
         if trajectories:
+            if "://" in str(out):
+                raise ConfigError(f"--trajectories: need a folder of this machine, not {out}")
             _ = kind_of(task_of(configurations[0].scenario))
         folder = out or Path("runs") / folder_name(configurations[0].scenario.name)
-        dataset = Dataset(folder)
-        dataset.open()
+        dataset = open_dataset(str(folder))
         beside = Trajectories(dataset) if trajectories else None
         if beside:
             beside.open()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import progress_bar, say
+from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episodes_done import EpisodesDone, shown
 from baselines.evaluation.runner import Plan
 
@@ -26,7 +27,7 @@ def run_with_progress(plan: Plan, backend: Backend) -> None:
     scenarios = ", ".join(dict.fromkeys(each.scenario.name for each in plan.configurations))
     say(
         f"{scenarios}: {total - plan.n_todo} of {total} episodes"
-        f" found in {plan.dataset.folder}, {plan.n_todo} to run"
+        f" found in {plan.dataset.name}, {plan.n_todo} to run"
     )
     with progress_bar("episodes") as progress:
         if progress.disable:
@@ -46,7 +47,7 @@ def _run_under_bar(plan: Plan, progress: "Progress", backend: Backend) -> None:
     def tell(what: str) -> None:
         progress.update(bar, description=what)
 
-    if not backend.shares_files:
+    if not (backend.shares_files and plan.dataset.shares_files):
         for n_episodes in plan.run(backend, tell):
             progress.advance(bar, n_episodes)
         return
@@ -58,21 +59,21 @@ def _run_under_bar(plan: Plan, progress: "Progress", backend: Backend) -> None:
 
 def check_kept(plan: Plan) -> None:
     """Raise OSError, which names the files, unless every episode of the plan is kept."""
-    check_files(plan.dataset.folder, plan.files)
+    check_files(plan.dataset, plan.files)
     if plan.trajectories:
         beside = plan.trajectories.dataset
         wanted = [beside.place(each, s) for each in plan.configurations for s in plan.seeds]
-        check_files(beside.folder, wanted)
+        check_files(beside, wanted)
 
 
-def check_files(folder: Path, wanted: Sequence[Path]) -> None:
-    """Raise OSError, which names those that are gone, unless a dataset's folder holds all files."""
-    missing = [file for file in wanted if not file.is_file()]
+def check_files(dataset: Dataset, wanted: Sequence[Path]) -> None:
+    """Raise OSError, which names those that are gone, unless a dataset holds all files."""
+    missing, folder = dataset.missing(wanted), dataset.folder
     if missing:
         names = ", ".join(str(file.relative_to(folder)) for file in missing[:NAMED])
         more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
         raise OSError(
-            f"{folder}: {len(missing)} of {len(wanted)} episodes are not there any more:"
+            f"{dataset.name}: {len(missing)} of {len(wanted)} episodes are not there any more:"
             f" {names}{more}; the results above count them, and the same command runs them again"
             " where it needs them"
         )

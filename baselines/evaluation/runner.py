@@ -116,14 +116,15 @@ class Plan:
         compile_all({block.configuration.key: block.configuration for block in blocks}, tell)
         recorded, threads = self.trajectories is not None, backend.threads
         run = partial(_run_block, threads=threads, is_recorded=recorded)
-        if backend.shares_files:
+        keeps = not (backend.shares_files and self.dataset.shares_files)
+        if not keeps:
             run = partial(_run_and_keep, threads=threads, stores=self._stores)
         if done:
             done.begin(len(blocks))
         jobs = [(block, done and done.of_block(number)) for number, block in enumerate(blocks)]
         with closing(backend.run(run, jobs)) as finished:
             for key, episodes, contents in finished:
-                if not backend.shares_files:
+                if keeps:
                     self.keep(key, episodes, contents)
                 for episode in episodes:
                     self.episodes[key, episode.seed] = episode

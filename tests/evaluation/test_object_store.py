@@ -1,0 +1,148 @@
+"""Datasets in an object store: the same episodes as in a folder, each once, also after a kill."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("moto", reason="moto comes with extra `dev`")
+import fsspec
+import s3fs
+from moto.server import ThreadedMotoServer
+
+ROOT = Path(__file__).resolve().parents[2]
+SHORT = "evaluate", "es1", "nc", "--physics=kinematic", "--format=json", "--set=task.duration=20"
+
+
+def episodes(told):
+    return [episode | {"wall_s": 0.0} for episode in json.loads(told)]
+
+
+@pytest.fixture(scope="module")
+def server():
+    """A store on this machine, and nowhere else."""
+    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0)
+    server.start()
+    host, port = server.get_host_and_port()
+    yield {
+        "AWS_ENDPOINT_URL": f"http://{host}:{port}",
+        "AWS_ACCESS_KEY_ID": "nobody",
+        "AWS_SECRET_ACCESS_KEY": "nothing",
+        "AWS_DEFAULT_REGION": "us-east-1",
+    }
+    server.stop()
+
+
+@pytest.fixture
+def bucket(server, monkeypatch):
+    """A store with an empty bucket `swarm`, which this process and its children find."""
+    for name, value in server.items():
+        monkeypatch.setenv(name, value)
+    s3fs.S3FileSystem.clear_instance_cache()
+    store = s3fs.S3FileSystem()
+    store.mkdir("swarm")
+    yield store
+    store.rm("swarm", recursive=True)
+
+
+@pytest.fixture
+def run(capsys, monkeypatch, tmp_path):
+    from baselines.cli import run
+    from swarm_forage_env import compiler
+
+    monkeypatch.setattr(compiler, "announce", lambda: None)
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments):
+        capsys.readouterr()
+        return (run([*arguments]), *capsys.readouterr())
+
+    return call
+
+
+def test_a_store_keeps_what_a_folder_keeps_and_runs_nothing_twice(run):
+    status, local, _ = run(*SHORT, "--episodes=4", "--workers=1", "--out=out")
+    assert status == 0
+    address = "--out=memory://swarm/x"
+    status, told, said = run(*SHORT, "--episodes=4", "--workers=2", address)
+    assert (status, episodes(told)) == (0, episodes(local))
+    assert "0 of 4 episodes found in memory://swarm/x, 4 to run" in said
+    status, again, said = run(*SHORT, "--episodes=4", "--workers=1", address)
+    assert (status, again) == (0, told)
+    assert "4 of 4 episodes found" in said
+    names = fsspec.filesystem("memory").find("/swarm/x")
+    assert sorted(names) == sorted(
+        f"/swarm/x/{file.relative_to('out')}" for file in Path("out").rglob("*.parquet")
+    )
+    assert not list(Path().glob("memory*"))
+
+
+def test_a_damaged_object_is_set_aside_and_one_that_is_gone_is_told(run, monkeypatch):
+    store = fsspec.filesystem("memory")
+    one = (*SHORT, "--episodes=2", "--workers=1", "--out=memory://swarm/y")
+    told = run(*one)[1]
+    (name, _) = sorted(store.find("/swarm/y"))
+    store.pipe_file(name, store.cat_file(name)[:-100])
+    status, again, said = run(*one)
+    assert (status, episodes(again)) == (0, episodes(told))
+    assert "1 of 2 episodes found" in said
+    assert sum(each.endswith(".damaged") for each in store.find("/swarm/y")) == 1
+    monkeypatch.setattr(type(store), "find", lambda *_, **__: {})
+    status, _, said = run(*one)
+    assert status == 1
+    assert "memory://swarm/y: 2 of 2 episodes are not there any more" in said.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (("--out=nonsense://x",), "--out nonsense://x: Protocol not known: nonsense"),
+        (("--out=memory://x", "--trajectories"), "--trajectories: need a folder of this machine"),
+        (("--out=s3://nowhere/x",), "--out s3://nowhere/x: cannot be written ("),
+    ],
+)
+def test_what_cannot_be_written_is_refused_in_one_line(run, bucket, options, complaint):
+    status, stdout, said = run(*SHORT, *options)
+    assert (status, stdout, said.count("\n")) == (2, "", 1)
+    assert complaint in said
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="process groups")
+def test_a_run_that_is_killed_goes_on_from_what_a_store_holds(run, bucket, tmp_path):
+    many = (*SHORT[:-1], "--set=task.duration=300", "--episodes=40", "--workers=2")
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    environment.pop("SWARM_CHECK_SHAPES", None)
+    command = [sys.executable, "-m", "training.cli", *many]
+    broken = subprocess.Popen(
+        [*command, "--out=s3://swarm/x"], cwd=tmp_path, env=environment, start_new_session=True,
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    until = time.monotonic() + 200.0
+    kept = []
+    while not kept and broken.poll() is None and time.monotonic() < until:
+        time.sleep(0.2)
+        bucket.invalidate_cache()
+        kept = [name for name in bucket.find("swarm") if name.endswith(".parquet")]
+    os.killpg(broken.pid, signal.SIGKILL)
+    broken.communicate(timeout=60)
+    bucket.invalidate_cache()
+    before = bucket.find("swarm/x", detail=True)
+    assert 0 < len(before) < 40
+    told = [
+        subprocess.run(
+            [*command, f"--out={out}"], cwd=tmp_path, env=environment, capture_output=True,
+            text=True, timeout=300, check=True,
+        )
+        for out in ("s3://swarm/x", "out")
+    ]  # fmt: skip
+    assert f"{len(before)} of 40 episodes found in s3://swarm/x" in told[0].stderr
+    assert episodes(told[0].stdout) == episodes(told[1].stdout)
+    bucket.invalidate_cache()
+    after = bucket.find("swarm/x", detail=True)
+    assert len(after) == 40
+    assert all(after[name]["LastModified"] == each["LastModified"] for name, each in before.items())
