@@ -106,6 +106,17 @@ def no_motion(*seen: Any) -> None:  # noqa: ANN401 of any task
     """The command stays as it is: that of a rule written in NumPy comes as an action."""
 
 
+@kernel
+def set_stream(memory: Any, word: np.uint64) -> None:  # noqa: ANN401 of any motion
+    """Put the stream of a motion's memory at its start."""
+    memory.stream[0] = word
+
+
+@kernel
+def set_no_stream(memory: Any, word: np.uint64) -> None:  # noqa: ANN401 of any motion
+    """A motion that draws nothing has no stream."""
+
+
 def layers_of(controller: Any, scenario: Any) -> Layers:  # noqa: ANN401 of any task
     """The three layers of a controller in a scenario."""
     estimator = controller.estimator.layer(scenario)

@@ -17,6 +17,8 @@ from baselines.composition import (
     check_on_grid,
     crew_of,
     is_numpy_motion,
+    set_no_stream,
+    set_stream,
     squads_of,
 )
 from baselines.settings import LAYERS, Crew, Members, settings_of, without_repeats
@@ -187,8 +189,13 @@ class RunningLayers:
         """What a GPU runs; ConfigError for layers that run on a CPU only."""
         name = self._controllers[0][0].name
         check_on_grid(name, self.estimator, self.has_rules, len(self._squads))
-        motion = self._squads[0].motion
-        functions = {"gain": self.weighting.gain, "steer": motion.steer}
+        motion, n_robots = self._squads[0].motion, self._world.n_robots
+        has_stream = "stream" in motion.memory.fields
+        functions = {
+            "gain": self.weighting.gain,
+            "steer": motion.steer,
+            "set_stream": set_stream if has_stream else set_no_stream,
+        }
         return GridLayers(
             {**self.estimator.kernels, **functions},
             self._estimators,
@@ -196,6 +203,9 @@ class RunningLayers:
             self.shared,
             without_repeats(self._settings),
             without_repeats(self._squads[0].settings),
+            self.estimator.mind.array((1,), robots=n_robots),
+            motion.memory.array((1,), robots=n_robots),
+            int(motion.noise),
         )
 
     def _not_finite(self, world: int, robot: int) -> ConfigError:

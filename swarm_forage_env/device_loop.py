@@ -1,4 +1,4 @@
-"""The worlds of a loop on a GPU: a CPU makes them and starts them anew, the GPU runs them.
+"""The worlds of a loop on a GPU: a CPU makes them, the GPU runs them and starts them anew.
 
     decide -> tick -> observe -> [the cut] -> decide ...
 
@@ -14,9 +14,17 @@ import numpy as np
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind_grid, gpu
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import NOT_FINITE, REFUSED, TOO_MANY_NEAR, GridLayers, GridTemplates
+from swarm_forage_env.interface import (
+    NO_ROOM,
+    NOT_FINITE,
+    REFUSED,
+    TOO_MANY_NEAR,
+    GridLayers,
+    GridTemplates,
+)
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.task import consecutive
+from swarm_forage_env.random_streams import checked_seed
+from swarm_forage_env.task import World, checked_worlds, consecutive
 
 Grid = tuple[int, tuple[int, int]]
 """Blocks, and threads of a block: robots by worlds."""
@@ -28,15 +36,15 @@ MOST_THREADS = 128
 class DeviceLoop:
     """A block of worlds and the controller of all their robots, on a GPU.
 
-    The loop that it is made from stays on the CPU: what it holds is as old as the last reset, or
+    The loop that it is made from stays on the CPU: what it holds of robots is as old as the last
     `download`. ConfigError for what does not run on a GPU, with the reason.
     """
 
     def __init__(self, loop: Loop) -> None:
         """Bring the worlds of a loop to the GPU, as they stand."""
-        self._layers, templates = _layers_of(loop)
+        self._layers, self._templates = _layers_of(loop)
         self.loop, self._gpu = loop, usable_gpu()
-        functions = self._layers.functions
+        functions, templates = self._layers.functions, self._templates
         self.potential = templates.potential
         """The function of the potential of one robot."""
         self._decide, self._tick, self._observe = (
@@ -46,11 +54,18 @@ class DeviceLoop:
         shape = loop.world.robots.shape
         self.grid = grid_of(*shape)
         """Blocks, and threads of a block: robots by worlds."""
-        self.trouble = self.to_device(np.zeros(3, np.int64))
+        self.trouble = self.to_device(np.zeros(4, np.int64))
         self.earned = self.to_device(np.zeros(shape))
         """What each robot earned since somebody set it to 0."""
         self._crowded = self.to_device(np.zeros(shape[0], np.int8))
+        self._everywhere = self.to_device(np.ones(shape[0], np.int8))
         self._upload_all()
+        self._prepare_resets()
+
+    @property
+    def world(self) -> World:
+        """The worlds on the CPU: their scenarios hold, their records are old."""
+        return self.loop.world
 
     def step(self) -> None:
         """One tick of every world, of which nothing is copied back."""
@@ -59,10 +74,35 @@ class DeviceLoop:
         self._decide[self.grid](at["robots"], *team, at["settings"], self.trouble)
         tables = at["worlds"], at["near"], at["obstacles"], self._crowded
         self._tick[self.grid](at["robots"], *tables, self.earned, self.trouble)
-        self._observe[self.grid](at["robots"], at["minds"], at["shared"], at["told"])
+        self._take_in(self._everywhere)
 
-    def upload(self, which: Sequence[int]) -> None:
-        """Bring these worlds to the GPU as they stand on the CPU, just reset."""
+    def reset(
+        self,
+        seeds: Sequence[int],
+        worlds: Sequence[int] | None = None,
+        scenarios: Sequence[Any] | None = None,
+    ) -> None:
+        """Start worlds anew, each from its seed, as `Loop.reset`; nothing is copied back.
+
+        Numbers of other scenarios are written by the CPU. It also starts worlds anew of which the
+        task says so. Where robots find no room, `check` raises it.
+        """
+        which = checked_worlds(worlds, self.world.n_worlds)
+        now = [self.world.scenarios[w] for w in which] if scenarios is None else scenarios
+        different = {id(scenario): scenario for scenario in now}.values()
+        if not all(map(self._templates.restarts, different)):
+            self.loop.reset(seeds, which, scenarios)
+            self.upload(which)
+            return
+        if scenarios is not None:
+            self.loop.renumber(scenarios, which)
+            self.upload(which, NUMBERS)
+        own, is_new = np.zeros(len(self.world.scenarios), np.uint64), self._mask(which)
+        own[which] = [checked_seed(seed) for seed in seeds]
+        self._restart(self.to_device(own), self.to_device(is_new))
+
+    def upload(self, which: Sequence[int], names: Sequence[str] | None = None) -> None:
+        """Bring these worlds to the GPU as they stand on the CPU, or arrays of these names."""
         host = self._host()
         if any(self.arrays[name].shape != own.shape for name, own in host.items()):
             raise ConfigError(
@@ -71,7 +111,7 @@ class DeviceLoop:
             )
         for first, last in consecutive(which):
             for name, own in host.items():
-                if own.size:
+                if own.size and (names is None or name in names):
                     rows = np.ascontiguousarray(own[first:last])
                     self.arrays[name][first:last].copy_to_device(rows)
 
@@ -102,6 +142,11 @@ class DeviceLoop:
                 f"world {trouble[NOT_FINITE] - 1}: a command or a weight is not finite; a number of"
                 " a layer or of a policy is too large"
             )
+        if trouble[NO_ROOM]:
+            raise ConfigError(
+                f"world {trouble[NO_ROOM] - 1}: the robots found no place in the start circle;"
+                " enlarge task.start_radius"
+            )
         raise RuntimeError(
             f"world {trouble[TOO_MANY_NEAR] - 1}: a robot has more neighbours than discs of its"
             " radius can be without overlapping: contacts were not resolved"
@@ -125,6 +170,38 @@ class DeviceLoop:
             )
         return given if is_numba else self._gpu.as_cuda_array(given)
 
+    def _mask(self, which: Sequence[int]) -> Array:
+        """These worlds, as a number for each."""
+        mask = np.zeros(self.world.n_worlds, np.int8)
+        mask[which] = True
+        return mask
+
+    def _prepare_resets(self) -> None:
+        """Bring to the GPU what worlds start from, and compile what starts them."""
+        layers, templates, shape = self._layers, self._templates, self.world.robots.shape
+        self._place, self._forget, self._sense_first = (
+            bind_grid(template, layers.functions)
+            for template in (templates.place, templates.forget, templates.sense_first)
+        )
+        robot = np.zeros(1, self.world.robots.dtype)
+        templates.robot.restart(robot)
+        self._first_robot = self.to_device(robot)
+        self._firsts = self.to_device(layers.first_mind), self.to_device(layers.first_memory)
+        self._places = self.empty(shape, np.uint64), self.empty((*shape, 3), np.float64)
+
+    def _restart(self, seeds: Any, is_new: Any) -> None:  # noqa: ANN401 arrays of the GPU
+        at, on, trouble = self.arrays, self.grid, self.trouble
+        robots, worlds, firsts = at["robots"], at["worlds"], self._firsts
+        self._place[on](robots, worlds, self._first_robot, seeds, is_new, *self._places, trouble)
+        self._forget[on](at["minds"], at["memories"], *firsts, seeds, is_new, self._layers.noise)
+        self._sense_first[on](robots, worlds, at["near"], at["obstacles"], is_new, trouble)
+        self._take_in(is_new)
+
+    def _take_in(self, runs: Any) -> None:  # noqa: ANN401 an array of the GPU
+        """Observe in the worlds that run."""
+        at = self.arrays
+        self._observe[self.grid](at["robots"], at["minds"], at["shared"], at["told"], runs)
+
     def _upload_all(self) -> None:
         self.arrays = {name: self.to_device(own) for name, own in self._host().items()}
 
@@ -134,6 +211,10 @@ class DeviceLoop:
         tables = {name: getattr(world, name) for name in ("robots", "worlds", "near", "obstacles")}
         names = "minds", "memories", "shared", "told", "settings"
         return tables | {name: getattr(layers, name) for name in names}
+
+
+NUMBERS = "worlds", "obstacles", "told", "settings"
+"""Arrays that hold the numbers of a scenario."""
 
 
 def grid_of(n_worlds: int, n_robots: int) -> Grid:

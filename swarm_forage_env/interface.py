@@ -24,7 +24,7 @@ Kernel = Callable[..., Any]
 KernelNumbers = Mapping[str, Any]
 
 
-TOO_MANY_NEAR, NOT_FINITE, REFUSED = range(3)
+TOO_MANY_NEAR, NOT_FINITE, REFUSED, NO_ROOM = range(4)
 """What goes wrong on a GPU, as columns of `trouble`: in which world, counted from 1; or 0."""
 
 
@@ -130,8 +130,17 @@ class GridLayers:
     settings: Array
     """The numbers of all its layers, likewise."""
 
+    first_mind: Array
+    """One record of what the estimator keeps before anything has happened."""
 
-@dataclass(frozen=True)
+    first_memory: Array
+    """One of what the motion remembers then."""
+
+    noise: int
+    """What the motion draws for from the stream in its memory."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class GridTemplates:
     """How a GPU runs the worlds of a task: templates over a grid of threads, one for each robot."""
 
@@ -139,6 +148,21 @@ class GridTemplates:
     tick: Kernel
     observe: Kernel
     log: Kernel
+
+    place: Kernel
+    """Puts the robots of new worlds at their starting places."""
+
+    forget: Kernel
+    """Lets the layers of their robots forget everything."""
+
+    sense_first: Kernel
+    """Senses in new worlds before the first tick."""
+
+    restarts: Callable[[Any], bool]
+    """Whether a GPU starts worlds of a scenario anew; a CPU does it for others."""
+
+    robot: type[Record]
+    """What a robot is."""
 
     potential: Kernel
     """The potential of one robot, for shaping; of the robot and its world. No template."""

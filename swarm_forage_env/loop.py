@@ -95,14 +95,28 @@ class Loop:
         self, scenarios: Sequence[Any], seeds: Sequence[int], which: Sequence[int]
     ) -> None:
         """Start some worlds anew, each from its seed under another scenario."""
-        check_fit([self.world.scenarios[w] for w in which], scenarios)
-        numbers = [
-            self.controller.numbers_in(w, scenario)
-            for w, scenario in zip(which, scenarios, strict=True)
-        ]
+        numbers = self._numbers_under(scenarios, which)
         self.world.reset(seeds, which, scenarios)
         for w, each in zip(which, numbers, strict=True):
             self.controller.renumber(w, each)
+
+    def renumber(self, scenarios: Sequence[Any], which: Sequence[int]) -> None:
+        """Give some worlds the numbers of other scenarios, and let all records be.
+
+        ConfigError, before anything changes, for what does not fit.
+        """
+        numbers = self._numbers_under(scenarios, which)
+        self.world.take_over(which, scenarios)
+        for w, each in zip(which, numbers, strict=True):
+            self.controller.renumber(w, each)
+
+    def _numbers_under(self, scenarios: Sequence[Any], which: Sequence[int]) -> list[Any]:
+        """The numbers of the controllers of some worlds; ConfigError for what does not fit."""
+        check_fit([self.world.scenarios[w] for w in which], scenarios)
+        return [
+            self.controller.numbers_in(w, scenario)
+            for w, scenario in zip(which, scenarios, strict=True)
+        ]
 
     def step(self) -> None:
         """One tick of every world.

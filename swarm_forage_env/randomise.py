@@ -63,6 +63,8 @@ class Randomisation:
 
         Each is uniform from low to high; of whole numbers both ends are among them.
         """
+        if not self.ranges:
+            return self.scenario, {}
         word = streams([checked_seed(seed)], 1, NoiseSource.SCENARIO)
         numbers = {name: _drawn(word ^ hash_of(name), *pair) for name, pair in self.ranges.items()}
         return self._at(numbers), numbers

@@ -65,6 +65,10 @@ class World(Protocol):
         """
         ...
 
+    def take_over(self, which: Sequence[int], scenarios: Sequence[Any]) -> None:
+        """Give worlds the numbers of other scenarios, one for each, which fit."""
+        ...
+
     def tick(self, first: int, last: int) -> None:
         """Carry out the commands in the worlds first .. last - 1."""
         ...
@@ -135,13 +139,13 @@ class Block(ABC):
         for scenario, seed in zip(numbers, checked, strict=True):
             self.check_start(scenario, seed)
         if scenarios is not None:
-            self._take_over(which, numbers)
+            self.take_over(which, numbers)
         for w, seed in zip(which, checked, strict=True):
             self.restart(w, seed)
         for first, last in consecutive(which):
             self.sense_first(first, last)
 
-    def _take_over(self, which: Sequence[int], scenarios: Sequence[Any]) -> None:
+    def take_over(self, which: Sequence[int], scenarios: Sequence[Any]) -> None:
         """Give worlds the numbers of other scenarios."""
         changed = dict(enumerate(self.scenarios)) | dict(zip(which, scenarios, strict=True))
         self.scenarios = tuple(changed.values())

@@ -48,7 +48,8 @@ class DeviceArrayEnv:
     what it takes may be of any library that has that: neither is copied. All is in the order of
     CUDA's default stream, as torch's is. A world is what it is on a CPU, to rounding. It differs
     from `ArrayEnv` in three ways: an action that is refused is found when it is too late for the
-    step alone; worlds are started anew by the CPU; and what `refusals` lists is refused.
+    step alone; the CPU draws the seeds of resets, and numbers that are randomised; and what
+    `refusals` lists is refused.
     """
 
     def __init__(
@@ -67,6 +68,7 @@ class DeviceArrayEnv:
         self.action_layout, self.observation_layout = host.action_layout, host.observation_layout
         self.max_cycles = host.max_cycles
         self.loop = loop = DeviceLoop(host.loop)
+        host.episodes.run_on(loop)
         self._grid = on = grid_of(*host.world.robots.shape)
         is_discrete = host.actions.form.is_discrete
         self._actions: DeviceActions
@@ -87,7 +89,7 @@ class DeviceArrayEnv:
     def host(self) -> ArrayEnv:
         """The environment on the CPU that makes the worlds: its names, spaces and episodes.
 
-        Its records are as old as the last reset, or `download`.
+        Its records are as old as the last `download`.
         """
         return self._host
 
@@ -103,7 +105,6 @@ class DeviceArrayEnv:
         """
         self.loop.check()
         new = self._host.begin(seed, worlds, options)
-        self.loop.upload(new.tolist())
         is_new = np.zeros(self.n_worlds, np.int8)
         is_new[new] = True
         self._is_new = self.loop.to_device(is_new)

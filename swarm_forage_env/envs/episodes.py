@@ -96,6 +96,10 @@ class Episodes:
         self.steps[chosen], self.ends[chosen] = 0, n_steps
         return chosen
 
+    def run_on(self, loop: Any) -> None:  # noqa: ANN401 a loop of a GPU
+        """Start worlds anew by the `reset` of another loop from now on, made from the same one."""
+        self._loop = loop
+
     def stagger(self) -> None:
         """Let these episodes end one after the other, evenly spread over an episode's time."""
         share = np.arange(1, len(self.ends) + 1) / len(self.ends)

@@ -35,7 +35,7 @@ def check_actions(
     given: Float32[Array, "worlds learners numbers"],
     low: Float32[Array, " numbers"],
     high: Float32[Array, " numbers"],
-    trouble: Int64[Array, "3"],
+    trouble: Int64[Array, "4"],
 ) -> None:
     """Note a world in which a number of an action is not within its bounds; NaN is not.
 
@@ -50,7 +50,7 @@ def check_actions(
 
 
 def check_choices(
-    given: Int64[Array, "worlds learners"], n_choices: int, trouble: Int64[Array, "3"]
+    given: Int64[Array, "worlds learners"], n_choices: int, trouble: Int64[Array, "4"]
 ) -> None:
     """Note a world in which there is no such choice. Free name: cuda."""
     w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y

@@ -74,6 +74,14 @@ def normal(streams: UInt64[Array, " columns"], column: int) -> float:
 
 
 @kernel
+def first_word(seed: np.uint64, robot: int, cause: int) -> np.uint64:
+    """Where the stream of a cause starts: a hash of the world's seed, robot and cause."""
+    word = mix(seed + GOLDEN)
+    word = mix(word + np.uint64(robot + 1) * _ROBOT)
+    return mix(word + np.uint64(cause + 1) * _CAUSE)
+
+
+@kernel
 def seed_streams(
     worlds: UInt64[Array, " worlds"], n_robots: int, cause: int
 ) -> UInt64[Array, " rows"]:
@@ -81,7 +89,5 @@ def seed_streams(
     streams = np.empty(worlds.shape[0] * n_robots, np.uint64)
     for w in range(worlds.shape[0]):
         for r in range(n_robots):
-            word = mix(worlds[w] + GOLDEN)
-            word = mix(word + np.uint64(r + 1) * _ROBOT)
-            streams[w * n_robots + r] = mix(word + np.uint64(cause + 1) * _CAUSE)
+            streams[w * n_robots + r] = first_word(worlds[w], r, cause)
     return streams

@@ -70,7 +70,7 @@ def write_areas(areas: Sequence[Area], tick: float, out_world: Any) -> None:  # 
     """
     out_world["n_areas"], out_world["kinds"] = len(areas), FLOOR
     for k, area in enumerate(areas):
-        out_world["areas"][k] = area.centre
+        out_world["areas"][k] = out_world["first_places"][k] = area.centre
         out_world["kinds"][k], out_world["worths"][k] = KINDS.index(area.kind), area.worth
         is_still = area.moves_at is None
         out_world["moves_at"][k] = NEVER if is_still else move_tick(area.moves_at or 0.0, tick)

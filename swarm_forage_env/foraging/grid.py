@@ -20,12 +20,11 @@ from swarm_forage_env.foraging.fault_effects import update_faults
 from swarm_forage_env.foraging.floor import move_areas
 from swarm_forage_env.foraging.global_state import put_log
 from swarm_forage_env.foraging.obstacle_contacts import resolve_contacts_among
-from swarm_forage_env.foraging.potential import potential
 from swarm_forage_env.foraging.records import WorldState
 from swarm_forage_env.foraging.scoring import count_reports, score
 from swarm_forage_env.foraging.surroundings import COUNT, FIRST, resolve_contacts
 from swarm_forage_env.foraging.tick import drive, face, hear, sense, set_wheels
-from swarm_forage_env.interface import NOT_FINITE, TOO_MANY_NEAR, GridTemplates, Kernel
+from swarm_forage_env.interface import NOT_FINITE, TOO_MANY_NEAR, Kernel
 
 cuda: Any
 is_listening: Kernel
@@ -99,7 +98,7 @@ def tick_on_grid(  # noqa: C901, PLR0913 stage after stage, each a loop over rob
     obstacles: Float64[Array, "worlds obstacles 5"],
     crowded: Int8[Array, " worlds"],
     earned: Float64[Array, "worlds robots"],
-    trouble: Int64[Array, "3"],
+    trouble: Int64[Array, "4"],
 ) -> None:
     """One tick of all worlds, as `tick`. Free name: cuda."""
     w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
@@ -147,15 +146,17 @@ def tick_on_grid(  # noqa: C901, PLR0913 stage after stage, each a loop over rob
         hear(robots[w], i, near[w], worlds[w], standing)
 
 
-def observe_on_grid(robots: Array, minds: Array, shared: Array, settings: Array) -> None:
-    """Take in what was sensed and heard in all worlds, as `observe`.
+def observe_on_grid(
+    robots: Array, minds: Array, shared: Array, settings: Array, runs: Int8[Array, " worlds"]
+) -> None:
+    """Take in what was sensed and heard in the worlds that run, as `observe`.
 
     First the messages to which somebody listens are marked, then composed, each by its sender.
     Robots that have the same numbers share the one column of `settings`.
     Free names: cuda, is_listening; those of compose_message and of take_in_all.
     """
     w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
-    n = robots.shape[1] if w < robots.shape[0] else 0
+    n = robots.shape[1] if w < robots.shape[0] and runs[w] else 0
     first, step, last = cuda.threadIdx.x, cuda.blockDim.x, settings.shape[1] - 1
     for i in range(first, n, step):
         if is_listening(minds[w, i]):
@@ -178,7 +179,7 @@ def decide_on_grid(
     memories: Array,
     shared: Array,
     settings: Array,
-    trouble: Int64[Array, "3"],
+    trouble: Int64[Array, "4"],
 ) -> None:
     """Steer, merge and choose whether to speak in all worlds, as `decide`.
 
@@ -206,6 +207,3 @@ def log_on_grid(
     for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
         i = learners[learner]
         put_log(robots[w, i], minds[w, i].situation, worlds[w], out[w, learner])
-
-
-ON_GRID = GridTemplates(decide_on_grid, tick_on_grid, observe_on_grid, log_on_grid, potential)

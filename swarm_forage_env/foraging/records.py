@@ -44,7 +44,11 @@ class WorldState(Record):
     """When an area moves to `moves_to`; NEVER if it stays."""
 
     moves_to: Float64[Array, "8 2"] = field(np.float64, MOST_AREAS, 2, unit="m")
+    first_places: Float64[Array, "8 2"] = field(np.float64, MOST_AREAS, 2, unit="m")
+    """Centres of the areas at the start."""
+
     area_radius: float = field(np.float64, unit="m")
+    start_radius: float = field(np.float64, unit="m")
     radius: float = field(np.float64, unit="m")
     axle: float = field(np.float64, unit="m")
     max_speed: float = field(np.float64, unit="m/s")

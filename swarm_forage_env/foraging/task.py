@@ -7,7 +7,7 @@ from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.events import Events, write_events
 from swarm_forage_env.foraging.global_state import ForagingState
-from swarm_forage_env.foraging.grid import ON_GRID
+from swarm_forage_env.foraging.on_grid import ON_GRID
 from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS, Said, carry_out
 from swarm_forage_env.foraging.potential import ForagingPotential, most_shaping
 from swarm_forage_env.foraging.scenario import Scenario

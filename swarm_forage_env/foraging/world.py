@@ -176,6 +176,7 @@ def write_numbers(scenario: Scenario, out_world: Any) -> None:  # noqa: ANN401 a
         "dt": scenario.tick,
         "arena": (scenario.arena.length, scenario.arena.width),
         "area_radius": scenario.task.area_radius,
+        "start_radius": scenario.task.start_radius,
         "encoder_error": error,
         "proximity_noise": sensors.proximity_noise,
         "ground_noise": sensors.ground_noise,

@@ -28,6 +28,7 @@ from swarm_forage_env.foraging.grid import (
     observe_on_grid,
     tick_on_grid,
 )
+from swarm_forage_env.foraging.on_grid import ON_GRID as ON_GRID_OF_FORAGING
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.potential import potential
 from swarm_forage_env.loop import Loop
@@ -37,7 +38,7 @@ from tests.cuda.conftest import COMPILED, ON_GRID
 
 pytestmark = pytest.mark.cuda
 
-TROUBLE = np.zeros(3, np.int64)
+TROUBLE = np.zeros(4, np.int64)
 
 PACKAGES = (
     swarm_forage_env.equations,
@@ -50,7 +51,7 @@ PACKAGES = (
 ON_CPU = {
     "tick": "the loop over worlds of a CPU, with its own list of neighbours",
     "find_neighbours note_neighbour update_all_faults": "part of that loop",
-    "sense_first place_in_circle place_next is_free seed_streams": "a reset, which a CPU does",
+    "sense_first seed_streams": "a reset, by a loop of a CPU",
     "write_rows area_under is_touching is_touching_obstacle": "events for rewards in NumPy",
     "repeat falsify": "in the place of what an estimator has not",
     "write_readings": "what a learner of everything observes, which `device=` refuses",
@@ -94,12 +95,26 @@ def kernels_of(controller):
     told, settings = map(np.ascontiguousarray, (layers.told, layers.settings))
     n_worlds, n_robots = world.robots.shape
     crowded, earned = np.zeros(n_worlds, np.int8), np.zeros((n_worlds, n_robots))
+    is_new, seeds = np.zeros(n_worlds, np.int8), np.zeros(n_worlds, np.uint64)
+    places, poses = np.zeros(world.robots.shape, np.uint64), np.zeros((*world.robots.shape, 3))
     tables = world.worlds, world.near, world.obstacles, crowded, earned, TROUBLE
     return {
         "tick": (bind_grid(tick_on_grid, {}), (world.robots, *tables)),
         "observe": (
             bind_grid(observe_on_grid, layers.functions),
-            (records[0], records[1], layers.shared, told),
+            (records[0], records[1], layers.shared, told, is_new),
+        ),
+        "place": (
+            bind_grid(ON_GRID_OF_FORAGING.place, {}),
+            (records[0], world.worlds, records[0][0], seeds, is_new, places, poses, TROUBLE),
+        ),
+        "forget": (
+            bind_grid(ON_GRID_OF_FORAGING.forget, layers.functions),
+            (*records[1:], layers.first_mind, layers.first_memory, seeds, is_new, 64),
+        ),
+        "sense_first": (
+            bind_grid(ON_GRID_OF_FORAGING.sense_first, {}),
+            (world.robots, world.worlds, world.near, world.obstacles, is_new, TROUBLE),
         ),
         "decide": (
             bind_grid(decide_on_grid, layers.functions),
@@ -135,6 +150,14 @@ def test_the_tick_compiles_for_a_gpu(ptx):
     text = ptx(kernel, *arguments)
     assert text.count("bar.sync") == 6
     assert "atom" in text
+
+
+@pytest.mark.parametrize("controller", ["ssgikf", "covariance"])
+def test_a_reset_compiles_for_a_gpu(ptx, controller):
+    kernels = kernels_of(controller)
+    for name in ("place", "forget", "sense_first"):
+        kernel, arguments = kernels[name]
+        assert ".entry" in ptx(kernel, *arguments), name
 
 
 @pytest.mark.parametrize("learn", ["weighting", "motion", "both"])

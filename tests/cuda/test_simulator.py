@@ -65,6 +65,18 @@ import sys
 import numpy as np
 import baselines.controllers
 from swarm_forage_env import array_env
+from swarm_forage_env.foraging.areas import Area
+from swarm_forage_env.foraging.scenario import Scenario, Task
+
+MOVING = Scenario(  # a prey area that moves in the third tick
+    task=Task(
+        n_robots=3,
+        areas=(
+            Area(kind="nest", centre=(-0.4, 0.0)),
+            Area(centre=(0.4, 0.0), moves_at=0.3, moves_to=(0.4, 0.3)),
+        ),
+    )
+)
 
 def on_cpu(array):
     return array.copy_to_host() if hasattr(array, "copy_to_host") else array
@@ -77,9 +89,17 @@ def same(mine, his):
     for name in mine[-1]:
         np.testing.assert_array_equal(mine[-1][name], on_cpu(his[-1][name]))
 
+def same_records(mine, his, where=""):
+    if mine.dtype.names is None:
+        np.testing.assert_array_equal(mine, his, err_msg=where)
+    for name in mine.dtype.names or ():
+        same_records(mine[name], his[name], f"{where}.{name}")
+
 options = {"n_worlds": 3, "max_cycles": 3, "decision_period": 2} | eval(sys.argv[1])
+scenario = options.pop("scenario", "es1")
 cpu, gpu = (
-    array_env("es1", device=device, physics="kinematic", **options) for device in ("cpu", "cuda")
+    array_env(scenario, device=device, physics="kinematic", **options)
+    for device in ("cpu", "cuda")
 )
 rng, space = np.random.default_rng(1), cpu.action_space
 is_discrete = hasattr(space, "n")
@@ -97,7 +117,14 @@ for step in range(5):
     assert (gpu.is_over == over).all()
     if over.any():
         same(cpu.reset(worlds=over), gpu.reset(worlds=over))
-np.testing.assert_array_equal(cpu.log(), gpu.download().log())
+there = gpu.download()
+np.testing.assert_array_equal(cpu.log(), there.log())
+for mine, his in (
+    (cpu.world.robots, there.world.robots),
+    (cpu.world.worlds, there.world.worlds),
+    (cpu.loop.controller.minds, there.loop.controller.minds),
+):
+    same_records(mine, his)
 actions[1] = space.n if is_discrete else np.nan
 try:
     gpu.step(gpu.loop.to_device(actions))
@@ -140,12 +167,14 @@ def test_worlds_on_the_grid_are_the_worlds_of_a_cpu(controller):
         {"learn": "both", "action": "wheels", "randomise": {"radio.max_range": (0.1, 0.2)}},
         {"learn": "motion", "shaping": 0.5, "stack": 3, "observation": ["layer", *ADDED]},
         {"learn": "motion", "shaping": 0.5, "reward": "team", "discrete": True, "learners": 3},
+        {"learn": "motion", "scenario": "MOVING", "shaping": 1.0, "stagger": True},
+        {"learn": "weighting", "faults.liar.share": 0.4, "task.n_robots": 4},
         {"learn": "both", "discrete": (3, 4), "observation": ADDED, "normalise": False},
     ],
     ids=lambda options: "-".join([options["learn"], *list(options)[1:]]),
 )
 def test_an_environment_on_the_grid_is_that_of_a_cpu(options):
-    told = run(STEPS, repr(options))
+    told = run(STEPS, repr(options).replace("'MOVING'", "MOVING"))
     assert told.startswith("actions of world 1: must be finite and within the action space")
 
 
