@@ -12,10 +12,13 @@ import training.controllers  # noqa: F401 learned layers, by name
 ON_GRID = (
     "nc", "ssgikf", "dsgikf", "ssgiff", "dsgiff", "dsgiff-penalised", "dsgiff-frequent",
     "ssgikf-sceptical", "sikf", "covariance", "learned-weighting", "learned-motion", "learned-both",
+    "learned-sceptical",
 )  # fmt: skip
 """The named controllers that run on a GPU."""
 
-COMPILED = "nc", "ssgiff", "ssgikf-sceptical", "sikf", "covariance", "learned-both"
+COMPILED = (
+    "nc", "ssgiff", "ssgikf-sceptical", "sikf", "covariance", "learned-both", "learned-sceptical",
+)  # fmt: skip
 """Controllers among which every function of those occurs; they differ in more than numbers."""
 
 CAPABILITY = 9, 0

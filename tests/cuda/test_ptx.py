@@ -69,9 +69,6 @@ NOT_OF_E_PUCKS = (
 """Files of estimators and motions that keep something of each pair of robots, or visit waypoints:
 `device="cuda"` refuses them."""
 
-UNTRIED = "reputation", "reputation_odometry"
-"""Files of estimators of which nobody has tried whether they compile for a GPU."""
-
 OF_STEPS = (
     "put_goal put_range_bearing put_sensors put_exchange put_situation show_exchange show_situation"
     " show_both put_weights put_wheels put_weights_and_wheels drive_to_wheels put_log"
@@ -222,7 +219,7 @@ def test_every_function_of_foraging_is_called_or_left_out_with_a_reason():
                 is_own = getattr(value, "__module__", "") == info.name and hasattr(value, "py_func")
                 if is_own and (info.name, value.__name__) not in known:
                     missing.add(f"{info.name.rpartition('.')[2]}.{value.__name__}")
-    refused = {each for each in missing if each.partition(".")[0] in (*NOT_OF_E_PUCKS, *UNTRIED)}
+    refused = {each for each in missing if each.partition(".")[0] in NOT_OF_E_PUCKS}
     assert {each.partition(".")[2] for each in missing - refused} <= left_out
 
 

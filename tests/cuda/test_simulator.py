@@ -15,6 +15,7 @@ START = """
 import sys
 import numpy as np
 import baselines.controllers
+import training.controllers
 import swarm_forage_env.foraging.task
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.loop import Loop
@@ -152,7 +153,7 @@ def run(script, *arguments):
     return done.stdout
 
 
-@pytest.mark.parametrize("controller", ["ssgikf", "covariance"])
+@pytest.mark.parametrize("controller", ["ssgikf", "covariance", "learned-sceptical"])
 def test_worlds_on_the_grid_are_the_worlds_of_a_cpu(controller):
     heard, exchanged, _ = map(int, run(WORLDS, "es1", controller, 4, 50).split())
     assert heard
