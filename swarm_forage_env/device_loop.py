@@ -6,7 +6,7 @@ Each is one kernel over all worlds. The records stay in the memory of the GPU; w
 copied back. A kernel cannot raise: what goes wrong is noted, and raised by `check`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -67,14 +67,30 @@ class DeviceLoop:
         """The worlds on the CPU: their scenarios hold, their records are old."""
         return self.loop.world
 
+    @property
+    def stages(self) -> dict[str, Callable[[], None]]:
+        """The kernels of a tick, in their order."""
+        return {"decide": self._decide_all, "tick": self._tick_all, "observe": self._observe_all}
+
     def step(self) -> None:
         """One tick of every world, of which nothing is copied back."""
+        for run in self.stages.values():
+            run()
+
+    def mark(self) -> Any:  # noqa: ANN401 an event of the GPU
+        """A moment in what the GPU does, from which another can be timed by `elapsed_time` [ms]."""
+        event = self._gpu.event()
+        event.record()
+        return event
+
+    @property
+    def traffic(self) -> dict[str, int]:
+        """Bytes of the records of each stage: read once, and once more for those that it writes."""
         at = self.arrays
-        team = at["minds"], at["memories"], at["shared"]
-        self._decide[self.grid](at["robots"], *team, at["settings"], self.trouble)
-        tables = at["worlds"], at["near"], at["obstacles"], self._crowded
-        self._tick[self.grid](at["robots"], *tables, self.earned, self.trouble)
-        self._take_in(self._everywhere)
+        return {
+            stage: sum(at[name].nbytes for name in (*HANDED[stage], *WRITTEN[stage]))
+            for stage in self.stages
+        }
 
     def reset(
         self,
@@ -197,10 +213,22 @@ class DeviceLoop:
         self._sense_first[on](robots, worlds, at["near"], at["obstacles"], is_new, trouble)
         self._take_in(is_new)
 
+    def _decide_all(self) -> None:
+        self._decide[self.grid](*self._handed("decide"), self.trouble)
+
+    def _tick_all(self) -> None:
+        handed = self._handed("tick")
+        self._tick[self.grid](*handed, self._crowded, self.earned, self.trouble)
+
+    def _observe_all(self) -> None:
+        self._take_in(self._everywhere)
+
+    def _handed(self, stage: str) -> list[Any]:
+        return [self.arrays[name] for name in HANDED[stage]]
+
     def _take_in(self, runs: Any) -> None:  # noqa: ANN401 an array of the GPU
         """Observe in the worlds that run."""
-        at = self.arrays
-        self._observe[self.grid](at["robots"], at["minds"], at["shared"], at["told"], runs)
+        self._observe[self.grid](*self._handed("observe"), runs)
 
     def _upload_all(self) -> None:
         self.arrays = {name: self.to_device(own) for name, own in self._host().items()}
@@ -212,6 +240,20 @@ class DeviceLoop:
         names = "minds", "memories", "shared", "told", "settings"
         return tables | {name: getattr(layers, name) for name in names}
 
+
+HANDED = {
+    "decide": ("robots", "minds", "memories", "shared", "settings"),
+    "tick": ("robots", "worlds", "near", "obstacles"),
+    "observe": ("robots", "minds", "shared", "told"),
+}
+"""Arrays that the kernel of each stage is handed first."""
+
+WRITTEN = {
+    "decide": ("robots", "minds", "memories"),
+    "tick": ("robots", "worlds", "near"),
+    "observe": ("robots", "minds"),
+}
+"""Those of them that it writes."""
 
 NUMBERS = "worlds", "obstacles", "told", "settings"
 """Arrays that hold the numbers of a scenario."""

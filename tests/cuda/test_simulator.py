@@ -138,6 +138,21 @@ np.testing.assert_array_equal(cpu.log(), gpu.download().log())
 ADDED = ["time_left", "robot_id", "one_hot", "previous_action"]
 
 
+BENCH = """
+import baselines.controllers
+from baselines.evaluation.bench import gpu
+from baselines.evaluation.bench.cases import Case
+from swarm_forage_env.scenarios import find_scenario
+
+gpu.TICKS = 1
+scenario = find_scenario("es1", {"task.n_robots": "2"})
+found = gpu.measure_case(Case("es1 x 1", scenario, 1, warm_up=5), 1, quick=True)
+assert found["gpu"] > 0.0 and found["cpu"] > 0.0 and found["first_step_s"] > 0.0
+print(found["shares"], found["bandwidth"], found["share_of_card"], found["joules_per_million"])
+print(found["bytes_per_robot_step"])
+"""
+
+
 def run(script, *arguments):
     """What a script prints that runs in the simulator."""
     environment = {
@@ -181,3 +196,11 @@ def test_an_environment_on_the_grid_is_that_of_a_cpu(options):
 
 def test_worlds_with_obstacles_and_faults_are_those_of_a_cpu():
     assert run(WORLDS, "mg1-hexagon", "ssgikf", 2, 10, "faults.liar.share=0.4")
+
+
+def test_the_bench_tells_what_a_simulator_knows_and_leaves_the_rest_open():
+    """Times of the GPU's own clock, the card and its energy are not known; bytes are."""
+    unknown, n_bytes = run(BENCH).splitlines()
+    assert unknown == "{} None None None"
+    robots, minds, near = 520, 1, 4
+    assert float(n_bytes) > 6 * robots + 4 * minds + 2 * near

@@ -1,13 +1,15 @@
-"""Speed of worlds on a GPU, over the number of worlds; beside it the CPU with all its threads."""
+"""Speed of worlds on a GPU, over the number of worlds; beside it the CPU with all its threads.
+
+Beside the speed: the share of each stage, the memory that it moves, energy, and the first step.
+"""
 
 import os
 import time
 from collections.abc import Callable
 from typing import Any
 
-from rich.table import Table
-
 from baselines.evaluation.bench.cases import CONTROLLER, Case, Tick
+from baselines.evaluation.bench.energy import energy_meter
 from baselines.evaluation.bench.speed import seconds_per_tick
 from baselines.evaluation.experiment_config import find_layered_controller
 from swarm_forage_env.device_loop import DeviceLoop, usable_gpu
@@ -30,6 +32,8 @@ Tell = Callable[[str], None]
 def measure_gpu(quick: bool, tell: Tell) -> list[dict[str, Any]]:
     """Robot-steps per second of `ssgikf` on a GPU and on all threads of the CPU, `kinematic`.
 
+    The first step's time counts what it takes to bring worlds to the GPU and to compile.
+
     ConfigError where there is no GPU.
     """
     usable_gpu()
@@ -41,34 +45,24 @@ def measure_gpu(quick: bool, tell: Tell) -> list[dict[str, Any]]:
             if not quick or n_worlds <= QUICK_WORLDS:
                 tell(f"{n_worlds} worlds of {name}")
                 case = Case(f"{name} x {n_worlds}", scenario, n_worlds)
-                found.append(_speeds(case, threads, quick))
+                found.append(measure_case(case, threads, quick))
     return found
 
 
-def gpu_table(found: list[dict[str, Any]]) -> Table:
-    """What was measured, a row for each number of worlds."""
-    table = Table(title="Million robot-steps per second, kinematic, ssgikf")
-    for column in ("worlds", "GPU", "CPU", "threads of the CPU", "first ticks on the GPU [s]"):
-        table.add_column(column, justify="right")
-    for each in found:
-        speeds = (f"{each[device] / 1e6:.3g}" for device in ("gpu", "cpu"))
-        table.add_row(each["case"], *speeds, str(each["threads"]), f"{each['first_ticks_s']:.1f}")
-    return table
-
-
-def _speeds(case: Case, threads: int, quick: bool) -> dict[str, Any]:
+def measure_case(case: Case, threads: int, quick: bool) -> dict[str, Any]:
     """One number of worlds, which run for a while on the GPU before both are timed."""
     controller = find_layered_controller(CONTROLLER)
     loop = Loop(case.scenario, controller, range(case.n_worlds), "kinematic", threads)
     start = time.perf_counter()
     there = DeviceLoop(loop)
-    tick = _ticks(there)
-    tick()
+    there.step()
+    there.check()
     first = time.perf_counter() - start
+    tick = _ticks(there)
     for _ in range(case.n_warm_up(quick) // TICKS):
         tick()
     there.download()
-    gpu = seconds_per_tick(tick, quick) / TICKS
+    gpu, joules = _timed_with_energy(tick, quick)
     cpu = seconds_per_tick(loop.step, quick)
     return {
         "case": case.name,
@@ -76,8 +70,70 @@ def _speeds(case: Case, threads: int, quick: bool) -> dict[str, Any]:
         "gpu": case.rows / gpu,
         "cpu": case.rows / cpu,
         "threads": threads,
-        "first_ticks_s": first,
+        "joules_per_million": None if joules is None else joules / case.rows * 1e6,
+        "first_step_s": first,
+        **_memory(there, case.rows),
     }
+
+
+def _timed_with_energy(tick: Tick, quick: bool) -> tuple[float, float | None]:
+    """Time of one tick of the GPU [s], and the energy that it took [J]; None if nobody tells it."""
+    meter = energy_meter(usable_gpu().get_current_device().uuid)
+    if meter is None:
+        return seconds_per_tick(tick, quick) / TICKS, None
+    count = 0
+
+    def counted() -> None:
+        nonlocal count
+        tick()
+        count += TICKS
+
+    before = meter()
+    seconds = seconds_per_tick(counted, quick) / TICKS
+    return seconds, (meter() - before) / count
+
+
+def _memory(loop: DeviceLoop, rows: int) -> dict[str, Any]:
+    """The share of each stage, and what it means for the memory, by events of the GPU."""
+    seconds = stage_seconds(loop)
+    whole, n_bytes = sum(seconds.values()), sum(loop.traffic.values())
+    card = card_bandwidth(usable_gpu().get_current_device())
+    bandwidth = n_bytes / whole if whole > 0.0 else None
+    return {
+        "shares": {stage: each / whole for stage, each in seconds.items() if whole > 0.0},
+        "bytes_per_robot_step": n_bytes / rows,
+        "bandwidth": bandwidth,
+        "share_of_card": bandwidth / card if bandwidth and card else None,
+    }
+
+
+def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
+    """Mean time of each stage of a tick [s]; zeros in a simulator, which has no clock."""
+    ticks = []
+    for _ in range(TICKS):
+        marks = [loop.mark()]
+        for run in loop.stages.values():
+            run()
+            marks.append(loop.mark())
+        ticks.append(marks)
+    marks[-1].synchronize()
+    means = (
+        sum(marks[k].elapsed_time(marks[k + 1]) for marks in ticks) / TICKS / 1e3
+        for k in range(len(loop.stages))
+    )
+    return dict(zip(loop.stages, means, strict=True))
+
+
+def card_bandwidth(device: Any) -> float | None:  # noqa: ANN401 numba's device
+    """The most bytes that a GPU's memory moves in a second; None if the driver tells not.
+
+    Two transfers in a cycle, as memories of GPUs have a double data rate.
+    """
+    try:
+        clock, width = device.MEMORY_CLOCK_RATE, device.GLOBAL_MEMORY_BUS_WIDTH
+    except AttributeError:
+        return None
+    return float(2.0 * clock * 1e3 * width / 8.0)
 
 
 def _ticks(loop: DeviceLoop) -> Tick:
