@@ -148,6 +148,43 @@ def test_the_environment_of_torchrl_keeps_its_tensors_on_the_gpu():
     assert seen["next", "done"].sum() >= 8
 
 
+def test_ppo_in_tensors_learns_on_the_gpu():
+    torch = pytest.importorskip("torch")
+    policies = pytest.importorskip("stable_baselines3.common.policies")
+    if not torch.cuda.is_available():
+        pytest.skip("torch is built for a CPU")
+    from training.sb3_setup import PPOHyperparameters
+    from training.tensor_ppo import TensorPPO
+    from training.tensor_rows import TensorRows
+
+    terms = {"physics": "kinematic", "max_cycles": 20, "stagger": True, "shaping": 1.0}
+    rows = TensorRows([array_env("es1", device="cuda", n_worlds=64, **terms)])
+    policy = policies.ActorCriticPolicy(rows.observation_space, rows.action_space, lambda _: 3e-4)
+    learner = TensorPPO(rows, policy, PPOHyperparameters(n_steps=32))
+    before = [each.clone() for each in learner.policy.parameters()]
+    learner.learn(2 * 32 * rows.n_rows, 3e-4, seed=0)
+    assert learner.num_timesteps == 2 * 32 * rows.n_rows
+    for old, new in zip(before, learner.policy.parameters(), strict=True):
+        assert new.is_cuda
+        assert torch.isfinite(new).all()
+        assert (new.cpu() != old.cpu()).any()
+
+
+def test_a_candidate_among_many_has_the_round_trips_that_it_has_alone(tmp_path):
+    from training.candidate_rollouts import CandidateRollouts
+    from training.experiment import Experiment
+
+    terms = Experiment("motion", ("es1",), "cma", tmp_path, settings={"task.duration": "300"})
+    rollouts = CandidateRollouts(
+        terms.scenarios_by_name, terms.base_controller, "kinematic", layer="motion", device="cuda"
+    )
+    networks = np.random.default_rng(0).normal(0.0, 0.1, (8, 60)).astype(np.float32)
+    together = rollouts.round_trips(networks, range(20))["es1"]
+    alone = rollouts.round_trips(networks[3:4], range(20))["es1"]
+    np.testing.assert_array_equal(together[3], alone[0])
+    assert len(np.unique(together.sum(axis=1))) > 1
+
+
 def test_memory_is_flat():
     from numba import cuda
 
