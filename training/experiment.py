@@ -137,6 +137,10 @@ class Experiment:
                     " library; add --physics=kinematic"
                 )
             usable_gpu()
+            if self.algorithm == "ppo":
+                from training.tensors import torch_device
+
+                torch_device(self.device)
 
     def _check_worlds(self) -> None:
         if not self.scenarios:
