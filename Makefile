@@ -9,7 +9,8 @@ BIN     := .venv/bin
 READY   := .venv/.ready
 TESTS   := pytest pytest-timeout hypothesis beartype
 REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es2 es3 \
-	waypoints-05 waypoints-25)
+	mg1-square mg1-hexagon mg1-dodecagon two-prey moving-prey two-nests \
+	waypoints-05 waypoints-10 waypoints-25 waypoints-50)
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults mutants test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
@@ -145,6 +146,7 @@ pictures: $(READY)  ## the stills and the clip of README and docs
 # A replay shows two minutes from a moment when the swarm knows its way.
 build/replays/near.html: START = 120
 build/replays/es2.html build/replays/es3.html: START = 1800
+build/replays/moving-prey.html: START = 860
 build/replays/%.html: SHOWN ?= ssgikf --start $(or $(START),420) --seconds 120
 build/replays/waypoints-%.html: SHOWN = boids-adaptive
 build/replays/%.html: .venv-docs/.ready

@@ -15,13 +15,16 @@ from training.ladder.rungs import RANDOM, Rung, Score, read_rungs
 
 TIMES = "\N{MULTIPLICATION SIGN}"
 
+EASIEST_FIRST = ("near", "es1-clean", "es1", "real", "ants2008", "es2", "es3")
+ARENAS = "mg1-square", "mg1-hexagon", "mg1-dodecagon", "two-prey", "moving-prey", "two-nests"
+WAYPOINTS = "waypoints-05", "waypoints-10", "waypoints-25", "waypoints-50"
+
 REPLAYED = {
-    **dict.fromkeys(("near", "es1-clean", "es1", "real", "ants2008", "es2", "es3"), "ssgikf"),
-    **dict.fromkeys(("waypoints-05", "waypoints-25"), "boids-adaptive"),
+    **dict.fromkeys((*EASIEST_FIRST, *ARENAS), "ssgikf"),
+    **dict.fromkeys(WAYPOINTS, "boids-adaptive"),
 }
 """Scenarios with a replay under build/replays, and the controller that it shows."""
 
-EASIEST_FIRST = ("near", "es1-clean", "es1", "real", "ants2008", "es2", "es3")
 KINDS = "", "-Joint", "-Tuple"
 """Forms of the environment in Gymnasium: one learner, all in one Box, all in tuples."""
 
