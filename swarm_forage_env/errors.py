@@ -28,7 +28,7 @@ class UnknownNameError(KeyError):
         advice = (
             f"did you mean {_either(near)}?" if near else f"known: {', '.join(names) or 'none'}"
         )
-        self.message = f"no {kind} named '{name}', {advice}" + (f"; {note}" if note else "")
+        self.message = f"no {kind} named {name!r}, {advice}" + (f"; {note}" if note else "")
         super().__init__(self.message)
 
     def __str__(self) -> str:

@@ -222,3 +222,10 @@ def test_agents_in_turn_clip_with_a_warning(caplog):
     turns.step(np.array([2.0, 0.0], np.float32))
     assert "clipping to space" in caplog.text
     assert turns.last()[0][-2:].tolist() == [1.0, 0.0]
+
+
+@pytest.mark.parametrize("option", ["physics", "action", "reward", "learn", "observation"])
+def test_a_name_of_two_lines_is_refused_in_one(option):
+    with pytest.raises(UnknownNameError, match=r"named 'es1\\n', known: ") as refusal:
+        parallel_env("es1", **{option: "es1\n"})
+    assert "\n" not in str(refusal.value)
