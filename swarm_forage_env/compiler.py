@@ -147,6 +147,8 @@ def _with_attributes(argument: Any) -> Any:  # noqa: ANN401 whatever was passed
         return _with_attributes(simulated._ary)
     if isinstance(argument, np.ndarray) and argument.dtype.names is not None:
         return argument.view(np.recarray)
+    if isinstance(argument, np.void) and argument.dtype.names is not None:
+        return argument.view((np.record, argument.dtype))
     return argument
 
 

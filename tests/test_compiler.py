@@ -178,6 +178,20 @@ def test_a_bound_template_keeps_its_name_and_its_docstring():
     assert "change" not in globals()
 
 
+@entry_point
+def lengthen(row, by):
+    """Write to the field of a row, and to that of a record in it."""
+    row.length += by
+    row.inner.width += by
+
+
+def test_one_row_has_its_fields_as_attributes_and_is_written_in_place():
+    inner = np.dtype([("width", float)])
+    table = np.zeros(3, [("length", float), ("inner", inner)])
+    lengthen(table[1], 2.5)
+    assert table["length"].tolist() == table["inner"]["width"].tolist() == [0.0, 2.5, 0.0]
+
+
 def test_a_kernel_runs_without_the_interpreters_lock():
     if not numba.config.DISABLE_JIT:
         assert double.targetoptions["nogil"]
