@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from baselines.estimators.area_memory import area_under
+from baselines.estimators.area_memory import NEST_BELOW, PREY_BELOW, area_under
 from baselines.estimators.belief import NOWHERE
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.foraging.metrics import localisation_error
@@ -47,6 +47,8 @@ def test_confidence_wanes_with_the_path_and_with_turning_on_the_spot(believers):
         ((0.0, 0.0, 1.0), NEST),
         ((0.0, 1.0, 1.0), NOWHERE),
         ((0.5, 1.0, 0.5), PREY),
+        ((NEST_BELOW, NEST_BELOW, 0.0), PREY),  # a limit belongs to what is brighter
+        ((PREY_BELOW, PREY_BELOW, 0.0), NOWHERE),
     ],
 )
 def test_two_of_three_ground_sensors_decide(ground, area):
@@ -103,6 +105,18 @@ def test_from_nowhere_to_the_nearer_area(believers):
     robot.sense()
     assert robot.beliefs.goal[0] == PREY
     np.testing.assert_allclose(robot.loop.situation.target[0], [0.0, -1.0], atol=1e-6)
+
+
+@pytest.mark.parametrize(("nest", "prey", "nearer"), [(3.5, 0.5, NEST), (-1.0, 3.5, PREY)])
+def test_the_nearer_area_is_counted_from_where_the_robot_is(believers, nest, prey, nearer):
+    robot = believers(1)
+    robot.sense(distance=2.5)
+    robot.sense(turn=math.pi / 2)
+    robot.sense(distance=1.0)
+    robot.know(0, NEST, nest, 1.0, p=1.0)
+    robot.know(0, PREY, prey, -0.5, p=1.0)
+    robot.sense()
+    assert robot.beliefs.goal[0] == nearer
 
 
 def walk_until_lost(robot, step=0.01, ticks=500):

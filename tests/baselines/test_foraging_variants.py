@@ -133,6 +133,22 @@ def test_what_was_told_once_is_not_learned_twice(correct):
     assert np.linalg.norm(position(naive)) < 0.8 * np.linalg.norm(once)
 
 
+def test_a_correction_by_an_estimate_that_shares_errors_is_that_of_the_paper(correct):
+    s = one_robot(CrossMind, A)
+    s.shared = np.zeros((3, 2, 2, 2))
+    C = np.array([[0.008, 0.003], [-0.002, 0.006]])  # noqa: N806 as in the paper
+    other = np.array([[0.001, -0.004], [0.005, 0.002]])
+    s.shared[1, PREY], s.shared[2, PREY] = C, other
+    correct(s, HEARD, R)
+    K = (A - C) @ np.linalg.inv(A + R - C - C.T)  # noqa: N806 as in the paper
+    rest = np.eye(2) - K
+    assert_allclose(s.belief.location[PREY], OWN + K @ (HEARD - OWN))
+    assert_allclose(position(s), rest @ A @ rest.T + K @ R @ K.T + rest @ C @ K.T + K @ C.T @ rest.T)
+    assert_allclose(s.shared[1, PREY], C + K @ (R - C))
+    assert_allclose(s.shared[2, PREY], rest @ other)
+    assert_allclose(s.shared[:, NEST], 0.0)
+
+
 def test_a_copied_place_shares_all_its_error(correct):
     s = one_robot(CrossMind, A, known=False)
     correct(s, HEARD, R)
