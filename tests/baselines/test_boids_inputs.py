@@ -20,7 +20,7 @@ REACH, MAX_SPEED, COMPASS = 1.5, 0.5, 0.7
 POSES = np.array([[0.3, -0.2], [0.9, 0.6], [-0.1, 0.5], [0.4, 3.0], [0.2, 0.1]])
 VELOCITIES = np.array([[0.1, -0.3], [0.2, 0.1], [-0.4, 0.3], [0.5, 0.5], [0.3, 0.2]])
 SEEN = [1, 2, 3]
-"""By robot 0: two in reach, one that is believed to be beyond it, and one that is close but unseen."""
+"""By robot 0: two in reach, and one that is believed to be beyond it; the last one is unseen."""
 
 
 @pytest.fixture

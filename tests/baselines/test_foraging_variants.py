@@ -143,7 +143,8 @@ def test_a_correction_by_an_estimate_that_shares_errors_is_that_of_the_paper(cor
     K = (A - C) @ np.linalg.inv(A + R - C - C.T)  # noqa: N806 as in the paper
     rest = np.eye(2) - K
     assert_allclose(s.belief.location[PREY], OWN + K @ (HEARD - OWN))
-    assert_allclose(position(s), rest @ A @ rest.T + K @ R @ K.T + rest @ C @ K.T + K @ C.T @ rest.T)
+    mixed = rest @ C @ K.T
+    assert_allclose(position(s), rest @ A @ rest.T + K @ R @ K.T + mixed + mixed.T)
     assert_allclose(s.shared[1, PREY], C + K @ (R - C))
     assert_allclose(s.shared[2, PREY], rest @ other)
     assert_allclose(s.shared[:, NEST], 0.0)

@@ -10,6 +10,7 @@ from baselines.papers import adaptive_boids, boids_foraging
 from baselines.papers.adaptive_boids import (
     ESTIMATORS,
     MEASURES,
+    PUBLISHED_SIZES,
     RULES,
     SIZES,
     AllMeansMatch,
@@ -53,6 +54,7 @@ def as_published(shift=0.0):
 
 def test_all_published_means_are_known_and_nothing_else():
     assert len(published()) == 27
+    assert sorted({size for *_, size in published()}) == list(PUBLISHED_SIZES)
     mean, sd = published()["dead_reckoning", "goal", 5]["cov"]
     assert (mean, sd) == (12.8511, 3.8345)
 

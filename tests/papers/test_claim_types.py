@@ -1,10 +1,13 @@
 """When a claim counts as reproduced."""
 
+import math
+
 import numpy as np
 import pytest
 
 import baselines.papers.reproduction  # noqa: F401 enters the papers
-from baselines.evaluation.statistics import mann_whitney_p
+from baselines.evaluation.statistics import Comparison, Estimate, mann_whitney_p
+from baselines.papers.claim_result import above
 from baselines.papers.claim_types import (
     INDISTINCT,
     Below,
@@ -14,6 +17,7 @@ from baselines.papers.claim_types import (
     Order,
     Ratio,
     Share,
+    _both,
 )
 from baselines.papers.experiments import (
     CrossValidatedBest,
@@ -98,6 +102,25 @@ def test_numbers_of_es1_are_judged_at_fifteen_per_cent_and_all_others_at_twenty(
     judged = [each for each in PAPERS["social-odometry"]().claims if hasattr(each, "tolerance")]
     found = {(each.text.partition(":")[0], each.tolerance) for each in judged}
     assert found == {("es1", 0.15), ("es2", 0.2), ("es3", 0.2), ("real", 0.2)}
+
+
+@pytest.mark.parametrize(
+    ("difference", "p", "is_above"),
+    [(1.0, 0.0099, True), (1.0, 0.01, False), (0.0, 0.001, False), (1.0, None, False)],
+)
+def test_above_is_a_larger_mean_and_a_p_below_one_in_a_hundred(difference, p, is_above):
+    assert above(Comparison(Estimate(difference, None, 9), None, p)) == is_above
+
+
+def test_seeds_under_which_either_number_is_missing_are_left_out(episodes):
+    one, other = [1.0, math.nan, 3.0, math.nan], [5.0, 6.0, math.nan, math.nan]
+    numbers = {(A, k): one[k] for k in range(4)} | {(B, k): other[k] for k in range(4)}
+    results = {A: episodes(A, [0] * 4), B: episodes(B, [0] * 4)}
+
+    def metric(episode):
+        return numbers[Experiment(episode.scenario, episode.controller), episode.seed]
+
+    assert _both(results, A, B, metric) == ([1.0], [5.0])
 
 
 def test_an_order_of_several_pairs_needs_all_and_shows_the_closest(episodes):

@@ -1,11 +1,16 @@
 """The papers: their claims are all there, and a run of made-up episodes becomes a page."""
 
+import dataclasses
+import importlib
 import io
 import json
+import pkgutil
 
 import pytest
 from rich.console import Console
 
+import baselines.papers
+from baselines.evaluation import statistics
 from baselines.evaluation.line_plots import path_over_time
 from baselines.papers import report
 from baselines.papers.ants2008 import LOCAL, SIZES, ants2008, experiment_of_size, slopes
@@ -61,6 +66,26 @@ def test_the_report_needs_five_strategies_and_eight_betas_in_three_arenas():
     assert [experiment.scenario for experiment in experiments][:19] == ["es3"] * 19, (
         "the longest runs first"
     )
+
+
+def test_the_groups_are_those_of_the_paper():
+    assert SIZES == (2, 5, 10, 15, 20, 30, 40, 50)
+
+
+def test_an_experiment_is_replicated_as_often_as_in_the_paper(paper):
+    assert paper.replications == 30
+
+
+def test_a_claim_and_its_result_never_change():
+    files = pkgutil.iter_modules(baselines.papers.__path__, "baselines.papers.")
+    kinds = {
+        kind
+        for module in (statistics, *map(importlib.import_module, [each.name for each in files]))
+        for kind in vars(module).values()
+        if dataclasses.is_dataclass(kind) and kind.__module__ == module.__name__
+    }
+    assert len(kinds) > 20
+    assert {kind.__name__ for kind in kinds if not kind.__dataclass_params__.frozen} == set()
 
 
 def test_every_experiment_can_be_configured(paper):

@@ -1,17 +1,19 @@
 """The command `reproduce`, on a paper with two claims and short runs."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from PIL import Image
 
+from baselines.papers import time_estimate
 from baselines.papers.claim_types import Number, Order
 from baselines.papers.experiments import Experiment
 from baselines.papers.figures import Boxes
 from baselines.papers.paper import PAPERS, Paper
 from baselines.papers.reproduction import ReproduceOptions, Reproduction
 from baselines.papers.social_odometry import LEFT_OPEN
-from baselines.papers.time_estimate import expected_seconds, format_duration
+from baselines.papers.time_estimate import expected_seconds, format_duration, run_for
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 NC, SSGIKF = Experiment("es1", "nc"), Experiment("es1", "ssgikf")
@@ -114,6 +116,23 @@ def test_the_expected_time_grows_with_the_episodes_and_falls_with_the_workers(tm
     )
     assert expected_seconds(many, 1) > 10.0 * expected_seconds(few, 1)
     assert expected_seconds(many, 1) > expected_seconds(many, 8)
+
+
+def test_the_expected_time_is_that_of_every_tick_that_is_still_to_run(tmp_path, monkeypatch):
+    monkeypatch.setattr(time_estimate, "seconds_per_tick", lambda configuration: 0.25)
+    plan = Reproduction(
+        ReproduceOptions("social-odometry", 3, physics="kinematic"), tmp_path / "x"
+    ).plan
+    configurations = {each.key: each for each in plan.configurations}
+    ticks = sum(3 * each.scenario.n_ticks for each in configurations.values())
+    assert expected_seconds(plan, 4) == pytest.approx(ticks * 0.25 / 4)
+
+
+def test_a_probe_counts_the_ticks_that_it_ran():
+    steps = []
+    ticks, seconds = run_for(SimpleNamespace(step=lambda: steps.append(1)), 0.001)
+    assert ticks == len(steps) > 0
+    assert seconds >= 0.001
 
 
 @pytest.mark.parametrize(("seconds", "words"), [(0.2, "0 s"), (59.0, "59 s"), (7000.0, "1.9 h")])

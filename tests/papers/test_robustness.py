@@ -115,3 +115,10 @@ def test_both_figures_are_drawn(results):
         assert len([axes for axes in drawn.axes if axes.get_title(loc="left")]) == len(
             figure.faults
         )
+
+
+def test_a_curve_runs_from_no_faulty_robot_to_the_largest_share_in_per_cent(results):
+    figure = robustness().figures[0]
+    drawn = figure.draw(results(lambda rule, fault, share: 50.0), "a command")
+    expected = [0.0, *(100.0 * share for share in SHARES)]
+    assert expected in [pytest.approx(line.get_xdata()) for line in drawn.axes[0].lines]
