@@ -12,7 +12,7 @@ import time
 import coverage
 import pytest
 
-LONGEST = 3.0
+LONGEST = 10.0
 """Seconds of a processor after which a test is skipped; long runs of whole worlds are."""
 
 SECONDS = {}
