@@ -22,6 +22,7 @@ def connect(server, address):
 
 if __name__ == "__main__":
     address, group = sys.argv[1:]
+    parent = os.getppid()
     status = b""
     try:
         with socket.socket(socket.AF_UNIX) as server:
@@ -31,6 +32,8 @@ if __name__ == "__main__":
     except OSError as error:
         sys.stderr.write(f"{address}: {error}\n")
     if not status:  # no mutant may count as noticed for want of a server
-        os.kill(os.getppid(), signal.SIGINT)
-        signal.pause()
+        if os.getppid() == parent:  # else the run has ended before
+            os.kill(parent, signal.SIGINT)
+            time.sleep(10.0)
+        sys.exit("no answer: the run is stopped, and the same command goes on")
     sys.exit(status[0])
