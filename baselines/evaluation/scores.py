@@ -27,8 +27,8 @@ ARENA = "es1"
 
 EPISODES = 10
 
-LONG = 2_000_000
-"""Robot-steps of an episode above which a scenario is not scored: es2 and es3."""
+LONG = 5_000_000
+"""Robot-steps of an episode above which a scenario is not scored: es3."""
 
 
 @dataclass(frozen=True)
