@@ -8,7 +8,8 @@
 Every robot of every world is an environment to SB3, all under one policy, with SB3's defaults but
 for the sizes of rollout and batch, and a narrower start. A robot earns 1 for each round trip; the
 shaping, which leaves the best policies as they are, tells it before the first one where it is
-going.
+going. Training acts by chance, a policy that is used does not, and may be far worse: so it is tried
+without chance eight times, in episodes of their own, and the best one is kept.
 """
 
 import argparse
@@ -19,7 +20,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from stable_baselines3 import PPO
-from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.callbacks import BaseCallback, EvalCallback
 
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controller
@@ -35,6 +36,12 @@ DISCOUNT = 0.99
 NARROW = -0.7
 """Logarithm of the first deviation of the actions, which lie in [-1, 1]: with a wider one robots
 come to search by their noise, and are lost without it."""
+
+ROLLOUT = 128
+"""Decisions of a robot between two updates."""
+
+TRIALS, TRIED_FROM = 8, 2000
+"""How often the policy is tried while it trains, and the seed of the episodes of these trials."""
 
 HELD_OUT = range(1000, 1010)
 """Seeds of the episodes that the trained policy is judged by."""
@@ -58,8 +65,8 @@ class RoundTrips(BaseCallback):
         print(f"{steps:10,} robot-steps: {rate:6.1f} round trips an episode", flush=True)
 
 
-def train(robot_steps: int, seed: int) -> PPO:
-    """Train for so many ticks of single robots."""
+def train(robot_steps: int, seed: int, out: Path) -> Path:
+    """Train for so many ticks of single robots, and return the file of the best policy tried."""
     torch.set_num_threads(1)  # quicker for networks this small
     env = SwarmVecEnv(
         "es1",
@@ -73,13 +80,25 @@ def train(robot_steps: int, seed: int) -> PPO:
         "MlpPolicy",
         env,
         gamma=DISCOUNT,
-        n_steps=128,
+        n_steps=ROLLOUT,
         batch_size=1024,
         policy_kwargs={"log_std_init": NARROW},
         seed=seed,
         device="cpu",
     )
-    return model.learn(robot_steps // PERIOD, callback=RoundTrips())
+    tried_in = SwarmVecEnv(
+        "es1", n_worlds=4, decision_period=PERIOD, physics="kinematic", seed=TRIED_FROM
+    )
+    trials = EvalCallback(
+        tried_in,
+        n_eval_episodes=tried_in.num_envs,
+        eval_freq=max(ROLLOUT, robot_steps // PERIOD // env.num_envs // TRIALS),
+        best_model_save_path=str(out),
+        verbose=0,
+        warn=False,
+    )
+    model.learn(robot_steps // PERIOD, callback=[RoundTrips(), trials])
+    return (out / "best_model.zip").replace(out / "model.zip")
 
 
 def compare(file: Path, episodes: int) -> dict[str, float]:
@@ -112,8 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> dict[str, float]:
     parser.add_argument("--out", type=Path, default=Path("runs/sb3_ppo"))
     chosen = parser.parse_args(arguments)
     chosen.out.mkdir(parents=True, exist_ok=True)
-    file = chosen.out / "model.zip"
-    train(chosen.robot_steps, chosen.seed).save(file)
+    file = train(chosen.robot_steps, chosen.seed, chosen.out)
     found = compare(file, chosen.episodes)
     print(f"test it:  swarm-forage evaluate es1 ssgikf sb3:{file}")
     print(f"watch it: swarm-forage watch es1 sb3:{file}")
