@@ -48,10 +48,6 @@ REFUSED = [
     ((*EVALUATE, "--episodes", "1.5"), "--episodes"),
     ((*EVALUATE, "--workers", "0"), "--workers=0: must be at least 1"),
     ((*EVALUATE, "--threads", "0"), "--threads=0: must be at least 1"),
-    (
-        ("train", "motion", "es1", "--device", "cuda", "--backend", "ray"),
-        "--backend=ray: runs worlds on CPUs; leave out --device=cuda",
-    ),
     ((*EVALUATE, "--address", "auto"), "--address=auto: is for --backend ray"),
     ((*EVALUATE, "--backend", "dask"), "'--backend': 'dask' is not one of 'joblib', 'ray'"),
     (("evaluate", "es1", "social_odometry+sgif+subsumption"), "no weighting rule named 'sgif'"),

@@ -142,6 +142,7 @@ REFUSED = [
     (("train", "weighting", "es1", "--budget=0"), "--budget=0: must be at least 1"),
     (("train", "weighting", "es1", "--controller=no-error"), "knows the ground truth"),
     (("train", "weighting", "es1", "--physics=fluid"), "no physics engine named 'fluid'"),
+    (("train", "motion", "es1", "--device=cuda", "--backend=ray"), "leave out --device=cuda"),
     (("train", "weighting", "es1", "--out=file/x"), "--out file/x: cannot be written"),
     (("evaluate", "es1", "learned-weighting:policy=gone.safetensors"), "cannot be read"),
     (("evaluate", "es1", "learned-weighting:policy=file"), "no policy named 'file'"),
