@@ -116,7 +116,7 @@ def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
             run()
             marks.append(loop.mark())
         ticks.append(marks)
-    marks[-1].synchronize()
+    marks[-1].synchronize()  # codespell:ignore
     means = (
         sum(marks[k].elapsed_time(marks[k + 1]) for marks in ticks) / TICKS / 1e3
         for k in range(len(loop.stages))
