@@ -10,14 +10,13 @@ another. Here the key is what the machine code depends on: the bytecode and the 
 function and of all that it calls. An edit of a comment or a docstring changes no key.
 """
 
-import hashlib
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from types import CodeType, FunctionType, ModuleType
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
 import llvmlite
@@ -27,6 +26,7 @@ from numba.core import caching, config
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
+from swarm_forage_env.fingerprint import fingerprint
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
 from swarm_forage_env.templates import Parts, parts_of, with_parts
 
@@ -152,51 +152,13 @@ def _with_attributes(argument: Any) -> Any:  # noqa: ANN401 whatever was passed
     return argument
 
 
-def fingerprint(function: Callable[..., Any]) -> str:
-    """A hash of the bytecode and the constants of a function and of all that it calls."""
-    text = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {INLINED}".encode())
-    text.update(f"{config.BOUNDSCHECK} {sys.version_info[:2]}".encode())
-    for piece in _pieces(function, set()):
-        text.update(repr(piece).encode())
-    return text.hexdigest()[:20]
-
-
-def _pieces(function: Any, seen: set[int]) -> Iterator[Any]:  # noqa: ANN401 compiled or not
-    """What the machine code of a function depends on, in the order of its names."""
-    plain = getattr(function, "py_func", function)
-    if id(plain) in seen:
-        return
-    seen.add(id(plain))
-    yield from _code(plain.__code__, plain.__doc__)
-    for name in plain.__code__.co_names:
-        value = plain.__globals__.get(name)
-        if isinstance(getattr(value, "py_func", value), FunctionType):
-            yield name
-            yield from _pieces(value, seen)
-        elif isinstance(value, np.ndarray):
-            yield name, value.dtype.str, value.tobytes()
-        elif isinstance(value, int | float | str | tuple | np.generic):
-            yield name, value
-        elif not isinstance(value, ModuleType):
-            yield name
-
-
-def _code(code: CodeType, docstring: str | None) -> Iterator[Any]:
-    """Bytecode and constants without the docstring."""
-    yield code.co_name, code.co_code, code.co_names
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            yield from _code(constant, None)
-        elif docstring is None or constant != docstring:
-            yield constant
-
-
 class _Locator:
     """Where numba keeps a kernel: one folder for all, under the kernel's fingerprint."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         """Of one kernel."""
-        self._key = fingerprint(function)
+        compilers = numba.__version__, llvmlite.__version__, sys.version_info[:2]
+        self._key = fingerprint(function, *compilers, INLINED, config.BOUNDSCHECK)
 
     @classmethod
     def from_function(cls, function: Callable[..., Any], file: str) -> "_Locator":

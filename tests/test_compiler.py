@@ -11,7 +11,8 @@ import numba
 import numpy as np
 import pytest
 
-from swarm_forage_env.compiler import _bound, bind, entry_point, fingerprint, kernel
+from swarm_forage_env.compiler import _bound, bind, entry_point, kernel
+from swarm_forage_env.fingerprint import fingerprint
 from swarm_forage_env.kernel_cache import cache_folder
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -104,6 +105,84 @@ def odd(n):
     made = module(text)
     assert fingerprint(made.even) != fingerprint(made.odd)
     assert fingerprint(made.even) == fingerprint(module(text).even)
+
+
+NUMBERS = """
+import enum
+
+SHARE = 0.5
+BY = 0.1
+TABLE = np.array([1.0, 2.0])
+
+class Area(enum.IntEnum):
+    NEST = 0
+    PREY = 1
+
+@kernel
+def scaled(x):
+    return 3.0 * x
+"""
+
+READERS = {
+    "a number of a module": "numbers.SHARE * x",
+    "an array of a module": "numbers.TABLE[0] * x",
+    "a function of a module": "numbers.scaled(x)",
+    "a member of an enumeration": "x + (5.0 if Area.PREY == 1 else 6.0)",
+    "an array in a tuple": "PAIR[1][0] * x",
+    "a number around the function": "around * x",
+    "an array around the function": "table[0] * x",
+    "a function around the function": "called(x)",
+    "a default": "by * x",
+    "what a function within reads": "(lambda y: SHARE * y)(x)",
+}
+
+CHANGED = {
+    "a number of a module": ("SHARE = 0.5", "SHARE = 0.25"),
+    "an array of a module": ("[1.0, 2.0]", "[1.0 + 1e-12, 2.0]"),
+    "a function of a module": ("3.0 * x", "4.0 * x"),
+    "a member of an enumeration": ("PREY = 1", "PREY = 2"),
+    "an array in a tuple": ("[1.0, 2.0]", "[1.0 + 1e-12, 2.0]"),
+    "a number around the function": ("SHARE = 0.5", "SHARE = 0.25"),
+    "an array around the function": ("[1.0, 2.0]", "[1.0 + 1e-12, 2.0]"),
+    "a function around the function": ("3.0 * x", "4.0 * x"),
+    "a default": ("BY = 0.1", "BY = 0.2"),
+    "what a function within reads": ("SHARE = 0.5", "SHARE = 0.25"),
+}
+
+
+def reader(read, numbers):
+    """An entry point that reads something of a module in this way, and its fingerprint."""
+    text = f"""
+PAIR = 1.0, numbers.TABLE
+Area = numbers.Area
+SHARE = numbers.SHARE
+
+def made(around, table, called):
+    @kernel
+    def read(x, by=numbers.BY):
+        return {read}
+
+    @entry_point
+    def total(x):
+        return read(x)
+
+    return total
+
+total = made(numbers.SHARE, numbers.TABLE, numbers.scaled)
+"""
+    total = module(text, numbers=numbers).total
+    return total, fingerprint(total)
+
+
+@compiled
+@pytest.mark.parametrize("what", READERS)
+def test_the_fingerprint_knows(what):
+    before, after = CHANGED[what]
+    kept, key = reader(READERS[what], module(NUMBERS))
+    other, other_key = reader(READERS[what], module(NUMBERS.replace(before, after)))
+    assert kept(2.0) != other(2.0)
+    assert key != other_key
+    assert key == reader(READERS[what], module(NUMBERS))[1]
 
 
 @pytest.fixture

@@ -1,0 +1,82 @@
+"""The fingerprint of a function: a hash of all that its machine code depends on."""
+
+import hashlib
+from collections.abc import Callable, Iterator
+from enum import EnumMeta
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+
+
+def fingerprint(function: Callable[..., Any], *around: object) -> str:
+    """A hash of the bytecode and the constants of a function and of all that it calls.
+
+    What is read of other modules and of enumerations belongs to it, the variables of the function
+    around it and its defaults too. `around` is what else machine code depends on, as the version of
+    a compiler.
+    """
+    text = hashlib.sha256(repr(around).encode())
+    for piece in _pieces(function, set()):
+        text.update(repr(piece).encode())
+    return text.hexdigest()[:20]
+
+
+def _pieces(function: Any, seen: set[int]) -> Iterator[Any]:  # noqa: ANN401 compiled or not
+    """What the machine code of a function depends on, in the order of its names."""
+    plain = getattr(function, "py_func", function)
+    if id(plain) in seen:
+        return
+    seen.add(id(plain))
+    yield from _code(plain.__code__, plain.__doc__)
+    names = tuple(_names(plain.__code__))
+    yield from _content(plain.__defaults__, names, seen)
+    around = zip(plain.__code__.co_freevars, plain.__closure__ or (), strict=True)
+    named = {name: plain.__globals__.get(name) for name in names}
+    for name, value in {**named, **{name: cell.cell_contents for name, cell in around}}.items():
+        yield name
+        yield from _content(value, names, seen)
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """The names that a function reads, and the functions within it."""
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _names(constant)
+
+
+def _content(value: Any, names: tuple[str, ...], seen: set[int]) -> Iterator[Any]:  # noqa: ANN401 anything
+    """What machine code takes from a value that is at hand to a function with these names."""
+    if isinstance(getattr(value, "py_func", value), FunctionType):
+        yield from _pieces(value, seen)
+    elif isinstance(value, tuple | list):
+        yield type(value).__name__, len(value)
+        for each in value:
+            yield from _content(each, names, seen)
+    elif isinstance(value, ModuleType | EnumMeta) and hash((id(value), names)) not in seen:
+        seen.add(hash((id(value), names)))
+        for name in (name for name in names if name in vars(value)):
+            yield name
+            yield from _content(getattr(value, name), names, seen)
+    else:
+        yield _constant(value)
+
+
+def _constant(value: Any) -> Any:  # noqa: ANN401 anything
+    """A value that holds no others, as a thing whose `repr` tells it from all others; or None."""
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, value.tobytes()
+    if isinstance(value, type):
+        return value.__module__, value.__qualname__
+    return value if isinstance(value, int | float | complex | str | np.generic | np.dtype) else None
+
+
+def _code(code: CodeType, docstring: str | None) -> Iterator[Any]:
+    """Bytecode and constants without the docstring."""
+    yield code.co_name, code.co_code, code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _code(constant, None)
+        elif docstring is None or constant != docstring:
+            yield constant
