@@ -55,8 +55,12 @@ def inlined(function: FunctionT) -> FunctionT:
 
 def entry_point(function: FunctionT) -> FunctionT:
     """Compile a function that Python calls on structured arrays; its machine code is kept."""
-    plain = getattr(cast(Any, function), "py_func", function)
-    return cast(FunctionT, _compiled(cast(Any, plain)))
+    return cast(FunctionT, _compiled(cast(Any, plain(function))))
+
+
+def plain(function: FunctionT) -> FunctionT:
+    """The function that a kernel was made of, for a use that is not worth compiling."""
+    return cast(FunctionT, getattr(cast(Any, function), "py_func", function))
 
 
 def bind(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel

@@ -459,3 +459,15 @@ def test_a_rule_whose_module_has_another_name_now_is_compiled_anew(tmp_path):
         told = run(BOUND, tmp_path / "cache", tmp_path, name, PYTHONDONTWRITEBYTECODE="1")
         results.append(told[0])
     assert results == [[[1.0, 2.0], 0], [[1.0, 2.0], 0], [[1.0, 2.0], 1]]
+
+
+@compiled
+@pytest.mark.parametrize("command", [["list"], ["list", "mg1-hexagon"], ["evaluate", "--help"]])
+def test_what_runs_no_world_compiles_nothing(tmp_path, command):
+    done = subprocess.run(
+        [sys.executable, "-m", "swarm_forage_env", *command],
+        env={**os.environ, "XDG_CACHE_HOME": str(tmp_path)}, capture_output=True, text=True,
+        check=False, cwd=ROOT, timeout=300,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert not list(tmp_path.rglob("*.nbi"))

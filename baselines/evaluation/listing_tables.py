@@ -23,7 +23,7 @@ EXAMPLES = ("radio.max_range", "task.tolerance")
 
 SCENARIO_SCORES = (
     "score: round trips under ssgikf, goals of a robot under boids-adaptive; mean of\n"
-    f"{EPISODES} episodes; none in es3, whose episodes take too long to run for a list"
+    f"{EPISODES} episodes"
 )
 
 CONTROLLER_SCORES = f"score: round trips on es1, mean of {EPISODES} episodes"

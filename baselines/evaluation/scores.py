@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.evaluate_options import EvaluateOptions
@@ -26,9 +25,6 @@ ARENA = "es1"
 """Where controllers are scored."""
 
 EPISODES = 10
-
-LONG = 5_000_000
-"""Robot-steps of an episode above which a scenario is not scored: es3."""
 
 
 @dataclass(frozen=True)
@@ -68,13 +64,8 @@ def pairs() -> Iterator[tuple[str, str]]:
     for name in (*CONTROLLERS, *REFERENCES):
         yield ARENA, name
     for name in SCENARIOS:
-        if name != ARENA and not is_long(SCENARIOS[name]):
+        if name != ARENA:
             yield name, task_of(SCENARIOS[name]).controller
-
-
-def is_long(scenario: Any) -> bool:  # noqa: ANN401 of any task
-    """Whether scoring a scenario would take minutes."""
-    return int(scenario.n_ticks * scenario.task.n_robots) > LONG
 
 
 def measure(scenario: str, controller: str, out: Path, workers: int) -> Score:

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.compiler import plain
 from swarm_forage_env.equations import obstacles
 from swarm_forage_env.parameters import NotNegative, Part
 
@@ -18,7 +18,7 @@ Point = tuple[float, float]
 ROUNDING = 1e-9
 """Circles and walls that overlap by less than this only touch [m]."""
 
-from_axis = entry_point(obstacles.from_axis)
+from_axis = plain(obstacles.from_axis)
 
 
 class Obstacle(Part):
