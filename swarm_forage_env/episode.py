@@ -38,8 +38,11 @@ class EpisodeKind:
     """Metrics in the order of the table, with their headings and the factor to their units."""
 
     sometimes: tuple[str, ...] = ()
-    """Fields that only episodes of some scenarios have, None in all others: tables leave them out
-    where no episode has them, and datasets of earlier releases lack them."""
+    """Fields that only episodes of some scenarios have, None in all others: they stand in
+    a table of their own where an episode has them, and datasets of earlier releases lack them."""
+
+    sometimes_words: str = ""
+    """The heading of the table of those."""
 
     series: tuple[str, ...] = ()
     """Fields of an episode that are lists."""

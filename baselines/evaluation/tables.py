@@ -9,13 +9,17 @@ from dataclasses import asdict, fields
 from typing import Any
 
 from rich.console import Group
-from rich.table import Table
 from rich.text import Text
 
 from baselines.evaluation.episode import kind_of_episode
+from baselines.evaluation.fitting_table import FittingTable
 from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
+from swarm_forage_env.episode import EpisodeKind
 
 NOT_APPLICABLE = "n/a"
+
+COMPARED = "difference of means", "ratio of means", "p"
+"""Headings of the comparison."""
 
 EpisodesByController = Mapping[str, Sequence[Any]]
 """Episodes by controller, the seeds in the same order for each."""
@@ -52,24 +56,25 @@ def _without(left_out: Sequence[str], episode: Any) -> dict[str, Any]:  # noqa: 
 
 
 def report(episodes: Sequence[Any]) -> Group:
-    """The table of means and, for several controllers, of comparisons with the first."""
+    """The tables of means and, for several controllers, of comparisons with the first."""
     groups = by_controller(episodes)
     first = next(iter(groups.values()))
     head = first[0]
-    parts: list[Text | Table] = [
+    kind = kind_of_episode(head)
+    parts: list[Text | FittingTable] = [
         Text(
             f"{head.scenario}: {head.n_robots} robots, {head.duration_s:g} s, {head.physics}"
             f" physics, seeds {first[0].seed} to {first[-1].seed}",
             style="bold",
         ),
-        summary(groups),
-        Text(f"n = {len(first)}: mean over its 95 % bootstrap interval.", style="dim"),
+        summary(groups, [metric for metric in kind.columns if metric not in kind.sometimes]),
     ]
+    if added := [metric for metric in kind.columns if _is_there(metric, kind, episodes)]:
+        parts += [Text(f"\n{kind.sometimes_words}", style="bold"), summary(groups, added)]
+    parts.append(Text(f"n = {len(first)}: mean over its 95 % bootstrap interval.", style="dim"))
     if len(groups) > 1:
         parts += [
-            Text(
-                f"\n{kind_of_episode(head).score_words} against {next(iter(groups))}", style="bold"
-            ),
+            Text(f"\n{kind.score_words} against {next(iter(groups))}", style="bold"),
             comparison(groups),
             Text(
                 "On the same seeds, with 95 % bootstrap intervals; p: Mann-Whitney U, two-sided.",
@@ -79,43 +84,33 @@ def report(episodes: Sequence[Any]) -> Group:
     return Group(*parts)
 
 
-def summary(groups: EpisodesByController) -> Table:
-    """The table of mean metrics of every controller, over their 95 % bootstrap intervals."""
-    table, columns = _table(), _columns([each for own in groups.values() for each in own])
-    for heading, _ in columns.values():
-        table.add_column(Text(heading), justify="right", no_wrap=True)
-    for name, episodes in groups.items():
-        cells = [_cell(episodes, metric, factor) for metric, (_, factor) in columns.items()]
-        table.add_row(_lines(name), *cells)
-    return table
+def summary(groups: EpisodesByController, metrics: Sequence[str]) -> FittingTable:
+    """The means of these metrics for every controller, over their 95 % bootstrap intervals."""
+    (first, *_), *_ = groups.values()
+    columns = {metric: kind_of_episode(first).columns[metric] for metric in metrics}
+    return FittingTable(
+        "controller",
+        list(groups),
+        {
+            heading: [_cell(episodes, metric, factor) for episodes in groups.values()]
+            for metric, (heading, factor) in columns.items()
+        },
+    )
 
 
-def _columns(episodes: Sequence[Any]) -> dict[str, tuple[str, float]]:
-    """The metrics with their headings and factors, without those that no episode has."""
-    kind = kind_of_episode(episodes[0])
-    return {
-        metric: column
-        for metric, column in kind.columns.items()
-        if metric not in kind.sometimes
-        or any(getattr(episode, metric) is not None for episode in episodes)
-    }
+def _is_there(metric: str, kind: EpisodeKind, episodes: Sequence[Any]) -> bool:
+    """Whether a metric that only some scenarios have is one of these episodes'."""
+    return metric in kind.sometimes and any(
+        getattr(episode, metric) is not None for episode in episodes
+    )
 
 
-def comparison(groups: EpisodesByController) -> Table:
+def comparison(groups: EpisodesByController) -> FittingTable:
     """The table of every controller's score against the first one's, seed by seed."""
     (_, base), *others = groups.items()
-    table = _table()
-    for heading in ("difference of means", "ratio of means", "p"):
-        table.add_column(Text(heading), justify="right", no_wrap=True)
-    for name, episodes in others:
-        found = compare(scores(episodes), scores(base))
-        table.add_row(Text(name), *_verdict(found))
-    return table
-
-
-def _lines(name: str) -> Text:
-    """A controller's name, with its parameters on lines below."""
-    return Text(name.replace(":", ":\n ").replace(",", ",\n "))
+    rows = [_verdict(compare(scores(episodes), scores(base))) for _, episodes in others]
+    columns = {heading: [Text(row[k]) for row in rows] for k, heading in enumerate(COMPARED)}
+    return FittingTable("controller", [name for name, _ in others], columns)
 
 
 def scores(episodes: Sequence[Any]) -> list[float]:
@@ -159,9 +154,3 @@ def _formatter(value: float) -> Callable[[float], str]:
 def p_value(p: float) -> str:
     """Format a p value."""
     return "< 0.0001" if p < 1e-4 else f"{p:.2g}"
-
-
-def _table() -> Table:
-    table = Table(box=None, padding=(0, 1, 0, 0))
-    table.add_column("controller", overflow="fold")
-    return table

@@ -235,5 +235,6 @@ FORAGING_EPISODE = EpisodeKind(
         "lost_events_sound",
         "localisation_error_sound_m",
     ),
+    sometimes_words="Of the robots without a fault",
     series=("on_path_over_time", "recruited_at_s"),
 )

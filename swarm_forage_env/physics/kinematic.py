@@ -13,7 +13,7 @@ from swarm_forage_env.physics.base import ENGINES
 
 @ENGINES.register("kinematic")
 class Kinematic:
-    """Every robot goes where its wheels take it, as the kernel `tick` drives it."""
+    """Robots go where their wheels take them, without forces; where two overlap, they part."""
 
     def __init__(self, scenarios: Sequence[Scenario]) -> None:
         """Nothing is kept."""

@@ -28,7 +28,7 @@ _READ = BodyFields.POSITION | BodyFields.ANGLE
 
 @ENGINES.register("rigid")
 class Rigid:
-    """One pymunk space for each world; poses and velocities are written, poses read back.
+    """Bodies push, slide and turn each other where they touch, by pymunk, one space a world.
 
     In a tick in which no body of a world can reach another, a wall or an obstacle, its space would
     only carry each robot along its chord; that is left to the kernel `tick`.

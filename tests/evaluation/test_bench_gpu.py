@@ -45,16 +45,15 @@ def text_of(found):
 
 def test_the_table_tells_what_was_measured():
     row = next(line for line in text_of(FOUND).splitlines() if "es1 x 10" in line)
-    cells = [cell.strip() for cell in row.split("│")[1:-1]]
-    assert cells == [
-        "es1 x 10", "250", "3", "16", "25%", "50%", "25%", "5120", "2400", "50%", "2", "30.0",
+    assert row.removeprefix("es1 x 10").split() == [
+        "250", "3", "16", "25%", "50%", "25%", "5120", "2400", "50%", "2", "30.0",
     ]  # fmt: skip
 
 
 def test_what_the_driver_does_not_tell_is_a_dash():
     unknown = {"shares": {}, "bandwidth": None, "share_of_card": None, "joules_per_million": None}
     row = next(line for line in text_of(FOUND | unknown).splitlines() if "es1 x 10" in line)
-    assert [cell.strip() for cell in row.split("│")[1:-1]].count("-") == 6
+    assert row.split().count("-") == 6
 
 
 def test_energy_is_told_in_joules_of_the_gpu_that_was_asked_for():

@@ -2,36 +2,48 @@
 
 from typing import Any
 
-from rich.table import Table
+from rich.console import Group
+from rich.text import Text
+
+from baselines.evaluation.fitting_table import FittingTable
 
 STAGES = "decide", "tick", "observe"
 
 
-def gpu_table(found: list[dict[str, Any]]) -> Table:
+def gpu_table(found: list[dict[str, Any]]) -> Group:
     """What was measured, a row for each number of worlds; a dash for what the driver tells not."""
-    table = Table(
-        title="Worlds on a GPU: kinematic, ssgikf; millions of robot-steps per second",
-        caption="Bytes are those of the records that the kernels are handed, each read or written"
-        " once. Energy is in joules per million robot-steps.",
+    rows = [_cells(each) for each in found]
+    columns = {heading: [Text(row[heading]) for row in rows] for heading in rows[0]}
+    return Group(
+        Text("Worlds on a GPU: kinematic, ssgikf; millions of robot-steps a second", style="bold"),
+        FittingTable("worlds", [each["case"] for each in found], columns),
+        Text(
+            "Bytes are those of the records that the kernels are handed, each read or written"
+            " once. Energy is in joules per million robot-steps.",
+            style="dim",
+        ),
     )
-    memory = "bytes", "GB/s", "of card"
-    for column in ("worlds", "GPU", "CPU", "threads", *STAGES, *memory, "J", "first [s]"):
-        table.add_column(column, justify="right")
-    for each in found:
-        shares = (_or_dash(each["shares"].get(stage), ".0%") for stage in STAGES)
-        table.add_row(
-            each["case"],
-            f"{each['gpu'] / 1e6:.3g}",
-            f"{each['cpu'] / 1e6:.3g}",
-            str(each["threads"]),
-            *shares,
-            f"{each['bytes_per_robot_step']:.0f}",
-            _or_dash(each["bandwidth"], ".0f", 1e-9),
-            _or_dash(each["share_of_card"], ".0%"),
-            _or_dash(each["joules_per_million"], ".3g"),
-            f"{each['first_step_s']:.1f}",
-        )
-    return table
+
+
+def _cells(each: dict[str, Any]) -> dict[str, str]:
+    """The cells of a row by their headings."""
+    return {
+        "GPU": _millions(each["gpu"]),
+        "CPU": _millions(each["cpu"]),
+        "threads": str(each["threads"]),
+        **{stage: _or_dash(each["shares"].get(stage), ".0%") for stage in STAGES},
+        "bytes": f"{each['bytes_per_robot_step']:.0f}",
+        "GB/s": _or_dash(each["bandwidth"], ".0f", 1e-9),
+        "of card": _or_dash(each["share_of_card"], ".0%"),
+        "J": _or_dash(each["joules_per_million"], ".3g"),
+        "first [s]": f"{each['first_step_s']:.1f}",
+    }
+
+
+def _millions(speed: float) -> str:
+    """A speed in millions a second, with three digits or all whole ones."""
+    found = speed / 1e6
+    return f"{found:,.0f}" if found >= 100.0 else f"{found:.3g}"
 
 
 def _or_dash(number: float | None, form: str, scale: float = 1.0) -> str:
