@@ -2,13 +2,15 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
-from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.evaluation.experiment_config import ExperimentConfig, parse_settings
 from baselines.evaluation.runner import Plan
 from baselines.papers.claim_result import Claim, ClaimResult
 from baselines.papers.experiments import Experiment, Results
 from baselines.papers.figures import PaperFigure
 from swarm_forage_env.registry import Registry
+from swarm_forage_env.scenarios import find_scenario
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ class Paper:
     table: Callable[[Results], str] = lambda results: ""
     """A table of its page, in Markdown, for a page that has one."""
 
-    @property
+    @cached_property
     def experiments(self) -> tuple[Experiment, ...]:
         """Every experiment that a claim or figure needs, once; the longest runs first."""
         parts: tuple[Claim | PaperFigure, ...] = (*self.claims, *self.figures)
@@ -64,5 +66,5 @@ PAPERS: Registry[Callable[[], Paper]] = Registry("paper")
 
 
 def _robot_steps(experiment: Experiment) -> int:
-    scenario = experiment.configuration(None).scenario
+    scenario = find_scenario(experiment.scenario, parse_settings(experiment.settings))
     return int(scenario.n_ticks * scenario.task.n_robots)
