@@ -1,0 +1,171 @@
+"""Where a value counts as inside its band, and what a result of a claim holds."""
+
+import pytest
+
+from baselines.evaluation.statistics import Comparison, Estimate
+from baselines.papers import claim_types
+from baselines.papers.beta_sweep import BestBeta, BetaSweep
+from baselines.papers.claim_result import claim_result, estimate, within
+from baselines.papers.claim_types import (
+    Below,
+    Contrast,
+    NoDifference,
+    Number,
+    Order,
+    Ratio,
+    Share,
+)
+from baselines.papers.experiments import Experiment, round_trips
+
+A, B, C = Experiment("es1", "nc"), Experiment("es1", "ssgikf"), Experiment("es1", "dsgikf")
+LITTLE, MORE = 5e-10, 2e-9
+"""Less than the round-off of 1e-9 that a band forgives, and more."""
+
+
+@pytest.mark.parametrize(
+    ("value", "interval", "inside"),
+    [
+        (1.0, None, True),
+        (2.0, None, True),
+        (1.0 - LITTLE, None, True),
+        (1.0 - MORE, None, False),
+        (2.0 + LITTLE, None, True),
+        (2.0 + MORE, None, False),
+        (1.5, (0.0, 3.0), True),
+        (0.9, (0.0, 3.0), False),
+        (2.1, (0.0, 3.0), False),
+        (1.5, (2.0 + LITTLE, 3.0), True),  # a skewed interval need not hold its value
+        (1.5, (2.0 + MORE, 3.0), False),
+        (1.5, (0.0, 1.0 - LITTLE), True),
+        (1.5, (0.0, 1.0 - MORE), False),
+    ],
+)
+def test_a_value_is_in_its_band_if_it_and_its_interval_touch_it(value, interval, inside):
+    assert within(Estimate(value, interval, 9), 1.0, 2.0) == inside
+
+
+def test_a_result_holds_the_estimate_its_interval_and_p():
+    found = claim_result("text", 3.0, Estimate(2.0, (1.0, 4.0), 9), True, 0.004)
+    assert (found.claim, found.published, found.ours) == ("text", 3.0, 2.0)
+    assert (found.low, found.high, found.reproduced, found.p) == (1.0, 4.0, True, 0.004)
+    alone = claim_result("text", 3.0, Estimate(2.0, None, 1), False)
+    assert (alone.ours, alone.low, alone.high, alone.reproduced) == (2.0, None, None, False)
+    assert alone.p is None
+
+
+def test_of_nothing_that_can_be_said_no_claim_is_reproduced():
+    found = claim_result("text", 3.0, None, True, 0.004)
+    assert (found.ours, found.low, found.high, found.p) == (None,) * 4
+    assert not found.reproduced
+
+
+def test_a_row_of_json_is_the_result_without_p():
+    found = claim_result("text", "> 1", Estimate(2.0, (1.0, 4.0), 9), True, 0.004)
+    assert found.as_row() == {
+        "claim": "text", "published": "> 1", "ours": 2.0, "low": 1.0, "high": 4.0,
+        "reproduced": True,
+    }  # fmt: skip
+
+
+def test_a_claim_about_no_episode_is_refused():
+    with pytest.raises(ValueError, match="at least one episode"):
+        estimate([])
+
+
+@pytest.mark.parametrize(
+    ("trips", "reproduced"), [(23, False), (24, True), (30, True), (36, True), (37, False)]
+)
+def test_a_ratio_is_reproduced_within_a_fifth(episodes, trips, reproduced):
+    found = Ratio("ratio", B, A, 3.0).judge({A: episodes(A, [10]), B: episodes(B, [trips])})
+    assert found.reproduced is reproduced
+    assert (found.claim, found.published, found.ours) == ("ratio", 3.0, trips / 10)
+
+
+def test_a_ratio_has_a_tolerance_of_its_own(episodes):
+    results = {A: episodes(A, [10]), B: episodes(B, [24])}
+    assert not Ratio("ratio", B, A, 3.0, 0.15).judge(results).reproduced
+    assert Ratio("ratio", B, A, 3.0, 0.21).judge(results).reproduced
+
+
+def test_a_ratio_is_of_the_metric_that_is_asked_for(episodes):
+    results = {
+        A: episodes(A, [1], on_path_share=0.25), B: episodes(B, [1], on_path_share=0.75)
+    }  # fmt: skip
+    metric = claim_types.on_path
+    assert Ratio("path", B, A, 3.0, metric=metric).judge(results).ours == 3.0
+    assert Number("path", A, 0.25, metric=metric).judge(results).reproduced
+    assert Order("path", ((B, A),), metric).judge(results).ours == 3.0
+    assert NoDifference("path", B, A, metric).judge(results).ours == 3.0
+    assert Share("trips", (A,), (1.0, 1.0), round_trips).judge(results).ours == 1.0
+
+
+@pytest.mark.parametrize(
+    ("shares", "farthest"),
+    [((0.1, 0.8), 0.1), ((0.5, 0.95), 0.95), ((0.35, 0.8), 0.35), ((0.45, 0.7), 0.45)],
+)
+def test_the_share_farthest_from_the_middle_of_the_range_is_shown(episodes, shares, farthest):
+    results = {
+        each: episodes(each, [1, 1], on_path_share=share)
+        for each, share in zip((A, B), shares, strict=True)
+    }
+    assert Share("path", (A, B), (0.5, 0.7)).judge(results).ours == pytest.approx(farthest)
+
+
+def test_what_a_claim_holds_as_published_is_the_number_the_range_or_the_order(episodes):
+    results = {each: episodes(each, [10, 11, 12]) for each in (A, B)}
+    said = [
+        Number("", A, 12.5), Below("", A, 12.5), Share("", (A,), (0.5, 0.7)),
+        Share("", (A,), (0.5, 0.5)), Ratio("", A, B, 1.5), Order("", ((A, B),)),
+        NoDifference("", A, B), Contrast("", (), lambda _: ([1.0], [2.0])),
+        BestBeta("", BetaSweep("es1"), 0.01),
+    ]  # fmt: skip
+    results |= {each: episodes(each, [1, 2]) for each in BetaSweep("es1").experiments}
+    assert [each.judge(results).published for each in said] == [
+        12.5, "< 12.5", "0.5 to 0.7", 0.5, 1.5, "> 1", 1.0, "> 1", 0.01
+    ]  # fmt: skip
+
+
+def test_a_claim_needs_the_experiments_of_all_its_sources():
+    assert Ratio("", A, B, 1.0).experiments == (A, B)
+    assert NoDifference("", A, B).experiments == (A, B)
+    assert Order("", ((A, B), (A, C))).experiments == (A, B, A, C)
+    assert Share("", (A, B), (0.0, 1.0)).experiments == (A, B)
+    assert Number("", A, 1.0).experiments == Below("", A, 1.0).experiments == (A,)
+
+
+@pytest.mark.parametrize(
+    ("p", "same"), [(None, True), (0.049, False), (0.05, True), (0.9, True)]
+)  # fmt: skip
+def test_two_samples_differ_from_a_p_of_one_in_twenty_down(monkeypatch, episodes, p, same):
+    found = Comparison(Estimate(1.0, None, 2), Estimate(2.0, None, 2), p)
+    monkeypatch.setattr(claim_types, "compare", lambda one, other: found)
+    results = {each: episodes(each, [1, 2]) for each in (A, B)}
+    judged = NoDifference("same", A, B).judge(results)
+    assert (judged.reproduced, judged.p, judged.ours) == (same, p, 2.0)
+
+
+def test_an_order_shows_the_least_ratio_and_the_largest_p(episodes):
+    low, high, higher = [10, 11, 12, 13, 14, 15], [20, 22, 24, 26, 28, 30], [14, 15, 16, 17, 18, 19]
+    results = {A: episodes(A, low), B: episodes(B, high), C: episodes(C, higher)}
+    each = [Order("", ((one, A),)).judge(results) for one in (B, C)]
+    both = Order("", ((B, A), (C, A))).judge(results)
+    assert each[0].p < each[1].p == both.p
+    assert both.ours == pytest.approx(99 / 75)  # the ratio of B is 2
+    assert each[0].ours == 2.0
+
+
+def test_an_order_without_any_value_is_not_reproduced(episodes):
+    results = {A: episodes(A, [1]), B: episodes(B, [1])}
+    found = Order("", ((A, B),), lambda episode: float("nan")).judge(results)
+    assert (found.ours, found.published, found.reproduced) == (None, "> 1", False)
+
+
+def test_an_order_over_nothing_has_no_ratio_to_show(episodes):
+    found = Order("", ((B, A),)).judge({A: episodes(A, [0, 0]), B: episodes(B, [1, 2])})
+    assert (found.ours, found.p) == (None, None)
+
+
+def test_a_contrast_shows_its_ratio_and_p():
+    found = Contrast("slopes", (A, B), lambda _: ([30.0, 32.0, 34.0], [10.0, 11.0, 12.0])).judge({})
+    assert (found.claim, found.ours, found.p) == ("slopes", pytest.approx(96 / 33), 0.1)
+    assert not found.reproduced
