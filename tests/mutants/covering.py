@@ -1,7 +1,7 @@
 """Tests that can notice a mutant: those that ran its statement while nothing was mutated.
 
 A statement that runs at import, such as a number of a module or a field of a class, may be read by
-a test that runs no line of its module: it is given to every test of a file that imports it, too.
+a test that runs no line of its module: it is given to every test.
 
     python -m tests.mutants.covering FOLDER GROUP   # once: run every test, note what it ran
 
@@ -12,7 +12,6 @@ import ast
 import difflib
 import json
 import os
-import re
 import resource
 import subprocess
 import sys
@@ -92,13 +91,12 @@ def mutated(folder):
 
 
 def covering(data, module, line, seconds):
-    """The tests that ran a statement; for what runs at import, those that may read its module."""
+    """The tests that ran a statement; for what runs at import, all of them."""
     names = [name for name in data.measured_files() if Path(name) == module.resolve()]
     ran = data.contexts_by_lineno(names[0]) if names else {}
-    contexts = {test for each in statement(module, line) for test in ran.get(each, ())}
     if not in_function(module, line):
-        contexts |= {test for tests in ran.values() for test in tests}
-        contexts |= {test for test in seconds if imports(test.partition("::")[0], module)}
+        return list(seconds)
+    contexts = {test for each in statement(module, line) for test in ran.get(each, ())}
     return [test for test in contexts if test in seconds]
 
 
@@ -108,15 +106,6 @@ def in_function(module, line):
         isinstance(node, ast.FunctionDef) and node.body[0].lineno <= line <= node.end_lineno
         for node in ast.walk(ast.parse(module.read_text()))
     )
-
-
-def imports(file, module):
-    """Whether the text of a file names a module, or its package and the module in one import."""
-    text = Path(file).read_text()
-    dotted = ".".join(module.with_suffix("").parts)
-    package, _, name = dotted.rpartition(".")
-    beside = rf"from {re.escape(package)} import \(?[^)\n]*\b{name}\b"
-    return dotted in text or re.search(beside, text) is not None
 
 
 def statement(module, line):
