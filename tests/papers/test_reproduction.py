@@ -1,0 +1,160 @@
+"""What the command `reproduce` does with its options, without running an episode."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from baselines.evaluation import progress
+from baselines.evaluation.backend_options import BackendName
+from baselines.papers import commands_reproduce, report, reproduction
+from baselines.papers.claim_result import ClaimResult
+from baselines.papers.claim_types import Number
+from baselines.papers.experiments import Experiment
+from baselines.papers.paper import PAPERS, Paper
+from baselines.papers.reproduction import ReproduceOptions, Reproduction
+from swarm_forage_env.errors import ConfigError
+
+FOUND = [ClaimResult("a claim", 60.0, 59.0, 58.0, 61.0, True)]
+
+
+def test_the_command_line_is_that_of_the_same_episodes():
+    plain = ReproduceOptions("social-odometry")
+    assert plain.command == "swarm-forage reproduce social-odometry --episodes=30 --seed=0"
+    assert plain.seeds == range(30)
+    other = ReproduceOptions("ants2008", 3, 7, "kinematic", ["task.duration=60", "tick=0.2"])
+    assert other.command == (
+        "swarm-forage reproduce ants2008 --set=task.duration=60 --set=tick=0.2"
+        " --episodes=3 --seed=7 --physics=kinematic"
+    )
+    assert other.seeds == range(7, 10)
+
+
+@pytest.mark.parametrize(
+    ("paper", "n"),
+    [("social-odometry", 30), ("ants2008", 30), ("adaptive-boids", 100), ("boids-foraging", 30),
+     ("robustness", 10)],
+)  # fmt: skip
+def test_every_paper_can_be_asked_for_and_has_its_replications(paper, n):
+    assert ReproduceOptions(paper).replications == n
+    assert commands_reproduce.PaperName(paper).value == paper
+
+
+def test_a_reproduction_is_kept_in_a_folder_of_its_own(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    claims = (Number("trips", Experiment("es1", "nc"), 60.0),)
+    small = Paper("ants2008", "ants2008", claims, (), 30, {})
+    monkeypatch.setitem(PAPERS._parts, "ants2008", lambda: small)
+    options = ReproduceOptions("ants2008", 2, physics="kinematic")
+    assert Reproduction(options).folder == Path("runs/reproduce-ants2008")
+    elsewhere = Reproduction(options, tmp_path / "x")
+    assert elsewhere.folder == tmp_path / "x"
+    assert list(elsewhere.plan.seeds) == [0, 1]
+    assert {each.physics for each in elsewhere.plan.configurations} == {"kinematic"}
+    with pytest.raises(ConfigError, match="physics"):
+        Reproduction(ReproduceOptions("ants2008", physics="soft"))
+
+
+def bare(monkeypatch, tmp_path):
+    """A reproduction of nothing, whose results are there."""
+    paper = SimpleNamespace(page="page", figures=(), results=lambda plan: {"of": plan})
+    made = Reproduction.__new__(Reproduction)
+    made.paper, made.command, made.folder, made.plan = paper, "a command", tmp_path, "the plan"
+    monkeypatch.setattr(
+        report, "page", lambda paper, found, results, command: f"{results} {command}"
+    )
+    return made
+
+
+def test_claims_figures_and_page_are_written_side_by_side(monkeypatch, tmp_path):
+    drawn = []
+    monkeypatch.setattr(reproduction, "write_figures", lambda *given: drawn.append(given))
+    made = bare(monkeypatch, tmp_path)
+    assert made.write(FOUND) == [tmp_path / "claims.json", tmp_path / "page.md"]
+    text = (tmp_path / "claims.json").read_text("utf-8")
+    assert text.endswith("]\n")
+    assert json.loads(text) == [each.as_row() for each in FOUND]
+    assert (tmp_path / "page.md").read_text("utf-8") == "{'of': 'the plan'} a command"
+    page = tmp_path / "docs" / "page.md"
+    page.parent.mkdir()
+    assert made.write(FOUND, page, "paper") == [tmp_path / "claims.json", page]
+    assert [given[2:] for given in drawn] == [
+        (tmp_path / "figures", "a command", "screen"),
+        (tmp_path / "docs" / "figures", "a command", "paper"),
+    ]
+
+
+def test_how_long_it_takes_is_told_for_all_threads_of_all_workers(monkeypatch, tmp_path, capsys):
+    asked, ran = [], []
+
+    def seconds(plan, workers):
+        asked.append((plan, workers))
+        return 7200.0 / workers
+
+    monkeypatch.setattr(reproduction, "expected_seconds", seconds)
+    monkeypatch.setattr(reproduction, "run_with_progress", lambda *given: ran.append(given))
+    backend = SimpleNamespace(workers=3, threads=4)
+    bare(monkeypatch, tmp_path).run_with_progress(backend)
+    assert asked == [("the plan", 12)]
+    assert ran == [("the plan", backend)]
+    assert "about 10 min to run, with 3 at a time" in capsys.readouterr().err
+
+
+@pytest.fixture
+def called(monkeypatch):
+    """What the command makes of its options."""
+    found = []
+
+    class Recorded:
+        plan = "the plan"
+
+        def __init__(self, options, out):
+            found.append((options, out))
+
+        def run_with_progress(self, backend):
+            found.append(backend)
+
+        def claim_results(self):
+            return FOUND
+
+        def write(self, claim_results, page, style):
+            found.append((claim_results, page, style))
+            return [Path("claims.json")]
+
+    monkeypatch.setattr(reproduction, "Reproduction", Recorded)
+    monkeypatch.setattr(commands_reproduce, "find_backend", lambda *given: given)
+    monkeypatch.setattr(progress, "check_kept", found.append)
+    return found
+
+
+def test_a_command_without_options_runs_what_the_help_promises(called, capsys):
+    from baselines.cli import run
+
+    assert run(["reproduce", "ants2008"]) == 0
+    (options, out), backend, written, checked = called
+    assert options == ReproduceOptions("ants2008", None, 0, None, [])
+    assert out is None
+    assert backend == (BackendName.JOBLIB, 2, 1, None)
+    assert written == (FOUND, None, "screen")
+    assert checked == "the plan"
+    assert "1 of 1 claims reproduced" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "episodes"), [(["--quick"], 6), (["--quick", "--episodes=2"], 2), ([], None)]
+)
+def test_quick_is_six_replications_unless_another_number_is_asked_for(called, options, episodes):
+    from baselines.cli import run
+
+    assert run(["reproduce", "ants2008", *options]) == 0
+    assert called[0][0].episodes == episodes
+
+
+def test_json_is_written_in_the_place_of_the_table(called, capsys):
+    from baselines.cli import run
+
+    assert run(["reproduce", "ants2008", "--format=json", "--set=tick=0.2", "--style=paper"]) == 0
+    assert json.loads(capsys.readouterr().out) == [each.as_row() for each in FOUND]
+    assert called[0][0].settings == ["tick=0.2"]
+    assert called[2][2] == "paper"
