@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import random
+import resource
 import sys
 from pathlib import Path
 
@@ -65,11 +66,23 @@ def rng(request):
     return random.Random(f"{SEED} {request.node.name}")
 
 
+def processor_seconds():
+    """Processor time of this process, and of those that it started and waited for [s].
+
+    Workers of a command that was killed are not among them.
+    """
+    who = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN
+    used = [resource.getrusage(each) for each in who]
+    return sum(each.ru_utime + each.ru_stime for each in used)
+
+
 @pytest.fixture
 def tell(request, capsys):
     """Print and keep how often a fault was tried, and what came of it: the last act of a test."""
+    before = processor_seconds()
 
     def told(**counts):
+        counts["processor_s"] = round(processor_seconds() - before, 1)
         numbers = ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in counts.items())
         with capsys.disabled():
             sys.stdout.write(f"\n{request.node.name}, seed {SEED}: {numbers}\n")
@@ -88,3 +101,5 @@ def pytest_terminal_summary(terminalreporter):
         for test, counts in found.items():
             numbers = ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in counts.items())
             terminalreporter.write_line(f"| {test.removeprefix('test_')} | {numbers} |")
+        took = sum(counts.get("processor_s", 0.0) for counts in found.values())
+        terminalreporter.write_line(f"processor time of all: {took:.0f} s")
