@@ -3,7 +3,6 @@
 import json
 import logging
 import os
-import signal
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -19,6 +18,7 @@ from baselines.evaluation.commands_plot import plot as plot_figure
 from baselines.evaluation.commands_watch import watch
 from baselines.evaluation.complaints import complaint_of
 from baselines.evaluation.console import old_names_told, say
+from baselines.evaluation.interrupts import interrupts_raised
 from baselines.evaluation.name_completion import any_name
 from baselines.papers.commands_reproduce import reproduce
 
@@ -78,14 +78,12 @@ def stoppable(keeps: bool = True) -> Iterator[None]:
 
     Either way its workers end with it; `keeps` is whether what it has done is kept.
     """
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        yield
+        with interrupts_raised():
+            yield
     except KeyboardInterrupt:
         say("stopped; the same command goes on from here" if keeps else "stopped")
         raise typer.Exit(130) from None
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 @app.callback(invoke_without_command=True)

@@ -5,16 +5,18 @@ Neither the backend nor the number of workers ever changes a result.
 """
 
 import os
-import signal
 import threading
 import time
+import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any, Protocol
 
 from joblib import Parallel, delayed, parallel_config
+
+from baselines.evaluation.interrupts import defer_sigint
 
 Results = Generator[Any, None, None]
 """What calls return, as they end."""
@@ -68,10 +70,12 @@ class JoblibBackend:
         workers = min(self.workers, len(jobs))
         with parallel_config(backend="loky", idle_worker_timeout=IDLE):
             parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
-        with ignore_sigint():
-            finished = parallel(delayed(_call)(function, job, os.getpid()) for job in jobs)
-        with closing(finished):  # ends the workers, whatever happens
-            yield from finished
+        with ExitStack() as stack:  # ends the workers, whatever happens
+            with defer_sigint():
+                calls = (delayed(_call)(function, job, os.getpid()) for job in jobs)
+                finished = stack.enter_context(_closing(parallel(calls)))
+            for each in finished:  # noqa: UP028 `yield from` closes it before `_closing`
+                yield each
 
 
 def run_in_order(
@@ -94,16 +98,14 @@ def _call(function: Callable[[Any], Any], job: Any, parent: int) -> Any:  # noqa
 
 
 @contextmanager
-def ignore_sigint() -> Iterator[None]:
-    """Start workers that ignore SIGINT; the parent process handles it and stops them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _closing(finished: Results) -> Iterator[Results]:
+    """Close what joblib gives back, without its warning of calls that have not ended."""
     try:
-        yield
+        yield finished
     finally:
-        signal.signal(signal.SIGINT, before)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", category=UserWarning, module=r"joblib\.parallel")
+            finished.close()
 
 
 @cache

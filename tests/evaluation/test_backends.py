@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from joblib.externals.loky import get_reusable_executor
 
 from baselines.evaluation.backend_options import BackendName, find_backend
 from baselines.evaluation.backends import IDLE, JoblibBackend, run_in_order
@@ -49,6 +50,47 @@ def test_without_ray_one_line_says_what_to_install(monkeypatch):
     monkeypatch.delitem(sys.modules, "baselines.evaluation.ray_backend", raising=False)
     with pytest.raises(ConfigError, match=r"--backend=ray: .* pip install 'swarm-forage\[ray\]'$"):
         find_backend(BackendName.RAY, 2)
+
+
+class Interrupting(tuple):
+    """Jobs that send this process SIGINT as they are handed to the workers."""
+
+    def __iter__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        return super().__iter__()
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_whoever_needs_no_more_results_is_not_warned(workers):
+    """Warnings are errors here; on stderr they would stand beside what a command says."""
+    results = JoblibBackend(workers).run(square_after_a_while, range(4))
+    assert next(results) in (0, 1, 4, 9)
+    results.close()
+
+
+@pytest.mark.parametrize("masked", [True, False])
+@pytest.mark.parametrize("workers", [1, 2])
+def test_ctrl_c_while_workers_start_is_not_lost(interruptible, monkeypatch, masked, workers):
+    """Nor if another thread takes the signal, as happens where the mask is that of one thread."""
+    if not masked:
+        monkeypatch.setattr(signal, "pthread_sigmask", lambda *_: set())
+    before = signal.getsignal(signal.SIGINT), signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    ran = []
+    with pytest.raises(KeyboardInterrupt):
+        ran.extend(JoblibBackend(workers).run(square, Interrupting(range(100))))
+    assert not ran
+    after = signal.getsignal(signal.SIGINT), signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    assert after == before
+
+
+def signals_blocked(_):
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_workers_never_get_ctrl_c():
+    """Of a terminal, which sends it to all processes of a command."""
+    get_reusable_executor().shutdown(wait=True)  # workers of another test
+    assert all(JoblibBackend(2).run(signals_blocked, range(4)))
 
 
 ENDS = """

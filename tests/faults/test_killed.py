@@ -87,3 +87,23 @@ def test_threads_that_are_interrupted_end_with_one_line_and_lose_nothing(
         assert commands.episodes(tmp_path / str(attempt)) == expected
     assert interrupted, "else nothing was tried"
     tell(tried=tries(20), interrupted=interrupted, failed=0)
+
+
+def test_ctrl_c_while_workers_start_ends_with_one_line(tmp_path, interruptible, tries, rng, tell):
+    """As of a terminal: to the command and its workers."""
+    finish(tmp_path / "whole", commands.EVALUATE)
+    left, interrupted, expected = tries(20), 0, commands.episodes(tmp_path / "whole")
+    while left:
+        out = tmp_path / str(left)
+        for _ in range(min(left, IN_A_ROW)):
+            run, left = commands.start(out, commands.EVALUATE), left - 1
+            run.stderr.readline()  # how many episodes are to run
+            time.sleep(rng.uniform(0.0, 1.0))
+            os.killpg(run.pid, signal.SIGINT)
+            said = run.communicate(timeout=60)[1]
+            assert (run.returncode, said.count("\n")) in ((0, 1), (130, 1)), said
+            interrupted += run.returncode == 130
+        finish(out, commands.EVALUATE)
+        assert commands.episodes(out) == expected
+    assert interrupted, "else nothing was tried"
+    tell(tried=tries(20), interrupted=interrupted, failed=0)

@@ -1,0 +1,83 @@
+"""Ctrl-C at moments when Python drops exceptions: the command ends all the same."""
+
+import signal
+import sys
+import time
+
+import pymunk
+import pytest
+
+from baselines.evaluation.interrupts import interrupts_raised
+
+WAIT = 60.0
+"""More than an interrupt takes [s]."""
+
+
+class Finalised:
+    """An object that is sent SIGINT as it is freed."""
+
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(0.0)
+
+
+def finalise():
+    Finalised()
+
+
+def free_space():
+    """Free a pymunk space, and send SIGINT while Chipmunk calls back into Python."""
+    space = pymunk.Space()
+    for _ in range(5):
+        space.add(pymunk.Circle(space.static_body, 1.0))
+    seen = []
+
+    def profile(frame, event, _):
+        if event == "call" and frame.f_code.co_name == "ext_cpSpaceShapeIteratorFunc" and not seen:
+            seen.append(frame)
+            signal.raise_signal(signal.SIGINT)
+
+    sys.setprofile(profile)
+    try:
+        del space
+    finally:
+        sys.setprofile(None)
+    assert seen
+
+
+def wait_after(drop):
+    with interrupts_raised():
+        drop()
+        time.sleep(WAIT)
+
+
+@pytest.mark.parametrize("drop", [finalise, free_space])
+def test_ctrl_c_is_raised_soon_after_a_moment_that_would_drop_it(interruptible, drop):
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM), sys.unraisablehook
+    with pytest.raises(KeyboardInterrupt):
+        wait_after(drop)
+    after = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM), sys.unraisablehook
+    assert after == before
+
+
+def test_a_process_that_ignores_ctrl_c_goes_on_to_ignore_it(interruptible):
+    """As a job that a shell runs in the background."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with interrupts_raised():
+        signal.raise_signal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt), interrupts_raised():
+        signal.raise_signal(signal.SIGTERM)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_other_exceptions_of_a_finaliser_are_told_as_ever(monkeypatch):
+    told = []
+    monkeypatch.setattr(sys, "unraisablehook", told.append)
+
+    class Raising:
+        def __del__(self):
+            raise ZeroDivisionError
+
+    with interrupts_raised():
+        Raising()
+    assert [each.exc_type for each in told] == [ZeroDivisionError]
