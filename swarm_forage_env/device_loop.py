@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.compiler import bind_grid, gpu
+from swarm_forage_env.compiler import bind_grid
+from swarm_forage_env.device_memory import DeviceMemory, Grid
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import (
     NO_ROOM,
@@ -25,9 +26,6 @@ from swarm_forage_env.interface import (
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.task import World, checked_worlds, consecutive
-
-Grid = tuple[int, tuple[int, int]]
-"""Blocks, and threads of a block: robots by worlds."""
 
 MOST_THREADS = 128
 """Threads of a block, at most: so many that each may have all registers that one can have."""
@@ -43,7 +41,7 @@ class DeviceLoop:
     def __init__(self, loop: Loop) -> None:
         """Bring the worlds of a loop to the GPU, as they stand."""
         self._layers, self._templates = _layers_of(loop)
-        self.loop, self._gpu = loop, usable_gpu()
+        self.loop, self.memory = loop, DeviceMemory()
         functions, templates = self._layers.functions, self._templates
         self.potential = templates.potential
         """The function of the potential of one robot."""
@@ -54,11 +52,11 @@ class DeviceLoop:
         shape = loop.world.robots.shape
         self.grid = grid_of(*shape)
         """Blocks, and threads of a block: robots by worlds."""
-        self.trouble = self.to_device(np.zeros(4, np.int64))
-        self.earned = self.to_device(np.zeros(shape))
+        self.trouble = self.memory.to_device(np.zeros(4, np.int64))
+        self.earned = self.memory.to_device(np.zeros(shape))
         """What each robot earned since somebody set it to 0."""
-        self._crowded = self.to_device(np.zeros(shape[0], np.int8))
-        self._everywhere = self.to_device(np.ones(shape[0], np.int8))
+        self._crowded = self.memory.to_device(np.zeros(shape[0], np.int8))
+        self._everywhere = self.memory.to_device(np.ones(shape[0], np.int8))
         self._upload_all()
         self._prepare_resets()
 
@@ -66,6 +64,11 @@ class DeviceLoop:
     def world(self) -> World:
         """The worlds on the CPU: their scenarios hold, their records are old."""
         return self.loop.world
+
+    @property
+    def launch(self) -> tuple[Any, ...]:
+        """What a kernel over all worlds is launched on: the grid, and the stream of the memory."""
+        return self.memory.launch(self.grid)
 
     @property
     def stages(self) -> dict[str, Callable[[], None]]:
@@ -76,12 +79,6 @@ class DeviceLoop:
         """One tick of every world, of which nothing is copied back."""
         for run in self.stages.values():
             run()
-
-    def mark(self) -> Any:  # noqa: ANN401 an event of the GPU
-        """A moment in what the GPU does, from which another can be timed by `elapsed_time` [ms]."""
-        event = self._gpu.event()
-        event.record()
-        return event
 
     @property
     def traffic(self) -> dict[str, int]:
@@ -115,7 +112,7 @@ class DeviceLoop:
             self.upload(which, NUMBERS)
         own, is_new = np.zeros(len(self.world.scenarios), np.uint64), self._mask(which)
         own[which] = [checked_seed(seed) for seed in seeds]
-        self._restart(self.to_device(own), self.to_device(is_new))
+        self._restart(self.memory.to_device(own), self.memory.to_device(is_new))
 
     def upload(self, which: Sequence[int], names: Sequence[str] | None = None) -> None:
         """Bring these worlds to the GPU as they stand on the CPU, or arrays of these names."""
@@ -128,14 +125,13 @@ class DeviceLoop:
         for first, last in consecutive(which):
             for name, own in host.items():
                 if own.size and (names is None or name in names):
-                    rows = np.ascontiguousarray(own[first:last])
-                    self.arrays[name][first:last].copy_to_device(rows)
+                    self.memory.write(self.arrays[name][first:last], own[first:last])
 
     def download(self) -> Loop:
         """The loop on the CPU, with its robots, worlds and minds as they stand on the GPU."""
         host = self._host()
         for name in ("robots", "worlds", "minds", "memories"):
-            host[name][...] = self.arrays[name].copy_to_host()
+            host[name][...] = self.memory.read(self.arrays[name])
         return self.loop
 
     def check(self) -> None:
@@ -144,10 +140,10 @@ class DeviceLoop:
         ConfigError for a command, a weight or an action that cannot be used, RuntimeError where
         there was no room for all neighbours.
         """
-        trouble = self.trouble.copy_to_host()
+        trouble = self.memory.read(self.trouble)
         if not trouble.any():
             return
-        self.trouble.copy_to_device(np.zeros_like(trouble))
+        self.memory.write(self.trouble, np.zeros_like(trouble))
         if trouble[REFUSED]:
             raise ConfigError(
                 f"actions of world {trouble[REFUSED] - 1}: must be finite and within the action"
@@ -168,24 +164,6 @@ class DeviceLoop:
             " radius can be without overlapping: contacts were not resolved"
         )
 
-    def to_device(self, array: Array) -> Any:  # noqa: ANN401 an array of the GPU
-        """A copy of an array in the memory of the GPU."""
-        return self._gpu.to_device(np.ascontiguousarray(array))
-
-    def empty(self, shape: tuple[int, ...], dtype: Any) -> Any:  # noqa: ANN401 as above
-        """An array in the memory of the GPU."""
-        return self._gpu.device_array(shape, dtype)
-
-    def taken(self, given: Any) -> Any:  # noqa: ANN401 a tensor of any library
-        """An array of any library on the same GPU, without a copy; ConfigError for another."""
-        is_numba = hasattr(given, "__cuda_ndarray__")
-        if not is_numba and not hasattr(given, "__cuda_array_interface__"):
-            raise ConfigError(
-                f"{type(given).__name__}: must be an array of the GPU, one that has"
-                " __cuda_array_interface__, as a torch tensor after .to('cuda')"
-            )
-        return given if is_numba else self._gpu.as_cuda_array(given)
-
     def _mask(self, which: Sequence[int]) -> Array:
         """These worlds, as a number for each."""
         mask = np.zeros(self.world.n_worlds, np.int8)
@@ -195,18 +173,19 @@ class DeviceLoop:
     def _prepare_resets(self) -> None:
         """Bring to the GPU what worlds start from, and compile what starts them."""
         layers, templates, shape = self._layers, self._templates, self.world.robots.shape
+        memory = self.memory
         self._place, self._forget, self._sense_first = (
             bind_grid(template, layers.functions)
             for template in (templates.place, templates.forget, templates.sense_first)
         )
         robot = np.zeros(1, self.world.robots.dtype)
         templates.robot.restart(robot)
-        self._first_robot = self.to_device(robot)
-        self._firsts = self.to_device(layers.first_mind), self.to_device(layers.first_memory)
-        self._places = self.empty(shape, np.uint64), self.empty((*shape, 3), np.float64)
+        self._first_robot = memory.to_device(robot)
+        self._firsts = memory.to_device(layers.first_mind), memory.to_device(layers.first_memory)
+        self._places = memory.empty(shape, np.uint64), memory.empty((*shape, 3), np.float64)
 
     def _restart(self, seeds: Any, is_new: Any) -> None:  # noqa: ANN401 arrays of the GPU
-        at, on, trouble = self.arrays, self.grid, self.trouble
+        at, on, trouble = self.arrays, self.launch, self.trouble
         robots, worlds, firsts = at["robots"], at["worlds"], self._firsts
         self._place[on](robots, worlds, self._first_robot, seeds, is_new, *self._places, trouble)
         self._forget[on](at["minds"], at["memories"], *firsts, seeds, is_new, self._layers.noise)
@@ -214,11 +193,11 @@ class DeviceLoop:
         self._take_in(is_new)
 
     def _decide_all(self) -> None:
-        self._decide[self.grid](*self._handed("decide"), self.trouble)
+        self._decide[self.launch](*self._handed("decide"), self.trouble)
 
     def _tick_all(self) -> None:
         handed = self._handed("tick")
-        self._tick[self.grid](*handed, self._crowded, self.earned, self.trouble)
+        self._tick[self.launch](*handed, self._crowded, self.earned, self.trouble)
 
     def _observe_all(self) -> None:
         self._take_in(self._everywhere)
@@ -228,10 +207,10 @@ class DeviceLoop:
 
     def _take_in(self, runs: Any) -> None:  # noqa: ANN401 an array of the GPU
         """Observe in the worlds that run."""
-        self._observe[self.grid](*self._handed("observe"), runs)
+        self._observe[self.launch](*self._handed("observe"), runs)
 
     def _upload_all(self) -> None:
-        self.arrays = {name: self.to_device(own) for name, own in self._host().items()}
+        self.arrays = {name: self.memory.to_device(own) for name, own in self._host().items()}
 
     def _host(self) -> dict[str, Array]:
         """The arrays on the CPU, as views."""
@@ -270,14 +249,6 @@ def grid_of(n_worlds: int, n_robots: int) -> Grid:
     robots = min(n_robots, MOST_THREADS)
     worlds = min(n_worlds, MOST_THREADS // robots)
     return -(-n_worlds // worlds), (robots, worlds)
-
-
-def usable_gpu() -> Any:  # noqa: ANN401 numba's module for GPUs
-    """What moves arrays to a GPU; ConfigError where there is none."""
-    found = gpu()
-    if not found.is_available():
-        raise ConfigError("device='cuda': no NVIDIA GPU with its driver found; take device='cpu'")
-    return found
 
 
 def _layers_of(loop: Loop) -> tuple[GridLayers, GridTemplates]:

@@ -14,7 +14,7 @@ from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.device_env import DeviceArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.spaces import ObservationLayout
-from training.tensors import array_for, tensor_of, torch_device
+from training.tensors import array_for, follow_stream, tensor_of, torch_device
 
 
 @dataclass(frozen=True)
@@ -64,11 +64,13 @@ class TensorRows:
 
     def reset(self) -> Tensor:
         """Start all worlds anew; what every row observes."""
+        self._follow_stream()
         return self._joined([tensor_of(block.reset()[0]) for block in self.blocks])
 
     def step(self, actions: Tensor) -> Step:
         """One decision of all rows; ConfigError for an action that is out of bounds."""
         begin = time.perf_counter()
+        self._follow_stream()
         told, final, rewards = [], [], []
         over: list[Bool[Array, " rows"]] = []
         shares = torch.split(actions, self._n_rows)
@@ -84,6 +86,11 @@ class TensorRows:
         ended = torch.from_numpy(np.flatnonzero(np.concatenate(over))).to(self.device)
         self.stepping_s += time.perf_counter() - begin
         return Step(self._joined(told), torch.cat(rewards), self._joined(final), ended)
+
+    def _follow_stream(self) -> None:
+        """Run in the order of torch's current stream."""
+        for block in self.blocks:
+            follow_stream(block)
 
     def _of_blocks(self) -> Iterator[tuple[int, Any]]:
         """How many learners a world has, and the block, of each block."""

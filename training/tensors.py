@@ -10,11 +10,14 @@ import torch
 from torch import Tensor
 
 from swarm_forage_env.compiler import is_simulated
-from swarm_forage_env.device_loop import usable_gpu
+from swarm_forage_env.device_memory import usable_gpu
 from swarm_forage_env.envs.device_env import DeviceArrayEnv, check_device
 from swarm_forage_env.errors import ConfigError
 
 ON_CPU = torch.device("cpu")
+
+FIRST_GPU = 0
+"""The number of the GPU that worlds run on."""
 
 
 def torch_device(device: str) -> torch.device:
@@ -51,6 +54,12 @@ def worlds_on(device: torch.device | str) -> str:
     return "cuda" if wanted.type == "cuda" else "cpu"
 
 
+def follow_stream(env: Any) -> None:  # noqa: ANN401 an ArrayEnv, or one of a GPU
+    """Let worlds on a GPU run in the order of torch's current stream from now on."""
+    if isinstance(env, DeviceArrayEnv) and torch.cuda.is_initialized():  # type: ignore[no-untyped-call]
+        env.stream = torch.cuda.current_stream(FIRST_GPU).cuda_stream
+
+
 def tensor_of(array: Any) -> Tensor:  # noqa: ANN401 of NumPy or of a GPU
     """The tensor in the place of an array, on its device."""
     if hasattr(array, "__cuda_array_interface__"):
@@ -63,4 +72,4 @@ def array_for(env: Any, tensor: Tensor) -> Any:  # noqa: ANN401 an ArrayEnv, or 
     given = tensor.detach().contiguous()
     if not isinstance(env, DeviceArrayEnv):
         return given.numpy(force=True)
-    return given if given.is_cuda else env.loop.to_device(given.numpy())
+    return given if given.is_cuda else env.loop.memory.to_device(given.numpy())

@@ -20,7 +20,7 @@ from swarm_forage_env.envs.render import Frame
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import Viewer, check_render_mode
 from swarm_forage_env.task import stage_of
-from training.tensors import array_for, tensor_of, torch_device, worlds_on
+from training.tensors import array_for, follow_stream, tensor_of, torch_device, worlds_on
 
 ENDS = ("done", "terminated", "truncated")
 """What is told of the end of an episode."""
@@ -121,6 +121,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
 
     def _reset(self, tensordict: TensorDictBase | None = None, **_: Any) -> TensorDict:  # noqa: ANN401
         """Start the worlds of "_reset" anew, all without it; the others go on."""
+        follow_stream(self.array_env)
         chosen = np.arange(self.array_env.n_worlds)
         if tensordict is not None and "_reset" in tensordict.keys():  # noqa: SIM118 no iterator
             chosen = np.flatnonzero(tensordict.get("_reset").numpy(force=True))
@@ -132,6 +133,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
 
     def _step(self, tensordict: TensorDictBase) -> TensorDict:
         """One decision period."""
+        follow_stream(self.array_env)
         action = tensordict.get((self.group, "action"))
         if self._is_one_hot:
             action = action.to(torch.uint8).argmax(-1)

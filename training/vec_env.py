@@ -153,7 +153,7 @@ class SwarmVecEnv(SharedAttributesVecEnv):
         if self._next is None:
             raise ConfigError("step_wait() without an action: call step_async(actions) first")
         if isinstance(self._on, DeviceArrayEnv):
-            step = self._on.step(self._on.loop.to_device(self._next))
+            step = self._on.step(self._on.loop.memory.to_device(self._next))
         else:
             step = self._on.advance(self._next)
         observations, rewards, over = (on_cpu(step[k]) for k in (0, 1, 3))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.compiler import bind_grid
-from swarm_forage_env.device_loop import DeviceLoop, grid_of
+from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.device_actions import DeviceActions, DeviceChoices, DeviceNumbers
@@ -46,10 +46,10 @@ class DeviceArrayEnv:
 
     What it gives are arrays of the GPU with `__cuda_array_interface__`, new ones in each step;
     what it takes may be of any library that has that: neither is copied. All is in the order of
-    CUDA's default stream, as torch's is. A world is what it is on a CPU, to rounding. It differs
-    from `ArrayEnv` in three ways: an action that is refused is found when it is too late for the
-    step alone; the CPU draws the seeds of resets, and numbers that are randomised; and what
-    `refusals` lists is refused.
+    one stream, `stream`, at first CUDA's default stream, which is torch's too. A world is what it
+    is on a CPU, to rounding. It differs from `ArrayEnv` in three ways: an action that is refused is
+    found when it is too late for the step alone; the CPU draws the seeds of resets, and numbers
+    that are randomised; and what `refusals` lists is refused.
     """
 
     def __init__(
@@ -69,14 +69,13 @@ class DeviceArrayEnv:
         self.max_cycles = host.max_cycles
         self.loop = loop = DeviceLoop(host.loop)
         host.episodes.run_on(loop)
-        self._grid = on = grid_of(*host.world.robots.shape)
         is_discrete = host.actions.form.is_discrete
         self._actions: DeviceActions
-        self._actions = (DeviceChoices if is_discrete else DeviceNumbers)(host, policy, loop, on)
-        self._observe = DeviceObserver(host, policy, loop, on)
-        self._rewards = DeviceRewards(host, loop.potential, loop, on)
-        self._numbers = loop.to_device(host.learner_numbers)
-        self._never = loop.to_device(np.zeros(self.n_worlds, np.bool_))
+        self._actions = (DeviceChoices if is_discrete else DeviceNumbers)(host, policy, loop)
+        self._observe = DeviceObserver(host, policy, loop)
+        self._rewards = DeviceRewards(host, loop.potential, loop)
+        self._numbers = loop.memory.to_device(host.learner_numbers)
+        self._never = loop.memory.to_device(np.zeros(self.n_worlds, np.bool_))
         assert host.task.grid is not None  # a loop without one was refused
         self._log = bind_grid(host.task.grid.log, {})
 
@@ -84,6 +83,19 @@ class DeviceArrayEnv:
     def is_over(self) -> Any:  # noqa: ANN401 an array
         """The episode of each world has ended: it must be reset. An array of the CPU."""
         return self._host.is_over
+
+    @property
+    def stream(self) -> int:
+        """The address of the stream of CUDA in whose order all is done; 0: the default stream.
+
+        Whoever works in another one says so before a reset or a step, as the wrappers for torch
+        do: `env.stream = torch.cuda.current_stream().cuda_stream`. It waits for the one before.
+        """
+        return self.loop.memory.stream
+
+    @stream.setter
+    def stream(self, address: int) -> None:
+        self.loop.memory.change_stream(address)
 
     @property
     def host(self) -> ArrayEnv:
@@ -107,9 +119,9 @@ class DeviceArrayEnv:
         new = self._host.begin(seed, worlds, options)
         is_new = np.zeros(self.n_worlds, np.int8)
         is_new[new] = True
-        self._is_new = self.loop.to_device(is_new)
+        self._is_new = self.loop.memory.to_device(is_new)
         drawn = self._host.episodes.drawn.items()
-        self._drawn: Told = {name: self.loop.to_device(each) for name, each in drawn}
+        self._drawn: Told = {name: self.loop.memory.to_device(each) for name, each in drawn}
         nothing = self._rewards.begin(self._is_new, self._actions.raw)
         return self._observe(self._actions.raw, self._is_new, False), self._infos(nothing)
 
@@ -130,15 +142,15 @@ class DeviceArrayEnv:
         self._host.episodes.steps += 1
         unshaped, rewards = self._rewards()
         seen = self._observe(self._actions.raw, self._is_new, True)
-        truncated = loop.to_device(self._host.is_over)
+        truncated = loop.memory.to_device(self._host.is_over)
         return seen, rewards, self._never, truncated, self._infos(unshaped)
 
     def log(self) -> Any:  # noqa: ANN401 an array of the GPU
         """What is logged of each learner, as `ArrayEnv.log`: a new array."""
         at = self.loop.arrays
         shape = self.n_worlds, len(self.learners), len(self._host.infos)
-        out = self.loop.empty(shape, np.float64)
-        self._log[self._grid](at["robots"], at["minds"], at["worlds"], self._numbers, out)
+        out = self.loop.memory.empty(shape, np.float64)
+        self._log[self.loop.launch](at["robots"], at["minds"], at["worlds"], self._numbers, out)
         return out
 
     def download(self) -> ArrayEnv:

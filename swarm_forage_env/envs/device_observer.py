@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.compiler import bind_grid
-from swarm_forage_env.device_loop import DeviceLoop, Grid
+from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs import grid
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.interface import Kernel
@@ -15,15 +15,15 @@ from swarm_forage_env.policy_interface import PolicyOnGrid
 class DeviceObserver:
     """Writes what every learner observes, a new array each time."""
 
-    def __init__(self, host: ArrayEnv, policy: PolicyOnGrid, loop: DeviceLoop, on: Grid) -> None:
+    def __init__(self, host: ArrayEnv, policy: PolicyOnGrid, loop: DeviceLoop) -> None:
         """As the environment on the CPU does."""
-        self._host, self._loop, self._grid = host, loop, on
-        self._learners = loop.to_device(host.learner_numbers)
+        self._host, self._loop, memory = host, loop, loop.memory
+        self._learners = memory.to_device(host.learner_numbers)
         observer, shape = host.observer, (host.n_worlds, len(host.learners))
         self._shape, self._stack = shape, host.config.stack
         direction, bound, squashes = observer.on_grid
-        self._direction = loop.to_device(direction)
-        self._scaling = loop.to_device(bound), loop.to_device(squashes)
+        self._direction = memory.to_device(direction)
+        self._scaling = memory.to_device(bound), memory.to_device(squashes)
         self._show = bind_grid(grid.show_layer, {"show": policy.show})
         self._parts = [
             (bind_grid(grid.add_part, {"put": part.put}), span)  # type: ignore[attr-defined]  # others are refused
@@ -33,18 +33,19 @@ class DeviceObserver:
         self._stack_frames = bind_grid(grid.stack_frames, {})
         self._n = len(observer.layout)
         kept = (*shape, self._stack if self._stack > 1 else 0, self._n)
-        self._kept = loop.to_device(np.zeros(kept, np.float32))
+        self._kept = memory.to_device(np.zeros(kept, np.float32))
 
     def __call__(self, raw: Any, is_new: Any, is_step: bool) -> Any:  # noqa: ANN401 arrays of the GPU
         """What every learner observes after actions, in a step or where some worlds are new."""
-        on, at, n_slots = self._grid, self._loop.arrays, self._host.world.scenario.slots
-        seen = self._loop.empty((*self._shape, self._n), np.float32)
+        loop, n_slots = self._loop, self._host.world.scenario.slots
+        on, at, memory = loop.launch, loop.arrays, loop.memory
+        seen = memory.empty((*self._shape, self._n), np.float32)
         if self._host.observer.n_shown:
             self._show[on](
                 at["robots"], at["minds"], self._learners, n_slots, self._direction, seen
             )
         if self._parts:
-            time_left = self._loop.to_device(self._host.episodes.share_left())
+            time_left = memory.to_device(self._host.episodes.share_left())
             n_robots = self._host.world.n_robots
             for add, span in self._parts:
                 add[on](self._learners, n_robots, time_left, raw, *span, seen)
@@ -52,7 +53,7 @@ class DeviceObserver:
             self._normalise[on](*self._scaling, seen)
         if self._stack == 1:
             return seen
-        out = self._loop.empty((*self._shape, self._stack * self._n), np.float32)
+        out = memory.empty((*self._shape, self._stack * self._n), np.float32)
         self._stack_frames[on](seen, is_new, is_step, self._kept, out)
         return out
 
@@ -60,13 +61,13 @@ class DeviceObserver:
 class DeviceRewards:
     """What every learner is given, new arrays each time."""
 
-    def __init__(self, host: ArrayEnv, potential: Kernel, loop: DeviceLoop, on: Grid) -> None:
+    def __init__(self, host: ArrayEnv, potential: Kernel, loop: DeviceLoop) -> None:
         """As the environment on the CPU does."""
-        self._config, self._loop, self._grid = host.config, loop, on
-        self._learners = loop.to_device(host.learner_numbers)
+        self._config, self._loop, memory = host.config, loop, loop.memory
+        self._learners = memory.to_device(host.learner_numbers)
         shape = host.world.robots.shape
-        self._potentials = loop.to_device(np.zeros(shape))
-        self._shaped = loop.to_device(np.zeros((2, *shape)))
+        self._potentials = memory.to_device(np.zeros(shape))
+        self._shaped = memory.to_device(np.zeros((2, *shape)))
         self._shape = host.n_worlds, len(host.learners)
         self._begin, self._credit = (
             bind_grid(template, {"potential": potential}) for template in (grid.begin, grid.credit)
@@ -75,14 +76,14 @@ class DeviceRewards:
     def begin(self, is_new: Any, raw: Any) -> Any:  # noqa: ANN401 arrays of the GPU
         """Begin episodes in new worlds; what was given in them: nothing."""
         at = self._loop.arrays
-        self._begin[self._grid](at["robots"], at["worlds"], is_new, raw, self._potentials)
-        return self._loop.to_device(np.zeros(self._shape))
+        self._begin[self._loop.launch](at["robots"], at["worlds"], is_new, raw, self._potentials)
+        return self._loop.memory.to_device(np.zeros(self._shape))
 
     def __call__(self) -> tuple[Any, Any]:
         """The reward without shaping, and with it."""
         at, config = self._loop.arrays, self._config
-        out = self._loop.empty((2, *self._shape), np.float64)
-        self._credit[self._grid](
+        out = self._loop.memory.empty((2, *self._shape), np.float64)
+        self._credit[self._loop.launch](
             at["robots"], at["worlds"], self._learners, self._loop.earned, self._potentials,
             self._shaped, config.discount, config.shaping, config.reward == "team", out,
         )  # fmt: skip

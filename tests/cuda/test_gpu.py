@@ -131,6 +131,33 @@ def test_tensors_of_torch_go_in_and_come_out_without_a_copy():
         env.step(torch.full_like(actions, float("nan")))
 
 
+def test_a_step_in_a_stream_of_torch_waits_for_what_was_asked_before_it():
+    """What follows the kernels on the default stream would read actions that are not there yet."""
+    torch = pytest.importorskip("torch")
+    if not torch.cuda.is_available():
+        pytest.skip("torch is built for a CPU")
+    terms = {"device": "cuda", "n_worlds": 64, "physics": "kinematic"}
+    drawn = torch.rand((64, 10, 2), device="cuda") - 0.5
+    usual, other = array_env("es1", **terms), array_env("es1", **terms)
+    seen = [torch.as_tensor(usual.reset(seed=0)[0], device="cuda")]
+    seen += [torch.as_tensor(usual.step(drawn * k)[0], device="cuda") for k in (1.0, -1.0)]
+    stream = torch.cuda.Stream()
+    stream.wait_stream(torch.cuda.current_stream())
+    with torch.cuda.stream(stream):
+        other.stream = stream.cuda_stream
+        found = [torch.as_tensor(other.reset(seed=0)[0], device="cuda").clone()]
+        for k in (1.0, -1.0):
+            actions = torch.zeros_like(drawn)
+            torch.cuda._sleep(200_000_000)  # about a tenth of a second
+            actions += drawn * k
+            found.append(torch.as_tensor(other.step(actions)[0], device="cuda").clone())
+    other.stream = 0
+    stream.synchronize()  # codespell:ignore
+    for mine, his in zip(seen, found, strict=True):
+        assert torch.equal(mine, his)
+    assert usual.download().log().tobytes() == other.download().log().tobytes()
+
+
 def test_the_environment_of_torchrl_keeps_its_tensors_on_the_gpu():
     torch = pytest.importorskip("torch")
     pytest.importorskip("torchrl")
@@ -190,7 +217,7 @@ def test_memory_is_flat():
 
     env = array_env("es1", device="cuda", n_worlds=1024, physics="kinematic", max_cycles=10_000)
     env.reset(seed=0)
-    actions = env.loop.to_device(np.zeros((1024, 10, 2), np.float32))
+    actions = env.loop.memory.to_device(np.zeros((1024, 10, 2), np.float32))
     free = []
     for n_steps in (50, 500):
         for _ in range(n_steps):

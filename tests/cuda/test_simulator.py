@@ -113,7 +113,7 @@ def drawn(*shape):
 same(cpu.reset(seed=5), gpu.reset(seed=5))
 for step in range(5):
     actions = drawn(cpu.n_worlds, len(cpu.learners))
-    same(cpu.step(actions), gpu.step(gpu.loop.to_device(actions)))
+    same(cpu.step(actions), gpu.step(gpu.loop.memory.to_device(actions)))
     over = cpu.is_over
     assert (gpu.is_over == over).all()
     if over.any():
@@ -128,7 +128,7 @@ for mine, his in (
     same_records(mine, his)
 actions[1] = space.n if is_discrete else np.nan
 try:
-    gpu.step(gpu.loop.to_device(actions))
+    gpu.step(gpu.loop.memory.to_device(actions))
 except ValueError as error:
     print(error)
 np.testing.assert_array_equal(cpu.log(), gpu.download().log())

@@ -12,7 +12,8 @@ from baselines.evaluation.bench.cases import CONTROLLER, Case, Tick
 from baselines.evaluation.bench.energy import energy_meter
 from baselines.evaluation.bench.speed import seconds_per_tick
 from baselines.evaluation.experiment_config import find_layered_controller
-from swarm_forage_env.device_loop import DeviceLoop, usable_gpu
+from swarm_forage_env.device_loop import DeviceLoop
+from swarm_forage_env.device_memory import usable_gpu
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
@@ -111,10 +112,10 @@ def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
     """Mean time of each stage of a tick [s]; zeros in a simulator, which has no clock."""
     ticks = []
     for _ in range(TICKS):
-        marks = [loop.mark()]
+        marks = [loop.memory.mark()]
         for run in loop.stages.values():
             run()
-            marks.append(loop.mark())
+            marks.append(loop.memory.mark())
         ticks.append(marks)
     marks[-1].synchronize()  # codespell:ignore
     means = (
