@@ -9,7 +9,7 @@ Not in the paper, and chosen here:
 - a published mean is met if ours lies within three standard errors of the difference of the two
   means, each over its trials;
 - the corrected filters run with the sensors of the authors' code and the tolerance of the paper:
-  with the gyro of the paper's Table 2, `waypoints-25`, nobody finds his way, whatever the filter;
+  with the gyro of the paper's Table 2, `waypoints-25`, no robot finds its way, whatever the filter;
 - an order of the paper is judged for each estimator over all group sizes, and for each pair of
   estimators over all rules and group sizes: it stands if every single comparison does, with a
   Mann-Whitney p below 0.01;
@@ -372,7 +372,7 @@ def adaptive_boids() -> Paper:
 
 LEFT_OPEN = {
     "The world": "swarm_forage_env.waypoints.scenario",
-    "Where a robot believes to be": "baselines.estimators.localisation",
+    "Where a robot believes it is": "baselines.estimators.localisation",
     "Steering": "baselines.motion.boids",
     "The experiments": "baselines.papers.adaptive_boids",
 }

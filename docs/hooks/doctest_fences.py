@@ -1,12 +1,16 @@
-"""An extension of mkdocstrings: examples of docstrings become blocks of code."""
+"""An extension of mkdocstrings: examples of docstrings become blocks of code, and lists lists."""
 
+import re
 from typing import Any
 
 import griffe
 
 
 class DoctestFences(griffe.Extension):
-    """Fences every paragraph that starts with `>>>`, which Markdown takes for a quotation."""
+    """Fences every paragraph that starts with `>>>`, which Markdown takes for a quotation.
+
+    A list that follows a sentence at once is set apart, as Markdown asks.
+    """
 
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
         """Fence the examples of one docstring."""
@@ -16,4 +20,6 @@ class DoctestFences(griffe.Extension):
 
 def _fenced(paragraph: str) -> str:
     is_example = paragraph.lstrip().startswith(">>>")
-    return f"```pycon\n{paragraph}\n```" if is_example else paragraph
+    if is_example:
+        return f"```pycon\n{paragraph}\n```"
+    return re.sub(r":\n- ", ":\n\n- ", paragraph)

@@ -15,6 +15,7 @@ import equation_page
 import glossary_links
 import source_pages
 import tutorial_pages
+import typography
 from mkdocs.structure.files import File, Files
 
 ROOT = source_pages.ROOT
@@ -74,9 +75,14 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
 
 def on_page_content(html: str, page: Any, config: Any, **_: Any) -> str:
     """Link first uses of the words of the glossary, and equations to the lines of their code."""
+    if page.file.src_uri.startswith(("source/", "reference/")):
+        return html
+    html = typography.set_lines(html)
     if page.file.src_uri == "equations.md":
         return equation_page.with_lines(html)
-    if page.file.src_uri == GLOSSARY or page.file.src_uri.startswith(("source/", "reference/")):
+    decisions = Path(config.docs_dir) / "decisions"
+    html = typography.link_decisions(html, decisions, page.file.dest_uri)
+    if page.file.src_uri == GLOSSARY:
         return html
     words = glossary_links.terms((Path(config.docs_dir) / GLOSSARY).read_text(encoding="utf-8"))
     target = os.path.relpath("glossary.html", Path(page.file.dest_uri).parent)

@@ -31,8 +31,9 @@ OUT.mkdir(parents=True, exist_ok=True)
 # %% [markdown]
 # ## Run
 #
-# `nc` is no communication, `ssgikf` the induced Kalman filter, `ssgiff` the Fermi filter. The
-# papers leave its best beta open between decades; 0.001 per centimetre is the best one here.
+# `nc` is no communication, `ssgikf` the induced Kalman filter. `ssgiff` weighs by a Fermi function
+# of the difference between the paths of both robots; beta is its steepness. The papers give the
+# best beta to a decade; 0.001 per centimetre is the best one here.
 
 # %%
 PUBLISHED = {"nc": 60, "ssgikf": 150, "ssgiff:beta=0.001": 170}

@@ -9,6 +9,7 @@ import glossary_links
 import make_equations
 import pytest
 import source_pages
+import typography
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -107,3 +108,35 @@ def test_a_fault_of_a_site_is_found(site, html, fault):
 def test_a_style_from_elsewhere_is_found(site):
     (site / "a.css").write_text("@import url(https://example.org/font.css);")
     assert list(check_site.faults(site)) == ["a.css: fetches from elsewhere"]
+
+
+@pytest.mark.parametrize(
+    ("html", "shown"),
+    [
+        ("<td>166 (162 to 169)</td>", "<td>166 (162~to~169)</td>"),
+        ("<p>after 313 MB, 95 % of 0.1 s at 2 o'clock</p>", None),
+        ("<p>p &lt; 0.0001; from 3 to nine</p>", "<p>p~&lt;~0.0001; from 3 to nine</p>"),
+        ("<p>1 to 2<br>3 m</p>", "<p>1~to~2<br>3~m</p>"),
+        ("<pre><code>a 3 s --b</code></pre>", "<pre><code>a 3 s --b</code></pre>"),
+        (
+            "<code>evaluate es1 --seed 3</code>",
+            '<code>evaluate es1 <span class="whole">--seed</span> 3</code>',
+        ),
+        ("<code>learned-both</code>", '<code><span class="whole">learned-both</span></code>'),
+    ],
+)
+def test_numbers_units_and_short_names_are_not_broken(html, shown):
+    shown = shown or "<p>after 313~MB, 95~% of 0.1~s at 2 o'clock</p>"
+    assert typography.set_lines(html).replace(typography.SPACE, "~") == shown
+
+
+def test_a_mention_of_a_decision_is_a_link_to_it(tmp_path):
+    (tmp_path / "0012-on-the-path.md").touch()
+    (tmp_path / "README.md").touch()
+    page = '<p>decision 0012, decision 9999, <a href="x">decision 0012</a></p>'
+    assert typography.link_decisions(page, tmp_path, "papers/a.html") == (
+        '<p><a href="../decisions/0012-on-the-path.html">decision 0012</a>, decision 9999,'
+        ' <a href="x">decision 0012</a></p>'
+    )
+    own = "<p>Decision 0012</p>"
+    assert typography.link_decisions(own, tmp_path, "decisions/0012-on-the-path.html") == own

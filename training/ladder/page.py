@@ -18,6 +18,9 @@ MILLION = 1e6
 
 MISSING = "-"
 
+COARSE = 1000.0
+"""Numbers from here on are shown as whole ones."""
+
 FINE = 5.0
 """Numbers below are shown with two digits."""
 
@@ -150,7 +153,7 @@ def _shown(score: Score | None) -> str:
 
 
 def _with_interval(value: float, ends: tuple[float, float] | None) -> str:
-    form = ".1f" if abs(value) >= FINE else ".2f"
+    form = ".0f" if abs(value) >= COARSE else ".1f" if abs(value) >= FINE else ".2f"
     return f"{value:{form}}" + (f" ({ends[0]:{form}} to {ends[1]:{form}})" if ends else "")
 
 

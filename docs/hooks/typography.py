@@ -1,0 +1,97 @@
+"""Where a line of a page may break: not between a number and its unit, nor inside a short name."""
+
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+TAG = re.compile(r"(<[^>]+>)")
+NAME = re.compile(r"</?([a-zA-Z][\w-]*)")
+UNTOUCHED = {"pre", "script", "style", "svg", "math", "button", "label"}
+"""In these elements nothing is changed."""
+
+SPACE = "\N{NO-BREAK SPACE}"
+NUMBER = r"-?\d[\d.,]*(?:e[-+]?\d+)?"
+UNITS = r"%|s|ms|ns|us|min|h|m|cm|mm|rad|kB|MB|GB|M|M/s|Hz|V"
+TOGETHER = (
+    (re.compile(rf"({NUMBER}) to ({NUMBER})(?=[\s),;.]|$)"), rf"\1{SPACE}to{SPACE}\2"),
+    (re.compile(rf"(\d) (?=(?:{UNITS})(?![\w/]))"), rf"\1{SPACE}"),
+    (re.compile(rf"(&lt;|&gt;|=) (?={NUMBER}(?![\w(]))"), rf"\1{SPACE}"),
+    (re.compile(rf"\b(p|n|g) (?=(?:&lt;|=){SPACE})"), rf"\1{SPACE}"),
+)
+"""What is looked for in prose, and what stands for it."""
+
+WHOLE = 28
+"""Names of at most so many letters are never broken."""
+
+DECISION = re.compile(r"\b[Dd]ecision (\d{4})\b")
+
+
+def set_lines(page: str) -> str:
+    """The HTML of a page with its numbers, units, options and short names in one line each.
+
+    >>> set_lines("<p>in 313 MB (57 to 63), p &lt; 0.01</p>").replace(SPACE, "~")
+    '<p>in 313~MB (57~to~63), p~&lt;~0.01</p>'
+    >>> set_lines("<p><code>a --select 3</code></p>")
+    '<p><code>a <span class="whole">--select</span> 3</code></p>'
+    """
+    return _changed(page, lambda text, path: _code(text) if "code" in path else _prose(text))
+
+
+def link_decisions(page: str, folder: Path, uri: str) -> str:
+    """The HTML of a page whose mentions of a decision, as "decision 0012", are links to it."""
+    pages = {path.name[:4]: path.stem for path in folder.glob("[0-9]*.md")}
+    here = os.path.dirname(uri)
+
+    def link(match: re.Match[str]) -> str:
+        if match[1] not in pages or Path(uri).stem == pages[match[1]]:
+            return match[0]
+        target = os.path.relpath(f"decisions/{pages[match[1]]}.html", here or ".")
+        return f'<a href="{target}">{match[0]}</a>'
+
+    plain = {"a", "code", "h1", "h2", "h3", "h4"}
+
+    def with_links(text: str, path: list[str]) -> str:
+        return text if plain & set(path) else DECISION.sub(link, text)
+
+    return _changed(page, with_links)
+
+
+def _changed(page: str, change: Callable[[str, list[str]], str]) -> str:
+    """A page with its text changed, outside of what is untouched; given are the elements around."""
+    path: list[str] = []
+    pieces = []
+    for piece in TAG.split(page):
+        if piece.startswith("<"):
+            _enter_or_leave(piece, path)
+            pieces.append(piece)
+        else:
+            pieces.append(piece if UNTOUCHED & set(path) else change(piece, path))
+    return "".join(pieces)
+
+
+def _enter_or_leave(tag: str, path: list[str]) -> None:
+    name = NAME.match(tag)
+    if name is None or tag.endswith("/>"):
+        return
+    if not tag.startswith("</"):
+        path.append(name[1].lower())
+    elif name[1].lower() in path:
+        while path.pop() != name[1].lower():
+            pass
+
+
+def _prose(text: str) -> str:
+    for pattern, replacement in TOGETHER:
+        text = pattern.sub(replacement, text)
+    return text
+
+
+def _code(text: str) -> str:
+    """Code whose words are in one line each, where a browser would break them at a mark."""
+    return "".join(
+        f'<span class="whole">{word}</span>'
+        if len(word) <= WHOLE and re.search(r"[-./\[:]", word)
+        else word
+        for word in re.split(r"(\s+)", text)
+    )
