@@ -7,6 +7,7 @@ copied back. A kernel cannot raise: what goes wrong is noted, and raised by `che
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -72,13 +73,16 @@ class DeviceLoop:
 
     @property
     def stages(self) -> dict[str, Callable[[], None]]:
-        """The kernels of a tick, in their order."""
-        return {"decide": self._decide_all, "tick": self._tick_all, "observe": self._observe_all}
+        """The kernels of a tick of every world, in their order."""
+        return {name: partial(run, self._everywhere) for name, run in self._stages.items()}
 
-    def step(self) -> None:
-        """One tick of every world, of which nothing is copied back."""
-        for run in self.stages.values():
-            run()
+    def step(self, runs: Any = None) -> None:  # noqa: ANN401 an array of the GPU
+        """One tick of every world, or of those that `runs`, of which nothing is copied back.
+
+        `runs` is a number for each world, int8: 0 for one that stands still.
+        """
+        for run in self._stages.values():
+            run(self._everywhere if runs is None else runs)
 
     @property
     def traffic(self) -> dict[str, int]:
@@ -190,24 +194,24 @@ class DeviceLoop:
         self._place[on](robots, worlds, self._first_robot, seeds, is_new, *self._places, trouble)
         self._forget[on](at["minds"], at["memories"], *firsts, seeds, is_new, self._layers.noise)
         self._sense_first[on](robots, worlds, at["near"], at["obstacles"], is_new, trouble)
-        self._take_in(is_new)
+        self._observe_in(is_new)
 
-    def _decide_all(self) -> None:
-        self._decide[self.launch](*self._handed("decide"), self.trouble)
+    @property
+    def _stages(self) -> dict[str, Callable[[Any], None]]:
+        return {"decide": self._decide_in, "tick": self._tick_in, "observe": self._observe_in}
 
-    def _tick_all(self) -> None:
+    def _decide_in(self, runs: Any) -> None:  # noqa: ANN401 an array of the GPU
+        self._decide[self.launch](*self._handed("decide"), self.trouble, runs)
+
+    def _tick_in(self, runs: Any) -> None:  # noqa: ANN401 as above
         handed = self._handed("tick")
-        self._tick[self.launch](*handed, self._crowded, self.earned, self.trouble)
+        self._tick[self.launch](*handed, self._crowded, self.earned, self.trouble, runs)
 
-    def _observe_all(self) -> None:
-        self._take_in(self._everywhere)
+    def _observe_in(self, runs: Any) -> None:  # noqa: ANN401 as above
+        self._observe[self.launch](*self._handed("observe"), runs)
 
     def _handed(self, stage: str) -> list[Any]:
         return [self.arrays[name] for name in HANDED[stage]]
-
-    def _take_in(self, runs: Any) -> None:  # noqa: ANN401 an array of the GPU
-        """Observe in the worlds that run."""
-        self._observe[self.launch](*self._handed("observe"), runs)
 
     def _upload_all(self) -> None:
         self.arrays = {name: self.memory.to_device(own) for name, own in self._host().items()}

@@ -11,6 +11,7 @@ from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.device_actions import DeviceActions, DeviceChoices, DeviceNumbers
 from swarm_forage_env.envs.device_observer import DeviceObserver, DeviceRewards
+from swarm_forage_env.envs.device_stepping import DeviceExchanges, DeviceStepper, DeviceTicks
 from swarm_forage_env.envs.episodes import Seeds
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.policy_interface import PolicyOnGrid
@@ -74,6 +75,9 @@ class DeviceArrayEnv:
         self._actions = (DeviceChoices if is_discrete else DeviceNumbers)(host, policy, loop)
         self._observe = DeviceObserver(host, policy, loop)
         self._rewards = DeviceRewards(host, loop.potential, loop)
+        self._stepper: DeviceStepper
+        by_exchange = host.config.step_on == "exchange"
+        self._stepper = (DeviceExchanges if by_exchange else DeviceTicks)(host, loop)
         self._numbers = loop.memory.to_device(host.learner_numbers)
         self._never = loop.memory.to_device(np.zeros(self.n_worlds, np.bool_))
         assert host.task.grid is not None  # a loop without one was refused
@@ -137,9 +141,7 @@ class DeviceArrayEnv:
         self._actions.check(given)
         loop.check()
         self._actions.take(given)
-        for _ in range(self.config.period):
-            loop.step()
-        self._host.episodes.steps += 1
+        self._stepper.run()
         unshaped, rewards = self._rewards()
         seen = self._observe(self._actions.raw, self._is_new, True)
         truncated = loop.memory.to_device(self._host.is_over)
@@ -163,16 +165,15 @@ class DeviceArrayEnv:
         return self._host
 
     def _infos(self, unshaped: Any) -> Told:  # noqa: ANN401 an array of the GPU
-        """What is told beside: the reward, and what was drawn for the episode of each world."""
-        return {"unshaped_reward": unshaped, **self._drawn}
+        """What is told beside: the reward, whose action counts, and what was drawn."""
+        acts = self._stepper.acts()
+        told = {} if acts is None else {"acts": acts}
+        return {"unshaped_reward": unshaped, **told, **self._drawn}
 
 
 def refusals(config: EnvConfig) -> dict[str, bool]:
     """What a GPU does not do, by the option that asks for it, and whether these options do."""
-    return {
-        f"reward={config.reward!r}": config.reward not in ("own", "team"),
-        f"step_on='{config.step_on}'": config.step_on != "tick",
-    }
+    return {f"reward={config.reward!r}": config.reward not in ("own", "team")}
 
 
 def _checked(host: ArrayEnv) -> PolicyOnGrid:

@@ -104,6 +104,41 @@ def take_actions(  # noqa: PLR0913 what an action is
         put(robots[w, learners[learner]], row)
 
 
+def stop_at_exchanges(
+    worlds: Array,
+    minds: Array,
+    learners: Int64[Array, " learners"],
+    ends: Int64[Array, " worlds"],
+    runs: Int8[Array, " worlds"],
+    ticks: Int64[Array, " worlds"],
+) -> None:
+    """Let the worlds stand whose time is up, or in which a learner has just ended an exchange.
+
+    `ticks` is how many each world has behind it. Free name: cuda.
+    """
+    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    n = learners.shape[0] if w < runs.shape[0] and runs[w] else 0
+    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+        ticks[w] = worlds[w].ticks
+        if worlds[w].ticks >= ends[w] or minds[w, learners[learner]].exchange.is_valid:
+            runs[w] = 0
+
+
+def write_acts(
+    minds: Array,
+    learners: Int64[Array, " learners"],
+    out: Float64[Array, "worlds learners"],
+) -> None:
+    """Write 1 for a learner whose next action counts, as it has just ended an exchange; else 0.
+
+    Free name: cuda.
+    """
+    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    n = out.shape[1] if w < out.shape[0] else 0
+    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+        out[w, learner] = minds[w, learners[learner]].exchange.is_valid
+
+
 def begin(
     robots: Array,
     worlds: Array,

@@ -99,10 +99,11 @@ def tick_on_grid(  # noqa: C901, PLR0913 stage after stage, each a loop over rob
     crowded: Int8[Array, " worlds"],
     earned: Float64[Array, "worlds robots"],
     trouble: Int64[Array, "4"],
+    runs: Int8[Array, " worlds"],
 ) -> None:
-    """One tick of all worlds, as `tick`. Free name: cuda."""
+    """One tick of the worlds that run, as `tick`. Free name: cuda."""
     w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
-    n = robots.shape[1] if w < robots.shape[0] else 0
+    n = robots.shape[1] if w < robots.shape[0] and runs[w] else 0
     first, step = cuda.threadIdx.x, cuda.blockDim.x
     leads = n > 0 and first == 0
     if leads:
@@ -173,20 +174,21 @@ def observe_on_grid(
         take_in_all(robots[w], minds[w], i, shared[w, i], numbers)
 
 
-def decide_on_grid(
+def decide_on_grid(  # noqa: PLR0913 what a robot decides on, and where
     robots: Array,
     minds: Array,
     memories: Array,
     shared: Array,
     settings: Array,
     trouble: Int64[Array, "4"],
+    runs: Int8[Array, " worlds"],
 ) -> None:
-    """Steer, merge and choose whether to speak in all worlds, as `decide`.
+    """Steer, merge and choose whether to speak in the worlds that run, as `decide`.
 
     Free names: cuda; those of act.
     """
     w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
-    n = robots.shape[1] if w < robots.shape[0] else 0
+    n = robots.shape[1] if w < robots.shape[0] and runs[w] else 0
     last = settings.shape[1] - 1
     for i in range(cuda.threadIdx.x, n, cuda.blockDim.x):
         own = settings[w, min(i, last)]

@@ -94,7 +94,7 @@ def kernels_of(controller):
     crowded, earned = np.zeros(n_worlds, np.int8), np.zeros((n_worlds, n_robots))
     is_new, seeds = np.zeros(n_worlds, np.int8), np.zeros(n_worlds, np.uint64)
     places, poses = np.zeros(world.robots.shape, np.uint64), np.zeros((*world.robots.shape, 3))
-    tables = world.worlds, world.near, world.obstacles, crowded, earned, TROUBLE
+    tables = world.worlds, world.near, world.obstacles, crowded, earned, TROUBLE, is_new
     return {
         "tick": (bind_grid(tick_on_grid, {}), (world.robots, *tables)),
         "observe": (
@@ -115,7 +115,7 @@ def kernels_of(controller):
         ),
         "decide": (
             bind_grid(decide_on_grid, layers.functions),
-            (*records, layers.shared, settings, TROUBLE),
+            (*records, layers.shared, settings, TROUBLE, is_new),
         ),
     }
 
@@ -175,6 +175,8 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
         grid.take_actions: (robots, learners, actions, actions, 0, 0, 0.3),
         grid.check_choices: (choices, 5, TROUBLE),
         grid.take_choices: (robots, learners, choices, actions[0], actions),
+        grid.stop_at_exchanges: (worlds, minds, learners, learners[:2], is_new, learners[:2]),
+        grid.write_acts: (minds, learners, per_robot[None]),
         grid.begin: (robots, worlds, is_new, actions, pair[0]),
         grid.credit: (robots, worlds, learners, pair[0], pair[0], pair, 0.9, 0.5, True, pair),
         grid.show_layer: (robots, minds, learners, 4, np.zeros(2, np.int64), seen),

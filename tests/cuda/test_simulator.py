@@ -135,6 +135,44 @@ np.testing.assert_array_equal(cpu.log(), gpu.download().log())
 """
 
 
+EXCHANGES = (
+    STEPS.partition("options = {")[0]
+    + """
+options = {
+    "n_worlds": 3, "learn": "weighting", "step_on": "exchange", "max_cycles": 36, "learners": 2,
+    "stagger": True, "shaping": 0.5, "task.n_robots": 3, "task.start_radius": 0.25,
+    "radio.max_range": float(sys.argv[1]), "observation": ["layer", "time_left"],
+}
+cpu, gpu = (
+    array_env("es1", device=device, physics="kinematic", **options) for device in ("cpu", "cuda")
+)
+same(cpu.reset(seed=5), gpu.reset(seed=5))
+for env in (cpu, gpu.download()):  # everybody knows something, and tells it from the first tick on
+    rng, beliefs = np.random.default_rng(3), env.loop.controller.minds["estimator"]["belief"]
+    beliefs["known"] = beliefs["visited"] = True
+    beliefs["location"] = rng.uniform(-1.0, 1.0, beliefs["location"].shape)
+    beliefs["p"] = rng.uniform(0.0, 3.0, beliefs["p"].shape)
+gpu.loop.upload(range(3))
+acts, steps = 0, []
+for step in range(2):
+    actions = np.random.default_rng(step).uniform(-1.0, 1.0, (3, 2, 2)).astype(np.float32)
+    mine, his = cpu.step(actions), gpu.step(gpu.loop.memory.to_device(actions))
+    same(mine, his)
+    acts += mine[-1]["acts"].sum()
+    steps.append(cpu.episodes.steps.tolist())
+    assert gpu.host.episodes.steps.tolist() == steps[-1]
+    over = cpu.is_over
+    if over.any():
+        same(cpu.reset(worlds=over), gpu.reset(worlds=over))
+there = gpu.download()
+same_records(cpu.world.robots, there.world.robots)
+same_records(cpu.world.worlds, there.world.worlds)
+same_records(cpu.loop.controller.minds, there.loop.controller.minds)
+print(int(acts), steps)
+"""
+)
+
+
 ADDED = ["time_left", "robot_id", "one_hot", "previous_action"]
 
 
@@ -192,6 +230,17 @@ def test_worlds_on_the_grid_are_the_worlds_of_a_cpu(controller):
 def test_an_environment_on_the_grid_is_that_of_a_cpu(options):
     told = run(STEPS, repr(options).replace("'MOVING'", "MOVING"))
     assert told.startswith("actions of world 1: must be finite and within the action space")
+
+
+@pytest.mark.parametrize(
+    ("reach", "told"),
+    [
+        (0.25, "2 [[5, 24, 36], [12, 36, 36]]"),  # one world exchanges, two run to their ends
+        (0.3, "5 [[5, 5, 5], [12, 24, 36]]"),  # all have exchanged when the CPU asks
+    ],
+)
+def test_worlds_that_have_exchanged_stand_still_until_all_others_have(reach, told):
+    assert run(EXCHANGES, reach).strip() == told
 
 
 def test_worlds_with_obstacles_and_faults_are_those_of_a_cpu():

@@ -35,7 +35,6 @@ def test_a_cpu_is_the_usual_device():
         ({"device": "tpu"}, "device='tpu': must be 'cpu' or 'cuda'"),
         ({"device": "cuda", "physics": "rigid"}, "engine rigid runs on a CPU only"),
         ({**GPU, "observation": ["layer", Heading]}, "observation: Heading is written in NumPy"),
-        ({**GPU, "learn": "weighting", "step_on": "exchange"}, "step_on='exchange'"),
         ({**GPU, "reward": lambda before, after, events: events["trip"]}, "reward=.*CPU only"),
         ({**GPU, "learn": "everything"}, "learn='everything': runs on a CPU only"),
         ({**GPU, "controller": "boids-goal"}, "'boids-goal' runs on a CPU only"),
