@@ -5,6 +5,7 @@ Neither the backend nor the number of workers ever changes a result.
 """
 
 import os
+import signal
 import threading
 import time
 import warnings
@@ -12,11 +13,11 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
+from multiprocessing import resource_tracker as stdlib_tracker
 from typing import Any, Protocol
 
 from joblib import Parallel, delayed, parallel_config
-
-from baselines.evaluation.interrupts import defer_sigint
+from joblib.externals.loky.backend import resource_tracker as loky_tracker
 
 Results = Generator[Any, None, None]
 """What calls return, as they end."""
@@ -106,6 +107,30 @@ def _closing(finished: Results) -> Iterator[Results]:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", category=UserWarning, module=r"joblib\.parallel")
             finished.close()
+
+
+@contextmanager
+def defer_sigint() -> Iterator[None]:
+    """Hold SIGINT back while workers start, then deliver it; the workers never get it.
+
+    A process inherits the blocked signals of the thread that starts it. The parent process handles
+    SIGINT and ends its workers.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    stdlib_tracker.ensure_running()  # each unblocks SIGINT where it has to start its process
+    loky_tracker.ensure_running()
+    came: list[int] = []  # SIGINT that another thread took, which does not block it
+    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        signal.signal(signal.SIGINT, before)
+        if came:
+            signal.raise_signal(signal.SIGINT)
 
 
 @cache

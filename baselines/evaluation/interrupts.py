@@ -8,11 +8,8 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from multiprocessing import resource_tracker as stdlib_tracker
 from types import FrameType
 from typing import Any, cast
-
-from joblib.externals.loky.backend import resource_tracker as loky_tracker
 
 PAUSE = 0.01
 """After which a signal that came at a bad moment is sent again [s]."""
@@ -71,27 +68,3 @@ def _send_again(number: int) -> None:
         signal.pthread_kill(cast(int, threading.main_thread().ident), number)
 
     _thread.start_new_thread(send, ())
-
-
-@contextmanager
-def defer_sigint() -> Iterator[None]:
-    """Hold SIGINT back while workers start, then deliver it; the workers never get it.
-
-    A process inherits the blocked signals of the thread that starts it. The parent process handles
-    SIGINT and ends its workers.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    stdlib_tracker.ensure_running()  # each unblocks SIGINT where it has to start its process
-    loky_tracker.ensure_running()
-    came: list[int] = []  # SIGINT that another thread took, which does not block it
-    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        signal.signal(signal.SIGINT, before)
-        if came:
-            signal.raise_signal(signal.SIGINT)
