@@ -17,6 +17,7 @@ from baselines.evaluation.backend_options import (
     find_backend,
 )
 from baselines.evaluation.backends import Backend
+from baselines.evaluation.common_options import path
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.evaluate_options import check_physics
 from baselines.evaluation.experiment_config import parse_settings
@@ -70,7 +71,9 @@ def calibrate(  # noqa: PLR0913 the options of a command
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder of trials, episodes and results.", show_default="runs/calibrate-<paper>"
+            parser=path,
+            help="Folder of trials, episodes and results.",
+            show_default="runs/calibrate-<paper>",
         ),
     ] = None,
     storage: Annotated[

@@ -14,6 +14,7 @@ from baselines.evaluation.backend_options import (
     BackendOption,
     find_backend,
 )
+from baselines.evaluation.common_options import path
 from baselines.evaluation.console import say
 from swarm_forage_env.errors import ConfigError
 
@@ -77,6 +78,7 @@ def train(  # noqa: PLR0913 the options of a command
     out: Annotated[
         Path | None,
         typer.Option(
+            parser=path,
             help="Folder of policy, checkpoint and curves.",
             show_default="runs/train-<layer>-<algorithm>",
         ),

@@ -21,6 +21,7 @@ from baselines.evaluation.common_options import (
     SettingsOption,
     ThreadsOption,
     WorkersOption,
+    path,
 )
 from baselines.evaluation.console import say
 from baselines.evaluation.name_completion import controller_names
@@ -75,7 +76,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
         ),
     ] = False,
     plot: Annotated[
-        Path | None, typer.Option(help="Draw the scores to a .png, .pdf or .svg file.")
+        Path | None, typer.Option(parser=path, help="Draw the scores to a .png, .pdf or .svg file.")
     ] = None,
     backend: BackendOption = BackendName.JOBLIB,
     address: AddressOption = None,

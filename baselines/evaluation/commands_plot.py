@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from baselines.evaluation.common_options import path
+
 
 class FigureName(StrEnum):
     """The kinds of figures that `plot` draws."""
@@ -41,7 +43,9 @@ def plot(  # noqa: PLR0913 the options of a command
     ],
     out: Annotated[
         list[Path],
-        typer.Option(metavar="FILE", help="A .png, .pdf or .svg file; several, if repeated."),
+        typer.Option(
+            parser=path, metavar="FILE", help="A .png, .pdf or .svg file; several, if repeated."
+        ),
     ],
     scenarios: Annotated[
         list[str] | None,

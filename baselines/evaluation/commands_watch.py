@@ -5,7 +5,12 @@ from typing import Annotated
 
 import typer
 
-from baselines.evaluation.common_options import PhysicsOption, ScenarioArgument, SettingsOption
+from baselines.evaluation.common_options import (
+    PhysicsOption,
+    ScenarioArgument,
+    SettingsOption,
+    path,
+)
 from baselines.evaluation.name_completion import controller_names
 
 
@@ -41,13 +46,14 @@ def watch(  # noqa: PLR0913 the options of a command
     ] = None,
     size: Annotated[int, typer.Option(help="Width of the picture [px].")] = 720,
     video: Annotated[
-        Path | None, typer.Option(help="Write a video: an .mp4, or a looping .gif.")
+        Path | None, typer.Option(parser=path, help="Write a video: an .mp4, or a looping .gif.")
     ] = None,
     html: Annotated[
-        Path | None, typer.Option(help="Write a replay for the browser: an .html file.")
+        Path | None,
+        typer.Option(parser=path, help="Write a replay for the browser: an .html file."),
     ] = None,
     frame: Annotated[
-        Path | None, typer.Option(help="Write the last moment shown: a .png file.")
+        Path | None, typer.Option(parser=path, help="Write the last moment shown: a .png file.")
     ] = None,
 ) -> None:
     """Watch one episode.

@@ -1,5 +1,6 @@
 """The arguments and options that several commands have in the same words."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -32,3 +33,16 @@ PhysicsOption = Annotated[
     str | None,
     typer.Option(help="Engine: rigid or kinematic.", show_default="rigid; kinematic for waypoints"),
 ]
+
+
+def path(text: str | Path) -> Path:
+    """A file or folder of this machine, which an option writes; help calls it by this name.
+
+    BadParameter for an address such as s3://bucket/x, which would make a folder "s3:".
+    """
+    if "://" in str(text):  # a default is a path already
+        raise typer.BadParameter(
+            f"{text}: must be a file or folder of this machine; write it here, then copy it to the"
+            " address"
+        )
+    return Path(text)

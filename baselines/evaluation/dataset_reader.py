@@ -114,7 +114,7 @@ def read_groups(
     texts: dict[str, dict[str, str]] = {}
     names = {each.partition(":")[0] for each in controllers}
     for source in sources:
-        for file in _files(Path(source)):
+        for file in _files(source):
             scenario, controller = (_in_folder(file, field) for field in IN_FOLDERS)
             if (scenarios and scenario not in scenarios) or (names and controller not in names):
                 continue
@@ -139,8 +139,14 @@ TEXTS = ("settings", "overrides", "parameters")
 """What tells configurations apart, as JSON text, in the order of a group."""
 
 
-def _files(folder: Path) -> list[Path]:
+def _files(source: str) -> list[Path]:
     """The files of episodes, without trajectories or what was set aside; ConfigError if none."""
+    if "://" in source:
+        raise ConfigError(
+            f"dataset {source}: must be a folder of this machine; copy its episodes into one,"
+            " as `aws s3 sync` does"
+        )
+    folder = Path(source)
     way_out = f"make one with swarm-forage evaluate es1 nc ssgikf --out {folder}"
     if not folder.is_dir():
         raise ConfigError(f"dataset {folder}: no such folder; {way_out}")
@@ -227,7 +233,7 @@ def _wanted(group: EpisodeGroup, controllers: Sequence[str]) -> EpisodeGroup | N
 
 def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequence[str]) -> str:
     """The error message for names that match no episodes: it lists the names there are."""
-    files = [file for source in sources for file in _files(Path(source))]
+    files = [file for source in sources for file in _files(source)]
     there = {field: {_in_folder(file, field) for file in files} for field in IN_FOLDERS}
     asked = [f"--scenario {each}" for each in scenarios]
     asked += [f"--controller {each}" for each in controllers]

@@ -46,7 +46,9 @@ class EvaluateOptions:
         seeds = self.seeds()
         if trajectories:
             if "://" in str(out):
-                raise ConfigError(f"--trajectories: need a folder of this machine, not {out}")
+                raise ConfigError(
+                    f"--trajectories: need a folder of this machine as --out, not {out}"
+                )
             _ = kind_of(task_of(configurations[0].scenario))
         folder = out or Path("runs") / folder_name(configurations[0].scenario.name)
         dataset = open_dataset(str(folder))

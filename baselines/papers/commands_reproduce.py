@@ -19,6 +19,7 @@ from baselines.evaluation.common_options import (
     PhysicsOption,
     ThreadsOption,
     WorkersOption,
+    path,
 )
 
 QUICK_EPISODES = 6
@@ -57,6 +58,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     out: Annotated[
         Path | None,
         typer.Option(
+            parser=path,
             help="Folder of dataset, figures, claims and page.",
             show_default="runs/reproduce-<paper>",
         ),
@@ -68,7 +70,9 @@ def reproduce(  # noqa: PLR0913 the options of a command
     physics: PhysicsOption = None,
     page: Annotated[
         Path | None,
-        typer.Option(help="Write the page here, its figures beside it.", show_default="in --out"),
+        typer.Option(
+            parser=path, help="Write the page here, its figures beside it.", show_default="in --out"
+        ),
     ] = None,
     style: Annotated[
         PageStyleName,

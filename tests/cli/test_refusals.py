@@ -4,6 +4,10 @@ from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
+from baselines.cli import app
+from training.ladder.commands import add_benchmark
+from training.train_command import add_commands
+
 
 @pytest.fixture(autouse=True)
 def _runs_nothing(monkeypatch):
@@ -116,4 +120,54 @@ def test_a_refused_command_leaves_no_folder(command, tmp_path):
     command(*EVALUATE, "--set", "tick=0")
     command(*EVALUATE, "--episodes", "0")
     command("evaluate", "es1", "none-such")
+    assert list(tmp_path.iterdir()) == []
+
+
+HERE = ": must be a file or folder of this machine; write it here, then copy it to the address"
+
+FILES = [
+    (*EVALUATE, "--plot"),
+    ("plot", "boxplot", "data", "--out"),
+    ("watch", "es1", "nc", "--frame"),
+    ("watch", "es1", "nc", "--video"),
+    ("watch", "es1", "nc", "--html"),
+    ("reproduce", "adaptive-boids", "--out"),
+    ("reproduce", "adaptive-boids", "--page"),
+    ("train", "weighting", "es1", "--out"),
+    ("benchmark", "cards", "--out"),
+    ("benchmark", "ladder", "--out"),
+    ("benchmark", "ladder", "--page"),
+]
+"""Commands, each with an option that names a file or folder to write."""
+
+
+@pytest.mark.parametrize("address", ["s3://bucket/x", "memory://x"])
+@pytest.mark.parametrize("arguments", FILES, ids=" ".join)
+def test_an_address_is_refused_where_a_file_or_folder_is_written(
+    command, tmp_path, arguments, address
+):
+    add_commands()
+    add_benchmark(app)
+    status, stdout, stderr = command(*arguments, address)
+    assert (status, stdout, len(stderr.splitlines())) == (2, "", 1)
+    assert f"'{arguments[-1]}': {address}{HERE}" in stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("address", ["s3://bucket/x", "memory://x"])
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("plot", "boxplot", "{}", "--out=x.png"), "must be a folder of this machine; copy"),
+        (("plot", "paths", "{}", "--out=x.png"), "must be the folder of a dataset, or a scenario"),
+        ((*EVALUATE, "--trajectories", "--out={}"), "need a folder of this machine as --out"),
+    ],
+)
+def test_an_address_is_refused_where_a_folder_is_read_or_added_to(
+    command, tmp_path, arguments, told, address
+):
+    status, stdout, stderr = command(*(each.replace("{}", address) for each in arguments))
+    assert (status, stdout, len(stderr.splitlines())) == (2, "", 1)
+    assert told in stderr
+    assert address in stderr
     assert list(tmp_path.iterdir()) == []

@@ -15,6 +15,7 @@ from baselines.evaluation.backend_options import (
     BackendOption,
     find_backend,
 )
+from baselines.evaluation.common_options import path
 
 if TYPE_CHECKING:
     from training.ladder.rungs import Rung
@@ -60,7 +61,9 @@ def cards(
         bool, typer.Option("--missing", help="Only rungs whose cards have no scores yet.")
     ] = False,
     workers: Annotated[int, typer.Option(min=1, help="Processes to run episodes in.")] = 2,
-    out: Annotated[Path, typer.Option(help="Folder of the episodes.")] = Path("runs/cards"),
+    out: Annotated[Path, typer.Option(parser=path, help="Folder of the episodes.")] = Path(
+        "runs/cards"
+    ),
     backend: BackendOption = BackendName.JOBLIB,
     address: AddressOption = None,
 ) -> None:
@@ -89,10 +92,14 @@ def ladder(  # noqa: PLR0913 the options of a command
         typer.Option(min=1, help="Robot-steps of a training.", show_default="the rung's"),
     ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes to train in.")] = 2,
-    out: Annotated[Path, typer.Option(help="Folder of the runs.")] = Path("runs/ladder"),
+    out: Annotated[Path, typer.Option(parser=path, help="Folder of the runs.")] = Path(
+        "runs/ladder"
+    ),
     page: Annotated[
         Path | None,
-        typer.Option(help="Write a page of all runs (.md), with its figures beside it."),
+        typer.Option(
+            parser=path, help="Write a page of all runs (.md), with its figures beside it."
+        ),
     ] = None,
     backend: BackendOption = BackendName.JOBLIB,
     address: AddressOption = None,
