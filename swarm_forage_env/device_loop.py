@@ -134,7 +134,7 @@ class DeviceLoop:
     def download(self) -> Loop:
         """The loop on the CPU, with its robots, worlds and minds as they stand on the GPU."""
         host = self._host()
-        for name in ("robots", "worlds", "minds", "memories"):
+        for name in CHANGED:
             host[name][...] = self.memory.read(self.arrays[name])
         return self.loop
 
@@ -237,6 +237,9 @@ WRITTEN = {
     "observe": ("robots", "minds"),
 }
 """Those of them that it writes."""
+
+CHANGED = "robots", "worlds", "minds", "memories"
+"""Arrays of which a tick goes on: what it reads and what ticks before it have written."""
 
 NUMBERS = "worlds", "obstacles", "told", "settings"
 """Arrays that hold the numbers of a scenario."""

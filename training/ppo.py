@@ -4,14 +4,14 @@ Training runs in intervals. Each resets the worlds with seeds of its own and end
 evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from the last
 interval and ends with the same result. The first interval of a motion trains the critic alone:
 the motion starts as a clone of the controller's own, which an untrained critic would undo.
-On a GPU the worlds go on from one interval to the next, and start anew where a run resumes.
+On a GPU the worlds go on from one interval to the next, and the checkpoint holds how they stand.
 
 Source: Schulman2017, Proximal Policy Optimization Algorithms (stable-baselines3).
 """
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 import numpy as np
@@ -57,6 +57,9 @@ from training.training_loop import run
 LATEST = "latest.safetensors"
 """File of the policy of the last interval."""
 
+BEST, WORLDS = "best.", "worlds."
+"""What the names of those arrays of a checkpoint begin with."""
+
 DEMONSTRATORS = 80
 """Number of robots of each scenario that behaviour cloning records, about."""
 
@@ -86,12 +89,11 @@ class PPOTraining:
         self.curve: list[CurvePoint] = []
         self._best = self._weights
         if self._file.exists():
-            kept = model_state(self._learner)
-            kept |= {f"best.{name}": array for name, array in self._best.items()}
-            wanted = {name: array.shape for name, array in kept.items()}
+            wanted = {name: array.shape for name, array in self._state.items()}
             self.curve, arrays = read_checkpoint(self._file, experiment.identity, wanted)
             restore_model(self._learner, arrays)
-            self._best = {name: arrays[f"best.{name}"] for name in self._best}
+            self._learner.restore_worlds(_under(WORLDS, arrays))
+            self._best = _under(BEST, arrays)
 
     @property
     def done(self) -> int:
@@ -138,9 +140,7 @@ class PPOTraining:
         if all(point.value > each.value for each in self.curve):
             self._best = weights
         self.curve.append(point)
-        best = {f"best.{name}": array for name, array in self._best.items()}
-        arrays = {**model_state(self._learner), **best}
-        write_checkpoint(self._file, experiment.identity, self.curve, arrays)
+        write_checkpoint(self._file, experiment.identity, self.curve, self._state)
         self.save_best()
         return point
 
@@ -158,6 +158,13 @@ class PPOTraining:
         )
         episodes = run_episodes(scenario, controller, seeds, experiment.physics)
         return np.array([each.round_trips for each in episodes])
+
+    @property
+    def _state(self) -> dict[str, Array]:
+        """All arrays of a checkpoint: the learner, the best policy, and worlds that go on."""
+        worlds, best = self._learner.worlds_state(), self._best
+        kept = {**model_state(self._learner), **{BEST + name: best[name] for name in best}}
+        return kept | {WORLDS + name: worlds[name] for name in worlds}
 
     @property
     def _simulated_s(self) -> float:
@@ -195,3 +202,10 @@ class PPOTraining:
             for layer, actor in self._actors.items()
         }
         return policy_card(experiment, layers, ("stable-baselines3", "torch"), self.curve, score)
+
+
+def _under(start: str, arrays: Mapping[str, Array]) -> dict[str, Array]:
+    """The arrays whose names begin so, by the rest of their names."""
+    return {
+        name.removeprefix(start): each for name, each in arrays.items() if name.startswith(start)
+    }

@@ -54,6 +54,14 @@ class Learner(Protocol):
         """Learn from so many decisions of single robots, in whole rollouts."""
         ...
 
+    def worlds_state(self) -> dict[str, Array]:
+        """What worlds that go on after `learn` go on from, by name."""
+        ...
+
+    def restore_worlds(self, state: Mapping[str, Array]) -> None:
+        """Let the worlds go on as when `worlds_state` told this."""
+        ...
+
 
 @dataclass(frozen=True)
 class PPOHyperparameters:
@@ -188,6 +196,13 @@ class SB3Learner:
         self._model._last_obs = None  # so that learning starts with a reset
         self._model.lr_schedule = FloatSchedule(learning_rate)
         self._model.learn(decisions, reset_num_timesteps=False)
+
+    def worlds_state(self) -> dict[str, Array]:
+        """Nothing: every call of `learn` begins with new worlds."""
+        return {}
+
+    def restore_worlds(self, state: Mapping[str, Array]) -> None:
+        """There is nothing to restore."""
 
 
 class Curves(KVWriter):

@@ -7,14 +7,17 @@ minibatches, and that worlds go on from one call of `learn` to the next.
 Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from gymnasium.spaces import Box
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.utils import set_random_seed
 from torch import Tensor
 
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.device_env import array_env
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.spaces import ObservationLayout
@@ -94,6 +97,26 @@ class TensorPPO:
     def stepping_s(self) -> float:
         """Wall time of all steps of the worlds [s]."""
         return self.rows.stepping_s
+
+    def worlds_state(self) -> dict[str, Array]:
+        """What the rows, on a GPU, go on from after `learn`, by name."""
+        seen = self._seen
+        shape = self.n_rows, len(self.observation_layout)
+        return {
+            "has_begun": np.array(seen is not None),
+            "seen": np.zeros(shape, np.float32) if seen is None else seen.numpy(force=True),
+            "begins": self._begins.numpy(force=True),
+            **self.rows.records(),
+        }
+
+    def restore_worlds(self, state: Mapping[str, Array]) -> None:
+        """Let the rows go on as when `worlds_state` told this."""
+        if not state["has_begun"]:
+            return
+        device = self.rows.device
+        self._seen = torch.from_numpy(np.array(state["seen"])).to(device)
+        self._begins = torch.from_numpy(np.array(state["begins"])).to(device)
+        self.rows.take_records(state)
 
     def learn(self, decisions: int, learning_rate: float, seed: int) -> None:
         """Learn from so many decisions of single rows, at least, in whole rollouts.

@@ -1,7 +1,7 @@
 """TensorRows: all learners of blocks of worlds as rows of tensors, on a CPU or a GPU."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -86,6 +86,21 @@ class TensorRows:
         ended = torch.from_numpy(np.flatnonzero(np.concatenate(over))).to(self.device)
         self.stepping_s += time.perf_counter() - begin
         return Step(self._joined(told), torch.cat(rewards), self._joined(final), ended)
+
+    def records(self) -> dict[str, Array]:
+        """All that the next steps of blocks on a GPU depend on, as `DeviceArrayEnv.records`."""
+        return {
+            f"{k}.{name}": array
+            for k, block in enumerate(self.blocks)
+            for name, array in block.records().items()
+        }
+
+    def take_records(self, records: Mapping[str, Array]) -> None:
+        """Go on as when `records` of rows of the same blocks gave them."""
+        for k, block in enumerate(self.blocks):
+            start = f"{k}."
+            own = {n.removeprefix(start): v for n, v in records.items() if n.startswith(start)}
+            block.take_records(own)
 
     def _follow_stream(self) -> None:
         """Run in the order of torch's current stream."""

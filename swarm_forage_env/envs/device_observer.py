@@ -33,7 +33,7 @@ class DeviceObserver:
         self._stack_frames = bind_grid(grid.stack_frames, {})
         self._n = len(observer.layout)
         kept = (*shape, self._stack if self._stack > 1 else 0, self._n)
-        self._kept = memory.to_device(np.zeros(kept, np.float32))
+        self.frames = memory.to_device(np.zeros(kept, np.float32))
 
     def __call__(self, raw: Any, is_new: Any, is_step: bool) -> Any:  # noqa: ANN401 arrays of the GPU
         """What every learner observes after actions, in a step or where some worlds are new."""
@@ -54,7 +54,7 @@ class DeviceObserver:
         if self._stack == 1:
             return seen
         out = memory.empty((*self._shape, self._stack * self._n), np.float32)
-        self._stack_frames[on](seen, is_new, is_step, self._kept, out)
+        self._stack_frames[on](seen, is_new, is_step, self.frames, out)
         return out
 
 
@@ -66,7 +66,7 @@ class DeviceRewards:
         self._config, self._loop, memory = host.config, loop, loop.memory
         self._learners = memory.to_device(host.learner_numbers)
         shape = host.world.robots.shape
-        self._potentials = memory.to_device(np.zeros(shape))
+        self.potentials = memory.to_device(np.zeros(shape))
         self._shaped = memory.to_device(np.zeros((2, *shape)))
         self._shape = host.n_worlds, len(host.learners)
         self._begin, self._credit = (
@@ -76,7 +76,7 @@ class DeviceRewards:
     def begin(self, is_new: Any, raw: Any) -> Any:  # noqa: ANN401 arrays of the GPU
         """Begin episodes in new worlds; what was given in them: nothing."""
         at = self._loop.arrays
-        self._begin[self._loop.launch](at["robots"], at["worlds"], is_new, raw, self._potentials)
+        self._begin[self._loop.launch](at["robots"], at["worlds"], is_new, raw, self.potentials)
         return self._loop.memory.to_device(np.zeros(self._shape))
 
     def __call__(self) -> tuple[Any, Any]:
@@ -84,7 +84,7 @@ class DeviceRewards:
         at, config = self._loop.arrays, self._config
         out = self._loop.memory.empty((2, *self._shape), np.float64)
         self._credit[self._loop.launch](
-            at["robots"], at["worlds"], self._learners, self._loop.earned, self._potentials,
+            at["robots"], at["worlds"], self._learners, self._loop.earned, self.potentials,
             self._shaped, config.discount, config.shaping, config.reward == "team", out,
         )  # fmt: skip
         return out[0], out[1]
