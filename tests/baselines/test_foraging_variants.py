@@ -119,6 +119,7 @@ def test_without_shared_errors_the_filter_is_a_kalman_filter(correct):
     assert_allclose(position(s), (np.eye(2) - K) @ A)
     assert_allclose(s.shared[1, PREY], K @ R)
     assert_allclose(s.shared[0], 0.0)
+    assert s.belief.is_shared.astype(bool).tolist() == [False, True]
 
 
 def test_what_was_told_once_is_not_learned_twice(correct):
@@ -156,6 +157,10 @@ def test_a_copied_place_shares_all_its_error(correct):
     assert_allclose(s.belief.location[PREY], HEARD)
     assert_allclose(position(s), R)
     assert_allclose(s.shared[1, PREY], R)
+    assert_allclose(s.shared[0], 0.0)
+    assert s.belief.known.astype(bool).tolist() == [False, True]
+    assert s.belief.is_shared.astype(bool).tolist() == [False, True]
+    assert s.belief.p[PREY] == pytest.approx(np.sqrt(np.linalg.norm(R, 2)))
 
 
 def test_a_weight_of_zero_leaves_the_estimate_as_it_is(correct):

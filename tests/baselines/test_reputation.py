@@ -117,7 +117,64 @@ def test_the_exchange_shows_the_past_of_the_teller_and_of_who_told_the_same(robo
     assert robot.exchange["support"][NEST] == pytest.approx(1.0), "nobody supports himself"
 
 
-@pytest.mark.parametrize(("weight", "is_known"), [(0.49, 0), (0.51, 1)])
+WIDE = one_record({"slack": 0.25, "drift": 0.125, "sure_within": 4.0, "remembers_within": 12.0})[0]
+"""Numbers whose sums are exact, so that an edge can be met."""
+
+BEYOND = 1e-6
+"""A little farther [m]."""
+
+
+@pytest.mark.parametrize(("path", "width"), [(0.0, 0.25), (2.0, 0.5), (12.0, 1.75)])
+@pytest.mark.parametrize("area", [NEST, PREY])
+def test_what_lies_on_the_edge_of_what_may_be_is_right(robot, path, width, area):
+    other = 1 - area
+    for teller, off in ((1, width), (2, width + BEYOND), (3, -width), (4, -width - BEYOND)):
+        robot.hear(teller, (off, 0.0), area)
+    robot.reputation["path"] += path
+    judge_by_area(robot.reputation, robot.belief, other, WIDE)
+    assert [robot.counts(k) for k in range(5)] == [(0.0, 0.0)] * 5, "nothing is told of it"
+    judge_by_area(robot.reputation, robot.belief, area, WIDE)
+    right, wrong = (1.0, 0.0), (0.0, 1.0)
+    assert [robot.counts(k) for k in range(5)] == [(0.0, 0.0), right, wrong, right, wrong]
+    assert not robot.reputation["is_open"].any()
+
+
+@pytest.mark.parametrize(("path", "is_found_out"), [(12.0, True), (12.0 + BEYOND, False)])
+def test_what_is_told_is_remembered_for_a_path_and_not_longer(robot, path, is_found_out):
+    robot.hear(1, (0.5, 0.0)).hear(2, (9.0, 0.0))
+    robot.reputation["path"] += path
+    judge_by_loss(robot.reputation, robot.belief, NEST, WIDE)
+    assert robot.counts(1) == (0.0, float(is_found_out)), "it told the place of the loss"
+    judge_by_area(robot.reputation, robot.belief, NEST, WIDE)
+    assert robot.counts(2) == (0.0, float(is_found_out))
+    robot.belief["heard_weight"][:], robot.belief["last_partner"] = 4.0, 3
+    describe_teller(robot.mind, WIDE)
+    told = 2 / 3 if is_found_out else 0.0  # both tellers are trusted to a third by now
+    assert robot.exchange["support"][NEST] + robot.exchange["dissent"][NEST] == pytest.approx(told)
+    assert robot.exchange["support"][PREY] + robot.exchange["dissent"][PREY] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("own_p", "heard_p", "off", "counts"),
+    [(4.0, 2.0, 1.0, (1.0, 0.0)), (4.0, 2.0, 1.0 + BEYOND, (0.0, 1.0)),
+     (4.0 + BEYOND, 2.0, 9.0, (0.0, 0.0)), (0.0, 0.0, 0.25, (1.0, 0.0)),
+     (0.0, 0.0, 0.25 + BEYOND, (0.0, 1.0))],
+)  # fmt: skip
+def test_a_robot_that_was_there_lately_judges_at_once_by_both_paths(
+    robot, own_p, heard_p, off, counts
+):
+    belief = robot.belief
+    belief["known"][NEST] = belief["visited"][NEST] = True
+    belief["p"][NEST], belief["location"][NEST] = own_p, (1.0, 2.0)
+    belief["last_partner"], belief["heard_weight"][NEST] = 2, 2.0
+    belief["heard_sum"][NEST], belief["heard_p"][NEST] = (2.0, 2.0 * (2.0 + off)), heard_p
+    remember(robot.mind, NEST, WIDE)
+    assert robot.counts(2) == counts
+    assert robot.reputation["place"][2, NEST].tolist() == pytest.approx([1.0, 2.0 + off])
+    assert robot.reputation["is_open"][2, NEST] == (counts == (0.0, 0.0))
+
+
+@pytest.mark.parametrize(("weight", "is_known"), [(0.49, 0), (0.5, 1), (0.51, 1)])
 def test_a_place_of_an_unknown_area_is_copied_from_one_half_on(robot, weight, is_known):
     robot.hear(1, (1.0, 0.0), p=2.0)
     robot.exchange["weight"] = weight

@@ -1,0 +1,139 @@
+"""What an estimator is told of its scenario, and within which bounds it can be set."""
+
+import math
+
+import pytest
+
+from baselines.estimators import foraging_variants, reputation_odometry
+from baselines.estimators.base import ESTIMATORS
+from baselines.estimators.localisation import Localisation
+from baselines.estimators.path_covariance import error_constant
+from baselines.estimators.reputation_odometry import ReputationOdometryParameters
+from baselines.estimators.sceptical_odometry import ScepticalOdometryParameters
+from baselines.estimators.sikf import SIKFParameters
+from baselines.estimators.social_odometry import SocialOdometryParameters
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.parameters import override
+from swarm_forage_env.scenarios import find_scenario
+
+SOCIAL = {
+    "speaks": True, "double": False, "first_hand": True, "message_path": 0.0, "tells_within": 0.0,
+    "listens_above": 0.0, "refractory": 20.0, "pause": 15.0, "deaf_when_lost": 5.0,
+    "lost_within": 0.05, "overshoot": 0.18,
+}  # fmt: skip
+SCEPTICAL = SOCIAL | {"agreement": 0.3}
+REPUTATION = SCEPTICAL | {
+    "weighs_unknown": False, "slack": 0.3, "drift": 0.05, "sure_within": 4.0,
+    "remembers_within": 12.0,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("kind", "defaults"),
+    [(SocialOdometryParameters, SOCIAL), (SIKFParameters, SOCIAL),
+     (ScepticalOdometryParameters, SCEPTICAL), (ReputationOdometryParameters, REPUTATION)],
+)  # fmt: skip
+def test_an_estimator_has_the_parameters_that_the_results_were_made_with(kind, defaults):
+    assert kind().model_dump() == defaults
+
+
+@pytest.mark.parametrize("name", [name for name, value in REPUTATION.items()
+                                  if type(value) is float])  # fmt: skip
+def test_a_length_or_time_is_not_negative_and_some_are_bounded(name):
+    made = ReputationOdometryParameters()
+    for wrong in (-1e-9, math.nan, math.inf):
+        with pytest.raises(ConfigError, match=name):
+            override(made, {name: wrong})
+    if name == "lost_within":
+        with pytest.raises(ConfigError, match=name):
+            override(made, {name: 0.0})
+        assert override(made, {name: 1e-9}).lost_within == 1e-9
+    else:
+        assert getattr(override(made, {name: 0.0}), name) == 0.0
+
+
+def test_who_looks_on_does_so_for_a_metre_at_most():
+    made = SocialOdometryParameters()
+    assert override(made, {"overshoot": 1.0}).overshoot == 1.0
+    with pytest.raises(ConfigError, match="overshoot"):
+        override(made, {"overshoot": math.nextafter(1.0, 2.0)})
+
+
+def test_social_odometry_reads_its_times_in_ticks_and_its_lengths_from_the_scenario():
+    changes = {"tick": 0.5, "exchange_time": 2.0, "axle": 0.06, "area_radius": 0.2,
+               "area_distance": 1.0, "ground_ahead": 0.03}  # fmt: skip
+    scenario = find_scenario("es1", changes)
+    made = SocialOdometryParameters(
+        refractory=21.0, pause=14.0, deaf_when_lost=6.0, tells_within=2.5, listens_above=0.5,
+        message_path=0.1, lost_within=0.07, overshoot=0.3, double=True, speaks=False,
+        first_hand=False,
+    )  # fmt: skip
+    assert made.numbers(scenario) == pytest.approx({
+        "speaks": 0.0, "double": 1.0, "first_hand": 0.0, "message_path": 0.1, "tells_within": 2.5,
+        "listens_above": 0.5, "lost_within": 0.07, "overshoot": 0.3, "talk_ticks": 4,
+        "refractory_ticks": 42, "pause_ticks": 28, "deaf_ticks": 12, "axle": 0.06,
+        "to_centre": 0.23,
+    })  # fmt: skip
+
+
+def test_an_exchange_takes_a_tick_at_least_and_zero_means_that_all_is_told():
+    scenario = find_scenario("es1", {"exchange_time": 0.01})
+    numbers = SocialOdometryParameters().numbers(scenario)
+    assert numbers["talk_ticks"] == 1
+    assert numbers["tells_within"] == math.inf
+
+
+def test_the_layers_of_sceptical_robots_know_what_witnesses_need():
+    scenario = find_scenario("es1")
+    social = SocialOdometryParameters().numbers(scenario)
+    sceptical = ScepticalOdometryParameters(agreement=0.4).layer(scenario)
+    assert sceptical.numbers == social | {"agreement": 0.4}
+    own = {"weighs_unknown": True, "slack": 0.1, "drift": 0.2, "sure_within": 3.0,
+           "remembers_within": 7.0, "agreement": 0.4}  # fmt: skip
+    assert ReputationOdometryParameters(**own).layer(scenario).numbers == social | own
+    assert reputation_odometry.COPIED_FROM == 0.5
+
+
+def test_a_covariance_filter_has_the_error_constant_of_its_encoders():
+    scenario = find_scenario("es1", {"wheel_noise": 0.3, "cruise_speed": 0.1, "tick": 0.5})
+    numbers = SIKFParameters().numbers(scenario)
+    assert numbers["error_constant"] == pytest.approx(0.3**2 * 0.1 * 0.5 / 3.0)
+    assert error_constant(0.6, 0.1, 0.5) == pytest.approx(4 * numbers["error_constant"])
+    assert numbers | SocialOdometryParameters().numbers(scenario) == numbers
+    silent = foraging_variants.dead_reckoning(scenario).numbers
+    assert silent == numbers | {"speaks": False}
+
+
+@pytest.mark.parametrize("name", ["message_path", "tells_within", "listens_above"])
+def test_where_a_covariance_is_told_no_path_can_be_set(name):
+    with pytest.raises(ConfigError, match=f"{name}.*is a path"):
+        override(SIKFParameters(), {name: 1.0})
+
+
+NOISE = {
+    "speed_noise": 0.3, "speed_bias": 0.4, "turn_noise": 0.05, "turn_bias": 0.12,
+    "range_noise": 0.07, "bearing_noise": 0.08, "home_noise": 0.2, "reach": 1.25,
+    "max_speed": 0.6, "tolerance": 0.15,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("setting", "most"), [("authors", 5.0), ("corrected", 0.05)])
+def test_a_filter_adds_up_the_variances_of_noise_and_of_constant_errors(setting, most):
+    scenario = find_scenario("waypoints-05", NOISE)
+    numbers = Localisation(setting=setting).numbers(scenario)
+    assert numbers == pytest.approx({
+        "authors": setting == "authors", "dt": scenario.tick, "speed_noise": 0.3,
+        "turn_noise": 0.05, "var_speed": 0.25, "var_turn": 0.0169, "range_noise": 0.07,
+        "bearing_noise": 0.08, "home_variance": 0.04, "reach": 1.25, "max_speed": 0.6,
+        "tolerance": 0.15, "covariance_norm_max": most, "offset_max": 1.0,
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["decentralised_ekf", "covariance_intersection",
+                                  "dead_reckoning"])  # fmt: skip
+def test_the_authors_setting_is_refused_where_robots_forage(name):
+    made = ESTIMATORS[name](setting="authors")
+    with pytest.raises(ConfigError, match="setting='authors': is of robots that visit waypoints"):
+        made.layer(find_scenario("es1"))
+    assert made.layer(find_scenario("waypoints-05")) is not None
+    assert ESTIMATORS[name]().setting == "corrected"
