@@ -1,7 +1,8 @@
 """Tests that can notice a mutant: those that ran its statement while nothing was mutated.
 
-A statement that runs at import, such as a number of a module or a field of a class, may be read by
-a test that runs no line of its module: it is given to every test.
+They come first, and after them all tests of their files, which may share a fixture that ran it. A
+statement that runs at import, such as a number of a module or a field of a class, may be read by a
+test that runs no line of its module: it is given to every test.
 
     python -m tests.mutants.covering FOLDER GROUP   # once: run every test, note what it ran
 
@@ -28,6 +29,9 @@ LEFT_OUT = (
 )  # fmt: skip
 MOST_SECONDS = 60
 """Seconds of a processor, as recorded, that the chosen tests may take; the fastest come first."""
+
+IMPORT = ""
+"""The context of what runs while no test does: at import, or in a module of tests."""
 
 LIMIT = 120
 """Seconds of a processor after which a mutant counts as noticed: it does not end."""
@@ -61,12 +65,14 @@ def run(folder, group):
     seconds = json.loads((folder / f"{group}.seconds").read_text())
     data = CoverageData(str(folder / f"{group}.coverage"))
     data.read()
-    chosen = covering(data, module, line, seconds)
-    chosen.sort(key=lambda test: seconds[test])
+    ran = covering(data, module, line)
+    files = {file_of(test) for test in ran}
+    beside = {test for test in seconds if file_of(test) in files or IMPORT in ran}
+    chosen = sorted(beside, key=lambda test: (test not in ran, seconds[test]))
     affordable, total = [], 0.0
     for test in chosen:
-        total += seconds[test]
-        if total <= MOST_SECONDS or not affordable:
+        if total + seconds[test] <= MOST_SECONDS or not affordable:
+            total += seconds[test]
             affordable.append(test)
     sys.stdout.write(f"{module}:{line}: {len(affordable)} of {len(chosen)} covering tests\n")
     if not affordable:
@@ -90,14 +96,18 @@ def mutated(folder):
     raise SystemExit("no module of this tree is mutated")
 
 
-def covering(data, module, line, seconds):
-    """The tests that ran a statement; for what runs at import, all of them."""
+def covering(data, module, line):
+    """The tests that ran a statement, and IMPORT if it runs without a test."""
     names = [name for name in data.measured_files() if Path(name) == module.resolve()]
     ran = data.contexts_by_lineno(names[0]) if names else {}
     if not in_function(module, line):
-        return list(seconds)
-    contexts = {test for each in statement(module, line) for test in ran.get(each, ())}
-    return [test for test in contexts if test in seconds]
+        return {IMPORT, *(test for tests in ran.values() for test in tests)}
+    return {test for each in statement(module, line) for test in ran.get(each, ())}
+
+
+def file_of(test):
+    """The file of a test."""
+    return test.partition("::")[0]
 
 
 def in_function(module, line):
