@@ -74,6 +74,44 @@ def test_a_disc_in_the_very_middle_leaves(capsule):
     assert math.hypot(pose[0], pose[1]) == pytest.approx(0.2 + capsule[4])
 
 
+SLANTED = np.array([0.0, 0.0, 0.6, 0.8, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("capsule", "place", "way"),
+    [
+        (WALL, (0.0, 0.3), (-0.3, 0.0)),
+        (DISC, (0.0, 0.0), (0.7, 0.0)),
+        (SLANTED, (0.3, 0.4), (-0.24, 0.18)),
+        (SLANTED, (0.3 + 0.8e-10, 0.4 - 0.6e-10), (-0.24, 0.18)),  # nearer than a nanometre
+        (SLANTED, (0.3 + 0.8e-8, 0.4 - 0.6e-8), (0.24, -0.18)),
+    ],
+)
+def test_a_disc_on_an_axis_leaves_it_to_the_left_and_a_point_along_x(capsule, place, way):
+    pose = np.array([*place, 1.0])
+    keep_out(pose, capsule, 0.2)
+    assert pose == pytest.approx([place[0] + way[0], place[1] + way[1], 1.0], abs=1e-7)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.25, 2.0])
+@pytest.mark.parametrize("across", [-0.5, 0.5])
+def test_a_ray_that_only_grazes_a_disc_misses_it(start, across):
+    assert ray_to_capsule(-start, across, 1.0, 0.0, DISC) == math.inf
+
+
+@pytest.mark.parametrize("y", [-1.0, -0.999, 0.0, 0.999, 1.0])
+@pytest.mark.parametrize("x", [0.0, 1.0, -1.0])
+def test_a_thin_wall_is_met_from_end_to_end(x, y):
+    u = -1.0 if x > 0.0 else 1.0
+    assert ray_to_capsule(x, y, u, 0.0, THIN) == abs(x)
+    assert ray_to_capsule(x, 1.001 * y, u, 0.0, THIN) == (math.inf if abs(y) > 0.999 else abs(x))
+
+
+@pytest.mark.parametrize(("end", "is_hidden"), [(-0.11, False), (-0.1, False), (0.3, True)])
+def test_what_touches_a_wall_is_not_behind_it(end, is_hidden):
+    assert is_between(-1.0, 0.0, end, 0.0, WALL) == is_hidden
+
+
 @pytest.mark.parametrize(
     ("capsule", "start", "direction", "far"),
     [

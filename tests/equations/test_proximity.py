@@ -74,6 +74,22 @@ def test_a_disc_behind_or_aside_is_not_seen():
     assert ray_to_disc(RADIUS - 1e-6, 0.08, LEFT, RADIUS) < math.inf
 
 
+@pytest.mark.parametrize("ray", range(8))
+def test_a_disc_that_a_ray_only_grazes_is_not_seen(ray):
+    angle = PROXIMITY_ANGLES[ray]
+    for aside in (-1.0, 1.0):
+        for way, is_seen in ((1.0 + 1e-9, False), (1.0 - 1e-9, True)):
+            across = aside * way * RADIUS
+            ahead = 0.08 * math.cos(angle) - across * math.sin(angle)
+            left = 0.08 * math.sin(angle) + across * math.cos(angle)
+            assert (ray_to_disc(ahead, left, ray, RADIUS) < math.inf) == is_seen
+
+
+def test_a_disc_abreast_of_a_sensor_is_not_seen_though_it_overlaps():
+    assert ray_to_disc(0.01, -1e-9, LEFT, RADIUS) == math.inf
+    assert ray_to_disc(0.01, 1e-9, LEFT, RADIUS) == 0.0
+
+
 def test_overlapping_discs_are_at_no_distance():
     assert ray_to_disc(0.0, 0.06, LEFT, RADIUS) == 0.0
 
@@ -127,6 +143,18 @@ def test_a_ray_along_an_axis_meets_the_wall_it_faces(x, y, direction):
     assert ray_at(x, y, direction) == pytest.approx(gap)
     assert ray_at(x, y, direction + math.pi) == math.inf
     assert ray_at(x, y, direction + math.pi / 2) == math.inf
+
+
+@pytest.mark.parametrize("direction", [0.3, 1.2, 2.0, 2.9, -0.3, -1.2, -2.0, -2.9])
+@pytest.mark.parametrize("beyond", [-0.001, 0.04])
+def test_a_wall_is_as_far_as_it_is_drawn_on_paper(direction, beyond):
+    """Aslant from near a corner; the body may be pressed into the wall."""
+    c, s = math.cos(direction), math.sin(direction)
+    x, y = (math.copysign(0.5 * side - RADIUS - beyond, way)
+            for side, way in zip(ARENA, (c, s), strict=True))  # fmt: skip
+    expected = min((RADIUS + beyond) / abs(c), (RADIUS + beyond) / abs(s)) - RADIUS
+    found = ray_at(x, y, direction)
+    assert found == (pytest.approx(max(expected, 0.0)) if expected <= SENSING_RANGE else math.inf)
 
 
 @pytest.mark.parametrize(("gap", "is_seen"), [(0.0499, True), (0.0501, False)])

@@ -17,6 +17,7 @@ from swarm_forage_env.equations.radio import (
     mean_board_range,
     mean_error,
 )
+from swarm_forage_env.equations.random_draws import normal, symmetric
 
 
 @pytest.mark.parametrize(
@@ -70,3 +71,26 @@ def test_the_power_of_the_real_board_is_the_published_table():
     np.testing.assert_allclose(POWER_GAP, gaps)
     np.testing.assert_allclose(np.exp(POWER_MU), powers, rtol=1e-5)
     np.testing.assert_allclose(np.exp(POWER_SIGMA), spreads, rtol=1e-4)
+
+
+def test_one_frame_of_the_real_board_follows_the_published_formula(fresh):
+    words, same = fresh(1), fresh(1)
+    for gap, mu, sigma in ((0.02, 7.597, 0.319), (0.075, 7.1675, 0.173), (0.7, 6.829, 0.142)):
+        power = math.exp(mu + sigma * normal(same, 0))
+        expected = 0.01 * math.exp(9.06422 - 0.00565075 * power)
+        assert board_range(gap, words, 0) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("frames", "amplitude"), [(1, 0.5), (4, 3.0)])
+def test_an_error_is_the_mean_of_those_of_its_frames(fresh, frames, amplitude):
+    words, same = fresh(1), fresh(1)
+    expected = amplitude * np.mean([symmetric(same, 0) for _ in range(frames)])
+    assert mean_error(words, 0, frames, amplitude) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("x", "y"), [(0.0, 5.0), (1.0, 7.0), (2.0, 3.0), (0.5, 6.0), (1.25, 6.0), (9.0, 3.0)]
+)
+def test_between_points_lie_straight_lines_and_beyond_them_the_last_value(x, y):
+    found = interpolate(x, np.array([0.0, 1.0, 2.0]), np.array([5.0, 7.0, 3.0]))
+    assert found == pytest.approx(y)

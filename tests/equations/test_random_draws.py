@@ -8,8 +8,10 @@ from swarm_forage_env.equations.random_draws import (
     GOLDEN,
     below,
     exponential,
+    first_word,
     mix,
     normal,
+    seed_streams,
     symmetric,
     unit,
 )
@@ -39,6 +41,39 @@ def test_a_unit_draw_is_the_high_53_bits_of_the_published_output():
     stream = np.zeros(1, np.uint64)
     expected = [(output >> 11) * 2.0**-53 for output in PUBLISHED]
     assert drawn(unit, stream, 5).tolist() == expected
+
+
+@pytest.mark.parametrize(
+    ("seed", "robot", "cause", "word"),
+    [
+        (0, 0, 0, 0x215158DB81B8A2D3),
+        (0, 1, 0, 0x5C7BDAF383FAD3DB),
+        (0, 0, 1, 0xC75F70B6D0641946),
+        (2**64 - 1, 9, 5, 0xBB3476B1C4C45FED),
+        (7, 3, 2, 0xA37BA4466887C54E),
+    ],
+)
+def test_streams_start_where_they_have_always_started(seed, robot, cause, word):
+    # Worked out in whole numbers of Python; another start is another world under every seed.
+    assert int(first_word(np.uint64(seed), robot, cause)) == word
+
+
+def test_each_robot_of_each_world_has_the_stream_of_its_seed_and_number():
+    words = seed_streams(np.array([3, 5], np.uint64), 3, 4)
+    expected = [first_word(np.uint64(seed), robot, 4) for seed in (3, 5) for robot in range(3)]
+    assert words.tolist() == [int(each) for each in expected]
+
+
+def test_draws_of_every_shape_are_made_of_unit_draws(fresh):
+    """By hand: the inverse of the distribution, and Box and Muller's formula."""
+    streams, same = fresh(2), fresh(2)
+    u, v, w, x, y = (unit(same, 1) for _ in range(5))
+    assert symmetric(streams, 1) == 2.0 * u - 1.0
+    assert below(streams, 1, 1000) == int(1000 * v)
+    assert exponential(streams, 1, 3.0) == pytest.approx(-3.0 * np.log(1.0 - w))
+    expected = np.sqrt(-2.0 * np.log(1.0 - x)) * np.cos(2.0 * np.pi * y)
+    assert normal(streams, 1) == pytest.approx(expected)
+    assert streams.tolist() == same.tolist()
 
 
 def test_unit_draws_are_uniform_below_one(fresh, believable):
