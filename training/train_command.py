@@ -2,6 +2,7 @@
 
 import shlex
 from enum import StrEnum
+from inspect import unwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -221,5 +222,6 @@ def _report(experiment: "Experiment", policy: "Policy") -> None:
 
 def add_commands() -> None:
     """Add the command `train` to the command-line application; a second call does nothing."""
-    if not any(each.callback is train for each in app.registered_commands):
+    callbacks = (each.callback for each in app.registered_commands)
+    if not any(each is not None and unwrap(each) is train for each in callbacks):
         app.command()(stoppable()(train))

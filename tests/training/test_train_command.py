@@ -1,0 +1,222 @@
+"""What the command `train` makes of its options, and when a training evaluates; nothing trains."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from typer.testing import CliRunner
+
+from swarm_forage_env.errors import ConfigError
+from training import cma_es, dagger, ppo, train_command, training_loop
+from training.experiment import (
+    FIRST_TRAINING_SEED,
+    HELD_BACK_SEEDS,
+    Experiment,
+    step_seed,
+    versions,
+    worlds_per_scenario,
+)
+from training.policy_file import CurvePoint, Interval
+from training.training_loop import run
+
+POINT = Interval(low=1.0, mean=2.0, high=3.0)
+
+
+@pytest.fixture
+def made(monkeypatch, tmp_path):
+    """The experiment, and the backend, that a command line makes."""
+    monkeypatch.chdir(tmp_path)
+    train_command.add_commands()
+    found = []
+    monkeypatch.setattr(train_command, "_run", lambda *given: found.append(given))
+    monkeypatch.setattr(train_command, "_report", lambda *given: None)
+
+    def call(*arguments):
+        found.clear()
+        train_command.app(["train", *arguments], standalone_mode=False)
+        ((experiment, backend),) = found
+        return experiment, backend
+
+    return call
+
+
+@pytest.mark.parametrize(
+    ("layer", "algorithm", "numbers", "controller"),
+    [
+        ("weighting", "cma", (100, 5, 8), "dsgiff-frequent"),
+        ("motion", "ppo", (50_000_000, 1_500_000, 8), "ssgiff"),
+        ("both", "ppo", (50_000_000, 1_500_000, 8), "dsgiff-penalised"),
+    ],
+)
+def test_a_layer_is_trained_as_the_help_promises(made, layer, algorithm, numbers, controller):
+    experiment, backend = made(layer, "es1")
+    assert experiment == Experiment(
+        layer=layer, scenarios=("es1",), algorithm=algorithm,
+        out=Path(f"runs/train-{layer}-{algorithm}"), seed=0, budget=numbers[0], every=numbers[1],
+        worlds=numbers[2], held_back=10, population=None, settings={}, controller=controller,
+        physics="rigid", workers=2, device="cpu",
+    )  # fmt: skip
+    assert (backend.workers, backend.threads) == (2, 1)
+
+
+def test_imitation_takes_ten_rounds_of_two_dozen_worlds(made):
+    experiment, _ = made("weighting", "es1", "--algorithm=imitation")
+    assert (experiment.budget, experiment.every, experiment.worlds) == (10, 2, 24)
+    assert experiment.out == Path("runs/train-weighting-imitation")
+
+
+def test_every_option_is_taken_over(made):
+    experiment, backend = made(
+        "motion", "es1", "es2", "--algorithm=cma", "--seed=3", "--out=x", "--workers=4",
+        "--budget=7", "--every=3", "--worlds=5", "--held-back=6", "--population=9",
+        "--controller=dsgiff", "--set=tick=0.2", "--physics=kinematic",
+    )  # fmt: skip
+    assert experiment == Experiment(
+        layer="motion", scenarios=("es1", "es2"), algorithm="cma", out=Path("x"), seed=3, budget=7,
+        every=3, worlds=5, held_back=6, population=9, settings={"tick": "0.2"},
+        controller="dsgiff", physics="kinematic", workers=4, device="cpu",
+    )  # fmt: skip
+    assert backend.workers == 4
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["motion", "es1", "--backend=ray"], "--backend=ray: is for --algorithm cma"),
+        (["weighting", "es1", "--backend=ray", "--algorithm=imitation"], "is for --algorithm cma"),
+        (["weighting", "es1", "--backend=ray", "--device=cuda"], "leave out --device=cuda"),
+        (["weighting", "es1", "--budget=0"], "--budget=0"),
+    ],
+)
+def test_options_that_do_not_fit_are_refused_before_anything_runs(made, options, told):
+    with pytest.raises(ConfigError, match=told):
+        made(*options)
+
+
+def test_each_algorithm_trains_by_its_own_means(monkeypatch):
+    for module, name in ((cma_es, "cma"), (dagger, "imitation"), (ppo, "ppo")):
+        monkeypatch.setattr(module, "train", lambda *given, name=name: (name, given))
+    ran = {
+        name: train_command._run(SimpleNamespace(algorithm=name), "a backend")
+        for name in ("cma", "imitation", "ppo")
+    }
+    assert {name: found[0] for name, found in ran.items()} == {each: each for each in ran}
+    assert ran["cma"][1][2] == "a backend"
+
+
+def report(capsys, **changes):
+    """What is printed of a policy in the end."""
+    terms = {"layer": "weighting", "scenarios": ("es1:tick=0.2", "es2"), "algorithm": "cma",
+             "out": Path("x"), "held_back": 7, "settings": {"task.duration": "60"},
+             "controller": "dsgiff-frequent"}  # fmt: skip
+    policy = SimpleNamespace(
+        card=SimpleNamespace(score={"es1": POINT}), source="x/best.safetensors"
+    )
+    train_command._report(Experiment(**terms | changes), policy)
+    return capsys.readouterr().out.splitlines()
+
+
+def test_the_end_tells_the_score_and_how_to_test_it_on_seeds_of_its_own(capsys):
+    assert report(capsys) == [
+        "es1: 2.0 round trips (1.0 to 3.0) on 7 held-back seeds",
+        "policy: x/best.safetensors",
+        "test it: swarm-forage evaluate es1 dsgiff-frequent learned-weighting:weighting.policy=x"
+        "/best.safetensors --seed=1000 --set=task.duration=60 --set=tick=0.2",
+    ]
+    assert report(capsys, physics="kinematic")[-1].endswith(" --physics=kinematic")
+
+
+def test_who_has_no_name_for_it_is_sent_to_python(capsys, monkeypatch):
+    from training import controllers
+
+    monkeypatch.setattr(controllers, "controller_name", lambda controller: None)
+    assert report(capsys)[-1].startswith("test it in Python: ")
+
+
+def test_the_help_lists_the_defaults_of_each_algorithm():
+    train_command.add_commands()
+    n_commands = len(train_command.app.registered_commands)
+    train_command.add_commands()
+    assert len(train_command.app.registered_commands) == n_commands
+    shown = CliRunner().invoke(train_command.app, ["train", "--help"], env={"COLUMNS": "300"})
+    for told in ("cma: 100, imitation: 10, ppo: 50000000", "cma: 5, imitation: 2, ppo: 1500000",
+                 "cma: 8, imitation: 24, ppo: 8"):  # fmt: skip
+        assert told in shown.output
+
+
+def test_an_experiment_that_is_told_nothing_is_the_documented_one():
+    plain = Experiment("weighting", ("es1",), "cma", Path("x"))
+    assert (plain.seed, plain.budget, plain.every, plain.worlds) == (0, 100, 5, 8)
+    assert (plain.held_back, plain.population, plain.workers) == (10, None, 1)
+    assert (plain.controller, plain.physics, plain.device) == ("ssgiff", "rigid", "cpu")
+    assert plain.held_back_seeds == range(2000, 2010)
+    assert range(2000, 3000) == HELD_BACK_SEEDS
+    assert plain.training_seeds(5, 3) == range(FIRST_TRAINING_SEED + 5, FIRST_TRAINING_SEED + 8)
+    assert plain.training_seeds(0, 1)[0] == 10_000
+    assert Experiment("weighting", ("es1",), "cma", Path("x"), 2).training_seeds(0, 1)[0] == (
+        20_010_000
+    )
+
+
+def test_larger_swarms_get_fewer_worlds_and_each_at_least_one():
+    scenarios = tuple(f"es1:task.n_robots={n}" for n in (3, 5, 6, 20))
+    experiment = Experiment("weighting", scenarios, "ppo", Path("x"), worlds=6)
+    assert list(worlds_per_scenario(experiment).values()) == [6, 3, 3, 1]
+
+
+def test_every_step_has_a_seed_of_its_own_that_never_changes():
+    found = {(seed, step): step_seed(seed, step) for seed in range(4) for step in range(4)}
+    assert len(set(found.values())) == 16
+    assert (found[0, 0], found[1, 2]) == (2968811710, 1596810411)
+
+
+def test_a_policy_tells_the_versions_that_it_depends_on():
+    assert list(versions("torch")) == ["swarm-forage", "numpy", "numba", "pymunk", "safetensors",
+                                       "torch"]  # fmt: skip
+
+
+class Counted:
+    """A training whose steps are counted, and which tells when it evaluates."""
+
+    def __init__(self, done=0, curve=(), stride=1):
+        self.done, self.stride = done, stride
+        self.curve = [CurvePoint(step=step, simulated_s=0.0, value=0.0, round_trips={})
+                      for step in curve]  # fmt: skip
+        self.saved = 0
+
+    def advance(self, progress):
+        self.done += self.stride
+        return f"step {self.done}" if self.done == 2 else None
+
+    def evaluate(self):
+        point = CurvePoint(step=self.done, simulated_s=1.0, value=0.5, round_trips={"es1": POINT})
+        self.curve.append(point)
+        return point
+
+    def save_best(self):
+        self.saved += 1
+
+
+@pytest.mark.parametrize(
+    ("terms", "training", "steps"),
+    [
+        ((7, 3), Counted(), [0, 3, 6, 7]),  # at the start, every third step, and at the end
+        ((6, 3), Counted(), [0, 3, 6]),
+        ((3, 100), Counted(), [0, 3]),
+        ((7, 3), Counted(done=3, curve=(0, 3)), [0, 3, 6, 7]),  # it goes on from a checkpoint
+        ((7, 3), Counted(done=4, curve=(0,)), [0, 4, 7]),
+        ((7, 3), Counted(done=7, curve=(0, 3, 6, 7)), [0, 3, 6, 7]),
+        ((7, 3), Counted(stride=2), [0, 4, 8]),
+    ],
+)
+def test_a_training_is_evaluated_when_it_is_due(monkeypatch, tmp_path, terms, training, steps):
+    monkeypatch.setattr(training_loop, "load_policy", lambda file: file)
+    experiment = SimpleNamespace(out=tmp_path, budget=terms[0], every=terms[1])
+    said = []
+    found = training.done
+    assert run(training, experiment, "round", said.append) == tmp_path / "best.safetensors"
+    assert [point.step for point in training.curve] == steps
+    assert training.saved == 1
+    assert said[0] == f"{found} of {terms[0]} rounds found, {terms[0] - found} to run"
+    assert ("step 2" in said) == (found < 2)
+    assert f"round {steps[-1]}: held-back round trips es1 2.0; value 0.5000" in said or found == 7
