@@ -33,7 +33,7 @@ def test_a_loop_runs_in_beats_of_twenty_ticks_until_the_time_is_up(clock):
 
 
 def test_a_tick_of_a_world_is_timed_after_the_robots_had_time_to_meet(monkeypatch, clock):
-    """Blocks of a usual size; the second run, twice as slow here, is the one that counts."""
+    """Blocks of a usual size; the second 0.3 s, whose beats are slower here, are what counts."""
     made, spent = [], []
 
     class Loop:
@@ -41,7 +41,8 @@ def test_a_tick_of_a_world_is_timed_after_the_robots_had_time_to_meet(monkeypatc
             made.append((scenario, controller, len(seeds), physics))
 
         def step(self):
-            spent.append(0.001 if len(spent) * 0.001 < 0.3 - 1e-9 else 0.002)
+            so_far = sum(spent)  # exact in binary
+            spent.append(1 / 1024 if so_far < 0.3125 else 2 / 1024 if so_far < 0.625 else 0.125)
             clock.seconds += spent[-1]
 
     monkeypatch.setattr(time_estimate, "Loop", Loop)
@@ -50,7 +51,7 @@ def test_a_tick_of_a_world_is_timed_after_the_robots_had_time_to_meet(monkeypatc
         spent.clear()
         scenario = SimpleNamespace(task=SimpleNamespace(n_robots=n_robots))
         found = SimpleNamespace(scenario=scenario, controller="nc", physics="kinematic")
-        assert seconds_per_tick(found) == pytest.approx(0.002 / n_worlds)
+        assert seconds_per_tick(found) == pytest.approx(2 / 1024 / n_worlds)
         assert made.pop() == (scenario, "nc", n_worlds, "kinematic")
     assert made == []
 

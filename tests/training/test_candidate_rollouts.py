@@ -1,0 +1,158 @@
+"""How the worlds of many candidates are shared out, and the losses and numbers of PPO, by hand."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.scenarios import find_scenario
+from training import behaviour_cloning, candidate_rollouts
+from training.candidate_rollouts import CandidateRollouts
+from training.sb3_setup import EVERY_TICK, HYPERPARAMETERS, PPOHyperparameters
+from training.tensor_ppo import Rollout, advantages, clipped_loss
+
+
+def rollouts(workers=2, device="cpu", **scenarios):
+    found = scenarios or {"es1": find_scenario("es1", {"n_robots": 5, "duration": 60.0})}
+    backend = SimpleNamespace(workers=workers)
+    return CandidateRollouts(found, find_controller("ssgiff"), backend=backend, device=device)
+
+
+def jobs_of(made, n_networks, seeds):
+    scenario = next(iter(made.scenarios.values()))
+    networks = np.arange(2.0 * n_networks, dtype=np.float32).reshape(n_networks, 2)
+    return list(made._jobs(scenario, networks, seeds))
+
+
+@pytest.mark.parametrize(
+    ("workers", "n_networks", "n_seeds", "sizes"),
+    [
+        (1, 2, 3, [6]),
+        (2, 2, 3, [3, 3]),
+        (4, 2, 3, [2, 2, 2]),
+        (2, 3, 3, [5, 4]),
+        (2, 40, 20, [400, 400]),  # 400 worlds of 5 robots are the most of a job
+        (1, 41, 20, [274, 273, 273]),
+    ],
+)
+def test_worlds_are_shared_out_among_workers_in_jobs_of_two_thousand_robots(
+    workers, n_networks, n_seeds, sizes
+):
+    jobs = jobs_of(rollouts(workers), n_networks, range(10, 10 + n_seeds))
+    assert [len(job.seeds) for job in jobs] == sizes
+    worlds = [
+        (job.controllers[k].weighting.network[0], job.seeds[k])
+        for job in jobs for k in range(len(job.seeds))
+    ]  # fmt: skip
+    assert worlds == [
+        (2.0 * network, seed) for network in range(n_networks) for seed in range(10, 10 + n_seeds)
+    ]
+
+
+def test_a_gpu_runs_all_worlds_of_a_scenario_at_once():
+    assert [len(job.seeds) for job in jobs_of(rollouts(2, "cuda"), 41, range(20))] == [820]
+
+
+def test_swarms_of_more_robots_than_a_job_run_one_by_one(monkeypatch):
+    monkeypatch.setattr(candidate_rollouts, "MAX_ROWS", 4)
+    assert [len(job.seeds) for job in jobs_of(rollouts(1), 1, range(3))] == [1, 1, 1]
+
+
+def test_round_trips_come_back_by_scenario_candidate_and_seed(monkeypatch):
+    made = rollouts(
+        2, one=find_scenario("es1", {"n_robots": 5}), two=find_scenario("es1", {"n_robots": 7})
+    )
+
+    def ran(job):
+        n, worlds = job.scenario.task.n_robots, zip(job.controllers, job.seeds, strict=True)
+        trips = [10 * int(each.weighting.network[0]) + seed for each, seed in worlds]
+        return 1000 * n + np.array(trips)
+
+    monkeypatch.setattr(candidate_rollouts, "run_job", ran)
+    monkeypatch.setattr(
+        candidate_rollouts, "run_in_order", lambda backend, run, jobs: map(run, jobs)
+    )
+    networks = np.array([[1.0], [2.0], [3.0]], np.float32)
+    found = made.round_trips(networks, [4, 5])
+    assert {name: trips.tolist() for name, trips in found.items()} == {
+        "one": [[5014, 5015], [5024, 5025], [5034, 5035]],
+        "two": [[7014, 7015], [7024, 7025], [7034, 7035]],
+    }
+
+
+def test_the_simulated_time_is_that_of_all_worlds_of_all_scenarios():
+    made = rollouts(
+        one=find_scenario("es1", {"duration": 60.0}),
+        two=find_scenario("es1", {"duration": 90.0, "tick": 0.5}),
+    )
+    assert made.simulated_s(4) == pytest.approx(4 * 150.0)
+
+
+def test_the_clipped_loss_by_hand():
+    # Advantages 1, 2, 3 and 6 have the mean 3 and the deviation sqrt(14 / 3).
+    ratio = torch.tensor([1.0, 1.5, 0.5, 1.5])
+    normal = (torch.tensor([1.0, 2.0, 3.0, 6.0]) - 3.0) / (14.0 / 3.0) ** 0.5
+    # A worse action counts whole, however likely it became; a better one up to 1.2 times.
+    expected = -(normal[0] + 1.5 * normal[1] + 0.0 + 1.2 * normal[3]) / 4.0
+    assert clipped_loss(ratio, torch.tensor([1.0, 2.0, 3.0, 6.0])) == pytest.approx(float(expected))
+    # And one that became unlikely counts as 0.8 of a worse action.
+    found = clipped_loss(torch.tensor([0.5, 0.5]), torch.tensor([-1.0, 1.0]))
+    assert found == pytest.approx(float(-(0.8 * -(0.5**0.5) + 0.5 * 0.5**0.5) / 2.0))
+    assert clipped_loss(torch.ones(3), torch.full((3,), 2.0)) == 0.0
+
+
+def test_advantages_are_discounted_and_end_with_their_episode():
+    rewards = torch.tensor([[1.0, 0.0], [2.0, 0.0], [4.0, 1.0]])
+    values = torch.tensor([[0.5, 1.0], [1.0, 1.0], [2.0, 1.0], [3.0, 1.0]])
+    begins = torch.tensor([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]])
+    nothing = torch.zeros(3, 2)
+    found = advantages(Rollout(nothing, nothing, nothing, values, rewards, begins), 0.5, 0.8)
+    # Row 0: 4 + 0.5 x 3 - 2 = 3.5; 2 + 0.5 x 2 - 1 + 0.4 x 3.5 = 3.4; 1 + 0.5 - 0.5 + 0.4 x 3.4
+    # Row 1: 1 + 0.5 - 1 = 0.5; 0.5 - 1 + 0.4 x 0.5 = -0.3; an episode begins then: 0 - 1
+    expected = torch.tensor([[2.36, -1.0], [3.4, -0.3], [3.5, 0.5]])
+    torch.testing.assert_close(found, expected)
+
+
+def test_a_decision_of_a_motion_is_held_for_two_ticks_and_of_a_weighting_for_one():
+    plain = PPOHyperparameters()
+    assert (plain.decision_period, plain.discount, plain.log_std) == (2, 0.998, -1.2)
+    assert (plain.gae_lambda, plain.shaping, plain.learning_rate) == (0.98, 1.0, 4e-4)
+    assert (plain.n_steps, plain.n_minibatches, plain.n_epochs) == (256, 4, 4)
+    assert (EVERY_TICK.decision_period, EVERY_TICK.discount, EVERY_TICK.log_std) == (1, 0.999, -2.0)
+    assert {name: each is EVERY_TICK for name, each in HYPERPARAMETERS.items()} == {
+        "weighting": True, "motion": False, "both": True,
+    }  # fmt: skip
+
+
+class Line(torch.nn.Module):
+    """A network of one weight, and what it was shown."""
+
+    def __init__(self):
+        super().__init__()
+        self.weight = torch.nn.Parameter(torch.zeros(1))
+        self.sizes = []
+
+    def forward(self, observed):
+        self.sizes.append(len(observed))
+        return observed * self.weight, None
+
+
+def test_a_copy_is_fitted_in_twenty_epochs_of_batches_of_512(monkeypatch):
+    torch.manual_seed(0)
+    observed, wheels = np.ones((600, 2), np.float32), np.full((600, 2), 0.5, np.float32)
+    actor = Line()
+    behaviour_cloning.clone_behaviour(actor, [(observed[:400], wheels[:400]),
+                                              (observed[400:], wheels[400:])])  # fmt: skip
+    assert actor.sizes == [512, 88] * 20
+    assert actor.weight.item() == pytest.approx(0.04, rel=0.01)  # 40 steps of Adam of 1e-3
+    with monkeypatch.context() as patch:
+        patch.setattr(behaviour_cloning, "LEARNING_RATE", 0.0)
+        patch.setattr(behaviour_cloning, "BATCH_SIZE", 400)
+        still = Line()
+        half = behaviour_cloning.clone_behaviour(
+            still, [(observed[:300], wheels[:300]), (observed[:300], 0.0 * wheels[:300])]
+        )
+    assert still.sizes == [400, 200] * 20
+    assert half == pytest.approx(0.125)  # the mean of 0.25 and 0
