@@ -1,0 +1,229 @@
+"""The ladder's figures, page and list, number by number, on runs worked by hand."""
+
+import io
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from swarm_forage_env.errors import ConfigError
+from training.ladder import commands, figures, listing, page
+from training.ladder.algorithms import Algorithm, find_algorithms, read_algorithms
+from training.ladder.figures import TAUS
+from training.ladder.rungs import RANDOM, Card, Rung, Score, find_rungs, read_rungs
+from training.ladder.runs import Job, Run
+
+CARD = Card(
+    rung=3, title="Tiny", hard="Nothing.", controllers=("nc", "ssgikf"), also=(),
+    scores={RANDOM: Score(mean=2.0, low=1.0, high=3.0, episodes=30),
+            "nc": Score(mean=4.0, episodes=30), "ssgikf": Score(mean=6.0, episodes=30),
+            "no-error": Score(mean=12.0, low=11.4, high=12.6, episodes=30)},
+)  # fmt: skip
+KEYWORDS = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_robots": 3}
+
+
+@pytest.fixture
+def rung(tmp_path):
+    return Rung("tiny", tmp_path / "tiny.yaml", KEYWORDS, CARD)
+
+
+def run_of(algorithm="sb3_ppo", seed=0, score=7.0, robot_steps=2_500_000, rung="tiny"):
+    curve = [
+        {"robot_steps": 1_000_000, "wall_s": 30.0, "scores": [score - 3.0, score - 1.0]},
+        {"robot_steps": robot_steps, "wall_s": 90.0 + 60.0 * seed, "scores": [score, score]},
+    ]
+    return Run(rung, algorithm, seed, "key", {}, robot_steps, 90.0, curve, (score,), {"numpy": "2"})
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """What is drawn on each panel: the title of an algorithm and its means."""
+    found = []
+    monkeypatch.setattr(
+        figures, "draw_band", lambda axes, title, means, style: found.append((title, means))
+    )
+    return found
+
+
+def test_the_curves_of_a_rung_run_over_million_steps_and_minutes(rung, drawn):
+    runs = [run_of(seed=0), run_of(seed=1, score=9.0), run_of(seed=2, score=8.0)]
+    figure = figures.curves(rung, [*runs, run_of("mappo", score=5.0)], "a command")
+    titles = [read_algorithms()[name].title for name in ("sb3_ppo", "mappo")]
+    assert [title for title, _ in drawn] == titles * 2
+    of_steps, alone, of_time, _ = (means for _, means in drawn)
+    assert of_steps.x.tolist() == [1.0, 2.5]
+    assert of_time.x.tolist() == [0.5, 2.5]  # the median time: 150 s
+    # Interquartile means of three runs leave none out: 5, 7, 6 and 7, 9, 8.
+    for means in (of_steps, of_time):
+        assert means.mean.tolist() == pytest.approx([6.0, 8.0])
+        assert (means.low < means.mean).all()
+        assert (means.high > means.mean).all()
+    assert alone.mean.tolist() == alone.low.tolist() == alone.high.tolist() == [3.0, 5.0]
+    first, second = figure.axes
+    assert first.get_xlim()[0] == second.get_xlim()[0] == 0.0
+    assert (first.get_title(loc="left"), second.get_title(loc="left")) == ("Tiny", "")
+    assert first.get_ylim() == second.get_ylim() == (0.0, pytest.approx(1.05 * 12.0))
+    assert "Rung 3, tiny." in figure.caption.text
+    assert figure.caption.note == "n = 1 to 3 seeds of training"
+    assert figure.caption.command == "a command"
+
+
+def test_a_curve_has_the_evaluations_that_all_runs_have(rung, drawn):
+    short = run_of(seed=1)
+    figures.curves(rung, [run_of(), replace(short, curve=short.curve[:1])], "")
+    assert [len(means.x) for _, means in drawn] == [1, 1]
+    drawn.clear()
+    figure = figures.curves(rung, [run_of(), run_of(seed=1)], "")
+    assert figure.caption.note == "n = 2 seeds of training"
+
+
+def test_what_others_score_is_a_line_that_the_last_panel_names_in_order(rung, drawn):
+    figure = figures.curves(rung, [run_of()], "a command")
+    for axes in figure.axes:
+        assert [line.get_ydata()[0] for line in axes.lines] == [2.0, 4.0, 6.0, 12.0]
+    first, second = figure.axes
+    assert not first.texts
+    names = {text.get_text(): text.xy for text in second.texts}
+    assert list(names) == [RANDOM, "nc", "ssgikf", "no-error"]
+    for name, score in (("random", 2.0), ("nc", 4.0), ("ssgikf", 6.0), ("no-error", 12.0)):
+        assert names[name] == (1.01, pytest.approx(score / 12.6))
+
+
+def test_names_of_lines_that_lie_close_are_pushed_apart(rung, drawn):
+    scores = {RANDOM: Score(mean=0.0), "nc": Score(mean=0.1), "ssgikf": Score(mean=0.2),
+              "no-error": Score(mean=10.0)}  # fmt: skip
+    close = replace(rung, card=CARD.model_copy(update={"scores": scores}))
+    figure = figures.curves(close, [run_of()], "")
+    heights = [text.xy[1] for text in figure.axes[1].texts]
+    assert heights == pytest.approx([0.0, 0.045, 0.09, 10.0 / 10.5])
+
+
+def test_a_profile_is_the_share_of_runs_above_each_score_in_per_cent(rung, drawn):
+    runs = [run_of(seed=0, score=2.0), run_of(seed=1, score=7.0), run_of(seed=2, score=12.0)]
+    figure = figures.profiles([rung], runs, "a command")
+    ((_, means),) = drawn  # normalised: 0, 0.5 and 1
+    assert means.x.tolist() == TAUS.tolist()
+    assert (TAUS[0], TAUS[-1], len(TAUS)) == (0.0, 1.5, 61)
+    share = dict(zip(np.round(TAUS, 3).tolist(), means.mean.tolist(), strict=True))
+    assert [share[tau] for tau in (0.0, 0.475, 0.5, 0.975, 1.0, 1.5)] == pytest.approx(
+        [200 / 3, 200 / 3, 100 / 3, 100 / 3, 0.0, 0.0]
+    )
+    assert means.low.min() == 0.0
+    assert means.high.max() == 100.0
+    assert figure.axes[0].get_xlim() == (0.0, 1.5)
+    assert figure.caption.text.startswith("Runs of tiny, ")
+
+
+@pytest.mark.parametrize(
+    ("value", "ends", "text"),
+    [
+        (4.994, None, "4.99"), (5.0, None, "5.0"), (999.94, None, "999.9"), (1000.0, None, "1000"),
+        (-4.0, None, "-4.00"), (-7.0, None, "-7.0"), (-1234.5, None, "-1234"),
+        (3.0, (2.0, 44.4), "3.00 (2.00 to 44.40)"), (30.0, (2.0, 44.44), "30.0 (2.0 to 44.4)"),
+    ],
+)  # fmt: skip
+def test_a_score_is_as_exact_as_a_reader_needs(rung, value, ends, text):
+    low, high = ends or (None, None)
+    card = CARD.model_copy(update={"scores": {RANDOM: Score(mean=value, low=low, high=high)}})
+    assert page._shown(card.scores[RANDOM]) == text
+    assert page._shown(None) == "-"
+
+
+def test_the_table_of_cards_names_the_best_of_the_hand_written(rung):
+    lines = page.cards_table([rung, replace(rung, card=CARD.model_copy(update={"scores": {}}))])
+    assert lines.splitlines() == [
+        "| rung | name | robots learn | tested in | random | hand-written | oracle |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+        "| 3 | [`tiny`](#tiny) | motion | es1, 3 robots | 2.00 (1.00 to 3.00) | `ssgikf` 6.0"
+        " | `no-error` 12.0 (11.4 to 12.6) |",
+        "| 3 | [`tiny`](#tiny) | motion | es1, 3 robots | - | - | `no-error` - |",
+    ]
+
+
+def test_the_page_tells_each_rung_all_together_and_how_it_was_made(rung):
+    runs = [run_of(), run_of(seed=1), run_of("qmix", score=12.0)]
+    text = page.page([rung], runs, "a command")
+    for line in (
+        "| random | 2.00 (1.00 to 3.00) | 0.00 | 30 episodes |  |  |",
+        "| `ssgikf` | 6.0 | 0.40 | 30 episodes |  |  |",
+        "| `no-error` | 12.0 (11.4 to 12.6) | 1.00 | 30 episodes |  |  |",
+        "| **PPO (SB3)** | 7.0 | 0.50 | 2 seeds | 2.5 M | 2 min |",
+        "| **QMIX** | 12.0 | 1.00 | 1 seed | 2.5 M | 2 min |",
+        "| PPO (SB3) | 0.50 | 1 | 2 |",
+        "| QMIX | 1.00 | 1 | 1 |",
+        "3 runs, 4 min of training in all, with numpy 2:",
+        "- PPO (SB3): `tiny` 2 seeds of 2.5 M robot-steps",
+        "- QMIX: `tiny` 1 seed of 2.5 M robot-steps",
+    ):
+        assert f"\n{line}\n" in f"{text}\n", line
+    assert page.runs_told_of(text) == 3
+    assert page.runs_told_of("1 run, 2 min of training in all") == 1
+
+
+def test_the_list_shows_each_rung_and_then_the_algorithms(rung):
+    console = Console(file=io.StringIO(), width=100)
+    hard = CARD.model_copy(update={"hard": "word " * 30, "scores": {}})
+    algorithms = [Algorithm(name="one", title="First", trainer="sb3"),
+                  Algorithm(name="another", title="Second", trainer="sb3")]  # fmt: skip
+    console.print(listing.tables([rung, replace(rung, card=hard)], algorithms))
+    assert [line.rstrip() for line in console.file.getvalue().splitlines()] == [
+        "3 tiny  Tiny",
+        "Nothing.",
+        "random 2.0, nc 4.0, ssgikf 6.0, no-error 12.0",
+        "",
+        "3 tiny  Tiny",
+        *(" ".join(["word"] * n) for n in (15, 15)),
+        "no scores yet: swarm-forage benchmark cards",
+        "",
+        "algorithm          trained by",
+        "one        First   sb3",
+        "another    Second  sb3",
+    ]
+
+
+def test_a_card_that_says_nothing_is_the_documented_one():
+    assert Card().model_dump(exclude={"title", "hard", "test", "scores"}) == {
+        "rung": 1, "robot_steps": 1_000_000, "controllers": ("nc", "ssgikf"),
+        "also": ("learned-motion", "learned-both"), "oracle": "no-error", "episodes": 30,
+        "curve_episodes": 4,
+    }  # fmt: skip
+    assert (Score().mean, Score().low, Score().high, Score().episodes) == (0.0, None, None, 1)
+
+
+def test_a_job_is_as_long_as_its_rung_says_an_algorithm_takes(rung):
+    algorithm = next(iter(read_algorithms().values())).model_copy(update={"share": 0.25})
+    assert Job(rung, algorithm, 0).robot_steps == 250_000
+    assert Job(rung, algorithm, 0, 1234).robot_steps == 1234
+
+
+def test_without_names_all_rungs_and_algorithms_are_meant():
+    assert find_rungs(None, read_rungs()) == find_rungs([], read_rungs()) == list(
+        read_rungs().values()
+    )  # fmt: skip
+    assert [each.name for each in find_algorithms(None)] == list(read_algorithms())
+    assert [each.name for each in find_algorithms(["qmix"])] == ["qmix"]
+
+
+@pytest.mark.parametrize(("n_runs", "loses"), [(2, True), (3, False), (4, False)])
+def test_a_page_of_more_runs_is_not_written_over(rung, tmp_path, n_runs, loses):
+    file = tmp_path / "page.md"
+    commands._check_loses_nothing(file, 0, tmp_path)
+    file.write_text(page.page([rung], [run_of(seed=k) for k in range(3)], ""))
+    if loses:
+        with pytest.raises(ConfigError, match=r"tells of 3 runs, and .* holds 2 of the rungs"):
+            commands._check_loses_nothing(file, n_runs, tmp_path)
+    else:
+        commands._check_loses_nothing(file, n_runs, tmp_path)
+
+
+def test_a_second_call_adds_no_command():
+    groups = []
+    app = SimpleNamespace(
+        registered_groups=groups,
+        add_typer=lambda each: groups.append(SimpleNamespace(typer_instance=each)),
+    )
+    commands.add_benchmark(app)
+    commands.add_benchmark(app)
+    assert [each.typer_instance for each in groups] == [commands.benchmark]
