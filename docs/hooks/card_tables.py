@@ -10,6 +10,10 @@ from typing import Any
 from baselines.evaluation.listing import describe
 from swarm_forage_env import parallel_env
 
+CODED = "0 nest, 1 prey, -1 none"
+ONE_EACH = "1 at this one, 0 at the others"
+"""How a choice is told as one number, and as a number for each."""
+
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table in Markdown."""
@@ -27,10 +31,12 @@ def policy(name: str, learn: str) -> str:
         for key, text in _field_docstrings(kind).items()
     }
     seen, given = env.observation_layout, env.action_layout
-    heads = "numbers", "name", "unit and scale", "from", "to", "noise"
+    heads = "numbers", "name", "unit and scale", "from", "to", "noise", "meaning"
+    rows = list(_rows(seen, meanings))
+    shown = [k for k in range(len(heads)) if k < 6 or any(row[k] for row in rows)]
     return (
         f'### Observation of `learn="{learn}"`, {len(seen)} numbers {{ #sees-{learn} }}\n\n'
-        f"{table((*heads, 'meaning'), list(_rows(seen, meanings)))}\n\n"
+        f"{table([heads[k] for k in shown], [[row[k] for k in shown] for row in rows])}\n\n"
         f'### Action of `learn="{learn}"`, {len(given)} numbers {{ #gives-{learn} }}\n\n'
         f"{table(heads[:5], [row[:5] for row in _rows(given, {})])}\n"
     )
@@ -46,14 +52,15 @@ def _rows(layout: Sequence[Any], meanings: Mapping[str, str]) -> Iterator[tuple[
     """A row for the features of a field that have the same unit, bounds and noise."""
     groups: dict[tuple[Any, ...], list[tuple[int, str]]] = {}
     for number, each in enumerate(layout):
-        field = ".".join(each.name.split(".")[:2])
+        first, _, rest = each.name.partition(".")
+        field = first if rest.isdigit() else ".".join(each.name.split(".")[:2])
         end = each.name.removeprefix(field).strip(".")
         key = field, each.unit, each.low, each.high, each.noise
         groups.setdefault(key, []).append((number, end))
     for (field, unit, low, high, noise), found in groups.items():
         numbers, ends = zip(*found, strict=True)
         shown = f"`{field}` {_ends(ends)}".strip()
-        meaning = meanings.get(field, "")
+        meaning = meanings.get(field, "").replace(CODED, ONE_EACH if len(ends) > 1 else CODED)
         yield _runs(numbers), shown, unit, f"{low:g}", f"{high:g}", noise, meaning
 
 
@@ -85,8 +92,15 @@ def _field_docstrings(kind: type[Any]) -> dict[str, str]:
 def numbers(name: str) -> str:
     """Every number of a scenario with unit, origin and meaning."""
     rows = [
-        (f"`{each['name']}`", str(each["value"]), each["unit"], each["origin"], each["meaning"])
+        (f"`{each['name']}`", _value(each["value"]), each["unit"], each["origin"], each["meaning"])
         for group in describe(name)["parameters"].values()
         for each in group
     ]
     return table(("name", "value", "unit", "origin", "meaning"), rows) + "\n"
+
+
+def _value(value: object) -> str:
+    """A number of a scenario as it is written in a TOML file, with six digits."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -9,6 +9,7 @@ import card_tables
 
 from swarm_forage_env import parallel_env
 from swarm_forage_env.envs.registration import NAMES
+from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from training.ladder.rungs import RANDOM, Rung, Score, read_rungs
@@ -70,7 +71,10 @@ def _rung_title(rung: Rung) -> str:
 
 def _index() -> str:
     """The overview: all scenarios, all rungs."""
-    worlds = [[f"[`{name}`]({name}.md)", *(_size(find_scenario(name)))] for name in _scenarios()]
+    worlds = [
+        [f"[`{name}`]({name}.md)", _about(name), *(_size(find_scenario(name)))]
+        for name in _scenarios()
+    ]
     rungs = [
         [str(r.card.rung), f"[{r.card.title}](ladder-{r.name}.md)", str(r.keywords["learn"]),
          _score(r.card.scores.get(RANDOM)), _best(r), _score(r.card.scores.get(r.card.oracle))]
@@ -81,7 +85,7 @@ def _index() -> str:
         "Each card is written from the code when this site is built. How an environment is made,"
         " with all keywords, stands in [The environment](../environment.md).\n",
         "## Scenarios\n",
-        card_tables.table(("name", "robots", "arena", "an episode lasts"), worlds),
+        card_tables.table(("name", "what it is", "robots", "arena", "an episode"), worlds),
         "\n## Tasks of the ladder\n",
         "Named tasks of rising difficulty, to learn from scratch. How they are scored, and what"
         " algorithms reach, stands in [The ladder](../ladder.md).\n",
@@ -90,12 +94,18 @@ def _index() -> str:
     ))  # fmt: skip
 
 
+def _about(name: str) -> str:
+    """What a scenario is, in a few words, the first one capitalised but if it is a name."""
+    about = SCENARIOS.about(name)
+    return about if about.split()[0] in SCENARIOS else about[0].upper() + about[1:]
+
+
 def _size(scenario: Any) -> tuple[str, str, str]:
     """How many robots, how large, how long."""
     seconds = scenario.task.duration
     arena = getattr(scenario, "arena", None)
     size = (
-        f"{arena.length:g} {TIMES} {arena.width:g} m"
+        f"{arena.length:.3g} {TIMES} {arena.width:.3g} m"
         if arena
         else f"{scenario.task.side:g} {TIMES} {scenario.task.side:g} m, no walls"
     )
@@ -118,7 +128,8 @@ def _scenario_card(name: str) -> str:
         ("default controller", f"`{task.controller}`"),
         ("infos", ", ".join(f"`{key}`" for key in _infos(name))),
     ]  # fmt: skip
-    parts = [f"# {name}\n", card_tables.table(("", ""), [[f"**{a}**", b] for a, b in facts]) + "\n"]
+    known = card_tables.table(("", ""), [[f"**{a}**", b] for a, b in facts])
+    parts = [f"# {name}\n", f"{_about(name)}.\n", f"{known}\n"]
     if name in REPLAYED:
         parts.append(_replay(name))
     if tasks := [r for r in read_rungs().values() if r.test_scenario.name == name]:
@@ -129,7 +140,10 @@ def _scenario_card(name: str) -> str:
         if learn in task.policies:
             parts.append(f"## {title}\n\n{card_tables.policy(name, learn)}")
     parts.append("## Every number\n")
-    parts.append(f"Change one by keyword or by `--set`; `swarm-forage list {name}` prints them.\n")
+    parts.append(
+        f"Change one by keyword or by `--set`; `swarm-forage list {name}` prints them. A number is"
+        " published in a paper, from the authors' code, derived from measurements, or chosen here.\n"
+    )
     parts.append(card_tables.numbers(name))
     return "\n".join(parts)
 
@@ -164,7 +178,7 @@ def _rung_card(rung: Rung) -> str:
         ("a normalised score of 1", f"`{card.oracle}`"),
     ]  # fmt: skip
     return "\n".join((
-        f"# {_rung_title(rung)}\n",
+        f"# Rung {card.rung}: {card.title}\n",
         f"**What is hard.** {card.hard}\n",
         card_tables.table(("", ""), [[f"**{a}**", b] for a, b in facts]) + "\n",
         "```python\nfrom swarm_forage_env import parallel_env\n\n" + made + "\n```\n",

@@ -17,6 +17,8 @@ TOGETHER = (
     (re.compile(rf"({NUMBER}) to ({NUMBER})(?=[\s),;.]|$)"), rf"\1{SPACE}to{SPACE}\2"),
     (re.compile(rf"(\d) (?=(?:{UNITS})(?![\w/]))"), rf"\1{SPACE}"),
     (re.compile(rf"(&lt;|&gt;|=) (?={NUMBER}(?![\w(]))"), rf"\1{SPACE}"),
+    (re.compile(r"\bx (?=\d)"), f"\N{MULTIPLICATION SIGN}{SPACE}"),
+    (re.compile(r"\+- (?=\d)"), f"\N{PLUS-MINUS SIGN}{SPACE}"),
     (re.compile(rf"\b(p|n|g) (?=(?:&lt;|=){SPACE})"), rf"\1{SPACE}"),
 )
 """What is looked for in prose, and what stands for it."""

@@ -35,12 +35,12 @@ TWO_NESTS = with_areas(
     Area(kind="nest", centre=(-0.8, -0.6)),
     Area(centre=(0.7, 0.0)),
 )
-"""Two nests, as far from the prey area."""
+"""Two nests, equally far from the prey area."""
 
 ABOUT = {
     "two-prey": "a poor prey area near the nest, and a rich one farther away",
     "moving-prey": "the prey area moves once, in mid-episode",
-    "two-nests": "two nests, as far from the prey area",
+    "two-nests": "two nests, equally far from the prey area",
 }
 """What each scenario is, in words."""
 
