@@ -141,8 +141,8 @@ def _scenario_card(name: str) -> str:
             parts.append(f"## {title}\n\n{card_tables.policy(name, learn)}")
     parts.append("## Every number\n")
     parts.append(
-        f"Change one by keyword or by `--set`; `swarm-forage list {name}` prints them. A number is"
-        " published in a paper, from the authors' code, derived from measurements, or chosen here.\n"
+        f"Change one by keyword or by `--set`; `swarm-forage list {name}` prints them. Its"
+        " origin: a paper (published), the authors' code, a measurement (derived), or a choice.\n"
     )
     parts.append(card_tables.numbers(name))
     return "\n".join(parts)

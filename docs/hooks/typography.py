@@ -12,11 +12,13 @@ UNTOUCHED = {"pre", "script", "style", "svg", "math", "button", "label"}
 
 SPACE = "\N{NO-BREAK SPACE}"
 NUMBER = r"-?\d[\d.,]*(?:e[-+]?\d+)?"
-UNITS = r"%|s|ms|ns|us|min|h|m|cm|mm|rad|kB|MB|GB|M|M/s|Hz|V"
+UNITS = r"%|s|ms|ns|min|h|m|cm|mm|rad|kB|MB|GB|M|M/s|Hz|V"
 TOGETHER = (
     (re.compile(rf"({NUMBER}) to ({NUMBER})(?=[\s),;.]|$)"), rf"\1{SPACE}to{SPACE}\2"),
     (re.compile(rf"(\d) (?=(?:{UNITS})(?![\w/]))"), rf"\1{SPACE}"),
     (re.compile(rf"(&lt;|&gt;|=) (?={NUMBER}(?![\w(]))"), rf"\1{SPACE}"),
+    (re.compile(r"(\d) us\b"), f"\\1{SPACE}\N{MICRO SIGN}s"),
+    (re.compile(r"\d[\d.]*e-\d+"), r'<span class="whole">\g<0></span>'),
     (re.compile(r"\bx (?=\d)"), f"\N{MULTIPLICATION SIGN}{SPACE}"),
     (re.compile(r"\+- (?=\d)"), f"\N{PLUS-MINUS SIGN}{SPACE}"),
     (re.compile(rf"\b(p|n|g) (?=(?:&lt;|=){SPACE})"), rf"\1{SPACE}"),
