@@ -33,13 +33,17 @@ def policy(name: str, learn: str) -> str:
     seen, given = env.observation_layout, env.action_layout
     heads = "numbers", "name", "unit and scale", "from", "to", "noise", "meaning"
     rows = list(_rows(seen, meanings))
-    shown = [k for k in range(len(heads)) if k < 6 or any(row[k] for row in rows)]
+    shown = [k for k in range(len(heads)) if k < 5 or any(row[k] for row in rows)]
     return (
-        f'### Observation of `learn="{learn}"`, {len(seen)} numbers {{ #sees-{learn} }}\n\n'
+        f'### Observation of `learn="{learn}"`, {_counted(seen)} {{ #sees-{learn} }}\n\n'
         f"{table([heads[k] for k in shown], [[row[k] for k in shown] for row in rows])}\n\n"
-        f'### Action of `learn="{learn}"`, {len(given)} numbers {{ #gives-{learn} }}\n\n'
+        f'### Action of `learn="{learn}"`, {_counted(given)} {{ #gives-{learn} }}\n\n'
         f"{table(heads[:5], [row[:5] for row in _rows(given, {})])}\n"
     )
+
+
+def _counted(layout: Sequence[Any]) -> str:
+    return f"{len(layout)} number{'s' if len(layout) > 1 else ''}"
 
 
 def _parts(name: str, learn: str) -> Mapping[str, type[Any]]:
