@@ -1,0 +1,45 @@
+"""Cards of environments: what a reader is told of a scenario, its numbers and its policies."""
+
+import re
+
+import card_tables
+import cards
+
+
+def test_a_card_says_first_what_the_scenario_is():
+    assert cards._scenario_card("near").startswith("# near\n\nSoon learned: few robots")
+    assert cards._about("es1-clean").startswith("es1 without"), "the name of a scenario stays small"
+
+
+def test_numbers_have_six_digits_and_are_written_as_in_a_file():
+    table = card_tables.numbers("es1")
+    assert "| `radio.bearing_noise` | 0.349066 |" in table
+    assert "| `task.duration` | 1800 |" in table
+    assert "| `faults.liar.own_p` | false |" in table
+    values = [line.split("|")[2] for line in table.splitlines()]
+    assert not [each for each in values if re.search(r"\.\d{7}", each)]
+
+
+def test_a_table_of_a_policy_has_no_empty_column():
+    of_everything = card_tables.policy("es1", "everything")
+    assert "| noise |" in of_everything
+    assert "meaning" not in of_everything
+    assert "| numbers | name | unit and scale | from | to | meaning |" in card_tables.policy(
+        "waypoints-05", "motion"
+    )
+
+
+def test_words_to_broadcast_stand_in_one_row():
+    rows = card_tables.policy("es1", "everything").partition("### Action")[2].splitlines()
+    assert [row for row in rows if "words" in row] == [
+        "| 3 to 14 | `words` 0 to 11 | as sent | -1 | 1 |"
+    ]
+
+
+def test_a_choice_is_told_as_one_number_for_each():
+    text = card_tables.policy("es1", "motion")
+    assert "1 at this one, 0 at the others" in text
+    assert "-1 none" not in text
+    assert 'Action of `learn="weighting"`, 1 number {' in card_tables.policy(
+        "waypoints-05", "weighting"
+    )
