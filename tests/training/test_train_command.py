@@ -11,6 +11,8 @@ from training import cma_es, dagger, ppo, train_command, training_loop
 from training.experiment import (
     FIRST_TRAINING_SEED,
     HELD_BACK_SEEDS,
+    LAST_SEED,
+    WORLDS_PER_EXPERIMENT,
     Experiment,
     step_seed,
     versions,
@@ -151,6 +153,7 @@ def test_an_experiment_that_is_told_nothing_is_the_documented_one():
     assert (plain.controller, plain.physics, plain.device) == ("ssgiff", "rigid", "cpu")
     assert plain.held_back_seeds == range(2000, 2010)
     assert range(2000, 3000) == HELD_BACK_SEEDS
+    assert (LAST_SEED, WORLDS_PER_EXPERIMENT) == (1_000_000_000, 10_000_000)
     assert plain.training_seeds(5, 3) == range(FIRST_TRAINING_SEED + 5, FIRST_TRAINING_SEED + 8)
     assert plain.training_seeds(0, 1)[0] == 10_000
     assert Experiment("weighting", ("es1",), "cma", Path("x"), 2).training_seeds(0, 1)[0] == (

@@ -1,0 +1,162 @@
+"""The commands of the ladder, and the clock of a training on it; nothing trains."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from baselines.evaluation import figure_files
+from training.experiment import HELD_BACK_SEEDS
+from training.ladder import benchmark, cards, commands, figures, play, runs
+from training.ladder.algorithms import read_algorithms
+from training.ladder.play import POINTS, Watch, robot_steps_of_a_decision
+from training.ladder.rungs import Score, read_rungs
+from training.ladder.runs import Run
+
+TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_robots": 4,
+        "task.duration": 20.0}  # fmt: skip
+
+
+@pytest.fixture
+def call(monkeypatch):
+    """Run a command of the ladder; its output, and what it would have done."""
+    done = SimpleNamespace(jobs=[], backends=[])
+    app = typer.Typer()
+    app.callback()(lambda: None)
+    commands.add_benchmark(app)
+
+    def found(*given, **named):
+        done.backends.append((given, named))
+        return "a backend"
+
+    monkeypatch.setattr(commands, "find_backend", found)
+    monkeypatch.setattr(
+        benchmark, "run_jobs", lambda jobs, out, backend: done.jobs.append((jobs, out, backend))
+    )
+
+    def run(*arguments):
+        result = CliRunner().invoke(app, ["benchmark", *map(str, arguments)])
+        assert result.exception is None, result.output
+        return result.output, done
+
+    return run
+
+
+@pytest.fixture
+def kept(monkeypatch):
+    """Two runs that are found: one of the first rung, and one of the second."""
+    names = list(read_rungs())[:2]
+    found = [
+        Run(name, "sb3_ppo", k, "key", {}, 1000, 60.0,
+            [{"robot_steps": 1000, "wall_s": 60.0, "scores": [7.0]}], (score,), {"numpy": "2"})
+        for name, k, score in zip(names, (0, 3), (7.0, 9.0), strict=True)
+    ]  # fmt: skip
+    monkeypatch.setattr(
+        runs, "read_runs",
+        lambda out, rungs, algorithms: [each for each in found
+                                        if each.rung in [rung.name for rung in rungs]],
+    )  # fmt: skip
+    return found
+
+
+def test_a_ladder_makes_five_trainings_of_all_algorithms_on_all_rungs(call, kept, tmp_path):
+    output, done = call("ladder", f"--out={tmp_path}")
+    ((jobs, out, backend),) = done.jobs
+    assert len(jobs) == 5 * len(read_rungs()) * len(read_algorithms())
+    assert {job.seed for job in jobs} == {0, 1, 2, 3, 4}
+    assert {job.budget for job in jobs} == {None}
+    assert (out, backend) == (tmp_path, "a backend")
+    assert done.backends[0][0][1] == 2
+    lines = output.splitlines()[-2:]
+    for line, each in zip(lines, kept, strict=True):
+        normalised = read_rungs()[each.rung].normalised(each.score)
+        assert line == f"{each.rung} sb3_ppo {each.seed}: {each.score:.1f}, {normalised:.2f}"
+    tree = json.loads((tmp_path / "marl_eval.json").read_text("utf-8"))["swarm_forage"]
+    assert list(tree) == [each.rung for each in kept]
+
+
+def test_a_ladder_of_one_rung_tells_of_that_and_keeps_a_file_of_all(call, kept, tmp_path):
+    output, done = call(
+        "ladder", f"--rung={kept[0].rung}", "--algorithm=sb3_ppo", "--seeds=1", "--budget=500",
+        "--workers=3", f"--out={tmp_path}",
+    )  # fmt: skip
+    ((jobs, _, _),) = done.jobs
+    assert [(job.rung.name, job.algorithm.name, job.seed, job.robot_steps) for job in jobs] == [
+        (kept[0].rung, "sb3_ppo", 0, 500)
+    ]
+    assert done.backends[0][0][1] == 3
+    assert kept[1].rung not in output
+    tree = json.loads((tmp_path / "marl_eval.json").read_text("utf-8"))["swarm_forage"]
+    assert len(tree) == 2
+
+
+def test_a_page_has_a_figure_of_each_rung_that_was_run_and_one_of_all(
+    call, kept, tmp_path, monkeypatch
+):
+    drawn = []
+    monkeypatch.setattr(figures, "curves", lambda rung, *rest: f"curves of {rung.name}")
+    monkeypatch.setattr(figures, "profiles", lambda rungs, *rest: f"profiles of {len(rungs)}")
+    monkeypatch.setattr(figure_files, "save_figure", lambda *given: drawn.append(given[:2]))
+    page = tmp_path / "page.md"
+    call("ladder", "--seeds=0", f"--out={tmp_path}", f"--page={page}")
+    folder = tmp_path / "images" / "ladder"
+    assert drawn == [
+        *((f"curves of {each.rung}", folder / f"{each.rung}.png") for each in kept),
+        ("profiles of 2", folder / "profile.png"),
+    ]
+    text = page.read_text("utf-8")
+    assert "2 runs, 2 min of training in all" in text
+    assert f"swarm-forage benchmark ladder --out={tmp_path} --page={page}" in text
+
+
+def test_cards_are_scored_all_or_only_those_without_scores(call, monkeypatch):
+    scored = []
+
+    def score(rung, out, backend):
+        scored.append(rung.name)
+        return {"nc": Score(mean=4.04)}
+
+    monkeypatch.setattr(cards, "score_references", score)
+    output, done = call("cards", "--workers=4")
+    assert scored == list(read_rungs())
+    assert output.splitlines() == [f"{name} nc: 4.0" for name in read_rungs()]
+    assert done.backends[0][0][1] == 4
+    scored.clear()
+    assert call("cards", "--missing")[0] == ""
+    assert scored == [name for name, rung in read_rungs().items() if not rung.card.scores]
+
+
+def test_the_list_is_a_table_or_json(call):
+    found = json.loads(call("list", "--format=json")[0])
+    assert [each["name"] for each in found] == list(read_rungs())
+    assert all(each["keywords"] and each["title"] for each in found)
+    assert "trained by" in call("list")[0]
+
+
+def test_a_curve_is_timed_without_its_evaluations(monkeypatch):
+    now = SimpleNamespace(seconds=1000.0)
+    monkeypatch.setattr(play, "time", SimpleNamespace(perf_counter=lambda: now.seconds))
+    asked = []
+
+    def slow(keywords, act, seeds):
+        asked.append(list(seeds))
+        now.seconds += 50.0
+        return [1.0] * len(seeds)
+
+    monkeypatch.setattr(play, "play", slow)
+    watch = Watch(TINY, 800, 2)
+    for step in (1, 2):
+        now.seconds += 10.004
+        watch.evaluate(100 * step, None, lambda step=step: step)
+    assert [point["wall_s"] for point in watch.curve] == [10.0, 20.01]
+    assert [point["robot_steps"] for point in watch.curve] == [100, 200]
+    assert asked == [list(HELD_BACK_SEEDS[:2])] * 2
+    assert watch.best == 1, "the second one is no better"
+    assert POINTS == 8
+
+
+def test_a_decision_of_four_robots_lasts_their_ticks():
+    assert robot_steps_of_a_decision({**TINY, "decision_period": 5}) == 20.0
+    assert robot_steps_of_a_decision({**TINY, "decision_period": 1, "discrete": True}) == 4.0
