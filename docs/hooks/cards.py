@@ -150,8 +150,11 @@ def _scenario_card(name: str) -> str:
 
 def _replay(name: str) -> str:
     controller = REPLAYED[name]
+    arena = getattr(find_scenario(name), "arena", None)
+    is_square = arena is None or arena.width > 0.9 * arena.length
+    kind = "replay tall" if is_square else "replay"
     return (
-        f'<iframe class="replay" src="../replays/{name}.html" loading="lazy" '
+        f'<iframe class="{kind}" src="../replays/{name}.html" loading="lazy" '
         f'title="Replay of {name} under {controller}"></iframe>\n\n'
         f"`swarm-forage watch {name} {controller} --html {name}.html` makes such a replay.\n"
     )

@@ -43,3 +43,9 @@ def test_a_choice_is_told_as_one_number_for_each():
     assert 'Action of `learn="weighting"`, 1 number {' in card_tables.policy(
         "waypoints-05", "weighting"
     )
+
+
+def test_the_replay_of_a_square_world_has_a_taller_frame():
+    assert 'class="replay tall"' in cards._replay("mg1-hexagon")
+    assert 'class="replay tall"' in cards._replay("waypoints-05")
+    assert 'class="replay"' in cards._replay("es1")
