@@ -48,7 +48,7 @@ class PolicyCard(Part):
     """Version of the card; another one is refused."""
     scenario: str
     controller: str
-    """What did the rest, as `ssgiff:beta=0.01`."""
+    """What did the rest, as `ssgiff:weighting.beta=0.01`."""
     keywords: Keywords
     observes: tuple[tuple[str, str], ...]
     """Name and unit of each number of an observation."""
