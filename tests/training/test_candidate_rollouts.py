@@ -11,7 +11,7 @@ from swarm_forage_env.scenarios import find_scenario
 from training import behaviour_cloning, candidate_rollouts
 from training.candidate_rollouts import CandidateRollouts
 from training.sb3_setup import EVERY_TICK, HYPERPARAMETERS, PPOHyperparameters
-from training.tensor_ppo import Rollout, advantages, clipped_loss
+from training.tensor_ppo import MINIBATCH, Rollout, TensorPPO, advantages, clipped_loss
 
 
 def rollouts(workers=2, device="cpu", **scenarios):
@@ -156,3 +156,14 @@ def test_a_copy_is_fitted_in_twenty_epochs_of_batches_of_512(monkeypatch):
         )
     assert still.sizes == [400, 200] * 20
     assert half == pytest.approx(0.125)  # the mean of 0.25 and 0
+
+
+@pytest.mark.parametrize(
+    ("n_rows", "n_steps"),
+    [(1, 256), (4096, 256), (4097, 255), (8192, 128), (2**16, 16), (2**16 + 1, 16), (2**20, 16)],
+)
+def test_a_rollout_is_a_million_decisions_and_sixteen_of_each_row_at_least(n_rows, n_steps):
+    learner = TensorPPO.__new__(TensorPPO)
+    learner.rows, learner._hyperparameters = SimpleNamespace(n_rows=n_rows), PPOHyperparameters()
+    assert learner.n_steps == n_steps
+    assert MINIBATCH == 32_768

@@ -162,3 +162,38 @@ def test_who_holds_a_folder_is_named_and_it_is_free_again_afterwards(tmp_path):
                 pass
             files = sorted(file.name for file in (tmp_path / "x").iterdir())
             assert len(files) == 1
+
+
+def points(value):
+    return SimpleNamespace(value=value, round_trips={})
+
+
+@pytest.mark.parametrize(
+    ("values", "value", "is_best"),
+    [((), 1.0, True), ((1.0,), 1.0, False), ((1.0, 3.0, 2.0), 2.5, False), ((1.0, 3.0), 3.1, True)],
+)
+@pytest.mark.parametrize(("module", "kind"), [(ppo, PPOTraining), (dagger, DAggerTraining)])
+def test_the_policy_kept_is_the_first_one_of_the_highest_value(
+    monkeypatch, tmp_path, module, kind, values, value, is_best
+):
+    training = kind.__new__(kind)
+    training.curve, training._best = [points(each) for each in values], {"weights": "before"}
+    training._experiment = SimpleNamespace(
+        out=tmp_path, identity={}, scenarios_by_name={}, held_back_seeds=range(2)
+    )
+    training._file, training._learner = tmp_path / "file", None
+    training._actor = SimpleNamespace(to_numpy=lambda: {"weights": "now"})
+    training._rollouts = SimpleNamespace(round_trips=lambda numbers, seeds: {})
+    monkeypatch.setattr(kind, "done", 5, raising=False)
+    monkeypatch.setattr(kind, "_simulated_s", 0.0)
+    monkeypatch.setattr(kind, "_weights", {"weights": "now"}, raising=False)
+    monkeypatch.setattr(kind, "_numbers", np.zeros(1), raising=False)
+    monkeypatch.setattr(kind, "_state", {}, raising=False)
+    for name in ("_card", "save_best", "_save"):
+        monkeypatch.setattr(kind, name, lambda *given: None, raising=False)
+    monkeypatch.setattr(module, "evaluation_point", lambda *given: points(value))
+    for name in ("save_policy", "write_checkpoint"):
+        monkeypatch.setattr(module, name, lambda *given: None)
+    training.evaluate()
+    assert training._best == {"weights": "now" if is_best else "before"}
+    assert [each.value for each in training.curve] == [*values, value]
