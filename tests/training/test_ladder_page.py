@@ -1,6 +1,8 @@
 """The ladder's figures, page and list, number by number, on runs worked by hand."""
 
+import hashlib
 import io
+import json
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -196,6 +198,14 @@ def test_a_job_is_as_long_as_its_rung_says_an_algorithm_takes(rung):
     algorithm = next(iter(read_algorithms().values())).model_copy(update={"share": 0.25})
     assert Job(rung, algorithm, 0).robot_steps == 250_000
     assert Job(rung, algorithm, 0, 1234).robot_steps == 1234
+
+
+def test_runs_are_told_apart_by_twelve_digits_of_their_configuration(rung):
+    job = Job(rung, next(iter(read_algorithms().values())), 0)
+    text = json.dumps(job.config, sort_keys=True).encode()
+    assert job.key == hashlib.sha256(text).hexdigest()[:12]
+    assert replace(job, seed=1).key == job.key  # of a training, not of its seed or length
+    assert replace(job, budget=99).key == job.key
 
 
 def test_without_names_all_rungs_and_algorithms_are_meant():

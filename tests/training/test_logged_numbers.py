@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import torch
 
 from swarm_forage_env.errors import ConfigError
 from training import cma_es, dagger, ppo
@@ -197,3 +198,35 @@ def test_the_policy_kept_is_the_first_one_of_the_highest_value(
     training.evaluate()
     assert training._best == {"weights": "now" if is_best else "before"}
     assert [each.value for each in training.curve] == [*values, value]
+
+
+class Slope:
+    """Exchanges whose error is the weight itself, and their oracle's gain; draws are counted."""
+
+    def __init__(self):
+        self.n_draws = 0
+
+    def gain(self, name):
+        return 2.0
+
+    def draw(self, draws):
+        self.n_draws += 1
+        return self
+
+    def error(self, actor):
+        return actor.weight.sum()
+
+    def share(self, actor, gain):
+        return gain * 10.0
+
+
+@pytest.mark.parametrize(("done", "moved"), [(0, 5.0), (5, 2.5), (9, 0.5)])
+def test_a_fit_takes_five_hundred_steps_of_a_rate_that_falls_to_zero(done, moved):
+    training, slope = DAggerTraining.__new__(DAggerTraining), Slope()
+    training._experiment, training.done = SimpleNamespace(seed=3, budget=10), done
+    training._actor = torch.nn.Linear(1, 1, bias=False)
+    torch.nn.init.constant_(training._actor.weight, 7.0)
+    assert training._fit({"a": slope}) == {"a": 20.0}
+    assert slope.n_draws == 500
+    # Adam moves by its rate at each step of a constant slope: 500 x 0.01 of what is left.
+    assert training._actor.weight.item() == pytest.approx(7.0 - moved, rel=1e-3)
