@@ -179,3 +179,15 @@ def test_an_interval_of_runs_lies_between_the_2_5th_and_the_97_5th_percentile():
 def test_a_ratio_has_an_interval_where_only_one_of_its_samples_varies():
     for values, base in (([1.0, 2.0, 3.0], [2.0] * 3), ([2.0] * 3, [1.0, 2.0, 3.0])):
         assert compare(values, base).ratio.interval is not None
+
+
+@pytest.mark.parametrize(
+    ("values", "base"),
+    [([0.5, 0.75, 0.5, 0.7], [1.0] * 4), ([1.0] * 4, [0.5, 0.75, 0.5, 0.7])],
+)
+def test_a_ratio_has_an_interval_though_its_samples_vary_by_less_than_one(values, base):
+    ratio = compare(values, base).ratio
+    low, high = ratio.interval
+    assert low < ratio.value < high
+    mean = mean_interval(values if len(set(values)) > 1 else base)
+    assert mean.interval[0] < mean.value < mean.interval[1]
