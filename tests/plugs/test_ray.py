@@ -7,6 +7,7 @@ import time
 import uuid
 from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 from contextlib import closing
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -87,6 +88,29 @@ def test_two_nodes_make_the_dataset_of_one_process(backend, expected, tmp_path):
     assert sum(plan.run(backend)) == plan.n_todo == 16
     assert hashes(tmp_path / "ray") == expected
     assert plan_of(tmp_path / "ray").n_todo == 0
+
+
+@pytest.fixture
+def rung(tmp_path):
+    """A rung of the ladder with a few short test episodes; its file may be written."""
+    from training.ladder.rungs import read_rungs
+
+    found = read_rungs()["near"]
+    (tmp_path / found.file.name).write_bytes(found.file.read_bytes())
+    short = {"episodes": 2, "test": {**found.card.test, "task.duration": 20.0}}
+    card = found.card.model_copy(update=short)
+    return replace(found, file=tmp_path / found.file.name, card=card)
+
+
+def test_cards_get_the_same_scores(backend, rung, tmp_path):
+    from training.ladder.cards import score_references
+
+    found = {}
+    for name, runs_on in (("alone", JoblibBackend()), ("ray", backend)):
+        scores = score_references(rung, tmp_path / name, runs_on)
+        found[name] = scores, rung.file.read_bytes(), hashes(tmp_path / name)
+    assert found["ray"] == found["alone"]
+    assert len(found["ray"][2]) == 2 * len(rung.references)
 
 
 def test_trajectories_are_kept_here_too(backend, tmp_path):
