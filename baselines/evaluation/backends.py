@@ -119,8 +119,7 @@ def defer_sigint() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    stdlib_tracker.ensure_running()  # each unblocks SIGINT where it has to start its process
-    loky_tracker.ensure_running()
+    start_trackers()  # here, as each unblocks SIGINT where it has to start its process
     came: list[int] = []  # SIGINT that another thread took, which does not block it
     before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -131,6 +130,25 @@ def defer_sigint() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
         if came:
             signal.raise_signal(signal.SIGINT)
+
+
+def start_trackers() -> None:
+    """Start the processes that remove the semaphores of workers when all others have ended.
+
+    joblib's is in a process group of its own: a kill of the command's group leaves it alive.
+    """
+    stdlib_tracker.ensure_running()
+    start = loky_tracker.spawnv_passfds
+
+    def start_in_own_group(path: str, arguments: Sequence[str], files: Sequence[int]) -> Any:  # noqa: ANN401 joblib's
+        *others, program = arguments
+        return start(path, [*others, f"import os; os.setpgid(0, 0); {program}"], files)
+
+    loky_tracker.spawnv_passfds = start_in_own_group
+    try:
+        loky_tracker.ensure_running()
+    finally:
+        loky_tracker.spawnv_passfds = start
 
 
 @cache

@@ -145,6 +145,27 @@ def test_workers_of_every_command_end_with_the_parent_process_that_is_killed():
     run.communicate(timeout=60)
 
 
+@pytest.mark.skipif(not Path("/dev/shm").exists(), reason="where Linux keeps semaphores")
+def test_a_process_group_that_is_killed_leaves_no_semaphores():
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    run = subprocess.Popen(
+        [sys.executable, "-c", NAP],
+        env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    assert all(run.stderr.readline() for _ in range(2)), "the workers are at work"
+    assert semaphores_of(run.pid)
+    os.killpg(run.pid, signal.SIGKILL)
+    until = time.monotonic() + 20.0
+    while semaphores_of(run.pid) and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not semaphores_of(run.pid)
+    run.communicate(timeout=60)
+
+
+def semaphores_of(process):
+    return [*Path("/dev/shm").glob(f"sem.loky-{process}-*")]
+
+
 def test_a_worker_whose_parent_was_killed_before_its_first_call_ends():
     code = "from baselines.evaluation.backends import end_with; end_with(1); input()"
     run = subprocess.Popen(
