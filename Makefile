@@ -72,7 +72,7 @@ test: $(READY)  ## the tests, without those marked slow, reproduces or wheel
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal -m '$(SHORT)'
 
 faults: $(READY)  ## bring about faults of each kind; FAULTS=10: a tenth as often
-	FAULTS=$(FAULTS) $(BIN)/pytest -m faults tests/faults
+	FAULTS=$(FAULTS) $(BIN)/pytest -n $(WORKERS) --dist worksteal -m faults tests/faults
 
 mutants: $(READY) .venv-mutants/.ready  ## single faults in a copy of the code: do the tests notice? (days)
 	tests/mutants/run build/mutants $(MUTANTS)
