@@ -14,7 +14,7 @@ REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults mutants test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
-	test-cuda check lint dist golden coverage bench ladder reproduce pictures score-plot scores docs \
+	test-cuda check lint dist golden coverage bench bench-cuda ladder reproduce pictures score-plot scores docs \
 	docs-serve docs-equations clean
 
 help:  ## list the targets
@@ -125,6 +125,12 @@ coverage: $(READY)  ## line and branch coverage, kernels run as plain Python (sl
 
 bench: $(READY)  ## robot-steps per second against the budgets
 	$(BIN)/swarm-forage bench
+
+bench-cuda: .venv-cuda/.ready  ## all figures of a GPU: speed, PPO from scratch, CMA-ES (needs one)
+	.venv-cuda/bin/swarm-forage bench --device cuda
+	.venv-cuda/bin/python examples/train_on_gpu.py
+	.venv-cuda/bin/swarm-forage train motion es1 --device cuda --physics kinematic \
+		--algorithm cma --worlds 600 --out runs/cma_on_gpu
 
 reproduce: $(READY)  ## the claims and figures of the three papers, and faulty robots (hours)
 	$(BIN)/swarm-forage reproduce social-odometry --workers $(WORKERS) \

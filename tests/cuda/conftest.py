@@ -1,6 +1,7 @@
 """Tests of the kernels of a GPU: what they need, and the compositions that they are tested with."""
 
 import importlib.util
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,6 +21,10 @@ COMPILED = (
     "nc", "ssgiff", "ssgikf-sceptical", "sikf", "covariance", "learned-both", "learned-sceptical",
 )  # fmt: skip
 """Controllers among which every function of those occurs; they differ in more than numbers."""
+
+LAYERS = "minds", "memories", "shared", "told", "settings"
+TABLES = "robots", "worlds", "near", "obstacles"
+"""Arrays of a controller and of its worlds that a GPU has a copy of."""
 
 CAPABILITY = 9, 0
 """The GPU that is compiled for: NVIDIA H100 and H200."""
@@ -53,6 +58,23 @@ def ptx(monkeypatch):
         return text
 
     return compiled
+
+
+def widened(loop, n_worlds):
+    """What a GPU asks of a loop of so many worlds, made from a loop of one; to be reset first.
+
+    A CPU makes a world in about a millisecond, a million in half an hour.
+    """
+
+    def wide(records):
+        return np.repeat(np.ascontiguousarray(records), n_worlds, axis=0)
+
+    layers, world = loop.controller.grid_layers(), loop.world
+    kept = {name: wide(getattr(layers, name)) for name in LAYERS}
+    tables = {name: wide(getattr(world, name)) for name in TABLES}
+    many = SimpleNamespace(**tables, n_worlds=n_worlds, scenarios=world.scenarios * n_worlds)
+    controller = SimpleNamespace(grid_layers=lambda: replace(layers, **kept))
+    return SimpleNamespace(task=loop.task, physics=loop.physics, world=many, controller=controller)
 
 
 def contiguous(records):

@@ -211,6 +211,27 @@ except ValueError as error:
 ADDED = ["time_left", "robot_id", "one_hot", "previous_action"]
 
 
+WIDENED = (
+    START
+    + """
+from tests.cuda.conftest import widened
+
+scenario = find_scenario("es1", {"task.n_robots": "3"})
+one = Loop(scenario, CONTROLLERS["ssgikf"], [0], "kinematic")
+many, alone = DeviceLoop(widened(one, 3)), DeviceLoop(one)
+many.reset([4, 5, 6])
+alone.reset([6])
+for _ in range(5):
+    many.step()
+    alone.step()
+many.check()
+third, only = (loop.download().world.robots[-1] for loop in (many, alone))
+same(third, only, "robots")
+print((third["pose"] != many.world.robots[0]["pose"]).all(), third["wheels"].any())
+"""
+)
+
+
 BENCH = """
 import baselines.controllers
 from baselines.evaluation.bench import gpu
@@ -220,7 +241,8 @@ from swarm_forage_env.scenarios import find_scenario
 gpu.TICKS = 1
 scenario = find_scenario("es1", {"task.n_robots": "2"})
 found = gpu.measure_case(Case("es1 x 1", scenario, 1, warm_up=5), 1, quick=True)
-assert found["gpu"] > 0.0 and found["cpu"] > 0.0 and found["first_step_s"] > 0.0
+assert found["gpu"] > 0.0 and found["cpu"] > 0.0 and found["environment"] > 0.0
+assert found["first_step_s"] > 0.0
 print(found["shares"], found["bandwidth"], found["share_of_card"], found["joules_per_million"])
 print(found["bytes_per_robot_step"])
 """
@@ -282,6 +304,10 @@ def test_an_environment_goes_on_from_the_records_of_another():
     told, refusal = run(RECORDS).split(maxsplit=1)
     assert told == "6"  # of them two resets
     assert refusal.startswith("records(): what `randomise` has drawn is not kept")
+
+
+def test_worlds_that_no_cpu_has_made_are_those_of_their_seeds():
+    assert run(WIDENED).split() == ["True", "True"]
 
 
 def test_worlds_with_obstacles_and_faults_are_those_of_a_cpu():

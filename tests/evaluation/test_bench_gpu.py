@@ -12,7 +12,7 @@ from baselines.evaluation.bench.gpu import card_bandwidth
 from baselines.evaluation.bench.gpu_table import gpu_table
 
 FOUND = {
-    "case": "es1 x 10", "rows": 100, "gpu": 2.5e8, "cpu": 3e6, "threads": 16,
+    "case": "es1 x 10", "rows": 100, "gpu": 2.5e8, "environment": 1.25e8, "cpu": 3e6, "threads": 16,
     "shares": {"decide": 0.25, "tick": 0.5, "observe": 0.25}, "bytes_per_robot_step": 5120.0,
     "bandwidth": 2.4e12, "share_of_card": 0.5, "joules_per_million": 2.0, "first_step_s": 30.0,
 }  # fmt: skip
@@ -46,7 +46,7 @@ def text_of(found):
 def test_the_table_tells_what_was_measured():
     row = next(line for line in text_of(FOUND).splitlines() if "es1 x 10" in line)
     assert row.removeprefix("es1 x 10").split() == [
-        "250", "3", "16", "25%", "50%", "25%", "5120", "2400", "50%", "2", "30.0",
+        "250", "125", "3", "16", "25%", "50%", "25%", "5120", "2400", "50%", "2", "30.0",
     ]  # fmt: skip
 
 

@@ -8,12 +8,15 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from baselines.evaluation.bench.cases import CONTROLLER, Case, Tick
 from baselines.evaluation.bench.energy import energy_meter
 from baselines.evaluation.bench.speed import seconds_per_tick
 from baselines.evaluation.experiment_config import find_layered_controller
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.device_memory import usable_gpu
+from swarm_forage_env.envs.device_env import array_env
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
@@ -70,11 +73,32 @@ def measure_case(case: Case, threads: int, quick: bool) -> dict[str, Any]:
         "rows": case.rows,
         "gpu": case.rows / gpu,
         "cpu": case.rows / cpu,
+        "environment": case.rows / seconds_in_environment(case, quick),
         "threads": threads,
         "joules_per_million": None if joules is None else joules / case.rows * 1e6,
         "first_step_s": first,
         **_memory(there, case.rows),
     }
+
+
+def seconds_in_environment(case: Case, quick: bool) -> float:
+    """Mean time of a tick [s] as a learner of the motion has it: through the arrays of a GPU.
+
+    Actions are checked and written, observations, rewards and the reset of worlds that end among
+    them; episodes end one after the other. No network is asked.
+    """
+    terms = {"physics": "kinematic", "controller": CONTROLLER, "stagger": True}
+    env = array_env(case.scenario, device="cuda", n_worlds=case.n_worlds, learn="motion", **terms)
+    env.reset(seed=0)
+    shape = case.n_worlds, len(env.learners), len(env.action_layout)
+    actions = env.loop.memory.to_device(np.zeros(shape, np.float32))
+
+    def step() -> None:
+        env.step(actions)
+        if env.is_over.any():
+            env.reset(worlds=env.is_over)
+
+    return seconds_per_tick(step, quick) / int(env.config.period)
 
 
 def _timed_with_energy(tick: Tick, quick: bool) -> tuple[float, float | None]:

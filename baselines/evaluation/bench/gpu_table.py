@@ -19,7 +19,8 @@ def gpu_table(found: list[dict[str, Any]]) -> Group:
         FittingTable("worlds", [each["case"] for each in found], columns),
         Text(
             "Bytes are those of the records that the kernels are handed, each read or written"
-            " once. Energy is in joules per million robot-steps.",
+            " once. Energy is in joules per million robot-steps. Learning: by the arrays of an"
+            " environment whose motion is learned, without a network.",
             style="dim",
         ),
     )
@@ -29,6 +30,7 @@ def _cells(each: dict[str, Any]) -> dict[str, str]:
     """The cells of a row by their headings."""
     return {
         "GPU": _millions(each["gpu"]),
+        "learning": _millions(each["environment"]),
         "CPU": _millions(each["cpu"]),
         "threads": str(each["threads"]),
         **{stage: _or_dash(each["shares"].get(stage), ".0%") for stage in STAGES},
