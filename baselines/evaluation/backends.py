@@ -29,6 +29,12 @@ After joblib's 300 s it may end just as a job comes. joblib then warns in its ow
 warnings are errors (`python -W error`) that ends the thread, and the call waits for ever.
 """
 
+SETTLE = 0.1
+"""Time for joblib's thread to hand over the first calls, before a SIGINT that was held back [s].
+
+If it is told to stop before, it ends with a KeyError, whose traceback it prints.
+"""
+
 
 class Backend(Protocol):
     """Runs calls in worker processes."""
@@ -129,6 +135,7 @@ def defer_sigint() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         signal.signal(signal.SIGINT, before)
         if came:
+            time.sleep(SETTLE)
             signal.raise_signal(signal.SIGINT)
 
 
