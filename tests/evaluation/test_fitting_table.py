@@ -73,12 +73,12 @@ def test_a_name_is_broken_at_its_marks_only_where_it_must_be():
 
 def test_the_table_of_a_gpu_is_whole_in_eighty_columns():
     row = {
-        "case": "es1 x 65536", "gpu": 1.234e9, "cpu": 3.2e6, "threads": 16,
-        "shares": {"decide": 0.23, "tick": 0.5}, "bytes_per_robot_step": 1234.0,
+        "case": "es1 x 65536", "gpu": 1.234e9, "environment": 5.67e8, "cpu": 3.2e6,
+        "threads": 16, "shares": {"decide": 0.23, "tick": 0.5}, "bytes_per_robot_step": 1234.0,
         "bandwidth": 1.2e12, "share_of_card": None, "joules_per_million": 0.345,
         "first_step_s": 12.3,
     }  # fmt: skip
     text = shown(gpu_table([row]), 80)
     assert "…" not in text
-    for part in ("es1 x 65536", "1,234", "1200", "0.345", "12.3", "observe", "of card"):
+    for part in ("es1 x 65536", "1,234", "567", "1200", "0.345", "12.3", "observe", "of card"):
         assert part in text
