@@ -88,15 +88,17 @@ def test_a_rollout_is_that_of_the_parallel_env_number_for_number(make, small, fo
                 assert told == {name: np.float32(value) for name, value in info.items()}
 
 
+def nothing(before, events, after):
+    """A reward of one's own."""
+    return 0.0
+
+
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
         ({"device": "cuda:1"}, "device='cuda:1': worlds run on the first GPU; set CUDA_VISIBLE"),
         ({"device": "cuda"}, "return_state=True: the state is written on a CPU only"),
-        (
-            {"device": "cuda", "return_state": False, "step_on": "exchange", "learn": "weighting"},
-            "step_on='exchange': runs on a CPU only",
-        ),
+        ({"device": "cuda", "return_state": False, "reward": nothing}, "nothing.*on a CPU only"),
     ],
 )
 def test_what_does_not_run_on_a_gpu_is_refused(make, options, complaint):
