@@ -44,11 +44,13 @@ class DeviceLoop:
         self._layers, self._templates = _layers_of(loop)
         self.loop, self.memory = loop, DeviceMemory()
         functions, templates = self._layers.functions, self._templates
+        self.driving = driving = self._layers.templates or templates.layers
+        """The templates of what drives the robots."""
         self.potential = templates.potential
         """The function of the potential of one robot."""
         self._decide, self._tick, self._observe = (
             bind_grid(template, functions)
-            for template in (templates.decide, templates.tick, templates.observe)
+            for template in (driving.decide, templates.tick, driving.observe)
         )
         shape = loop.world.robots.shape
         self.grid = grid_of(*shape)
@@ -180,7 +182,7 @@ class DeviceLoop:
         memory = self.memory
         self._place, self._forget, self._sense_first = (
             bind_grid(template, layers.functions)
-            for template in (templates.place, templates.forget, templates.sense_first)
+            for template in (templates.place, self.driving.forget, templates.sense_first)
         )
         robot = np.zeros(1, self.world.robots.dtype)
         templates.robot.restart(robot)
@@ -270,7 +272,7 @@ def _layers_of(loop: Loop) -> tuple[GridLayers, GridTemplates]:
     ask = getattr(loop.controller, "grid_layers", None)
     if ask is None:
         raise ConfigError(
-            "device='cuda': robots of several teams, and policies that are everything, run on a"
-            " CPU only; take one controller of three layers, as ssgikf"
+            "device='cuda': robots of several teams run on a CPU only; take one controller of"
+            " three layers, as ssgikf, or a policy that is everything"
         )
     return ask(), loop.task.grid

@@ -139,21 +139,32 @@ class GridLayers:
     noise: int
     """What the motion draws for from the stream in its memory."""
 
+    templates: "LayerTemplates | None" = None
+    """Templates in the place of the task's, which run layers; None: the task's."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LayerTemplates:
+    """How a GPU runs what drives robots: templates over a grid of threads, one for each robot."""
+
+    decide: Kernel
+    observe: Kernel
+
+    forget: Kernel
+    """Lets the robots of new worlds forget everything."""
+
+    log: Kernel
+    """Writes what is logged of each learner."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class GridTemplates:
     """How a GPU runs the worlds of a task: templates over a grid of threads, one for each robot."""
 
-    decide: Kernel
     tick: Kernel
-    observe: Kernel
-    log: Kernel
 
     place: Kernel
     """Puts the robots of new worlds at their starting places."""
-
-    forget: Kernel
-    """Lets the layers of their robots forget everything."""
 
     sense_first: Kernel
     """Senses in new worlds before the first tick."""
@@ -163,6 +174,9 @@ class GridTemplates:
 
     robot: type[Record]
     """What a robot is."""
+
+    layers: LayerTemplates
+    """How robots with layers run; a controller may have others."""
 
     potential: Kernel
     """The potential of one robot, for shaping; of the robot and its world. No template."""

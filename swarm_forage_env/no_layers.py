@@ -1,12 +1,32 @@
 """Robots without layers: what runs where a policy is everything."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from swarm_forage_env.arrays import Array
-from swarm_forage_env.interface import refuse_falsifying
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Bool
+from swarm_forage_env.compiler import bind
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import GridLayers, Kernel, LayerTemplates, refuse_falsifying
 from swarm_forage_env.record import Record
+
+carry_out: Kernel
+"""Free name of the template: commands what a policy says, of one robot and what it said."""
+
+
+def carry_out_all(
+    robots: Array, minds: Array, is_member: Bool[Array, " robots"], first: int, last: int
+) -> None:
+    """Command what the policies of the members say, in the worlds first .. last - 1.
+
+    Free name: carry_out.
+    """
+    for w in range(first, last):
+        for i in range(robots.shape[1]):
+            if is_member[i]:
+                carry_out(robots[w, i], minds[w, i])
 
 
 @dataclass(frozen=True)
@@ -16,8 +36,11 @@ class NoLayers:
     said: type[Record]
     """What the policy says beside what it commands. Writer: the environment."""
 
-    carry_out: Callable[[Array, Array], None]
-    """Commands what the actions say; of the robots of some worlds and what they said."""
+    carry_out: Kernel
+    """Commands what the action says; of one robot and what it said."""
+
+    on_grid: LayerTemplates | None = None
+    """How a GPU runs it; None: a CPU runs it only."""
 
     name: str = "policy"
 
@@ -25,7 +48,7 @@ class NoLayers:
         """The running policy of a block of worlds; ConfigError where faults falsify messages."""
         for scenario in world.scenarios:
             refuse_falsifying(self.name, scenario)
-        return RunningPolicy(world, self.said, self.carry_out, range(world.n_robots))
+        return RunningPolicy(self, world, range(world.n_robots))
 
     def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
         """What is said is words, whose meaning is the policy's."""
@@ -41,7 +64,7 @@ class NoLayers:
         for scenario in world.scenarios:
             refuse_falsifying(self.name, scenario)
         robots = [robot for robot, own in enumerate(each[0]) if own is not None]
-        return RunningPolicy(world, self.said, self.carry_out, robots)
+        return RunningPolicy(self, world, robots)
 
     def with_parameters(self, values: Mapping[str, Any]) -> "NoLayers":
         """There are no parameters."""
@@ -53,15 +76,15 @@ class RunningPolicy:
 
     def __init__(
         self,
+        policy: NoLayers,
         world: Any,  # noqa: ANN401 of its task
-        said: type[Record],
-        carry_out: Callable[[Array, Array], None],
         robots: Sequence[int],
     ) -> None:
         """Nobody has said anything yet; these robots have the policy."""
-        self._world, self._said, self._carry_out = world, said, carry_out
-        self._parts = _slices(robots)
-        self.minds: Array = said.array((world.n_worlds, world.n_robots))
+        self._policy, self._world = policy, world
+        self._is_member = np.isin(range(world.n_robots), robots)
+        self._carry_out = bind(carry_out_all, {"carry_out": policy.carry_out})
+        self.minds: Array = policy.said.array((world.n_worlds, world.n_robots))
 
     @property
     def has_rules(self) -> bool:
@@ -76,9 +99,7 @@ class RunningPolicy:
 
     def decide(self, first: int, last: int) -> None:
         """Command what the action says, in the worlds first .. last - 1."""
-        robots = self._world.robots
-        for part in self._parts:
-            self._carry_out(robots[first:last, part], self.minds[first:last, part])
+        self._carry_out(self._world.robots, self.minds, self._is_member, first, last)
 
     def numbers_in(self, world: int, scenario: Any) -> None:  # noqa: ANN401 of its task
         """There are no numbers; ConfigError where faults falsify messages."""
@@ -89,7 +110,7 @@ class RunningPolicy:
 
     def reset(self, world: int, seed: int) -> None:
         """Forget what was said."""
-        self._said.restart(self.minds[world])
+        self._policy.said.restart(self.minds[world])
 
     def snapshot(self) -> Array:
         """What was said."""
@@ -99,17 +120,15 @@ class RunningPolicy:
         """Go on from what was said then."""
         self.minds[...] = kept
 
-
-def _slices(numbers: Sequence[int]) -> list[slice]:
-    """Numbers in rising order as slices, one for each run without a gap.
-
-    >>> _slices([0, 1, 2, 5])
-    [slice(0, 3, None), slice(5, 6, None)]
-    """
-    found: list[slice] = []
-    for number in numbers:
-        if found and found[-1].stop == number:
-            found[-1] = slice(found[-1].start, number + 1)
-        else:
-            found.append(slice(number, number + 1))
-    return found
+    def grid_layers(self) -> GridLayers:
+        """What a GPU runs; ConfigError where the task says nothing of it."""
+        if self._policy.on_grid is None:
+            raise ConfigError(
+                "device='cuda': policies that are everything run on a CPU only in this task"
+            )
+        nothing = np.zeros((*self.minds.shape, 1), np.int8)
+        first = self._policy.said.array((1,))
+        return GridLayers(
+            {}, self.minds, nothing, nothing, nothing, nothing, first, nothing[0, 0], 0,
+            self._policy.on_grid,
+        )  # fmt: skip

@@ -43,10 +43,11 @@ class PolicyOnGrid:
     """What a policy observes and gives, as functions of one robot."""
 
     show: Kernel
-    """Writes an observation; of the robot, what its estimator keeps, message slots and output."""
+    """Writes an observation; of the robot, the minds of its world's robots, which of them is its
+    own, message slots and output."""
 
     put: Kernel
-    """Writes an action as the layers take it; of the robot and the numbers."""
+    """Writes an action as the layers take it; of the robot, its mind and the numbers."""
 
 
 @dataclass(frozen=True)

@@ -58,10 +58,11 @@ class DeviceNumbers:
 
     def take(self, given: Any) -> None:  # noqa: ANN401 an array of the GPU
         """Write the actions."""
-        form, robots = self._form, self._loop.arrays["robots"]
+        form, at = self._form, self._loop.arrays
         self._take[self._loop.launch](
-            robots, self._learners, given, self.raw, form.n_symmetric, form.steers_at, self._turn
-        )
+            at["robots"], at["minds"], self._learners, given, self.raw,
+            form.n_symmetric, form.steers_at, self._turn,
+        )  # fmt: skip
 
 
 class DeviceChoices:
@@ -89,8 +90,10 @@ class DeviceChoices:
 
     def take(self, given: Any) -> None:  # noqa: ANN401 an array of the GPU
         """Write the actions."""
-        robots = self._loop.arrays["robots"]
-        self._take[self._loop.launch](robots, self._learners, given, self._choices, self.raw)
+        at = self._loop.arrays
+        self._take[self._loop.launch](
+            at["robots"], at["minds"], self._learners, given, self._choices, self.raw
+        )
 
 
 def _raw(host: ArrayEnv, loop: DeviceLoop) -> Any:  # noqa: ANN401 an array of the GPU

@@ -82,8 +82,7 @@ class DeviceArrayEnv:
         self._stepper = (DeviceExchanges if by_exchange else DeviceTicks)(host, loop)
         self._numbers = loop.memory.to_device(host.learner_numbers)
         self._never = loop.memory.to_device(np.zeros(self.n_worlds, np.bool_))
-        assert host.task.grid is not None  # a loop without one was refused
-        self._log = bind_grid(host.task.grid.log, {})
+        self._log = bind_grid(loop.driving.log, {})
 
     @property
     def is_over(self) -> Any:  # noqa: ANN401 an array
@@ -226,7 +225,5 @@ def _checked(host: ArrayEnv) -> PolicyOnGrid:
                 " leave it out, or take device='cpu'"
             )
     if host.policy.on_grid is None:
-        raise ConfigError(
-            f"learn='{host.config.learn}': runs on a CPU only; take weighting, motion or both"
-        )
+        raise ConfigError(f"learn='{host.config.learn}': runs on a CPU only in this task")
     return host.policy.on_grid

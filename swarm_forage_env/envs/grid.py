@@ -62,6 +62,7 @@ def check_choices(
 
 def take_choices(
     robots: Array,
+    minds: Array,
     learners: Int64[Array, " learners"],
     given: Int64[Array, "worlds learners"],
     choices: Float32[Array, "choices numbers"],
@@ -74,11 +75,13 @@ def take_choices(
         row, chosen = raw[w, learner], given[w, learner]
         for k in range(row.shape[0]):
             row[k] = choices[chosen, k]
-        put(robots[w, learners[learner]], row)
+        i = learners[learner]
+        put(robots[w, i], minds[w, i], row)
 
 
 def take_actions(  # noqa: PLR0913 what an action is
     robots: Array,
+    minds: Array,
     learners: Int64[Array, " learners"],
     given: Float32[Array, "worlds learners numbers"],
     raw: Float32[Array, "worlds learners numbers"],
@@ -101,7 +104,8 @@ def take_actions(  # noqa: PLR0913 what an action is
         if steers_at >= 0:
             left, right = command(row[steers_at], row[steers_at + 1], sharpest_turn)
             row[steers_at], row[steers_at + 1] = left, right
-        put(robots[w, learners[learner]], row)
+        i = learners[learner]
+        put(robots[w, i], minds[w, i], row)
 
 
 def stop_at_exchanges(
@@ -211,7 +215,7 @@ def show_layer(
     n = out.shape[1] if w < out.shape[0] else 0
     for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
         i, row = learners[learner], out[w, learner]
-        show(robots[w, i], minds[w, i], n_slots, row)
+        show(robots[w, i], minds[w], i, n_slots, row)
         if direction[0] >= 0:
             write_direction(row, direction[0], direction[1])
 

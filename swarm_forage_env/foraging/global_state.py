@@ -177,6 +177,14 @@ def write_state(
 
 
 @kernel
+def put_counts(robot: RobotState, row: Float64[Array, " infos"]) -> None:
+    """Write those of INFOS that are counted, and no matter of belief."""
+    row[0], row[1] = robot.round_trips, robot.lost_events
+    row[2] = 1.0 if robot.known[0] and robot.known[1] else 0.0
+    row[3] = robot.messages
+
+
+@kernel
 def put_log(
     robot: RobotState, situation: Situation, world: WorldState, row: Float64[Array, " infos"]
 ) -> None:
@@ -189,9 +197,8 @@ def put_log(
             dx, dy = to_outer(ahead, left, robot.heading[0], robot.heading[1])
             x, y = robot.pose[0] + dx, robot.pose[1] + dy
             error += distance_to_kind(x, y, area, world)
-    row[0], row[1] = robot.round_trips, robot.lost_events
-    row[2] = 1.0 if robot.known[0] and robot.known[1] else 0.0
-    row[3], row[4] = robot.messages, n_known
+    put_counts(robot, row)
+    row[4] = n_known
     row[5] = error / max(n_known, 1)
 
 

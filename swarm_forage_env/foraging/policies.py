@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.compiler import bind, entry_point, inlined, kernel
+from swarm_forage_env.compiler import bind, inlined, kernel
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.observations import (
@@ -125,41 +125,64 @@ def put_situation(
 
 @inlined
 def show_exchange(
-    robot: RobotState, mind: Mind, n_slots: int, out: Float32[Array, " numbers"]
+    robot: RobotState, crowd: Array, i: int, n_slots: int, out: Float32[Array, " numbers"]
 ) -> None:
     """Write the observation of a learner of the weighting."""
-    put_exchange(mind.exchange, out, 0)
+    put_exchange(crowd[i].exchange, out, 0)
 
 
 @inlined
 def show_situation(
-    robot: RobotState, mind: Mind, n_slots: int, out: Float32[Array, " numbers"]
+    robot: RobotState, crowd: Array, i: int, n_slots: int, out: Float32[Array, " numbers"]
 ) -> None:
     """Write the observation of a learner of the motion."""
-    put_situation(robot, mind.situation, n_slots, out, 0)
+    put_situation(robot, crowd[i].situation, n_slots, out, 0)
 
 
 @inlined
-def show_both(robot: RobotState, mind: Mind, n_slots: int, out: Float32[Array, " numbers"]) -> None:
+def show_both(
+    robot: RobotState, crowd: Array, i: int, n_slots: int, out: Float32[Array, " numbers"]
+) -> None:
     """Write the observation of a learner of both layers."""
-    at = put_exchange(mind.exchange, out, 0)
-    put_situation(robot, mind.situation, n_slots, out, at)
+    at = put_exchange(crowd[i].exchange, out, 0)
+    put_situation(robot, crowd[i].situation, n_slots, out, at)
 
 
 @inlined
-def put_weights(robot: RobotState, given: Float32[Array, " numbers"]) -> None:
+def show_readings(
+    robot: RobotState, crowd: Array, i: int, n_slots: int, out: Float32[Array, " numbers"]
+) -> None:
+    """Write the observation of a learner of everything: readings, then messages."""
+    at = put_sensors(robot, out, 0)
+    out[at], out[at + 1] = robot.readings.odometry[0], robot.readings.odometry[1]
+    at += 2
+    for slot in range(n_slots):
+        out[at + slot] = slot < robot.heard.n
+    at = put_range_bearing(robot, n_slots, out, at + n_slots)
+    for slot in range(n_slots):
+        heard = slot < robot.heard.n
+        out[at + slot] = robot.heard.n_averaged[slot] if heard else 0
+        for k in range(WORDS):
+            to = at + n_slots + slot * WORDS + k
+            out[to] = crowd[robot.heard.sender[slot]].words[k] if heard else 0.0
+
+
+@inlined
+def put_weights(robot: RobotState, mind: Mind, given: Float32[Array, " numbers"]) -> None:
     """Write the action of a learner of the weighting."""
     robot.action.weight[0], robot.action.weight[1] = given[0], given[1]
 
 
 @inlined
-def put_wheels(robot: RobotState, given: Float32[Array, " numbers"]) -> None:
+def put_wheels(robot: RobotState, mind: Mind, given: Float32[Array, " numbers"]) -> None:
     """Write the action of a learner of the motion."""
     robot.action.wheels[0], robot.action.wheels[1] = given[0], given[1]
 
 
 @inlined
-def put_weights_and_wheels(robot: RobotState, given: Float32[Array, " numbers"]) -> None:
+def put_weights_and_wheels(
+    robot: RobotState, mind: Mind, given: Float32[Array, " numbers"]
+) -> None:
     """Write the action of a learner of both layers."""
     robot.action.weight[0], robot.action.weight[1] = given[0], given[1]
     robot.action.wheels[0], robot.action.wheels[1] = given[2], given[3]
@@ -171,29 +194,7 @@ def write_all(
     """Write the observations of all robots. Free name: show."""
     for w in range(out.shape[0]):
         for i in range(out.shape[1]):
-            show(robots[w, i], minds[w, i], n_slots, out[w, i])
-
-
-@entry_point
-def write_readings(
-    robots: Array, minds: Array, n_slots: int, out: Float32[Array, "worlds robots numbers"]
-) -> None:
-    """Write the observation of a learner of everything: readings, then messages."""
-    for w in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            robot, row = robots[w, i], out[w, i]
-            at = put_sensors(robot, row, 0)
-            row[at], row[at + 1] = robot.readings.odometry[0], robot.readings.odometry[1]
-            at += 2
-            for slot in range(n_slots):
-                row[at + slot] = slot < robot.heard.n
-            at = put_range_bearing(robot, n_slots, row, at + n_slots)
-            for slot in range(n_slots):
-                heard = slot < robot.heard.n
-                row[at + slot] = robot.heard.n_averaged[slot] if heard else 0
-                for k in range(WORDS):
-                    to = at + n_slots + slot * WORDS + k
-                    row[to] = minds[w, robot.heard.sender[slot]].words[k] if heard else 0.0
+            show(robots[w, i], minds[w], i, n_slots, out[w, i])
 
 
 class Said(Record):
@@ -206,15 +207,26 @@ class Said(Record):
     """It is broadcast."""
 
 
-def carry_out(robots: Array, said: Array) -> None:
-    """Command what the policy of robots that forage says.
+@kernel
+def carry_out(robot: RobotState, said: Said) -> None:
+    """Command what the policy of a robot that forages says.
 
     Nobody reports itself lost, and nobody's beliefs are known: a robot that has visited an area
     counts as knowing it.
     """
-    robots["command"]["wheels"] = robots["action"]["wheels"]
-    robots["command"]["is_speaking"] = said["is_speaking"]
-    robots["report"]["known"] = robots["first_visit"] >= 0
+    robot.command.is_speaking = said.is_speaking
+    for k in range(2):
+        robot.command.wheels[k] = robot.action.wheels[k]
+        robot.report.known[k] = robot.first_visit[k] >= 0
+
+
+@inlined
+def put_everything(robot: RobotState, said: Said, given: Float32[Array, " numbers"]) -> None:
+    """Write the action of a learner of everything."""
+    robot.action.wheels[0], robot.action.wheels[1] = given[0], given[1]
+    said.is_speaking = given[2] > 0.0
+    for k in range(WORDS):
+        said.words[k] = given[3 + k]
 
 
 def _weigh(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
@@ -247,8 +259,11 @@ class Writer:
         self.write(world.robots, controller.minds["estimator"], world.scenario.slots, out)
 
 
+_write_readings = bind(write_all, {"show": show_readings})
+
+
 def _observe_readings(world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
-    write_readings(world.robots, controller.minds, world.scenario.slots, out)
+    _write_readings(world.robots, controller.minds, world.scenario.slots, out)
 
 
 def _encounter(bounds: Bounds) -> Groups:
@@ -342,6 +357,7 @@ LEARNABLE = {
         _do_everything,
         (),
         {},
+        PolicyOnGrid(show_readings, put_everything),
         decision_period=5,
         is_steering=True,
         said=symbols(),

@@ -7,6 +7,7 @@ from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.events import Events, write_events
 from swarm_forage_env.foraging.global_state import ForagingState
+from swarm_forage_env.foraging.grid_without_layers import WITHOUT_LAYERS
 from swarm_forage_env.foraging.on_grid import ON_GRID
 from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS, Said, carry_out
 from swarm_forage_env.foraging.potential import ForagingPotential, most_shaping
@@ -36,7 +37,7 @@ FORAGING = Task(
     replaced=lambda scenario: {"task.area_distance": "task.areas"} if scenario.task.areas else {},
     residuals=("motion", "both"),
     grid=ON_GRID,
-    no_layers=NoLayers(Said, carry_out),
+    no_layers=NoLayers(Said, carry_out, WITHOUT_LAYERS),
     bounds=Bounds,
     potential=ForagingPotential,
     most_shaping=most_shaping,

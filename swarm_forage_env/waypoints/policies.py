@@ -131,10 +131,12 @@ class Said(Record):
     """The robot is at its goal: another one, please."""
 
 
-def carry_out(robots: Array, said: Array) -> None:
-    """Command what the policy of robots that visit waypoints says."""
-    robots["command"]["acceleration"] = robots["action"]["acceleration"]
-    robots["command"]["claim"] = said["claim"]
+@kernel
+def carry_out(robot: RobotState, said: Said) -> None:
+    """Command what the policy of a robot that visits waypoints says."""
+    robot.command.claim = said.claim
+    for k in range(2):
+        robot.command.acceleration[k] = robot.action.acceleration[k]
 
 
 def _weigh(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task

@@ -22,15 +22,11 @@ from swarm_forage_env.envs.added_observations import (
 )
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.grid import (
-    decide_on_grid,
-    log_on_grid,
-    observe_on_grid,
-    tick_on_grid,
-)
+from swarm_forage_env.foraging.grid import tick_on_grid
 from swarm_forage_env.foraging.on_grid import ON_GRID as ON_GRID_OF_FORAGING
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.potential import potential
+from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
@@ -54,9 +50,9 @@ ON_CPU = {
     "sense_first seed_streams": "a reset, by a loop of a CPU",
     "write_rows area_under is_touching is_touching_obstacle": "events for rewards in NumPy",
     "repeat falsify": "in the place of what an estimator has not",
-    "write_readings": "what a learner of everything observes, which `device=` refuses",
     "write_state put_truth put_areas put_faults": "the state, which a CPU writes",
     "write_log": "the loop over worlds of the log",
+    "write_all": "the loop over worlds of observations",
     "write_potentials": "the loop over worlds of a CPU",
 }
 """Functions of foraging that no kernel of the grid calls, and why."""
@@ -71,8 +67,8 @@ NOT_OF_E_PUCKS = (
 
 OF_STEPS = (
     "put_goal put_range_bearing put_sensors put_exchange put_situation show_exchange show_situation"
-    " show_both put_weights put_wheels put_weights_and_wheels drive_to_wheels put_log"
-    " distance_to_kind potential farthest"
+    " show_both put_weights put_wheels put_weights_and_wheels show_readings put_everything"
+    " drive_to_wheels put_log put_counts distance_to_kind potential farthest"
 )
 """Functions of an environment's step, which have a test of their own."""
 
@@ -81,13 +77,15 @@ def loop_of(controller, n_worlds=2):
     """A block of worlds of es1."""
     seeds = list(range(n_worlds))
     found = REFERENCES if controller in REFERENCES else CONTROLLERS
-    return Loop(find_scenario("es1"), found[controller], seeds, "kinematic")
+    chosen = FORAGING.no_layers if controller == "policy" else found[controller]
+    return Loop(find_scenario("es1"), chosen, seeds, "kinematic")
 
 
 def kernels_of(controller):
     """The three kernels of a controller, and what each is handed."""
     loop = loop_of(controller)
     world, layers = loop.world, loop.controller.grid_layers()
+    driving = layers.templates or ON_GRID_OF_FORAGING.layers
     records = world.robots, *map(np.ascontiguousarray, (layers.minds, layers.memories))
     told, settings = map(np.ascontiguousarray, (layers.told, layers.settings))
     n_worlds, n_robots = world.robots.shape
@@ -98,7 +96,7 @@ def kernels_of(controller):
     return {
         "tick": (bind_grid(tick_on_grid, {}), (world.robots, *tables)),
         "observe": (
-            bind_grid(observe_on_grid, layers.functions),
+            bind_grid(driving.observe, layers.functions),
             (records[0], records[1], layers.shared, told, is_new),
         ),
         "place": (
@@ -106,7 +104,7 @@ def kernels_of(controller):
             (records[0], world.worlds, records[0][0], seeds, is_new, places, poses, TROUBLE),
         ),
         "forget": (
-            bind_grid(ON_GRID_OF_FORAGING.forget, layers.functions),
+            bind_grid(driving.forget, layers.functions),
             (*records[1:], layers.first_mind, layers.first_memory, seeds, is_new, 64),
         ),
         "sense_first": (
@@ -114,7 +112,7 @@ def kernels_of(controller):
             (world.robots, world.worlds, world.near, world.obstacles, is_new, TROUBLE),
         ),
         "decide": (
-            bind_grid(decide_on_grid, layers.functions),
+            bind_grid(driving.decide, layers.functions),
             (*records, layers.shared, settings, TROUBLE, is_new),
         ),
     }
@@ -157,9 +155,10 @@ def test_a_reset_compiles_for_a_gpu(ptx, controller):
         assert ".entry" in ptx(kernel, *arguments), name
 
 
-@pytest.mark.parametrize("learn", ["weighting", "motion", "both"])
+@pytest.mark.parametrize("learn", ["weighting", "motion", "both", "everything"])
 def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
-    policy, loop = LEARNABLE[learn], loop_of("nc")
+    policy = LEARNABLE[learn]
+    loop = loop_of("policy" if learn == "everything" else "nc")
     robots, worlds = loop.world.robots, loop.world.worlds
     minds = np.ascontiguousarray(loop.controller.grid_layers().minds)
     learners, choices = np.arange(10), np.zeros((2, 10), np.int64)
@@ -172,9 +171,9 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     }  # fmt: skip
     steps = {
         grid.check_actions: (actions, row, row, TROUBLE),
-        grid.take_actions: (robots, learners, actions, actions, 0, 0, 0.3),
+        grid.take_actions: (robots, minds, learners, actions, actions, 0, 0, 0.3),
         grid.check_choices: (choices, 5, TROUBLE),
-        grid.take_choices: (robots, learners, choices, actions[0], actions),
+        grid.take_choices: (robots, minds, learners, choices, actions[0], actions),
         grid.stop_at_exchanges: (worlds, minds, learners, learners[:2], is_new, learners[:2]),
         grid.write_acts: (minds, learners, per_robot[None]),
         grid.begin: (robots, worlds, is_new, actions, pair[0]),
@@ -183,6 +182,8 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
         grid.normalise: (row, row > 0, seen),
         grid.stack_frames: (seen, is_new, True, np.zeros((2, 10, 2, 60), np.float32), seen),
     }
+    if learn == "everything":  # there are no exchanges
+        del steps[grid.stop_at_exchanges], steps[grid.write_acts]
     for template, arguments in steps.items():
         assert ".entry" in ptx(bind_grid(template, functions), *arguments)
     for put in (put_time_left, put_robot_id, put_one_hot, put_previous_action):
@@ -190,11 +191,21 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
         assert ".entry" in ptx(add, learners, 10, per_robot, actions, 0, 4, seen)
 
 
-def test_the_log_compiles_for_a_gpu(ptx):
-    loop = loop_of("nc")
-    minds = np.ascontiguousarray(loop.controller.grid_layers().minds)
+@pytest.mark.parametrize("controller", ["nc", "policy"])
+def test_the_log_compiles_for_a_gpu(ptx, controller):
+    loop = loop_of(controller)
+    layers = loop.controller.grid_layers()
+    minds = np.ascontiguousarray(layers.minds)
+    driving = layers.templates or ON_GRID_OF_FORAGING.layers
     arguments = loop.world.robots, minds, loop.world.worlds, np.arange(10), np.zeros((2, 10, 6))
-    assert ".entry" in ptx(bind_grid(log_on_grid, {}), *arguments)
+    assert ".entry" in ptx(bind_grid(driving.log, {}), *arguments)
+
+
+def test_robots_whose_policy_is_everything_compile_for_a_gpu(ptx):
+    kernels = kernels_of("policy")
+    for name in ("observe", "decide", "forget"):
+        kernel, arguments = kernels[name]
+        assert ".entry" in ptx(kernel, *arguments), name
 
 
 def test_the_compiled_controllers_call_all_that_any_does():
@@ -208,7 +219,7 @@ def test_the_compiled_controllers_call_all_that_any_does():
 
 def test_every_function_of_foraging_is_called_or_left_out_with_a_reason():
     found = set()
-    for name in ON_GRID:
+    for name in (*ON_GRID, "policy"):
         for kernel, _ in kernels_of(name).values():
             called_by(kernel, found)
     known = {(each.__module__, each.__name__) for each in found}

@@ -281,6 +281,8 @@ def test_worlds_on_the_grid_are_the_worlds_of_a_cpu(controller):
         {"learn": "motion", "scenario": "MOVING", "shaping": 1.0, "stagger": True},
         {"learn": "weighting", "faults.liar.share": 0.4, "task.n_robots": 4},
         {"learn": "both", "discrete": (3, 4), "observation": ADDED, "normalise": False},
+        {"learn": "everything", "stagger": True, "shaping": 0.5, "radio.max_range": 0.5},
+        {"learn": "everything", "discrete": True, "stack": 2, "observation": ["layer", *ADDED]},
     ],
     ids=lambda options: "-".join([options["learn"], *list(options)[1:]]),
 )

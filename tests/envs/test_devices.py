@@ -36,14 +36,14 @@ def test_a_cpu_is_the_usual_device():
         ({"device": "cuda", "physics": "rigid"}, "engine rigid runs on a CPU only"),
         ({**GPU, "observation": ["layer", Heading]}, "observation: Heading is written in NumPy"),
         ({**GPU, "reward": lambda before, after, events: events["trip"]}, "reward=.*CPU only"),
-        ({**GPU, "learn": "everything"}, "learn='everything': runs on a CPU only"),
+        ({**GPU, "scenario": "waypoints-05"}, "learn='motion': runs on a CPU only in this task"),
         ({**GPU, "controller": "boids-goal"}, "'boids-goal' runs on a CPU only"),
         ({**GPU, "controller": ["ssgikf"] * 5 + ["sikf"] * 5}, "several teams"),
     ],
 )
 def test_what_does_not_run_on_a_gpu_is_refused_with_the_reason(options, complaint):
     with pytest.raises(ConfigError, match=complaint):
-        array_env("es1", **options)
+        array_env(**{"scenario": "es1", **options})
 
 
 @pytest.mark.skipif(importlib.util.find_spec("numba_cuda") is not None, reason="it is installed")
