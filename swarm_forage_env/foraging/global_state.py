@@ -15,7 +15,7 @@ from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.fault_record import KINDS, N_KINDS
 from swarm_forage_env.foraging.floor import distance_to_kind
 from swarm_forage_env.foraging.observations import AREAS, FLAG, PATH_SCALE, PLACE_SCALE
-from swarm_forage_env.foraging.policies import put_goal
+from swarm_forage_env.foraging.policy_functions import put_goal
 from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.spaces import GOALS, Feature, Layout

@@ -7,7 +7,7 @@ from typing import Any
 
 from swarm_forage_env.arrays import Array, Float64, Int8, Int64, UInt64
 from swarm_forage_env.foraging.global_state import put_counts
-from swarm_forage_env.foraging.policies import carry_out
+from swarm_forage_env.foraging.policy_functions import carry_out
 from swarm_forage_env.interface import LayerTemplates
 
 cuda: Any

@@ -9,7 +9,8 @@ from swarm_forage_env.foraging.events import Events, write_events
 from swarm_forage_env.foraging.global_state import ForagingState
 from swarm_forage_env.foraging.grid_without_layers import WITHOUT_LAYERS
 from swarm_forage_env.foraging.on_grid import ON_GRID
-from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS, Said, carry_out
+from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS
+from swarm_forage_env.foraging.policy_functions import Said, carry_out
 from swarm_forage_env.foraging.potential import ForagingPotential, most_shaping
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.trajectory import FORAGING_TRAJECTORY
