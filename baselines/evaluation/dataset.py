@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, get_type_hints
+from zlib import crc32
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -28,6 +29,10 @@ LOGGER = logging.getLogger("swarm-forage")
 
 IDENTITY = ("overrides", "parameters", "settings", "code")
 """Columns by which a reader tells configurations apart, beside their key."""
+
+ASKED = b"asked"
+"""Key, in the metadata of a file, of the name that its controller was asked for by. A checksum
+stands before the name. It is no column: `ssgiff` and `ssgiff:beta=0.01` are the same episodes."""
 
 IN_FOLDERS = ("scenario", "controller")
 """Fields of an episode that stand in the names of the folders."""
@@ -129,22 +134,26 @@ class Dataset:
         return folder / f"{configuration.key}-seed{seed:08d}{self.ending}"
 
     def find(self, configuration: ExperimentConfig, seed: int) -> Any | None:  # noqa: ANN401 of its task
-        """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
+        """Read a kept episode; None if there is none, or a damaged one, which is set aside.
+
+        Its controller is called as it was asked for; by its short name in files that keep no other.
+        """
         file = self.place(configuration, seed)
         try:
-            row = _row(self.read(file), configuration, seed)
+            table = read_table(self.read(file))
+            row, asked = _row(table, configuration, seed), asked_name(table)
         except FileNotFoundError:
             return None
         except DamagedFileError as damage:
             set_aside(file, damage, self.rename)
             return None
-        names = configuration.scenario.name, configuration.controller.name
+        names = configuration.scenario.name, asked or configuration.short_label
         return episode_of(row, task_of(configuration.scenario).episode, *names)
 
     def keep(self, configuration: ExperimentConfig, episodes: Iterable[Any]) -> None:
-        """Write each episode atomically to its file."""
+        """Write each episode atomically to its file, with the name it was asked for by."""
         for episode in episodes:
-            columns = schema(kind_of_episode(episode))
+            columns = schema(kind_of_episode(episode)).with_metadata(_asked(configuration.label))
             row = pa.Table.from_pylist([_columns(episode, configuration)], columns)
             content = pa.BufferOutputStream()
             pq.write_table(row, content, write_page_checksum=True)
@@ -185,6 +194,26 @@ def episode_of(
     return kind.episode(scenario=scenario, controller=controller, **numbers)
 
 
+def asked_name(table: pa.Table) -> str | None:
+    """The name that the controller of a file was asked for by; None in a file that keeps none.
+
+    DamagedFileError for a name that is not as it was written.
+    """
+    kept = (table.schema.metadata or {}).get(ASKED)
+    if kept is None:
+        return None
+    name: str = kept.partition(b" ")[2].decode(errors="replace")
+    if kept != _asked(name)[ASKED]:
+        raise DamagedFileError("not a readable Parquet file")
+    return name
+
+
+def _asked(name: str) -> dict[bytes, bytes]:
+    """The metadata of a file: the name that its controller was asked for by."""
+    text = name.encode()
+    return {ASKED: b"%08x %b" % (crc32(text), text)}
+
+
 def read_table(content: bytes) -> pa.Table:
     """The table in a file's content, its checksums verified; DamagedFileError if it is none."""
     try:
@@ -195,9 +224,8 @@ def read_table(content: bytes) -> pa.Table:
     return table
 
 
-def _row(content: bytes, configuration: ExperimentConfig, seed: int) -> dict[str, Any]:
-    """The one row in a file's content; DamagedFileError if it is another episode's."""
-    table = read_table(content)
+def _row(table: pa.Table, configuration: ExperimentConfig, seed: int) -> dict[str, Any]:
+    """The one row in a file's table; DamagedFileError if it is another episode's."""
     if (
         not table.schema.equals(schema(task_of(configuration.scenario).episode))
         or table.num_rows != 1

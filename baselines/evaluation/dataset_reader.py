@@ -1,6 +1,7 @@
 """Read datasets: the episodes of each configuration, with every setting they were run with."""
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,6 +14,7 @@ import pyarrow as pa
 from baselines.evaluation.dataset import (
     IN_FOLDERS,
     DamagedFileError,
+    asked_name,
     episode_of,
     read_table,
     schema,
@@ -21,7 +23,9 @@ from baselines.evaluation.dataset import (
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
     changed_parameters,
+    changed_settings,
     find_layered_controller,
+    short_label,
 )
 from baselines.evaluation.trajectories import ENDING
 from swarm_forage_env.episode import EpisodeKind
@@ -46,7 +50,7 @@ class EpisodeGroup:
     """Names the files of the configuration."""
     episodes: tuple[Any, ...]
     """All of one task."""
-    asked: str | None = None
+    asked: str
     """The controller as the user named it, with parameters, if so."""
 
     @property
@@ -66,18 +70,14 @@ class EpisodeGroup:
         return leaves(tree["scenario"]) | tree["controller"]
 
     def label(self, without: str | None = None) -> str:
-        """The controller as it was asked for, or its name with its changed parameters.
-
-        Without the one left out, where there is one.
-        """
-        if self.asked and without is None:
+        """The controller as it was asked for; or, without a parameter, its name and the others."""
+        if without is None:
             return self.asked
-        changed = ",".join(_changed_settings(self.parameters, without, short=True))
-        return f"{self.controller}:{changed}" if changed else self.controller
+        return short_label(self.controller, self.parameters, without)
 
     def setup(self, without: str | None = None) -> str:
         """The scenario with its changed settings, but for one left out, and the engine."""
-        return ", ".join((self.scenario, *_changed_settings(self.overrides, without), self.physics))
+        return ", ".join((self.scenario, *changed_settings(self.overrides, without), self.physics))
 
     @classmethod
     def of(cls, configuration: ExperimentConfig, episodes: Sequence[Any]) -> "EpisodeGroup":
@@ -106,11 +106,13 @@ def read_groups(
 ) -> list[EpisodeGroup]:
     """Read the episode groups in dataset folders, sorted, and filtered by name if asked.
 
-    A controller is named as `ssgiff`, whatever its parameters, or as `ssgiff:beta=0.01`.
+    A controller is named as `ssgiff`, whatever its parameters, or as `ssgiff:beta=0.01`. Each group
+    is called as its episodes were asked for last; by its short name if not all by the same name.
     ConfigError for what is no dataset, one of another version, or one that holds a
     configuration from several versions of the code.
     """
     found: dict[str, dict[int, Any]] = {}
+    asked: dict[str, set[str]] = {}
     texts: dict[str, dict[str, str]] = {}
     names = {each.partition(":")[0] for each in controllers}
     for source in sources:
@@ -118,17 +120,23 @@ def read_groups(
             scenario, controller = (_in_folder(file, field) for field in IN_FOLDERS)
             if (scenarios and scenario not in scenarios) or (names and controller not in names):
                 continue
-            row, kind = _read(file)
+            row, kind, name = _read(file)
             key = row["configuration"]
-            texts[key] = {name: row[name] for name in ("physics", "code", *TEXTS)}
+            texts[key] = {each: row[each] for each in ("physics", "code", *TEXTS)}
             texts[key] |= {"scenario": scenario, "controller": controller, "key": key}
+            asked.setdefault(key, set()).add(name or short_label(controller, row["parameters"]))
             episode = episode_of(row, kind, scenario, controller)
             found.setdefault(key, {})[episode.seed] = episode
     groups = [
-        EpisodeGroup(**texts[key], episodes=tuple(by_seed[seed] for seed in sorted(by_seed)))
+        EpisodeGroup(
+            **texts[key],
+            episodes=tuple(by_seed[seed] for seed in sorted(by_seed)),
+            asked=asked[key].pop() if len(asked[key]) == 1 else "",
+        )
         for key, by_seed in found.items()
     ]
-    wanted = [each for group in groups if (each := _wanted(group, controllers))]
+    named = _named_apart(groups)
+    wanted = [each for group in named if (each := _wanted(group, controllers))]
     if not wanted:
         raise ConfigError(_nothing(sources, scenarios, controllers))
     _check_code(wanted)
@@ -171,10 +179,14 @@ def _in_folder(file: Path, field: str) -> str:
     )
 
 
-def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind]:
-    """The row of an episode, and its kind; ConfigError if the file is something else."""
+def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind, str | None]:
+    """The row of an episode, its kind, and the name that its controller was asked for by, if kept.
+
+    ConfigError if the file is something else.
+    """
     try:
         table = read_table(file.read_bytes())
+        name = asked_name(table)
     except (DamagedFileError, OSError) as damage:
         raise ConfigError(
             f"dataset file {file}: {getattr(damage, 'strerror', damage)}; remove it and run the"
@@ -185,7 +197,7 @@ def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind]:
         if whole.schema.equals(schema(kind)) and whole.num_rows == 1:
             row: dict[str, Any] = whole.to_pylist()[0]
             _check_texts(row, file)
-            return row, kind
+            return row, kind, name
     raise ConfigError(
         f"dataset file {file}: written by another version of swarm-forage ({_differs(table)});"
         " evaluate again into another folder, or plot it with the version that wrote it"
@@ -220,6 +232,18 @@ def _differs(table: pa.Table) -> str:
     parts = [f"lacks {', '.join(lacks)}"] if lacks else []
     parts += [f"has {', '.join(extra)}"] if extra else []
     return "; ".join(parts) or "columns of other types, or several rows"
+
+
+def _named_apart(groups: Iterable[EpisodeGroup]) -> list[EpisodeGroup]:
+    """The groups, with short names for those without one, or of one name in the same setup."""
+    listed = list(groups)
+    count = Counter((each.setup(), each.asked) for each in listed)
+    return [
+        each
+        if each.asked and count[each.setup(), each.asked] == 1
+        else replace(each, asked=short_label(each.controller, each.parameters))
+        for each in listed
+    ]
 
 
 def _wanted(group: EpisodeGroup, controllers: Sequence[str]) -> EpisodeGroup | None:
@@ -260,17 +284,3 @@ def _order(group: EpisodeGroup) -> tuple[Any, ...]:
     parameters: Mapping[str, Any] = json.loads(group.settings)["controller"]
     numbers = [float(each) for each in parameters.values() if isinstance(each, int | float)]
     return group.setup(), group.controller != "nc", group.controller, numbers, group.label()
-
-
-def _changed_settings(text: str, without: str | None, short: bool = False) -> list[str]:
-    """Changed numbers as a user writes them: `beta=0.01`."""
-    changed = json.loads(text).items()
-    return [
-        f"{name.rpartition('.')[2] if short else name}={_number(value)}"
-        for name, value in changed
-        if name != without
-    ]
-
-
-def _number(value: Any) -> str:  # noqa: ANN401 a value of JSON
-    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 
 from baselines.evaluation.complaints import of_option
@@ -59,9 +60,6 @@ class EvaluateOptions:
 
     def configurations(self) -> list[ExperimentConfig]:
         """The configuration of each controller."""
-        repeated = [each for each in self.controllers if self.controllers.count(each) > 1]
-        if repeated:
-            raise ConfigError(f"controller '{repeated[0]}' is named twice")
         scenario = find_scenario(self.scenario)
         changes = parse_settings(self.settings)
         with of_option("--set: "):
@@ -72,6 +70,7 @@ class EvaluateOptions:
             ExperimentConfig(each, scenario, find_layered_controller(each), physics)
             for each in self.controllers
         ]
+        _check_different(found)
         for each in found:
             each.controller.check_usable(scenario)
         return found
@@ -87,6 +86,18 @@ class EvaluateOptions:
         options += [f"--episodes={self.episodes}", f"--seed={self.seed}"]
         options += [f"--physics={self.physics}"] if self.physics else []
         return shlex.join(["swarm-forage", "evaluate", self.scenario, *self.controllers, *options])
+
+
+def _check_different(configurations: Sequence[ExperimentConfig]) -> None:
+    """ConfigError if a controller is named twice, be it by two names: `ssgiff:beta=0.01`."""
+    for one, other in combinations(configurations, 2):
+        if one.label == other.label:
+            raise ConfigError(f"controller '{one.label}' is named twice")
+        if one.controller == other.controller:
+            raise ConfigError(
+                f"controllers '{one.label}' and '{other.label}' are the same, with the same"
+                " parameters: name one of them"
+            )
 
 
 def seeds_from(first: int, episodes: int) -> range:

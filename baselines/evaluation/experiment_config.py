@@ -82,6 +82,14 @@ class ExperimentConfig:
         """Layers and parameters that differ from the controller of that name, as JSON text."""
         return _changed_parameters(self.controller)
 
+    @property
+    def short_label(self) -> str:
+        """The controller's name with the parameters that differ from the controller of that name.
+
+        One name for what may be asked for by several: `ssgiff` and `ssgiff:beta=0.01`.
+        """
+        return short_label(self.controller.name, self.parameters)
+
     @cached_property
     def code(self) -> str:
         """Hash of the code behind an episode, and of the libraries' versions.
@@ -138,6 +146,26 @@ def _changed_parameters(controller: LayeredController) -> str:
     return _json(layers | _changes(numbers, controller.parameters))
 
 
+def short_label(controller: str, parameters: str, without: str | None = None) -> str:
+    """A controller's name with its changed parameters, given as JSON text, but for one left out.
+
+    >>> short_label("ssgiff", '{"estimator.pause": 4.0, "weighting.beta": 0.001}')
+    'ssgiff:pause=4,beta=0.001'
+    """
+    changed = ",".join(changed_settings(parameters, without, short=True))
+    return f"{controller}:{changed}" if changed else controller
+
+
+def changed_settings(text: str, without: str | None = None, short: bool = False) -> list[str]:
+    """Changed numbers, given as JSON text, as a user writes them: `beta=0.01`."""
+    changed = json.loads(text).items()
+    return [
+        f"{name.rpartition('.')[2] if short else name}={_number(value)}"
+        for name, value in changed
+        if name != without
+    ]
+
+
 def parse_settings(texts: Iterable[str]) -> dict[str, str]:
     """Parse settings such as `radio.max_range=0.2` into names and values.
 
@@ -163,6 +191,10 @@ def _changes(base: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
         for name, value in now.items()
         if name != "name" and base.get(name, missing) != value
     }
+
+
+def _number(value: Any) -> str:  # noqa: ANN401 a value of JSON
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _json(tree: Mapping[str, Any]) -> str:

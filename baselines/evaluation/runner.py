@@ -75,6 +75,8 @@ class Plan:
         self.dataset = dataset
         self.trajectories = trajectories
         self.episodes: dict[tuple[str, int], Any] = {}
+        self.renamed: dict[str, list[Any]] = {}
+        """Episodes found that were asked for by another name than now, by configuration."""
         self.todo: dict[str, list[int]] = {}
         self._named = {each.key: each for each in configurations}
         for key, configuration in self._named.items():
@@ -86,6 +88,8 @@ class Plan:
                     self.todo.setdefault(key, []).append(seed)
                 else:
                     self.episodes[key, seed] = episode
+                    if episode.controller != configuration.label:
+                        self.renamed.setdefault(key, []).append(episode)
 
     @property
     def n_todo(self) -> int:
@@ -109,9 +113,12 @@ class Plan:
     ) -> Iterator[int]:
         """Run the missing episodes; yield after each block how many episodes it held.
 
+        Those found are kept anew where they were asked for by another name, as figures show it.
         `tell` is told what is compiled, and `done`, in workers that share the files of this
         machine, how far the blocks have come.
         """
+        for key, found in self.renamed.items():
+            self.keep(key, found)
         blocks = self.blocks(backend.workers, backend.threads)
         compile_all({block.configuration.key: block.configuration for block in blocks}, tell)
         recorded, threads = self.trajectories is not None, backend.threads

@@ -33,6 +33,10 @@ REFUSED = [
     (("evaluate", "es1", "ssgiff:beta=inf"), "beta='inf'"),
     (("evaluate", "es1", "ssgiff:beta=steep"), "beta='steep'"),
     (("evaluate", "es1", "nc", "nc"), "controller 'nc' is named twice"),
+    (
+        ("evaluate", "es1", "ssgiff", "nc", "ssgiff:beta=0.01"),
+        "controllers 'ssgiff' and 'ssgiff:beta=0.01' are the same, with the same parameters",
+    ),
     (("evaluate", "es1", "nc", "--format=xml"), "'--format': 'xml' is not one of 'table'"),
     (("evaluate", "es1", "nc", "--seed=x"), "an integer. See: swarm-forage evaluate --help"),
     (("evaluate", "es1"), "Missing argument 'controllers"),

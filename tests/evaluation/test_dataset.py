@@ -31,6 +31,15 @@ def test_an_episode_is_found_as_it_was_kept(dataset, configuration, file, episod
     assert dataset.find(configuration, 4) is None
 
 
+def test_one_file_of_two_names_is_called_by_the_last(dataset, configure, episode):
+    (kept,) = {dataset.place(configure(name), 3) for name in ("ssgiff", "ssgiff:beta=0.01")}
+    for name in ("ssgiff:beta=0.01", "ssgiff", "ssgiff:beta=1e-2"):
+        dataset.keep(configure(name), [episode])
+        for asked in ("ssgiff", "ssgiff:beta=0.01"):
+            assert dataset.find(configure(asked), 3) == replace(episode, controller=name)
+        assert pq.read_schema(kept).names == schema(FORAGING_EPISODE).names
+
+
 def test_a_file_is_where_readers_of_hive_partitions_look(dataset, configuration, file):
     inside = file.relative_to(dataset.folder)
     assert inside.parts[:2] == ("scenario=es1", "controller=ssgikf")
@@ -94,6 +103,16 @@ def flipped(content, row):
     return content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
 
 
+def renamed(content, row):
+    """A letter of the name that the controller was asked for by is another."""
+    table = pq.ParquetFile(pa.BufferReader(content)).read()
+    kept = table.schema.metadata[b"asked"]
+    sink = pa.BufferOutputStream()
+    changed = {b"asked": kept.replace(b"ssgikf", b"ssgiff")}
+    pq.write_table(table.replace_schema_metadata(changed), sink)
+    return sink.getvalue().to_pybytes()
+
+
 def table_of(**columns):
     def damage(content, row):
         changed = pa.Table.from_pylist([row | columns], schema(FORAGING_EPISODE))
@@ -125,6 +144,7 @@ def two_rows(content, row):
         empty,
         text,
         flipped,
+        renamed,
         without_column,
         two_rows,
         table_of(seed=4),

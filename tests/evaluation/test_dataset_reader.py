@@ -64,6 +64,46 @@ def test_an_episode_in_two_datasets_counts_once(kept, tmp_path, configure, episo
     assert [each.seed for each in groups[0].episodes] == [0, 1, 2, 3]
 
 
+def names_of(dataset):
+    return [group.label() for group in read_groups([str(dataset.folder)])]
+
+
+def without_metadata(file):
+    """A file as it was written before files kept the name that was asked for."""
+    pq.write_table(pq.ParquetFile(file).read().replace_schema_metadata(None), file)
+
+
+def test_a_controller_is_called_as_it_was_asked_for_last(kept, configure, episode):
+    for name in ("ssgiff:beta=0.01", "ssgiff", "ssgiff:beta=1e-2"):
+        kept.keep(configure(name), [replace(episode, seed=seed) for seed in range(3)])
+        assert names_of(kept) == ["nc", "ssgiff:beta=0.001", name, "ssgiff:beta=1"]
+
+
+def test_episodes_of_one_group_asked_for_by_several_names_have_the_short_one(
+    kept, configure, episode
+):
+    kept.keep(configure("ssgiff:beta=1.0"), [replace(episode, seed=2)])
+    kept.keep(configure("ssgiff:beta=0.01"), [replace(episode, seed=2)])
+    assert names_of(kept) == ["nc", "ssgiff:beta=0.001", "ssgiff", "ssgiff:beta=1"]
+
+
+def test_a_dataset_kept_before_names_were_is_read_as_it_was(kept, configure, episode):
+    before = names_of(kept)
+    kept.keep(configure("ssgiff:beta=0.01"), [replace(episode, seed=seed) for seed in range(3)])
+    for file in files(kept):
+        without_metadata(file)
+    assert names_of(kept) == before
+    assert kept.find(configure("ssgiff:beta=0.01"), 1).controller == "ssgiff"
+
+
+def test_two_configurations_asked_for_by_one_name_are_told_apart(dataset, configure, episode):
+    """As a policy is, if its file was trained anew on other keywords."""
+    for beta in ("0.02", "0.03"):
+        made = configure(f"ssgiff:beta={beta}")
+        dataset.keep(replace(made, label="sb3:model.zip"), [episode])
+    assert names_of(dataset) == ["ssgiff:beta=0.02", "ssgiff:beta=0.03"]
+
+
 def test_names_that_fit_nothing_are_answered_with_those_there_are(kept):
     with pytest.raises(ConfigError, match=r"--controller sgiff: .* controllers nc, ssgiff"):
         read_groups([str(kept.folder)], controllers=["sgiff"])

@@ -179,7 +179,7 @@ def test_paths_that_do_not_repeat_the_dataset_are_refused(evaluated, dataset, co
         draw("paths", folder)
     with pytest.raises(ConfigError, match="--seed 4: ssgikf has the seeds 3 to 3"):
         draw("paths", folder, seed=4)
-    older = replace(configuration, label="older")
+    older = replace(configuration)
     older.__dict__["code"] = "0123456789abcdef"
     dataset.place(configuration, 3).unlink()
     dataset.keep(older, [episode])

@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.dataset_reader import read_groups
 from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.runner import MAX_ROWS, Plan, evaluate
 
@@ -70,6 +72,34 @@ def test_one_configuration_under_two_names_runs_once(configure, dataset):
     )
     assert sum(progress) == 2
     assert [each.controller for each in episodes] == ["ssgiff"] * 2 + [f"ssgiff:beta={beta}"] * 2
+
+
+def test_what_is_kept_is_called_as_it_is_asked_for_now_and_stays_what_it_is(
+    configure, dataset, monkeypatch
+):
+    def refuse(*_):
+        raise AssertionError("nothing is left to run")
+
+    def kept():
+        return [dataset.place(configure("ssgiff"), seed).read_bytes() for seed in range(2)]
+
+    first = evaluate([configure("ssgiff")], range(2), dataset)
+    before = kept()
+    monkeypatch.setattr("baselines.evaluation.runner._run_block", refuse)
+    again = evaluate([configure("ssgiff:beta=0.01")], range(2), dataset)
+    assert again == [replace(each, controller="ssgiff:beta=0.01") for each in first]
+    assert [group.label() for group in read_groups([str(dataset.folder)])] == ["ssgiff:beta=0.01"]
+    assert evaluate([configure("ssgiff")], range(2), dataset) == first
+    assert kept() == before
+
+
+def test_a_file_is_not_written_anew_under_the_name_it_has(configure, dataset, monkeypatch):
+    for name in ("ssgiff:beta=0.02", "ssgiff"):
+        evaluate([configure(name)], range(2), dataset)
+        for file in dataset.folder.rglob("*.parquet"):
+            pq.write_table(pq.ParquetFile(file).read().replace_schema_metadata(None), file)
+    monkeypatch.setattr(dataset, "write", None)
+    evaluate([configure("ssgiff:beta=0.02"), configure("ssgiff")], range(2), dataset)
 
 
 def test_a_damaged_file_is_run_again(configure, dataset):
