@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import count
 from zlib import crc32
 
-from matplotlib.colors import to_rgb
+from baselines.controllers import OLD_NAMES
 
 PALETTE = {
     "silver": "#BBBBBB",
@@ -101,6 +101,11 @@ def styles_of(
     return {name: found[name] for name in asked}
 
 
+def colour_of(controller: str) -> str:
+    """The colour of a controller, whatever its parameters: the same in figures and in replays."""
+    return PALETTE[_colour_and_mark(controller)[0]]
+
+
 def style_of(name: str) -> SeriesStyle:
     """The style of a controller, with its parameters or without, where it stands alone."""
     return styles_of([name])[name]
@@ -114,7 +119,8 @@ def nth_style(number: int) -> SeriesStyle:
 
 def is_dark(colour: str) -> bool:
     """Whether lines on a fill of this colour must be white to be seen."""
-    return sum(share * part for share, part in zip(LUMA, to_rgb(colour), strict=True)) < 0.4
+    parts = bytes.fromhex(colour.removeprefix("#"))
+    return sum(share * part for share, part in zip(LUMA, parts, strict=True)) < 0.4 * 255
 
 
 LUMA = (0.299, 0.587, 0.114)
@@ -125,7 +131,8 @@ def _colour_and_mark(name: str) -> tuple[str, int]:
     """Colour and mark of a controller; those of an unknown one follow from its letters."""
     base = name.partition(":")[0]
     number = crc32(base.encode())
-    colour, mark = CONTROLLERS.get(base, (list(PALETTE)[number % len(PALETTE)], number // 16))
+    known = OLD_NAMES.get(base, base)
+    colour, mark = CONTROLLERS.get(known, (list(PALETTE)[number % len(PALETTE)], number // 16))
     return colour, (mark if base == name else crc32(name.encode())) % len(MARKERS)
 
 

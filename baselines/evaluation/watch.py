@@ -10,6 +10,7 @@ from baselines.evaluation.console import say
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.output_files import check_file
+from baselines.evaluation.plot_style import colour_of
 from baselines.evaluation.recorders import Recorder, ReplayRecorder, SecondSwarm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
@@ -162,7 +163,8 @@ def _recorders(
     recorders: list[list[Recorder]] = [[] for _ in chosen.controllers]
     if options.html:
         beside = chosen.controllers[1] if len(chosen.controllers) > 1 else None
-        opening = Opening(options.start, options.speed, options.select, beside)
+        colours = tuple(map(colour_of, chosen.controllers))
+        opening = Opening(options.start, options.speed, options.select, beside, colours)
         replay = Replay(stage, chosen.seeds()[0], command, opening=opening)
         recorders[0].append(ReplayRecorder(options.html, replay))
         for others in recorders[1:]:

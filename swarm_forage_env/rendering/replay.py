@@ -54,6 +54,9 @@ class Opening:
     beside: str | None = None
     """What moves a second swarm in the same world, shown beside the first."""
 
+    colours: tuple[str, ...] = ("#0072b2", "#e69f00")
+    """The colour of each controller, as `#rrggbb`: of its curves, and beside its name."""
+
 
 class Replay:
     """Takes the scenes of one episode, or of two in the same world, and writes one HTML file."""
@@ -101,9 +104,10 @@ class Replay:
         packs = [recording.pack() for recording in self._recordings]
         if len({(told["frames"], told["every"]) for told, _ in packs}) > 1:
             raise ConfigError("scenes of two swarms that are not of the same times: add them alike")
+        colours = self._opening.colours[: len(packs)]
         swarms = [
-            {"controller": name} | told
-            for name, (told, _) in zip(self._controllers, packs, strict=True)
+            {"controller": name, "colour": colour} | told
+            for name, colour, (told, _) in zip(self._controllers, colours, packs, strict=True)
         ]
         about = json.dumps(self._about() | swarms[0] | {"beside": swarms[1:]})
         names = " and ".join(self._controllers)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from baselines.evaluation.plot_style import style_of
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.rendering.layout import Layout
@@ -179,6 +180,8 @@ def test_a_replay_of_two_controllers_shows_both_and_its_whole_command(command, t
         " --start=2.0 --seconds=8.0 --html=two.html"
     ).replace(".0", "")
     assert (about["start"], about["frames"]) == (2.0, 101), "from the first tick on, for trails"
+    assert about["colour"] == style_of("nc").colour, "as in figures"
+    assert about["beside"][0]["colour"] == style_of("ssgikf").colour
     assert 'id="recording-1"' in page
     again = about["command"].replace("two.html", "again.html").split()[1:]
     assert command(*again)[0] == 0

@@ -9,7 +9,7 @@ import pytest
 from baselines.evaluation.box_plots import box_panels
 from baselines.evaluation.figure_page import Caption
 from baselines.evaluation.line_plots import Means, mean_panels
-from baselines.evaluation.plot_style import PALETTE, nth_style, style_of, styles_of
+from baselines.evaluation.plot_style import PALETTE, colour_of, nth_style, style_of, styles_of
 
 README = (
     "nc", "ssgikf", "dsgikf", "ssgiff:beta=0.001", "ssgiff", "dsgiff", "dsgiff-frequent:beta=0.003",
@@ -63,6 +63,8 @@ def test_a_controller_has_one_colour_whatever_its_parameters_and_company():
     assert among["ssgiff"] == alone
     assert among["ssgiff:beta=0.01"].colour == alone.colour
     assert style_of("somebody-elses").colour == style_of("somebody-elses:x=1").colour
+    assert colour_of("ssgiff:beta=0.01") == alone.colour
+    assert colour_of("dsgiff-brisk") == colour_of("dsgiff-frequent"), "its old name"
 
 
 def test_ten_controllers_are_told_apart_without_colour():

@@ -11,7 +11,6 @@ const curves = {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(name).trim();
     this.inks = { rule: colour("--rule"), faint: colour("--faint"), page: colour("--page") };
-    this.inks.swarms = [colour("--past"), colour("--other")];
     Object.assign(this, { context, width, height });
     const bottom = height - 18, split = 20 + 0.6 * (bottom - 38);
     const most = Math.max(...view.episodes.map(({ total }) => total[about.frames - 1]), 1);
@@ -23,7 +22,7 @@ const curves = {
     ];
     panels.forEach((each) => this.panel(...each));
     const now = this.x(view.time);
-    context.strokeStyle = colour("--cursor");
+    context.strokeStyle = colour("--ink");
     context.lineWidth = 2;
     context.beginPath();
     context.moveTo(now, 4);
@@ -90,14 +89,29 @@ const curves = {
     this.line(this.left, top, this.left, bottom);
     this.text(highest, this.left - 6, top, "right");
     this.text("0", this.left - 6, bottom, "right");
-    const draw = (last, ink, thick) => eachSwarm((_, which) =>
-      this.steps(view.episode[values], y, last, ink ?? inks.swarms[which], thick));
-    draw(about.frames - 1, inks.rule, 1.5);
-    draw(view.last, null, 2);
+    const draw = (last, strokes) => eachSwarm((swarm, which) => {
+      this.steps(view.episode[values], y, last);
+      strokes(swarm, which).forEach((each) => this.stroke(...each));
+    });
+    draw(about.frames - 1, () => [[inks.rule, 1.5]]);
+    draw(view.last, ({ colour }, which) => [
+      ...(isFaint(colour, inks.page) ? [[inks.faint, 3.5]] : []),
+      [colour, 2, which * gapOfSecond()],
+    ]);
+  },
+
+  stroke(colour, thick, gap = 0) {
+    const { context } = this;
+    context.setLineDash(gap ? [6, gap] : []);
+    context.strokeStyle = colour;
+    context.lineWidth = thick;
+    context.lineJoin = "round";
+    context.stroke();
+    context.setLineDash([]);
   },
 
   /* A curve that keeps its value from one frame to the next; one point for each change. */
-  steps(values, y, last, colour, thick) {
+  steps(values, y, last) {
     const { context } = this, { times } = view.episode;
     const first = frameAt(view.start);
     context.beginPath();
@@ -108,9 +122,5 @@ const curves = {
       context.lineTo(this.x(times[frame]), y(values[frame]));
     }
     context.lineTo(this.x(last === about.frames - 1 ? times[last] : view.time), y(values[last]));
-    context.strokeStyle = colour;
-    context.lineWidth = thick;
-    context.lineJoin = "round";
-    context.stroke();
   },
 };

@@ -17,6 +17,7 @@ const panel = {
       row.hidden = !state;
       return row;
     }));
+    if (swarms.length > 1) element("legend").prepend(this.headOfLegend());
     element("fault-sign").hidden = !about.columns.some((column) => column.name === "faulty");
     for (let robot = 0; robot < about.robots; robot++) {
       element("robot").add(new Option(String(robot), String(robot)));
@@ -26,6 +27,18 @@ const panel = {
       ? `Every tick of ${gap} s is kept.`
       : `To keep the file small, one frame is kept every ${gap} s (${about.every} ticks); `
         + "robots move on straight lines between.";
+  },
+
+  /* Which column counts which swarm. */
+  headOfLegend() {
+    const row = document.createElement("li");
+    row.append(document.createElement("span"), document.createElement("span"));
+    swarms.forEach(({ controller }, which) => {
+      const sign = row.appendChild(document.createElement("em"));
+      sign.className = `swarm-${which}`;
+      sign.title = controller;
+    });
+    return row;
   },
 
   /* What the score and the signs are called here; robots that visit goals have others. */

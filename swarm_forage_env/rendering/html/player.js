@@ -157,6 +157,7 @@ function listenToCanvases() {
 }
 
 async function begin() {
+  colourSwarms();
   panel.prepare();
   arena.prepare();
   view.episodes = await Promise.all(swarms.map(loaded));
@@ -170,7 +171,10 @@ async function begin() {
   const redraw = () => player.refresh();
   new ResizeObserver(redraw).observe(element("arenas"));
   window.addEventListener("resize", redraw);
-  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    colourSwarms();
+    redraw();
+  });
   player.refresh();
 }
 

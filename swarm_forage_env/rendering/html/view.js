@@ -26,6 +26,33 @@ function eachSwarm(act) {
   return results;
 }
 
+/* How bright a colour, #rrggbb, is to the eye: relative luminance, as WCAG 2 defines it. */
+function luminance(colour) {
+  const parts = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255)
+    .map((part) => part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4);
+  return 0.2126 * parts[0] + 0.7152 * parts[1] + 0.0722 * parts[2];
+}
+
+/* Whether a colour hardly differs from that of the page, so that it needs an edge to be seen. */
+function isFaint(colour, page) {
+  const [dark, light] = [colour, page].map(luminance).sort((a, b) => a - b);
+  return (light + 0.05) / (dark + 0.05) < 2.2;
+}
+
+/* Gap between the dashes of the second swarm [px]: none where the swarms differ in colour. */
+const gapOfSecond = () => swarms.length > 1 && swarms[0].colour === swarms[1].colour ? 3 : 0;
+
+/* Give the page the colours of its controllers, which are those of figures. */
+function colourSwarms() {
+  const { style } = document.documentElement;
+  const page = getComputedStyle(document.documentElement).getPropertyValue("--page").trim();
+  swarms.forEach(({ colour }, which) => {
+    style.setProperty(`--swarm-${which}`, colour);
+    style.setProperty(`--edge-${which}`, isFaint(colour, page) ? "var(--faint)" : colour);
+    style.setProperty(`--gap-${which}`, which * gapOfSecond());
+  });
+}
+
 const AREAS = ["nest", "prey"];
 
 /* Centres of all areas at the present time. */

@@ -36,6 +36,8 @@ FLAGS = (
     "--disable-sync",
 )
 DESKTOP, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
+COLOURS = "#882255", "#bbbbbb"
+"""Of two controllers: one is dark, the other is light."""
 LOADED = "view.episode !== null"
 DRAWN = """new Promise((done, fail) => {
     requestAnimationFrame(() => requestAnimationFrame(done));
@@ -343,7 +345,7 @@ def compared(stage, scenes, busy, tmp_path):
     for _ in range(len(scenes) - 1):
         loop.step()
         others.append(loop.scene())
-    opening = Opening(start=60.0, speed=20.0, select=3, beside="nc")
+    opening = Opening(start=60.0, speed=20.0, select=3, beside="nc", colours=COLOURS)
     replay = Replay(stage, 1, "", opening=opening)
     for first, second in zip(scenes[400:], others[400:], strict=True):
         replay.add(first)
@@ -385,6 +387,34 @@ def test_two_swarms_play_side_by_side(opened, compared, scenes, stage):
     page.keyboard.press("Home")
     page.keyboard.press(",")
     assert page.evaluate("view.time") == pytest.approx(60.0), "what is before is for trails alone"
+
+
+NAMED = "figcaption", "#robot-card caption", "#legend em", "#trips span", "#on-path span"
+BARS = """(each) => [...document.querySelectorAll(each)].map((bar) =>
+    getComputedStyle(bar, "::before").backgroundImage.match(/rgb\\([^)]*\\)/)[0])"""
+
+
+def test_whatever_is_of_a_controller_has_its_colour(opened, compared):
+    page = opened(path=compared[0])
+    until(page, LOADED)
+    page.evaluate(DRAWN)
+    for each in NAMED:
+        assert page.evaluate(BARS, each) == ["rgb(136, 34, 85)", "rgb(187, 187, 187)"]
+    scrub(page, 120)
+    shown = Image.open(io.BytesIO(page.locator("#curves").screenshot())).convert("RGB")
+    for colour in (136, 34, 85), (187, 187, 187):
+        assert np.all(np.asarray(shown) == colour, axis=2).sum() > 50, "on the curves"
+
+
+@pytest.mark.parametrize(
+    ("scheme", "edges"), [("light", ["", "var(--faint)"]), ("dark", ["var(--faint)", ""])]
+)
+def test_a_colour_like_that_of_the_page_has_an_edge(opened, compared, scheme, edges):
+    page = opened(path=compared[0], scheme=scheme)
+    until(page, LOADED)
+    edge = "(k) => document.documentElement.style.getPropertyValue(`--edge-${k}`)"
+    for which, (wanted, own) in enumerate(zip(edges, COLOURS, strict=True)):
+        assert page.evaluate(edge, which) == (wanted or own)
 
 
 def test_trails_go_back_before_the_start(opened, compared, scenes):
