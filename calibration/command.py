@@ -33,6 +33,7 @@ from swarm_forage_env.errors import ConfigError
 app = typer.Typer(
     name="python -m calibration",
     add_completion=False,
+    rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )

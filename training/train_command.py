@@ -64,7 +64,7 @@ def train(  # noqa: PLR0913 the options of a command
         list[str],
         typer.Argument(
             help="One or more, each with what differs there: es1 es2 es1:radio.frames=50",
-            metavar="SCENARIO...",
+            metavar="SCENARIO",
         ),
     ],
     algorithm: Annotated[

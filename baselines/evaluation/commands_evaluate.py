@@ -72,7 +72,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
         bool,
         typer.Option(
             "--trajectories",
-            help="Keep where every robot was in every tick, in the folder <out>-trajectories.",
+            help="Keep where every robot was in every tick, in the folder OUT-trajectories.",
         ),
     ] = False,
     plot: Annotated[

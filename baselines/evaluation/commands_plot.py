@@ -1,5 +1,6 @@
 """The command `plot`: draw a figure of existing datasets."""
 
+from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -8,18 +9,15 @@ import typer
 
 from baselines.evaluation.common_options import path
 
+FIGURE_NAMES = (
+    "boxplot", "curve", "on-path", "recruitment", "table", "paths", "learning", "weights",
+)  # fmt: skip
+"""The kinds of figures, which are not loaded to complete their names."""
 
-class FigureName(StrEnum):
-    """The kinds of figures that `plot` draws."""
 
-    BOXPLOT = "boxplot"
-    CURVE = "curve"
-    ON_PATH = "on-path"
-    RECRUITMENT = "recruitment"
-    TABLE = "table"
-    PATHS = "paths"
-    LEARNING = "learning"
-    WEIGHTS = "weights"
+def figure_names(incomplete: str) -> Iterator[str]:
+    """Kinds of figures that begin so."""
+    yield from (name for name in FIGURE_NAMES if name.startswith(incomplete))
 
 
 class PageStyleName(StrEnum):
@@ -31,7 +29,10 @@ class PageStyleName(StrEnum):
 
 def plot(  # noqa: PLR0913 the options of a command
     kind: Annotated[
-        FigureName, typer.Argument(metavar="KIND", help="What to draw: one of the above.")
+        str,
+        typer.Argument(
+            metavar="KIND", help="What to draw: one of the above.", autocompletion=figure_names
+        ),
     ],
     sources: Annotated[
         list[str],
@@ -117,15 +118,16 @@ def plot(  # noqa: PLR0913 the options of a command
     from baselines.evaluation.figure_page import draw_caption, page_style
     from baselines.evaluation.figures.base import FIGURES, PlotOptions, check_options
 
+    kind_of_figure = FIGURES[kind]
     for file in out:
         check_plot(file, "--out")
     options = PlotOptions(
-        kind.value, sources, tuple(scenarios or ()), tuple(controllers or ()), metric, x, seed,
+        kind, sources, tuple(scenarios or ()), tuple(controllers or ()), metric, x, seed,
         style.value, caption,
     )  # fmt: skip
     check_options(options)
     with page_style(options.style):
-        figure = FIGURES[options.kind].draw(options)
+        figure = kind_of_figure.draw(options)
         if options.with_caption:
             draw_caption(figure)
         for file in out:

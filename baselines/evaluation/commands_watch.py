@@ -19,7 +19,7 @@ def watch(  # noqa: PLR0913 the options of a command
     controllers: Annotated[
         list[str],
         typer.Argument(
-            metavar="CONTROLLER...",
+            metavar="CONTROLLER",
             help="A name, with parameters if need be: ssgiff:beta=0.02; of two, --html shows both"
             " side by side.",
             autocompletion=controller_names,

@@ -1,5 +1,6 @@
 """The command `reproduce`: every claim and figure of a paper, from its own episodes."""
 
+from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -26,14 +27,13 @@ QUICK_EPISODES = 6
 """Replications of each experiment: the fewest that can show an order."""
 
 
-class PaperName(StrEnum):
-    """Names of the papers."""
+PAPER_NAMES = "social-odometry", "ants2008", "adaptive-boids", "boids-foraging", "robustness"
+"""Names of the papers, which are not loaded to complete them."""
 
-    SOCIAL_ODOMETRY = "social-odometry"
-    ANTS2008 = "ants2008"
-    ADAPTIVE_BOIDS = "adaptive-boids"
-    BOIDS_FORAGING = "boids-foraging"
-    ROBUSTNESS = "robustness"
+
+def paper_names(incomplete: str) -> Iterator[str]:
+    """Papers whose name begins so."""
+    yield from (name for name in PAPER_NAMES if name.startswith(incomplete))
 
 
 class ClaimsFormat(StrEnum):
@@ -44,7 +44,7 @@ class ClaimsFormat(StrEnum):
 
 
 def reproduce(  # noqa: PLR0913 the options of a command
-    paper: Annotated[PaperName, typer.Argument(help="The paper.")],
+    paper: Annotated[str, typer.Argument(help="One of the above.", autocompletion=paper_names)],
     quick: Annotated[
         bool, typer.Option("--quick", help=f"{QUICK_EPISODES} replications, less exact.")
     ] = False,
@@ -86,6 +86,16 @@ def reproduce(  # noqa: PLR0913 the options of a command
 ) -> None:
     """Hold this implementation against a paper: its claims as a table, its figures, a page.
 
+    **social-odometry**: the technical report of social odometry (Gutierrez et al. 2009).
+
+    **ants2008**: the first paper on it (Gutierrez et al. 2008).
+
+    **adaptive-boids**: boids rules for localisation (Smith et al. 2021).
+
+    **boids-foraging**: the motions of that paper where robots forage; no paper has it.
+
+    **robustness**: every weighting rule among faulty robots and liars; no paper has it.
+
     Says how long it will take before it starts. Every episode is kept in --out as soon as it
     has been run, so that a run that was stopped goes on where it was. The exit status is 0
     whether or not the claims hold, and 1 if kept episodes are gone at the end.
@@ -98,7 +108,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     if episodes is None and quick:
         episodes = QUICK_EPISODES
     spread = find_backend(backend, workers, threads, address)
-    run = Reproduction(ReproduceOptions(paper.value, episodes, seed, physics, settings or []), out)
+    run = Reproduction(ReproduceOptions(paper, episodes, seed, physics, settings or []), out)
     run.run_with_progress(spread)
     claim_results = run.claim_results()
     for file in run.write(claim_results, page, style.value):

@@ -13,6 +13,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation import runner
+from baselines.evaluation.commands_plot import FIGURE_NAMES
+from baselines.papers.commands_reproduce import PAPER_NAMES
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS
 
@@ -33,6 +35,20 @@ def test_every_command_explains_itself(command, name):
     assert command(name, "-h")[:2] == (0, stdout)
     assert "Usage" in stdout
     assert max(map(len, stdout.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(("name", "names"), [("plot", FIGURE_NAMES), ("reproduce", PAPER_NAMES)])
+def test_help_breaks_no_name_of_a_figure_or_paper(command, name, names):
+    _, stdout, _ = command(name, "--help")
+    assert set(names) <= {each.strip(":|,<>") for each in stdout.split()}
+
+
+def test_a_figure_or_paper_that_there_is_not_is_told_the_nearest(command, tmp_path):
+    _, _, stderr = command("plot", "boxplt", "runs/es1", "--out=figures/x.png")
+    assert "no kind of figure named 'boxplt', did you mean 'boxplot'?" in stderr
+    _, _, stderr = command("reproduce", "ants2009")
+    assert "no paper named 'ants2009', did you mean 'ants2008'?" in stderr
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_version_is_told(command):

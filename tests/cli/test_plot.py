@@ -83,7 +83,7 @@ def test_a_caption_is_drawn_if_asked_for(command, tmp_path):
 REFUSED = [
     (("boxplot", "runs/es1"), "Missing option '--out'"),
     (("boxplot", "--out=x.png"), "Missing argument"),
-    (("box", "runs/es1", "--out=x.png"), "'boxplot', 'curve'"),
+    (("box", "runs/es1", "--out=x.png"), "did you mean 'boxplot'?"),
     (("boxplot", "missing", "--out=x.png"), "dataset missing: no such folder"),
     (("boxplot", "runs/es1", "--out=x.jpg"), "--out x.jpg: the name must end in .png, .pdf, .svg"),
     (("boxplot", "runs/es1", "--out=taken/x.png"), "--out taken/x.png: cannot be written"),

@@ -132,7 +132,7 @@ def test_what_no_named_controller_can_test_is_said(command):
 
 REFUSED = [
     (("train",), "Missing argument 'layer'"),
-    (("train", "weighting"), "Missing argument 'SCENARIO...'"),
+    (("train", "weighting"), "Missing argument 'SCENARIO'"),
     (("train", "sensing", "es1"), "'sensing' is not one of"),
     (("train", "weighting", "es9"), "no scenario named 'es9'"),
     (("train", "weighting", "es1", "--algorithm=sgd"), "'sgd' is not one of"),

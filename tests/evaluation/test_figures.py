@@ -8,7 +8,7 @@ import pytest
 from matplotlib.patches import Polygon
 
 import baselines.evaluation.figures  # noqa: F401 enters the kinds
-from baselines.evaluation.commands_plot import FigureName
+from baselines.evaluation.commands_plot import FIGURE_NAMES
 from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.figure_page import page_style, spans_decades
@@ -48,7 +48,7 @@ def caption(figure):
 
 
 def test_the_command_offers_every_kind_there_is():
-    assert {kind.value for kind in FigureName} == set(FIGURES)
+    assert set(FIGURE_NAMES) == set(FIGURES)
 
 
 def test_a_boxplot_has_a_box_for_each_controller_and_a_panel_for_each_setup(keep):
