@@ -86,9 +86,9 @@ def reproduce(  # noqa: PLR0913 the options of a command
 ) -> None:
     """Hold this implementation against a paper: its claims as a table, its figures, a page.
 
-    **social-odometry**: the technical report of social odometry (Gutierrez et al. 2009).
+    **social-odometry**: the technical report of social odometry (Gutiérrez et al. 2009).
 
-    **ants2008**: the first paper on it (Gutierrez et al. 2008).
+    **ants2008**: the first paper on it (Gutiérrez et al. 2008).
 
     **adaptive-boids**: boids rules for localisation (Smith et al. 2021).
 
