@@ -33,7 +33,6 @@ def clone_behaviour(actor: MotionActor, pairs: Sequence[Demonstrations]) -> floa
     observed = torch.from_numpy(np.concatenate([each[0] for each in pairs])).to(device)
     wheels = torch.from_numpy(np.concatenate([each[1] for each in pairs])).to(device)
     optimiser = torch.optim.Adam(actor.parameters(), LEARNING_RATE)
-    total = 0.0
     for _ in range(EPOCHS):
         total = 0.0
         for rows in torch.split(torch.randperm(len(observed)), BATCH_SIZE):

@@ -175,7 +175,8 @@ def read_checkpoint(
     for name, shape in wanted.items():
         has = arrays[name].shape if name in arrays else None
         if has is None or len(has) != len(shape) or not _fits(has, shape):
-            raise _unreadable(file, f"array '{name}' is {has or 'missing'}: must be {shape}")
+            told = "missing" if has is None else has
+            raise _unreadable(file, f"array '{name}' is {told}: must be {shape}")
     return list(record.curve), {name: arrays[name] for name in wanted}
 
 

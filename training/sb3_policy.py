@@ -63,14 +63,11 @@ class SB3Policy(PolicyFile):
         data, content = read_zip(self.path)
         _check_spaces(self.file, data, form)
         model = _make(self.file, self._chosen(data), form)
-        import torch
-
-        weights = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
+        weights = _read_weights(self.file, content)
         try:
             model.load_state_dict(weights)
-        except RuntimeError as error:
+        except (RuntimeError, TypeError) as error:
             raise ConfigError(f"policy {self.file}: its weights do not fit: {error}") from None
-        model.set_training_mode(False)
 
         def predict(observed: Array) -> Array:
             return np.asarray(model.predict(observed, deterministic=True)[0])
@@ -105,6 +102,20 @@ def read_zip(file: Path) -> tuple[dict[str, Any], bytes]:
         raise ConfigError(
             f"policy {file}: must be what stable-baselines3's model.save() writes ({error})"
         ) from None
+
+
+def _read_weights(file: str, content: bytes) -> dict[str, Any]:
+    """The weights of a policy; ConfigError for what torch's loader of weights does not take."""
+    import torch
+
+    try:
+        found: dict[str, Any] = torch.load(
+            io.BytesIO(content), map_location="cpu", weights_only=True
+        )
+    except Exception as error:  # what is no pickle raises anything
+        told = str(error).partition("\n")[0] or "it is empty"
+        raise ConfigError(f"policy {file}: its weights cannot be read ({told})") from None
+    return found
 
 
 def _named_class(told: Any) -> type[Any] | None:  # noqa: ANN401 JSON

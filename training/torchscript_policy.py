@@ -40,7 +40,7 @@ class TorchScriptPolicy(PolicyFile):
         def predict(observed: Array) -> Array:
             try:
                 given = network(torch.from_numpy(observed)).numpy()
-            except RuntimeError as error:
+            except (RuntimeError, torch.jit.Error) as error:  # the latter is raised by a script
                 told = str(error).strip().rpartition("\n")[2]
                 raise ConfigError(
                     f"policy {self.file}: does not take observations of {len(form.layout)} numbers"

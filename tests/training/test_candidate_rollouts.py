@@ -167,3 +167,67 @@ def test_a_rollout_is_a_million_decisions_and_sixteen_of_each_row_at_least(n_row
     learner.rows, learner._hyperparameters = SimpleNamespace(n_rows=n_rows), PPOHyperparameters()
     assert learner.n_steps == n_steps
     assert MINIBATCH == 32_768
+
+
+def test_every_scenario_is_compiled_before_workers_start(monkeypatch):
+    stepped = []
+
+    class OneStep:
+        def __init__(self, scenario, controller, seeds, physics):
+            self.name = scenario.task.n_robots, controller.weighting.network[0], physics
+
+        def step(self):
+            stepped.append(self.name)
+
+    monkeypatch.setattr(candidate_rollouts, "Loop", OneStep)
+    two = {f"n{n}": find_scenario("es1", {"n_robots": n}) for n in (5, 7)}
+    rollouts(**two).warm_up(np.array([0.5], np.float32))
+    assert stepped == [(5, 0.5, "rigid"), (7, 0.5, "rigid")]
+    monkeypatch.setattr(candidate_rollouts, "DeviceLoop", lambda loop: SimpleNamespace(
+        step=lambda: stepped.append("on a GPU")))  # fmt: skip
+    stepped.clear()
+    rollouts(device="cuda", **two).warm_up(np.array([0.5], np.float32))
+    assert stepped == ["on a GPU"] * 2
+
+
+@pytest.mark.parametrize(("device", "by_backend"), [("cpu", 2), ("cuda", 0)])
+def test_a_backend_runs_the_jobs_of_a_cpu_only(monkeypatch, device, by_backend):
+    given = []
+    monkeypatch.setattr(candidate_rollouts, "run_job", lambda job: np.array(job.seeds))
+    monkeypatch.setattr(
+        candidate_rollouts, "run_in_order",
+        lambda backend, run, jobs: given.extend(jobs) or map(run, jobs),
+    )  # fmt: skip
+    found = rollouts(2, device).round_trips(np.ones((1, 2), np.float32), [4, 5])
+    assert found["es1"].tolist() == [[4, 5]]
+    assert len(given) == by_backend
+
+
+def test_an_episode_on_a_gpu_has_all_its_ticks_and_is_checked(monkeypatch):
+    done = []
+    monkeypatch.setattr(candidate_rollouts, "Loop", lambda *given: "worlds")
+    monkeypatch.setattr(candidate_rollouts, "DeviceLoop", lambda loop: SimpleNamespace(
+        step=lambda: done.append("step"), check=lambda: done.append("check"),
+        download=lambda: (loop, "at the end")))  # fmt: skip
+    job = SimpleNamespace(scenario=SimpleNamespace(n_ticks=3), controllers=(), seeds=(),
+                          physics="kinematic", device="cuda")  # fmt: skip
+    assert candidate_rollouts.after_episode(job) == ("worlds", "at the end")
+    assert done == ["step"] * 3 + ["check"]
+
+
+def test_a_demonstration_is_what_is_seen_before_a_step_and_done_in_it(monkeypatch):
+    loop = SimpleNamespace(exchange=None, situation=SimpleNamespace(wheels=np.zeros((1, 2))))
+    loop.world = SimpleNamespace(
+        robots=np.zeros((1, 1)), scenario=SimpleNamespace(n_ticks=61), ticks=0
+    )
+
+    def step():
+        loop.world.ticks += 1
+        loop.situation = SimpleNamespace(wheels=np.full((1, 2), loop.world.ticks))
+
+    loop.step = step
+    writer = SimpleNamespace(write=lambda parts: np.array(parts["situation"].wheels[:, :1]))
+    monkeypatch.setattr(behaviour_cloning, "ObservationWriter", lambda *given: writer)
+    observed, wheels = behaviour_cloning.record_demonstrations(loop, None)
+    assert observed.ravel().tolist() == [0.0, 20.0, 40.0, 60.0]  # every twentieth tick
+    assert wheels[:, 0].tolist() == [1.0, 21.0, 41.0, 61.0]

@@ -9,7 +9,15 @@ from safetensors import safe_open
 from safetensors.numpy import save_file
 
 from swarm_forage_env.errors import ConfigError
-from training.checkpoint import ANY, RECORD, read_checkpoint, write_checkpoint
+from training.checkpoint import (
+    ANY,
+    CHECKPOINT,
+    RECORD,
+    Checkpoint,
+    mean_with_interval,
+    read_checkpoint,
+    write_checkpoint,
+)
 from training.policy_file import CurvePoint, Interval
 
 IDENTITY = {"seed": "3", "layer": "weighting"}
@@ -48,7 +56,8 @@ def test_a_checkpoint_is_read_as_it_was_written(file):
     [
         ("means", (ANY, 4), r"array 'means' is \(2, 3\): must be \(-1, 4\)"),
         ("losses", (2,), r"array 'losses' is \(1, 2\): must be \(2,\)"),
-        ("weights", (3,), r"array 'weights' is missing"),
+        ("weights", (3,), r"array 'weights' is missing: must be \(3,\)"),
+        ("rounds", (3,), r"array 'rounds' is \(\): must be \(3,\)"),
     ],
 )
 def test_arrays_of_another_shape_are_refused(file, name, shape, told):
@@ -80,3 +89,49 @@ def test_a_checkpoint_of_an_older_version_has_no_hash_and_is_read(file):
     del header["sha256"]
     save_file(ARRAYS, file, {RECORD: json.dumps(header)})
     assert same(read_checkpoint(file, IDENTITY, WANTED)[1])
+
+
+def test_what_is_no_checkpoint_is_refused_in_its_first_line(file, tmp_path):
+    refused = {"": "Header", '{"seed": "0"}': r"\d+ validation errors for Header\)"}
+    for header, told in refused.items():
+        save_file(ARRAYS, file, {RECORD: header})
+        with pytest.raises(ConfigError, match=rf"cannot be read \(.*{told}") as refusal:
+            read_checkpoint(file, IDENTITY, WANTED)
+        assert "\n" not in str(refusal.value)
+    for kept in (None, {"other": "text"}):  # no record at all, and none of ours
+        save_file(ARRAYS, file, kept)
+        with pytest.raises(ConfigError, match=r"cannot be read \(.*; remove it to start anew"):
+            read_checkpoint(file, IDENTITY, WANTED)
+    with pytest.raises(ConfigError, match="cannot be read"):
+        read_checkpoint(tmp_path / "none.safetensors", IDENTITY, WANTED)
+
+
+@pytest.mark.parametrize(
+    ("identity", "told"),
+    [({"seed": "3"}, "layer = weighting, not missing"),
+     ({**IDENTITY, "device": "cuda"}, "device = missing, not cuda"),
+     ({**IDENTITY, "seed": "4", "layer": "motion"}, "seed = 3, not 4")],
+)  # fmt: skip
+def test_a_checkpoint_tells_the_first_thing_in_which_its_experiment_differs(file, identity, told):
+    with pytest.raises(ConfigError, match=rf"holds an experiment with {told}; name another"):
+        read_checkpoint(file, identity, WANTED)
+
+
+def test_a_mean_has_an_interval_and_that_of_one_world_is_itself():
+    found = mean_with_interval(np.array([1, 2, 3, 10]))
+    assert found.low < found.mean == 4.0 < found.high
+    alone = mean_with_interval(np.array([3]))
+    assert (alone.low, alone.mean, alone.high) == (3.0, 3.0, 3.0)
+
+
+def test_arrays_of_other_lengths_are_refused(experiment, tmp_path):
+    mine = experiment(out=tmp_path)
+    kept = {"populations": np.zeros((2, 4, 3), np.float32), "losses": np.zeros((2, 4)),
+            "means": np.zeros((1, 3), np.float32)}  # fmt: skip
+    for name in kept:
+        odd = {**kept, name: np.concatenate([kept[name], kept[name][:1]])}
+        write_checkpoint(tmp_path / CHECKPOINT, mine.identity, [POINT], odd)
+        with pytest.raises(ConfigError, match="its arrays do not fit each other"):
+            Checkpoint.open(mine, 4, 3)
+    write_checkpoint(tmp_path / CHECKPOINT, mine.identity, [POINT], kept)
+    assert Checkpoint.open(mine, 4, 3).n_generations == 2

@@ -12,7 +12,7 @@ from training import cma_es
 from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import BEST_POLICY, CHECKPOINT, Checkpoint
 from training.cma_es import fitness_of, initial_mean, initial_network, train
-from training.learned_weighting import network_of
+from training.learned_weighting import HIDDEN, network_of, weighting_network_shapes
 from training.linear_motion_policy import linear_policy_of
 from training.policy_file import CurvePoint, load_policy, save_policy
 
@@ -224,3 +224,29 @@ def test_a_trained_policy_runs_as_a_controller(experiment):
     controller = find_controller(f"learned-weighting:policy={policy.source}")
     assert controller.weighting.policy == str(policy.source)
     assert list((mine.out / "tensorboard").iterdir())
+
+
+@pytest.mark.parametrize(("layer", "sigma"), [("weighting", 0.3), ("motion", 0.05)])
+def test_the_first_candidates_lie_around_the_start_as_widely_as_documented(
+    experiment, monkeypatch, layer, sigma
+):
+    monkeypatch.setattr(CandidateRollouts, "warm_up", lambda self, network: None)
+    search = cma_es.CMAESTraining(experiment(layer=layer))._search
+    search.reseed_rng(0)
+    away = np.array([search.ask() for _ in range(400)]) - initial_mean(0, layer)
+    assert np.std(away) == pytest.approx(sigma, rel=0.05)
+
+
+def test_hidden_units_begin_as_large_as_their_number_of_inputs_allows():
+    shape = weighting_network_shapes({"hidden": HIDDEN})["hidden.weight"]
+    start, count = initial_mean(5, "weighting"), shape[0] * shape[1]
+    drawn = np.random.default_rng(5).normal(0.0, 1.0, count)
+    np.testing.assert_allclose(start[:count] * np.sqrt(shape[1]), drawn)
+    assert start[count:].tolist() == pytest.approx([0.0] * (len(start) - count - 2) + [-0.9, 0.0])
+
+
+@pytest.mark.usefixtures("_imagined")
+def test_a_curve_tells_the_time_that_all_candidates_were_simulated(experiment):
+    policy = train(experiment(budget=2, every=1, worlds=3), silent)
+    # Worlds of 60 s: 3 for each of 4 candidates in each generation.
+    assert [point.simulated_s for point in policy.card.curve] == [0.0, 720.0, 1440.0]

@@ -272,3 +272,12 @@ def test_robots_that_never_exchange_teach_nothing(imitating):
 def test_the_bundled_policy_was_made_so():
     card = load_policy("weighting").card
     assert (card.algorithm, card.layer) == ("imitation", "weighting")
+
+
+def test_a_fit_has_one_thread_whatever_the_workers(imitating, monkeypatch):
+    asked = []
+    monkeypatch.setattr(torch, "set_num_threads", asked.append)
+    monkeypatch.setattr(dagger, "GRADIENT_STEPS", 0)
+    learning = DAggerTraining(imitating(workers=2))
+    assert learning._fit({}) == {}
+    assert asked == [1]

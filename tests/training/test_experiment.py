@@ -6,6 +6,7 @@ import shlex
 import pytest
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from training import experiment as experiments
 from training.experiment import (
     HELD_BACK_SEEDS,
     LAST_SEED,
@@ -72,6 +73,7 @@ REFUSED = [
     ({"scenarios": ("es1:frames",)}, "scenario='es1:frames': 'frames' must be parameter=value"),
     ({"seed": -1}, "seed=-1"),
     ({"seed": LAST_SEED + 1}, "must be at most 1000000000"),
+    ({"scenarios": ("es1", "real", "es1", "real")}, "scenario 'es1' is named twice"),
 ]
 
 
@@ -80,6 +82,32 @@ def test_what_cannot_be_trained_is_refused(experiment, changes, complaint):
     with pytest.raises((ConfigError, UnknownNameError)) as refusal:
         experiment(**changes).check()
     assert complaint in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"held_back": 1, "population": 4, "budget": 1, "every": 1, "seed": 0},
+     {"held_back": 1000, "population": None, "seed": LAST_SEED},
+     {"layer": "motion"}, {"layer": "motion", "controller": "learned-both"},
+     {"algorithm": "ppo", "layer": "both", "population": None}, IMITATION],
+)  # fmt: skip
+def test_what_lies_on_a_bound_can_be_trained(experiment, changes):
+    experiment(**changes).check()
+
+
+@pytest.mark.parametrize(("algorithm", "asked"), [("cma", []), ("ppo", ["cuda"])])
+def test_only_a_learner_that_stays_on_the_gpu_asks_torch_for_one(
+    experiment, monkeypatch, algorithm, asked
+):
+    found, tried = [], []
+    monkeypatch.setattr(experiments, "check_device", found.append)
+    monkeypatch.setattr(experiments, "usable_gpu", lambda: tried.append("gpu"))
+    monkeypatch.setattr("training.tensors.torch_device", tried.append)
+    experiment(algorithm=algorithm, population=None, device="cuda").check()
+    assert (found, tried) == (["cuda"], ["gpu", *asked])
+    tried.clear()
+    experiment(algorithm=algorithm, population=None).check()
+    assert tried == []
 
 
 def test_all_that_a_result_depends_on_is_told_apart(experiment):

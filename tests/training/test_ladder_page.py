@@ -166,7 +166,8 @@ def test_the_page_tells_each_rung_all_together_and_how_it_was_made(rung):
 
 def test_the_list_shows_each_rung_and_then_the_algorithms(rung):
     console = Console(file=io.StringIO(), width=100)
-    hard = CARD.model_copy(update={"hard": "word " * 30, "scores": {}})
+    line = f"{'x' * 38} {'y' * 39}"  # as long as a line may be: 78 characters
+    hard = CARD.model_copy(update={"hard": f"{line} {'word ' * 30}", "scores": {}})
     algorithms = [Algorithm(name="one", title="First", trainer="sb3"),
                   Algorithm(name="another", title="Second", trainer="sb3")]  # fmt: skip
     console.print(listing.tables([rung, replace(rung, card=hard)], algorithms))
@@ -176,6 +177,7 @@ def test_the_list_shows_each_rung_and_then_the_algorithms(rung):
         "random 2.0, nc 4.0, ssgikf 6.0, no-error 12.0",
         "",
         "3 tiny  Tiny",
+        line,
         *(" ".join(["word"] * n) for n in (15, 15)),
         "no scores yet: swarm-forage benchmark cards",
         "",
@@ -237,3 +239,28 @@ def test_a_second_call_adds_no_command():
     commands.add_benchmark(app)
     commands.add_benchmark(app)
     assert [each.typer_instance for each in groups] == [commands.benchmark]
+
+
+def test_what_others_score_is_a_thin_broken_line_behind_the_curves(rung, drawn):
+    for axes in figures.curves(rung, [run_of()], "").axes:
+        for line in axes.lines:
+            assert (line.get_linewidth(), line.get_zorder()) == (0.8, 1)
+            offset, dashes = line._unscaled_dash_pattern
+            assert (offset, list(dashes)) == (0, [4, 3])
+
+
+def test_a_rung_without_scores_has_an_axis_as_high_as_its_curves(rung):
+    bare = replace(rung, card=CARD.model_copy(update={"scores": {}}))
+    figure = figures.curves(bare, [run_of(score=0.1, algorithm="mappo")], "")
+    assert not figure.axes[0].texts
+    for axes in figure.axes:
+        assert axes.get_ylim()[0] == 0.0
+        assert 0.1 < axes.get_ylim()[1] < 0.5
+
+
+def test_figures_have_the_sizes_that_the_page_gives_them(rung, drawn, monkeypatch):
+    asked, grid = [], figures.panel_grid
+    monkeypatch.setattr(figures, "panel_grid", lambda *given: asked.append(given) or grid(*given))
+    figures.curves(rung, [run_of()], "")
+    figures.profiles([rung], [run_of()], "")
+    assert asked == [(2, 3.0, 3.0), (1, 4.0, 3.4)]

@@ -1,7 +1,9 @@
 """What each algorithm logs of a step, worked by hand: its speeds, and what it learned from."""
 
+import errno
 import os
 import socket
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +15,7 @@ from training import cma_es, dagger, ppo
 from training.cma_es import CMAESTraining
 from training.dagger import DAggerTraining
 from training.experiment import step_seed
-from training.folder_lock import lock_folder
+from training.folder_lock import LOCK, lock_folder
 from training.ppo import PPOTraining
 from training.sb3_setup import PPOHyperparameters
 
@@ -230,3 +232,25 @@ def test_a_fit_takes_five_hundred_steps_of_a_rate_that_falls_to_zero(done, moved
     assert slope.n_draws == 500
     # Adam moves by its rate at each step of a constant slope: 500 x 0.01 of what is left.
     assert training._actor.weight.item() == pytest.approx(7.0 - moved, rel=1e-3)
+
+
+def test_a_folder_is_locked_with_those_above_it_and_where_there_are_no_locks(tmp_path, monkeypatch):
+    deep = tmp_path / "a" / "b" / "c"
+    with lock_folder(deep):
+        assert (deep / LOCK).read_text().startswith(f"{os.getpid()} on ")
+    (tmp_path / "file").write_text("")
+    with (
+        pytest.raises(ConfigError, match="file/x: cannot be written"),
+        lock_folder(tmp_path / "file" / "x"),
+    ):
+        pass
+
+    def no_locks(*given):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr("fcntl.flock", no_locks)
+    with lock_folder(deep):
+        pass
+    monkeypatch.setitem(sys.modules, "fcntl", None)  # as on Windows
+    with lock_folder(deep):
+        pass

@@ -1,9 +1,12 @@
 """Policies in ONNX, run by onnxruntime as controllers."""
 
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import torch
+from gymnasium.spaces import Box, Discrete
 from numpy.testing import assert_array_equal
 
 import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
@@ -12,8 +15,10 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
+from training.onnx_policy import OnnxPolicy, _first_line
 from training.policy_card import save_policy_card
 from training.policy_controller import policy_controller
+from training.torchscript_policy import TorchScriptPolicy
 
 SMALL = {"task.n_robots": 4, "task.duration": 60.0}
 
@@ -75,7 +80,7 @@ def test_a_network_in_onnx_is_a_controller(discrete, file):
 @pytest.mark.parametrize(
     ("n_seen", "inputs", "says"),
     [
-        (3, ["seen"], "p.onnx: does not take observations of 4 robots and"),
+        (3, ["seen"], r"p.onnx: does not take observations of 4 robots and \d\d+ numbers \("),
         (3, ["seen", "more"], "p.onnx: has inputs seen, more; must have one"),
     ],
 )
@@ -99,3 +104,77 @@ def test_without_the_package_one_line_says_what_installs_it(tmp_path, monkeypatc
     with pytest.raises(ModuleNotFoundError, match=r"pip install 'swarm-forage\[onnx\]'$") as told:
         controller.check_usable(find_scenario("es1"))
     assert told.value.name == "onnxruntime"
+
+
+def test_a_network_has_one_thread_and_says_nothing_of_its_own(file, monkeypatch):
+    path, _ = file(3, 2)
+    import onnxruntime
+
+    made, session = [], onnxruntime.InferenceSession
+
+    def start(path, options, providers):
+        made.append((options, providers))
+        return session(path, options, providers=providers)
+
+    monkeypatch.setattr(onnxruntime, "InferenceSession", start)
+    OnnxPolicy(file=str(path))._session()
+    ((options, providers),) = made
+    assert (options.intra_op_num_threads, options.inter_op_num_threads) == (1, 1)
+    assert options.log_severity_level == 4
+    assert providers == ["CPUExecutionProvider"]
+
+
+def test_of_an_error_of_onnx_the_first_line_is_told():
+    assert _first_line(ValueError(" first\nsecond\nthird")) == "first"
+    assert _first_line(ValueError("alone")) == "alone"
+
+
+@pytest.mark.parametrize(
+    ("space", "given", "told"),
+    [
+        (Discrete(3), [[0.1, 0.9, 0.5], [3.0, 1.0, 2.0]], [1, 0]), (Discrete(3), [2, 0], [2, 0]),
+        (Box(-1.0, 1.0, (2,)), [[0.1, 0.9], [3.0, 1.0]], [[0.1, 0.9], [3.0, 1.0]]),
+    ],
+)  # fmt: skip
+def test_choices_may_be_told_by_number_or_by_score(monkeypatch, space, given, told):
+    session = SimpleNamespace(
+        get_inputs=lambda: [SimpleNamespace(name="seen")],
+        run=lambda names, inputs: [np.array(given), "more"] if "seen" in inputs else [],
+    )
+    monkeypatch.setattr(OnnxPolicy, "_session", lambda self: session)
+    predict = OnnxPolicy(file="x.onnx").start(SimpleNamespace(action_space=space))
+    assert predict(np.zeros((2, 4), np.float32)).tolist() == told
+
+
+class Network(torch.nn.Module):
+    """A network in TorchScript that gives what it was made with."""
+
+    def __init__(self, given):
+        super().__init__()
+        self.given = torch.nn.Parameter(torch.tensor(given), requires_grad=False)
+
+    def forward(self, seen: torch.Tensor) -> torch.Tensor:
+        if seen.shape[1] != 4:
+            raise RuntimeError("an odd number")
+        return self.given
+
+
+@pytest.mark.parametrize(
+    ("space", "given", "told"),
+    [(Discrete(3), [[0.0, 1.0, 0.5], [3.0, 1.0, 2.0]], [1, 0]), (Discrete(3), [2, 0], [2, 0]),
+     (Box(-1.0, 1.0, (2,)), [[0.0, 1.0], [3.0, 1.0]], [[0.0, 1.0], [3.0, 1.0]])],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_a_network_in_torchscript_tells_choices_likewise(tmp_path, space, given, told):
+    torch.jit.script(Network(given)).save(str(tmp_path / "p.pt"))
+    form = SimpleNamespace(action_space=space, layout=[0] * 4)
+    predict = TorchScriptPolicy(file=str(tmp_path / "p.pt")).start(form)
+    assert predict(np.zeros((2, 4), np.float32)).tolist() == told
+    with pytest.raises(
+        ConfigError, match=r"observations of 4 numbers \(.*an odd number\); say"
+    ) as no:
+        predict(np.zeros((2, 3), np.float32))
+    assert "\n" not in str(no.value)
+    (tmp_path / "p.pt").write_text("no network")
+    with pytest.raises(ConfigError, match=r"is no TorchScript \(\w[^\n]*\)$"):
+        TorchScriptPolicy(file=str(tmp_path / "p.pt")).start(form)

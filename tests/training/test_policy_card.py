@@ -1,14 +1,23 @@
 """The card of a policy of another trainer: what it says of controller and observation."""
 
+import json
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from gymnasium.spaces import Box, Discrete
 
 from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.errors import ConfigError
 from training import policy_card
+from training.callable_policy import CallablePolicy
+from training.controllers import about
+from training.policy import FunctionPolicy
 from training.policy_card import card_from, read_policy_card, save_policy_card
+from training.policy_controller import _check_observes, usable_rows
 from training.policy_file import load_policy
+from training.sb3_policy import SB3Policy
 
 
 class Own:
@@ -67,3 +76,110 @@ def test_of_several_errors_of_a_card_the_first_is_told(policy_file, tmp_path):
     text = written.read_text().replace('"format": 1', '"format": 2')
     with pytest.raises(ConfigError, match=r"card x: format: "):
         card_from(text.replace('"scenario": "es1"', '"scenario": 5'), "x")
+
+
+def test_a_card_is_json_that_people_can_read(tmp_path):
+    text = save_policy_card(tmp_path / "mine.pt", "es1", "ssgiff").read_text("utf-8")
+    assert text == json.dumps(json.loads(text), indent=1) + "\n"
+
+
+def test_a_policy_that_says_nothing_was_trained_as_environments_are_by_default():
+    assert FunctionPolicy().config() == EnvConfig(observation=["layer"])
+    assert FunctionPolicy(action=None).action == ""
+    assert FunctionPolicy(action="wheels").config().action == "wheels"
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [(True, True), (False, False), ("true", True), ("false", False), ("3x5", (3, 5)),
+     ((2, 4), (2, 4))],
+)  # fmt: skip
+def test_choices_are_a_few_or_a_grid(given, meant):
+    assert FunctionPolicy(discrete=given).discrete == meant
+
+
+def test_observations_are_told_by_name_and_a_class_of_ones_own_in_python_only():
+    assert FunctionPolicy(observation="layer+robot_id").config().observation == [
+        "layer",
+        "robot_id",
+    ]
+    assert FunctionPolicy(observation=["layer", Own]).config().observation == ["layer", Own]
+    with pytest.raises(ConfigError, match="FunctionPolicy: observes a:B, a class of its trainer's"):
+        FunctionPolicy(observation="layer+a:B+c:D").config()
+
+
+def test_what_networks_of_reputation_weigh_over_is_the_documented_estimator():
+    numbers = find_controller("learned-sceptical").parameters
+    assert numbers["estimator.weighs_unknown"] is True
+    assert (numbers["estimator.pause"], numbers["estimator.refractory"]) == (5.0, 10.0)
+
+
+def test_a_kind_of_policy_is_told_by_the_first_line_of_what_it_is():
+    class Silent:
+        pass
+
+    Silent.__doc__ = None
+    assert about(SB3Policy) == "A model that stable-baselines3 has saved: sb3:model.zip."
+    assert about(CallablePolicy) == "A function of Python's: callable:package.module:function."
+    assert about(Silent) == ""
+
+
+SPACES = {"numbers": Box(-1.0, 1.0, (2,), np.float32), "choices": Discrete(3)}
+
+
+@pytest.mark.parametrize(
+    ("kind", "given", "passed"),
+    [
+        ("numbers", np.array([[0.5, 2.0], [-3.0, 0.0]]), [[0.5, 1.0], [-1.0, 0.0]]),
+        ("numbers", np.array([[5, 0]]), [[5, 0]]),  # whole numbers are refused, not clipped
+        ("numbers", np.array([[0.5, 2.0, 3.0]]), [[0.5, 2.0, 3.0]]),  # and so is another shape
+        ("choices", np.array([2, 9]), [2, 9]), ("choices", np.array([2.0, 9.5]), [2.0, 9.5]),
+    ],
+)  # fmt: skip
+def test_numbers_are_clipped_to_their_bounds_and_nothing_else_is(kind, given, passed):
+    asked = []
+    rows = SimpleNamespace(rows=lambda found: asked.append(found.tolist()) or "rows")
+    form = SimpleNamespace(actions=lambda robots: rows, action_space=SPACES[kind])
+    assert usable_rows(form, range(2), "x.zip")(given) == "rows"
+    assert asked == [passed]
+
+
+def test_an_action_that_is_refused_is_told_with_its_policy():
+    def refuse(found):
+        raise ConfigError("drive.speed=nan")
+
+    rows = SimpleNamespace(rows=refuse)
+    form = SimpleNamespace(actions=lambda robots: rows, action_space=SPACES["choices"])
+    with pytest.raises(ConfigError, match=r"^policy x.zip: drive.speed=nan$"):
+        usable_rows(form, range(2), "x.zip")([1])
+
+
+ONE, TWO = ("speed", "m/s"), ("turn", "rad")
+
+
+@pytest.mark.parametrize(
+    ("trained", "here", "told"),
+    [
+        (
+            [ONE, TWO],
+            [ONE],
+            "number 1 of its observations was turn [rad] in training and is nothing",
+        ),
+        (
+            [ONE],
+            [ONE, TWO],
+            "number 1 of its observations was nothing in training and is turn [rad]",
+        ),
+        (
+            [TWO, TWO],
+            [ONE, ONE],
+            "number 0 of its observations was turn [rad] in training and is sp",
+        ),
+        ([], [ONE], "number 0 of its observations was nothing in training and is speed [m/s] here"),
+    ],
+)
+def test_the_first_number_that_was_another_in_training_is_told(trained, here, told):
+    _check_observes(SimpleNamespace(source="x"), here, here)
+    with pytest.raises(ConfigError) as refusal:
+        _check_observes(SimpleNamespace(source="x"), trained, here)
+    assert told in str(refusal.value)

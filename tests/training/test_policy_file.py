@@ -4,6 +4,8 @@ import json
 import os
 import pickle
 import random
+import struct
+import sys
 
 import numpy as np
 import pytest
@@ -159,11 +161,15 @@ def test_an_array_of_no_layer_is_refused(policy_file):
     [
         (("network",), "perceptron", "network 'perceptron', not 'log-odds'"),
         (("sizes",), {"width": 2}, "the sizes width: must be hidden"),
+        (("sizes",), {}, "the sizes nothing: must be hidden"),
         (("observes", 1, "name"), "encounter.own_q.nest",
          "observation feature 1 of its weighting was encounter.own_q.nest [m] in training and is"
          " encounter.own_p.nest [m] here"),
         (("observes", 1, "unit"), "cm", "was encounter.own_p.nest [cm] in training"),
         (("observes",), [], "feature 0 of its weighting was missing in training"),
+        (("gives",), [{"name": "g.nest", "unit": "weight"}, {"name": "g.prey", "unit": "weight"},
+                      {"name": "more", "unit": "m"}],
+         "action feature 2 of its weighting was more [m] in training and is missing here"),
         (("gives", 1, "name"), "g.home", "action feature 1 of its weighting was g.home [weight]"),
     ],
 )  # fmt: skip
@@ -232,3 +238,28 @@ def test_of_flipped_bits_of_a_policy_none_is_run_in_silence(policy_file):
                 np.testing.assert_array_equal(array, sound.weights[name])
             assert file.suffix == ".json", "weights are covered by the hash on the card"
         file.write_bytes(content)
+
+
+def test_a_card_is_json_that_people_can_read(policy_file):
+    text = policy_file.with_suffix(".json").read_text("utf-8")
+    assert text == json.dumps(json.loads(text), indent=1) + "\n"
+
+
+def test_without_its_package_one_line_says_what_a_policy_needs(policy_file, monkeypatch):
+    monkeypatch.setitem(sys.modules, "safetensors.numpy", None)
+    monkeypatch.setitem(sys.modules, "safetensors", None)
+    with pytest.raises(ModuleNotFoundError, match=r"^policy .*mine.safetensors: needs 'safeten"):
+        load_policy(policy_file)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [{"weighting.x": {"dtype": "BF16", "shape": [1], "data_offsets": [0, 2]}},
+     {"weighting.x": {"dtype": "F32", "shape": [2], "data_offsets": [0, 2]}}],
+    ids=["a kind of number that NumPy has not", "another length"],
+)  # fmt: skip
+def test_arrays_that_cannot_be_read_are_refused(policy_file, header):
+    text = json.dumps(header).encode()
+    policy_file.write_bytes(struct.pack("<Q", len(text)) + text + b"12")
+    with pytest.raises(ConfigError, match="not a safetensors file"):
+        load_policy(policy_file)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -227,3 +228,27 @@ def test_scenarios_with_other_slots_are_refused_together(motion):
     mine = motion(scenarios=("es1", "es1:task.n_robots=4"))
     with pytest.raises(ConfigError, match=r"'es1' and 'es1:task.n_robots=4': show other numbers"):
         mine.check()
+
+
+@pytest.mark.parametrize(
+    ("n_robots", "n_worlds"), [(10, 8), (16, 5), (27, 2), (40, 2), (80, 1), (81, 1), (100, 1)]
+)
+def test_some_eighty_robots_show_a_motion_in_the_first_training_worlds(
+    monkeypatch, n_robots, n_worlds
+):
+    shown = []
+    monkeypatch.setattr(ppo, "Loop", lambda scenario, controller, seeds, physics: seeds)
+    monkeypatch.setattr(ppo, "record_demonstrations", lambda loop, layout: shown.append(loop))
+    monkeypatch.setattr(ppo, "clone_behaviour", lambda actor, pairs: 0.0625)
+    training = ppo.PPOTraining.__new__(ppo.PPOTraining)
+    scenario = SimpleNamespace(task=SimpleNamespace(n_robots=n_robots))
+    training._experiment = SimpleNamespace(
+        scenarios_by_name={"es1": scenario}, training_seeds=lambda first, n: (first, n), seed=1,
+        base_controller=None, controller="ssgiff", physics="rigid",
+    )  # fmt: skip
+    training._learner = SimpleNamespace(observation_layout=None)
+    actor = MotionActor.__new__(MotionActor)
+    monkeypatch.setattr(ppo.PPOTraining, "_actors", {"motion": actor})
+    told = training.warm_start()
+    assert told == "the motion of ssgiff is copied; mean squared error 0.062"
+    assert shown == [(0, n_worlds)]

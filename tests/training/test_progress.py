@@ -38,3 +38,12 @@ def test_a_full_disk_is_an_error_of_the_training_that_names_the_file(tmp_path, f
 
     with full_disk(1_000), pytest.raises(OSError, match=r"File too large: .*tfevents"):
         log()
+
+
+def test_a_folder_is_made_with_those_above_it_and_more_steps_than_asked_leave_none(tmp_path):
+    said = []
+    out = tmp_path / "a" / "b"
+    with ProgressLogger(out, "round", said.append) as progress:
+        progress.start(10, 12)
+    assert said == ["12 of 10 rounds found, 0 to run"]
+    assert len(list((out / FOLDER).iterdir())) == 1

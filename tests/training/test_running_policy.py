@@ -41,9 +41,7 @@ def policy_at(ticks):
         noted.seen, noted.share_left = held.copy(), share_left()
         return np.arange(n * 3 * 4, dtype=np.float32).reshape(n, 3, 4)
 
-    policy._form = SimpleNamespace(
-        config=SimpleNamespace(period=5), max_cycles=8, observe=observe
-    )
+    policy._form = SimpleNamespace(config=SimpleNamespace(period=5), max_cycles=8, observe=observe)
     policy._frames = SimpleNamespace(
         add=lambda seen, due: noted.asked.append(due.tolist()),
         begin=lambda seen, worlds: noted.begun.append(worlds.tolist()) or seen,
@@ -84,7 +82,9 @@ def test_the_actions_of_learners_are_left_as_they_were(learns):
         action["wheels"][:, robots] = held
         action["weight"][:, robots] = 5.0
 
-    form = SimpleNamespace(policy=SimpleNamespace(act=act), task=SimpleNamespace(commanded="wheels"))
+    form = SimpleNamespace(
+        policy=SimpleNamespace(act=act), task=SimpleNamespace(commanded="wheels")
+    )
     policy = SimpleNamespace(
         _world=SimpleNamespace(robots={"action": action}), _inner=None, _form=form,
         _robots=np.arange(2), _held=np.full((1, 3, 2), 9.0, np.float32),

@@ -139,6 +139,8 @@ def test_worlds_go_on_from_one_call_to_the_next(run):
         steps.append(learner.rows.blocks[0].episodes.steps.tolist())
     assert steps == [[4, 4], [8, 8], [2, 2]]
     assert learner.num_timesteps == 3 * 4 * 20
+    learner.learn(4 * 20, 1e-4, seed=0)  # as many as one rollout has
+    assert learner.num_timesteps == 4 * 4 * 20
 
 
 def test_choices_are_refused():
@@ -148,3 +150,42 @@ def test_choices_are_refused():
     assert rows.step(torch.zeros(4, dtype=torch.int64)).rewards.shape == (4,)
     with pytest.raises(ConfigError, match="discrete: PPO in tensors gives numbers"):
         TensorPPO(rows, None, ONE_BATCH)
+
+
+def test_a_policy_acts_in_the_mode_of_use_and_is_updated_in_that_of_training(run, monkeypatch):
+    learner, modes = learner_of(run(), replace(ONE_BATCH, n_steps=2)), []
+    monkeypatch.setattr(learner.policy, "set_training_mode", modes.append)
+    learner.learn(1, 1e-4, seed=0)
+    assert modes == [False, True]
+
+
+def test_worlds_that_go_on_are_kept_with_what_was_seen_last(run):
+    terms = replace(ONE_BATCH, n_steps=4)
+    first, second = (learner_of(run(), terms) for _ in range(2))
+    taken = []
+    for each in (first, second):
+        each.rows.records = lambda: {"0.a": np.array(3)}
+        each.rows.take_records = taken.append
+    start = first.worlds_state()
+    assert not start["has_begun"]
+    assert_array_equal(start["seen"], np.zeros((20, len(first.observation_layout))))
+    second.restore_worlds(start)
+    assert (second._seen, taken) == (None, [])
+    first.learn(1, 1e-4, seed=0)
+    kept = first.worlds_state()
+    second.restore_worlds(kept)
+    assert taken == [kept]
+    assert kept["0.a"] == 3
+    assert_array_equal(second._seen, first._seen)
+    assert_array_equal(second._begins, first._begins)
+
+
+def test_episodes_of_an_experiment_in_tensors_end_one_after_the_other(experiment, tmp_path):
+    mine = experiment(layer="motion", algorithm="ppo", population=None, worlds=3, out=tmp_path)
+    learner = tensor_ppo.make_tensor_ppo(mine, replace(ONE_BATCH, log_std=-0.75))
+    (block,) = learner.rows.blocks
+    learner.rows.seed(0)
+    learner.rows.reset()
+    assert block.episodes.ends.tolist() == [50, 100, 150]  # 60 s of decisions of four ticks
+    assert learner.policy.log_std.tolist() == [-0.75, -0.75]
+    assert learner.num_timesteps == 0

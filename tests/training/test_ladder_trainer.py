@@ -1,0 +1,285 @@
+"""How the ladder's runs are made by stable-baselines3, kept and told; nothing trains."""
+
+import json
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.errors import ConfigError
+from training.ladder import benchmark, cards, commands, play, runs, sb3_trainer
+from training.ladder.algorithms import Algorithm, read_algorithms
+from training.ladder.play import random_actions
+from training.ladder.rungs import RANDOM, Card, Rung, Score, _number, read_rungs
+from training.ladder.runs import Job, Run, keep, read_run, versions, write_json
+from training.ladder.summary import over_all, rows_of
+
+TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_robots": 3,
+        "task.duration": 2.0, "discount": 0.75}  # fmt: skip
+
+
+@pytest.fixture
+def rung(tmp_path):
+    scores = {RANDOM: Score(mean=2.0), "no-error": Score(mean=12.0)}
+    card = Card(controllers=("nc",), also=(), episodes=2, curve_episodes=1, scores=scores)
+    return Rung("tiny", tmp_path / "tiny.yaml", TINY, card)
+
+
+def run_of(algorithm="sb3_ppo", seed=0, score=7.0, rung="tiny", steps=480):
+    curve = [{"robot_steps": 240, "wall_s": 30.0, "scores": [1.0]},
+             {"robot_steps": steps, "wall_s": 65.4, "scores": [score]}]  # fmt: skip
+    return Run(rung, algorithm, seed, "key", {}, steps, 65.4, curve, (score,), {"numpy": "2"})
+
+
+def test_stable_baselines3_learns_rollout_by_rollout_and_is_watched(monkeypatch, rung):
+    made, learned, threads = {}, [], []
+    worlds = SimpleNamespace(robot_steps=0)
+
+    def make_env(**terms):
+        made["env"] = terms
+        return SimpleNamespace(env=worlds)
+
+    class Model:
+        policy = "a policy"
+
+        def __init__(self, *given, **terms):
+            made["model"] = given[0], terms
+
+        def learn(self, steps, reset_num_timesteps):
+            learned.append((steps, reset_num_timesteps))
+            worlds.robot_steps += 100
+
+    evaluated = []
+    watch = SimpleNamespace(
+        robot_steps=300, due=lambda steps: steps != 200,
+        evaluate=lambda steps, act, copy: evaluated.append((steps, act)),
+    )  # fmt: skip
+    monkeypatch.setattr(sb3_trainer, "SwarmVecEnv", make_env)
+    monkeypatch.setattr(sb3_trainer, "PPO", Model)
+    monkeypatch.setattr(sb3_trainer, "_acting", lambda policy: ("acting", policy))
+    monkeypatch.setattr(sb3_trainer.torch, "set_num_threads", threads.append)
+    algorithm = Algorithm(
+        name="one", title="One", worlds=5, settings={"n_steps": 16}, keywords={"shaping": 0.5}
+    )
+    sb3_trainer.train(rung, algorithm, 3, watch)
+    assert made["env"] == {**TINY, "shaping": 0.5, "n_worlds": 5, "seed": 3, "stagger": True}
+    assert made["model"] == (
+        "MlpPolicy", {"gamma": 0.75, "seed": 3, "device": "cpu", "n_steps": 16}
+    )  # fmt: skip
+    assert learned == [(1, False)] * 3
+    assert evaluated == [(steps, ("acting", "a policy")) for steps in (100, 300)]
+    assert threads == [1]
+    assert sb3_trainer.is_discrete(algorithm) is False
+
+
+def test_a_policy_acts_for_every_robot_of_every_world_without_chance():
+    asked = []
+
+    def predict(rows, deterministic):
+        asked.append((rows.shape, deterministic))
+        return rows[:, :2] * 2.0, None
+
+    act = sb3_trainer._acting(SimpleNamespace(predict=predict))
+    seen = np.arange(24.0).reshape(2, 3, 4)
+    assert act(seen).tolist() == (2.0 * seen[..., :2]).tolist()
+    assert asked == [((6, 4), True)]
+
+
+@pytest.mark.parametrize(
+    ("discrete", "keywords", "given"),
+    [(False, {}, {}), (True, {}, {"discrete": True}),
+     (True, {"discrete": (3, 5)}, {"discrete": (3, 5)})],
+)  # fmt: skip
+def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(
+    monkeypatch, rung, discrete, keywords, given
+):
+    played = []
+
+    def train(rung, algorithm, seed, watch):
+        watch.best = ("best", seed)
+        watch.curve += [{"wall_s": 3.0}, {"wall_s": 5.0}, {"wall_s": 9.0}]
+        played.append((watch.keywords, watch.robot_steps, watch.episodes))
+
+    trainer = SimpleNamespace(is_discrete=lambda algorithm: discrete, train=train)
+    monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: trainer)
+    monkeypatch.setattr(
+        benchmark, "play", lambda *given: played.append(given) or [float(len(given[2]))]
+    )
+    own = replace(rung, keywords={**TINY, **keywords})
+    job = Job(own, read_algorithms()["sb3_ppo"], 4, 600)
+    found = benchmark.make(job)
+    told = {name: value for name, value in TINY.items() if name != "physics"} | given
+    assert played == [(told, 600, 1), (told, ("best", 4), [1000, 1001])]
+    assert (found.train_s, found.scores, found.seed, found.robot_steps) == (9.0, [2.0], 4, 600)
+    assert (found.rung, found.algorithm, found.key) == ("tiny", "sb3_ppo", job.key)
+
+
+def test_runs_that_are_made_are_kept_and_told_one_by_one(monkeypatch, rung, tmp_path):
+    said, seconds, asked = [], iter((100.0, 107.0)), []
+    monkeypatch.setattr(benchmark, "say", said.append)
+    monkeypatch.setattr(benchmark, "time", SimpleNamespace(monotonic=lambda: next(seconds)))
+    monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: asked.append(algorithm.name))
+    jobs = benchmark.jobs_of([rung], [read_algorithms()["sb3_ppo"]], 3, 480)
+    first = replace(run_of(), key=jobs[0].key)
+    keep(first, jobs[0].file(tmp_path))
+
+    def ran(make, todo):
+        yield from (replace(run_of(seed=job.seed, steps=2_500_000), key=job.key) for job in todo)
+
+    benchmark.run_jobs(jobs, tmp_path, SimpleNamespace(run=ran))
+    assert said == [
+        f"1 of 3 runs found in {tmp_path}, 2 to make",
+        "tiny, sb3_ppo, seed 1: 7.0 after 2.5 M robot-steps in 65 s",
+        "tiny, sb3_ppo, seed 2: 7.0 after 2.5 M robot-steps in 65 s",
+        "done in 7 s",
+    ]
+    assert asked == ["sb3_ppo"], "what is missing is told before anything trains"
+    kept = tmp_path / "tiny" / "sb3_ppo" / "seed2.json"
+    assert read_run(kept).robot_steps == 2_500_000
+    text = kept.read_text("utf-8")
+    assert text == json.dumps(json.loads(text), indent=1) + "\n"
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[]", '{"rung": 1', '{"odd": 2}'])
+def test_a_file_that_is_no_run_is_refused(tmp_path, text):
+    assert read_run(tmp_path / "none.json") is None
+    (tmp_path / "x.json").write_text(text)
+    with pytest.raises(ConfigError, match=r"x.json: is no run of the ladder; move it away"):
+        read_run(tmp_path / "x.json")
+
+
+def test_versions_are_those_of_the_packages_that_are_there(monkeypatch):
+    def version(package):
+        if package in ("numpy", "torch"):
+            raise runs.PackageNotFoundError(package)
+        return f"1 of {package}"
+
+    monkeypatch.setattr(runs, "version", version)
+    assert list(versions()) == ["swarm-forage", "numba", "stable-baselines3", "torchrl",
+                                "benchmarl"]  # fmt: skip
+
+
+def test_a_key_does_not_depend_on_the_order_of_keywords_nor_on_title_and_share(rung):
+    algorithm = read_algorithms()["sb3_ppo"]
+    job = Job(rung, algorithm, 0)
+    turned = replace(rung, keywords=dict(reversed(TINY.items())))
+    assert replace(job, rung=turned).key == job.key
+    named = algorithm.model_copy(update={"title": "Another", "share": 0.5})
+    assert replace(job, algorithm=named).key == job.key
+    # What an algorithm does not say is not in its key: a new setting leaves kept runs as they are.
+    assert Job(rung, Algorithm(name="one"), 0).config["algorithm"] == {"name": "one"}
+
+
+def test_algorithms_are_told_the_best_first_and_those_of_most_rungs_before(rung):
+    found = rows_of(
+        rung, [run_of(score=3.0), run_of("mappo", score=9.0), run_of("qmix", score=5.0)]
+    )
+    assert [row.algorithm for row in found] == ["mappo", "qmix", "sb3_ppo"]
+    long = [run_of(steps=480), run_of(seed=1, steps=960), run_of(seed=2, steps=720)]
+    assert rows_of(rung, long)[0].robot_steps == 960
+    other = replace(rung, name="other")
+    both = [run_of(score=3.0), run_of(score=3.0, rung="other"), run_of("mappo", score=9.0),
+            run_of("qmix", score=12.0)]  # fmt: skip
+    assert list(over_all([rung, other], both)) == ["sb3_ppo", "qmix", "mappo"]
+
+
+def test_references_are_scored_by_their_own_episodes(monkeypatch, rung):
+    trips = [0.0, 2.0, 4.0, 4.0]  # two episodes of each
+    plan = SimpleNamespace(
+        configurations=[SimpleNamespace(label="nc"), SimpleNamespace(label="no-error")],
+        results=lambda: [SimpleNamespace(round_trips=each) for each in trips],
+    )
+    said, written = [], []
+    monkeypatch.setattr(cards, "say", said.append)
+    monkeypatch.setattr(cards, "_plan", lambda *given: plan)
+    monkeypatch.setattr(cards, "run_with_progress", lambda *given: None)
+    monkeypatch.setattr(cards, "play", lambda *given: [5.0, 6.0])
+    monkeypatch.setattr(cards, "write_scores", lambda rung, scores: written.append(scores))
+    found = cards.score_references(rung, None, None)
+    assert {name: (score.mean, score.episodes) for name, score in found.items()} == {
+        RANDOM: (5.5, 2), "nc": (1.0, 2), "no-error": (4.0, 2),
+    }  # fmt: skip
+    assert found["nc"].low < 1.0 < found["nc"].high
+    assert (found["no-error"].low, found["no-error"].high) == (None, None)
+    assert written == [found]
+    assert said == ["tiny: random actions, 2 episodes"]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(None, "null"), (0.0, "0"), (1234.56, "1235"), (0.123456, "0.1235")]
+)
+def test_numbers_of_a_card_have_four_digits(value, text):
+    assert _number(value) == text
+
+
+def test_random_actions_are_those_of_a_seed(rung):
+    space = ArrayEnv(**rung.test_keywords).action_space
+    seen = np.zeros((2, 3, 5))
+    for options, seed in (({}, 0), ({"seed": 4}, 4)):
+        expected = np.random.default_rng(seed).uniform(space.low, space.high, (2, 3, 2))
+        found = random_actions(rung.test_keywords, **options)(seen)
+        np.testing.assert_array_equal(found, expected.astype(np.float32))
+
+
+def test_swarms_larger_than_a_block_are_played_one_world_at_a_time(monkeypatch, rung):
+    blocks = []
+    monkeypatch.setattr(play, "ROWS", 2)
+    monkeypatch.setattr(
+        play, "_play_block", lambda keywords, act, seeds: blocks.append(seeds) or [1.0] * len(seeds)
+    )
+    assert play.play(rung.test_keywords, None, [5, 6, 7]) == [1.0] * 3
+    assert blocks == [[5], [6], [7]]
+
+
+@pytest.fixture
+def call(monkeypatch, tmp_path):
+    """Run a command of the ladder, of which nothing is done: its result."""
+    app = typer.Typer()
+    app.callback()(lambda: None)
+    commands.add_benchmark(app)
+    monkeypatch.setattr(commands, "find_backend", lambda *given, **named: None)
+    monkeypatch.setattr(benchmark, "run_jobs", lambda jobs, out, backend: None)
+    monkeypatch.setattr(cards, "score_references", lambda rung, out, backend: {})
+    monkeypatch.chdir(tmp_path)
+    return lambda *words: CliRunner().invoke(app, ["benchmark", *words])
+
+
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [
+        (("cards", "--workers=0"), 2), (("cards", "--workers=1"), 0),
+        (("ladder", "--workers=0"), 2), (("ladder", "--workers=1"), 0),
+        (("ladder", "--budget=0"), 2), (("ladder", "--budget=1"), 0),
+        (("ladder", "--seeds=-1"), 2), (("ladder", "--seeds=0"), 0), ((), 2),
+    ],
+)  # fmt: skip
+def test_numbers_of_commands_have_bounds(call, words, status):
+    result = call(*words)
+    assert result.exit_code == status, result.output
+    assert ("Usage" in result.output) == (status == 2)
+
+
+def test_a_rung_without_scores_is_told_of_before_anything_trains(call, monkeypatch):
+    name, known = next(iter(read_rungs().items()))
+    bare = replace(known, card=known.card.model_copy(update={"scores": {}}))
+    monkeypatch.setattr("training.ladder.rungs.read_rungs", lambda: {name: bare})
+    made = []
+    monkeypatch.setattr(benchmark, "run_jobs", lambda *given: made.append(given))
+    assert isinstance(call("ladder", "--seeds=1").exception, ConfigError)
+    assert made == []
+    assert call("ladder", "--seeds=0").exit_code == 0
+    assert len(made) == 1
+
+
+def test_the_list_in_json_is_one_that_people_can_read(call):
+    text = call("list", "--format=json").output
+    assert text == json.dumps(json.loads(text), indent=1) + "\n"
+
+
+def test_a_file_of_json_is_made_with_its_folder(tmp_path):
+    write_json({"a": [1]}, tmp_path / "b" / "c.json")
+    assert (tmp_path / "b" / "c.json").read_text() == '{\n "a": [\n  1\n ]\n}\n'
