@@ -55,7 +55,8 @@ class TensorPPO:
 
     rows = TensorRows([array_env("es1", device="cuda", n_worlds=1024, physics="kinematic")])
     policy = ActorCriticPolicy(rows.observation_space, rows.action_space, lambda _: 3e-4)
-    TensorPPO(rows, policy, PPOHyperparameters(decision_period=10)).learn(10**6, 3e-4, seed=0)
+    ppo = TensorPPO(rows, policy, PPOHyperparameters(decision_period=10))
+    ppo.learn(10**6, 3e-4, seed=0)
     """
 
     def __init__(

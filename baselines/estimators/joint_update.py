@@ -199,9 +199,9 @@ def multiply_factors(M: Matrix3, factors: Float64[Array, "robots 3 3"]) -> None:
 def update_factors(
     before: Matrix3, after: Matrix3, update: JointUpdate, factors: Float64[Array, "robots 3 3"]
 ) -> None:
-    """The factors of a robot whose covariance was corrected, in place.
+    """The factors of a robot whose covariance was corrected from Q to P, in place.
 
-        s_ih = P_i+ (P_i-)^-1 s_ih
+        s_ih = P Q^-1 s_ih
 
     Source: BOIDS, Eq. 19 and 20; Luft2018, Eq. 16.
     """

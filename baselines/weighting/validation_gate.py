@@ -41,7 +41,8 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 class ValidationGate(Part):
     """The gain of SGIKF for what lies inside a gate about the own estimate, else none.
 
-        g_i = p_i / (p_i + p_j)  if  |X_j - x_i| <= slack + drift (p_i + p_j),  else 0
+        g_i = p_i / (p_i + p_j)  if  d <= slack + drift (p_i + p_j),  else 0
+        d = |X_j - x_i|
 
     p_i and p_j are the own and the heard path since the area, x_i and X_j the own and the heard
     place [m].

@@ -75,8 +75,10 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
 
 def on_page_content(html: str, page: Any, config: Any, **_: Any) -> str:
     """Link first uses of the words of the glossary, and equations to the lines of their code."""
-    if page.file.src_uri.startswith(("source/", "reference/")):
+    if page.file.src_uri.startswith("source/"):
         return html
+    if page.file.src_uri.startswith("reference/"):
+        return typography.break_headings(html)
     html = typography.set_lines(html)
     if page.file.src_uri == "equations.md":
         return equation_page.with_lines(html)

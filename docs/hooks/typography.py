@@ -28,6 +28,12 @@ TOGETHER = (
 WHOLE = 28
 """Names of at most so many letters are never broken."""
 
+MARK = re.compile(r"[._:,=/+](?=[^\W\d])")
+"""Where a longer name may be broken: before a letter."""
+
+HEADING = re.compile(rf'(<span class="doc doc-object-name[^"]*">)([^<]{{{WHOLE + 1},}})')
+"""The name of what a part of the reference is about."""
+
 DECISION = re.compile(r"\b[Dd]ecision (\d{4})\b")
 
 
@@ -38,8 +44,25 @@ def set_lines(page: str) -> str:
     '<p>in 313~MB (57~to~63), p~&lt;~0.01</p>'
     >>> set_lines("<p><code>a --select 3</code></p>")
     '<p><code>a <span class="whole">--select</span> 3</code></p>'
+    >>> set_lines("<code>baselines.weighting.sgikf.SGIKF</code>")
+    '<code>baselines.<wbr>weighting.<wbr>sgikf.<wbr>SGIKF</code>'
     """
-    return _changed(page, lambda text, path: _code(text) if "code" in path else _prose(text))
+
+    def set_line(text: str, path: list[str]) -> str:
+        return _code(text, "td" not in path) if "code" in path else _prose(text)
+
+    return _changed(page, set_line)
+
+
+def break_headings(page: str) -> str:
+    """The HTML of a page of the reference whose long names in headings break at their marks.
+
+    >>> break_headings(
+    ...     '<span class="doc doc-object-name">training.tensor_ppo.hyperparameters</span>'
+    ... )
+    '<span class="doc doc-object-name">training.<wbr>tensor_<wbr>ppo.<wbr>hyperparameters</span>'
+    """
+    return HEADING.sub(lambda match: match[1] + _word(match[2]), page)
 
 
 def link_decisions(page: str, folder: Path, uri: str) -> str:
@@ -91,11 +114,14 @@ def _prose(text: str) -> str:
     return text
 
 
-def _code(text: str) -> str:
-    """Code whose words are in one line each, where a browser would break them at a mark."""
-    return "".join(
-        f'<span class="whole">{word}</span>'
-        if len(word) <= WHOLE and re.search(r"[-./\[:]", word)
-        else word
-        for word in re.split(r"(\s+)", text)
-    )
+def _code(text: str, is_wide: bool) -> str:
+    """Code whose words are in one line each; in a cell of a table, long ones break anywhere."""
+    words = re.split(r"(\s+)", text)
+    return "".join(_word(each) if is_wide or len(each) <= WHOLE else each for each in words)
+
+
+def _word(word: str) -> str:
+    """A word of code in one line; a long one, as `package.module.function`, breaks at its marks."""
+    if len(word) > WHOLE:
+        return MARK.sub(r"\g<0><wbr>", word)
+    return f'<span class="whole">{word}</span>' if re.search(r"[-./\[:]", word) else word

@@ -14,7 +14,9 @@ def limited(speed: float, ahead: float, left: float, world: WorldState) -> tuple
     """Speed [m/s] and turn rate [rad/s] of a tick that an acceleration (ahead, left) asks for.
 
         V = clip(V + a_max ahead dt, V_min, V_max)
-        w = clip(atan2(left, ahead), -w_max, w_max)   [1/s times the angle]
+        w = clip(atan2(left, ahead), -w_max, w_max)
+
+    The angle is taken times 1/s.
 
     Source: BOIDS, authors' code; the paper says only that accelerations steer.
     """
