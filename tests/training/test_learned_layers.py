@@ -1,7 +1,7 @@
 """Learned layers by hand: other scales, signs or orders would make other policies."""
 
 import math
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ from training.learned_motion import (
     NETWORK,
     SIZES,
     LearnedMotion,
+    NetworkMotion,
     _own_features,
     field_columns,
     motion_network_shapes,
@@ -179,8 +180,12 @@ def test_a_residual_of_one_turns_full_speed_back_into_full_speed_ahead():
     wheels = np.array([-1.0, 0.5], np.float32)
     add_residual(wheels, 1.0, -0.25)
     assert wheels.tolist() == [1.0, 0.0]
-    add_residual(wheels, 0.5, -1.0)
-    assert wheels.tolist() == [1.0, -1.0]
+    add_residual(wheels, -0.25, -1.0)
+    assert wheels.tolist() == [0.5, -1.0]
+    add_residual(wheels, -1.0, 1.0)
+    assert wheels.tolist() == [-1.0, 1.0]
+    add_residual(wheels, 0.125, 0.5)
+    assert wheels.tolist() == [-0.75, 1.0]
 
 
 @pytest.mark.parametrize(("goal", "searched"), [(-1, 2.0), (0, 0.0)])
@@ -279,6 +284,19 @@ def test_a_motion_fits_worlds_that_show_what_it_was_trained_on(tmp_path, make_ca
             ask(narrow)
 
 
+def test_a_deep_set_drives_at_most_at_full_speed_and_not_while_it_talks():
+    layout = observation_layout("motion", SCENARIO)
+    weights = {
+        name: np.zeros(shape, np.float32) for name, shape in motion_network_shapes(SIZES).items()
+    }
+    weights["wheels.bias"][:] = -3.0, 1.5
+    observed = np.zeros((SCENARIO.task.n_robots, len(layout)), np.float32)
+    situation = layout.situation(observed)
+    situation.talking[3] = True
+    wheels = NetworkMotion(weights, SCENARIO, 1)(situation)
+    assert wheels.tolist() == [[0.0, 0.0] if robot == 3 else [-1.0, 1.0] for robot in range(10)]
+
+
 def test_a_deep_set_without_one_of_its_arrays_is_refused(tmp_path, make_card):
     sizes = {"message": 2, "hidden": 3}
     arrays = motion_network_shapes(sizes)
@@ -309,6 +327,15 @@ def test_only_a_robot_that_searches_changes_its_straight_run(goal):
 def test_not_to_know_an_area_counts_as_an_error_of_four_tenths_of_a_metre():
     known_to_nobody = torch.tensor([0.0]), torch.tensor([[0.3, 0.0]])
     assert float(error_of_copying(*known_to_nobody)) == pytest.approx(0.15)
+
+
+def test_exchanges_in_which_everybody_knew_better_teach_nothing():
+    row, near, far = np.ones(2, np.float32), [[0.1, 0.0]] * 2, [[0.4, 0.0]] * 2
+    near, far = np.array(near, np.float32), np.array(far, np.float32)
+    taught = Exchanges(row[:, None], np.eye(2, dtype=np.float32), row, far, near)
+    assert float(taught.gain("es1")) == pytest.approx(0.16 - 0.01)
+    with pytest.raises(ConfigError, match="scenario 'es1': in 2 exchanges nobody who knew"):
+        replace(taught, own_error=near, heard_error=far).gain("es1")
 
 
 def test_no_exchanges_have_the_columns_of_some():
