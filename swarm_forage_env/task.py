@@ -1,4 +1,4 @@
-"""Task: all that the rest of the house knows of a world.
+"""Task: all that the rest of the code knows of a world.
 
 `task_of` is the only place that asks what kind a scenario is. A task of one's own is a
 folder whose module enters a `Task` in `TASKS`, and its scenarios in `SCENARIOS`.

@@ -90,7 +90,9 @@ class PolicyFile(Policy):
         if not self.file:
             raise ConfigError("policy: which file? Name it after the colon, as in sb3:model.zip")
         if not path.is_file():
-            raise ConfigError(f"policy {path}: there is no such file")
+            raise ConfigError(
+                f"policy {path}: there is no such file; name the one that its trainer has saved"
+            )
         return path
 
     @property

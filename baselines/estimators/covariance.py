@@ -40,7 +40,10 @@ KERNELS: dict[str, Kernel] = {
 
 @ESTIMATORS.register("covariance")
 class CovarianceParameters(CovarianceFilterParameters):
-    """What social odometry leaves open; the covariance follows from the scenario."""
+    """Social odometry whose robots exchange error ellipses.
+
+    Its numbers are those of social odometry; the covariance follows from the scenario.
+    """
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""

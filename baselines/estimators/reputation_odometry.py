@@ -111,7 +111,10 @@ KERNELS: dict[str, Kernel] = {
 
 @ESTIMATORS.register("reputation_odometry")
 class ReputationOdometryParameters(ScepticalOdometryParameters):
-    """What sceptical odometry leaves open, and how reputations are made."""
+    """Sceptical odometry whose robots remember who told what, and how it turned out.
+
+    Its numbers are those of sceptical odometry, and how reputations are made.
+    """
 
     weighs_unknown: bool = Field(
         False,

@@ -96,7 +96,10 @@ KERNELS: dict[str, Kernel] = {**SOCIAL_KERNELS, "listen": listen, "merge": merge
 
 @ESTIMATORS.register("sceptical_odometry")
 class ScepticalOdometryParameters(SocialOdometryParameters):
-    """What social odometry leaves open, and how well two witnesses must agree."""
+    """Social odometry that takes over an unknown area only if a second witness confirms it.
+
+    Its numbers are those of social odometry, and how well two witnesses must agree.
+    """
 
     agreement: NotNegative = Field(
         0.3,

@@ -111,7 +111,10 @@ KERNELS: dict[str, Kernel] = {**SOCIAL_KERNELS, "take_in": take_in, "merge": mer
 
 @ESTIMATORS.register("sikf")
 class SIKFParameters(CovarianceFilterParameters):
-    """What social odometry leaves open; the covariance follows from the scenario."""
+    """Social odometry whose robots exchange the norm of a covariance.
+
+    Its numbers are those of social odometry; the covariance follows from the scenario.
+    """
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""

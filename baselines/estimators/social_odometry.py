@@ -71,7 +71,10 @@ KERNELS: dict[str, Kernel] = {
 
 @ESTIMATORS.register("social_odometry")
 class SocialOdometryParameters(Part):
-    """What the papers leave open about exchanging and losing estimates."""
+    """Social odometry: robots tell each other where they believe the areas to be.
+
+    Its numbers are what the papers leave open about exchanging and losing estimates.
+    """
 
     speaks: bool = Field(True, description="Broadcast at all; false for no communication")
     double: bool = Field(

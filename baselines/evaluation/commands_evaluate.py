@@ -122,6 +122,7 @@ def _draw(plan: "Plan", file: Path, command: str) -> None:
         for number, configuration in enumerate(plan.configurations)
     ]
     save_figure(boxplot(groups, groups[0].kind.score, command), file, command)
+    say(f"wrote {file}")
 
 
 def _write(results: Sequence[Any], form: Format, series: bool) -> None:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from baselines.evaluation.common_options import path
+from baselines.evaluation.console import say
 
 FIGURE_NAMES = (
     "boxplot", "curve", "on-path", "recruitment", "table", "paths", "learning", "weights",
@@ -100,8 +101,8 @@ def plot(  # noqa: PLR0913 the options of a command
 
     **table**: motion by localisation.
 
-    **paths**: where the robots were, a map, of what evaluate --trajectories has kept; one episode
-    is run anew where nothing was. Also without a dataset: plot paths es1 nc ssgikf.
+    **paths**: a map of where the robots were, from what evaluate --trajectories has kept; where
+    nothing was kept, one episode is run anew. Also without a dataset: plot paths es1 nc ssgikf.
 
     **learning**: learning curves of trained policies, from the cards (.json) beside them.
 
@@ -132,3 +133,4 @@ def plot(  # noqa: PLR0913 the options of a command
             draw_caption(figure)
         for file in out:
             save_figure(figure, file, options.command, f"swarm-forage plot {options.kind}")
+            say(f"wrote {file}")

@@ -71,7 +71,9 @@ def report(episodes: Sequence[Any]) -> Group:
     ]
     if added := [metric for metric in kind.columns if _is_there(metric, kind, episodes)]:
         parts += [Text(f"\n{kind.sometimes_words}", style="bold"), summary(groups, added)]
-    parts.append(Text(f"n = {len(first)}: mean over its 95 % bootstrap interval.", style="dim"))
+    parts.append(
+        Text(f"n = {len(first)}: the mean, and below it its 95 % bootstrap interval.", style="dim")
+    )
     if len(groups) > 1:
         parts += [
             Text(f"\n{kind.score_words} against {next(iter(groups))}", style="bold"),

@@ -21,7 +21,10 @@ from swarm_forage_env.task import task_of
 
 @MOTIONS.register("boids")
 class BoidsParameters(Part):
-    """How the gains come about, and the fixed ones."""
+    """Boids: a robot adds up the rules of its neighbours and its goal, each with a gain.
+
+    Its parameters say how the gains come about, and give the fixed ones.
+    """
 
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")
 

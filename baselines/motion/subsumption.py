@@ -156,7 +156,10 @@ def steer(
 
 @MOTIONS.register("subsumption")
 class SubsumptionParameters(Part):
-    """What the papers leave open about avoiding, and about the random walk."""
+    """Subsumption: a robot talks, else avoids obstacles, else goes to its goal, else wanders.
+
+    Its numbers are what the papers leave open about avoiding and about the random walk.
+    """
 
     avoidance: Literal["tangential", "literal"] = Field(
         "tangential", description="Around the obstacle, or opposite to it as TR 5.1 says"

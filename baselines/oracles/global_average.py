@@ -178,7 +178,10 @@ def observe_group(
 
 
 class GlobalAverage(SocialOdometryParameters):
-    """What social odometry leaves open; nobody broadcasts, all know all."""
+    """Social odometry in which nobody broadcasts, as all robots share one mean of their estimates.
+
+    Its numbers are those of social odometry.
+    """
 
     through_radio: bool = Field(
         True,

@@ -132,7 +132,10 @@ def observe_truth(
 
 
 class PerfectOdometry(SocialOdometryParameters):
-    """What social odometry leaves open; the odometry is exact."""
+    """Social odometry whose robots know their poses: the odometry is exact.
+
+    Its numbers are those of social odometry.
+    """
 
     exact_beam: bool = Field(
         True,

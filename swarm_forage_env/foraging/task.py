@@ -1,4 +1,4 @@
-"""The task of foraging, as the rest of the house knows it."""
+"""The task of foraging, as the rest of the code knows it."""
 
 from swarm_forage_env.foraging.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.foraging.bounds import Bounds

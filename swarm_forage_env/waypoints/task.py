@@ -1,4 +1,4 @@
-"""The task of visiting waypoints, as the rest of the house knows it."""
+"""The task of visiting waypoints, as the rest of the code knows it."""
 
 from swarm_forage_env.no_layers import NoLayers
 from swarm_forage_env.task import TASKS, Task
