@@ -1,6 +1,7 @@
 """The entry point of the console script, in this process."""
 
 import os
+import subprocess
 import sys
 
 import pytest
@@ -44,3 +45,12 @@ def test_a_missing_package_is_told_in_the_place_of_a_status(ended):
     assert ended(missing)[0] == (
         "swarm-forage: this command needs 'cmaes': pip install 'swarm-forage[train]'"
     )
+
+
+def test_commands_are_known_before_the_libraries_that_they_train_with_are_loaded():
+    code = (
+        "import sys, training.train_command, training.ladder.commands\n"
+        "print(*{'torch', 'stable_baselines3', 'training.experiment'} & sys.modules.keys())"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout == "\n"

@@ -263,6 +263,19 @@ def test_numbers_of_commands_have_bounds(call, words, status):
     assert ("Usage" in result.output) == (status == 2)
 
 
+def test_without_a_command_all_of_them_are_listed(call):
+    shown = call().output
+    assert "Missing command" not in shown
+    assert all(name in shown for name in ("list", "cards", "ladder", "The ladder: tasks of rising"))
+
+
+@pytest.mark.parametrize("alone", [RANDOM, "no-error"])
+def test_a_score_is_normalised_by_two_others_and_by_one_alone_it_is_not(rung, alone):
+    bare = replace(rung, card=rung.card.model_copy(update={"scores": {alone: Score(mean=1.0)}}))
+    with pytest.raises(ConfigError, match="rung 'tiny': no scores; run swarm-forage benchmark"):
+        bare.normalised(1.0)
+
+
 def test_a_rung_without_scores_is_told_of_before_anything_trains(call, monkeypatch):
     name, known = next(iter(read_rungs().items()))
     bare = replace(known, card=known.card.model_copy(update={"scores": {}}))
