@@ -296,3 +296,10 @@ def test_the_list_in_json_is_one_that_people_can_read(call):
 def test_a_file_of_json_is_made_with_its_folder(tmp_path):
     write_json({"a": [1]}, tmp_path / "b" / "c.json")
     assert (tmp_path / "b" / "c.json").read_text() == '{\n "a": [\n  1\n ]\n}\n'
+
+
+def test_an_algorithm_that_says_nothing_is_the_documented_one():
+    assert Algorithm().model_dump() == {
+        "name": "", "title": "", "trainer": "sb3", "algorithm": "", "worlds": 8, "settings": {},
+        "experiment": {}, "keywords": {}, "share": 1.0,
+    }  # fmt: skip
