@@ -241,12 +241,16 @@ def test_a_second_call_adds_no_command():
     assert [each.typer_instance for each in groups] == [commands.benchmark]
 
 
-def test_what_others_score_is_a_thin_broken_line_behind_the_curves(rung, drawn):
-    for axes in figures.curves(rung, [run_of()], "").axes:
-        for line in axes.lines:
-            assert (line.get_linewidth(), line.get_zorder()) == (0.8, 1)
-            offset, dashes = line._unscaled_dash_pattern
-            assert (offset, list(dashes)) == (0, [4, 3])
+def test_what_others_score_is_a_thin_broken_line_behind_the_curves(rung, drawn, monkeypatch):
+    asked, draw = [], figures.Axes.axhline
+
+    def noted(axes, y, **style):
+        asked.append((style["linewidth"], style["linestyle"], style["zorder"]))
+        return draw(axes, y, **style)
+
+    monkeypatch.setattr(figures.Axes, "axhline", noted)
+    figures.curves(rung, [run_of()], "")
+    assert asked == [(0.8, (0, (4, 3)), 1)] * 2 * 4  # four scores on each of two panels
 
 
 def test_a_rung_without_scores_has_an_axis_as_high_as_its_curves(rung):

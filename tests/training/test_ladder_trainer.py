@@ -303,3 +303,18 @@ def test_an_algorithm_that_says_nothing_is_the_documented_one():
         "name": "", "title": "", "trainer": "sb3", "algorithm": "", "worlds": 8, "settings": {},
         "experiment": {}, "keywords": {}, "share": 1.0,
     }  # fmt: skip
+
+
+def test_algorithms_are_files_of_a_folder_by_name(tmp_path):
+    for name, title in (("b", "Second"), ("a", "First")):
+        (tmp_path / f"{name}.yaml").write_text(f"title: {title}\nworlds: 3\n")
+    (tmp_path / "notes.txt").write_text("no algorithm")
+    found = read_algorithms(tmp_path)
+    assert {name: (each.name, each.title) for name, each in found.items()} == {
+        "a": ("a", "First"), "b": ("b", "Second"),
+    }  # fmt: skip
+    assert list(found) == ["a", "b"]
+    (tmp_path / "c.yaml").write_text("titel: Third\n")
+    read_algorithms.cache_clear()
+    with pytest.raises(ConfigError, match=r"c\.yaml.*titel"):
+        read_algorithms(tmp_path)

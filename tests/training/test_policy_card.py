@@ -10,12 +10,14 @@ from gymnasium.spaces import Box, Discrete
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.task import task_of
 from training import policy_card
 from training.callable_policy import CallablePolicy
 from training.controllers import about
 from training.policy import FunctionPolicy
 from training.policy_card import card_from, read_policy_card, save_policy_card
-from training.policy_controller import _check_observes, usable_rows
+from training.policy_controller import _check_observes, policy_controller, usable_rows
 from training.policy_file import load_policy
 from training.sb3_policy import SB3Policy
 
@@ -183,3 +185,16 @@ def test_the_first_number_that_was_another_in_training_is_told(trained, here, to
     with pytest.raises(ConfigError) as refusal:
         _check_observes(SimpleNamespace(source="x"), trained, here)
     assert told in str(refusal.value)
+
+
+def test_robots_of_a_policy_understand_those_of_the_layers_beside_it():
+    scenario = find_scenario("es1")
+
+    def still(seen):
+        return np.zeros((len(seen), 2), np.float32)
+
+    for name in ("ssgikf", "dsgiff"):
+        beside = policy_controller(still, name).language(scenario)
+        assert beside == find_controller(name).language(scenario)
+    everything = policy_controller(still, learn="everything").language(scenario)
+    assert everything is task_of(scenario).no_layers
