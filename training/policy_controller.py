@@ -96,9 +96,7 @@ class PolicyController(LayeredController):
 
     def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
         """That of what does the rest."""
-        if self.is_everything:
-            return self.under(scenario).language(scenario)
-        return super().language(scenario)
+        return self.under(scenario).language(scenario)
 
     def over(
         self,

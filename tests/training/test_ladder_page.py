@@ -268,3 +268,11 @@ def test_figures_have_the_sizes_that_the_page_gives_them(rung, drawn, monkeypatc
     figures.curves(rung, [run_of()], "")
     figures.profiles([rung], [run_of()], "")
     assert asked == [(2, 3.0, 3.0), (1, 4.0, 3.4)]
+
+
+def test_the_band_of_a_profile_is_in_per_cent_too(rung, drawn, monkeypatch):
+    bands = [np.full(len(TAUS), share) for share in (0.5, 0.25, 0.75)]
+    monkeypatch.setattr(figures, "performance_profile", lambda strata, taus: bands)
+    figures.profiles([rung], [run_of()], "")
+    ((_, means),) = drawn
+    assert (means.mean[0], means.low[0], means.high[0]) == (50.0, 25.0, 75.0)
