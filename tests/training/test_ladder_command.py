@@ -125,6 +125,7 @@ def test_cards_are_scored_all_or_only_those_without_scores(call, monkeypatch):
     assert done.backends[0][0][1] == 4
     scored.clear()
     assert call("cards", "--missing")[0] == ""
+    assert done.backends[1][0][1] == 2  # where nobody says how many
     assert scored == [name for name, rung in read_rungs().items() if not rung.card.scores]
 
 
