@@ -6,15 +6,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import typer
-from typer.testing import CliRunner
 
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
-from training.ladder import benchmark, cards, commands, play, runs, sb3_trainer
+from training.ladder import benchmark, cards, play, runs, sb3_trainer
 from training.ladder.algorithms import Algorithm, read_algorithms
 from training.ladder.play import random_actions
-from training.ladder.rungs import RANDOM, Card, Rung, Score, _number, read_rungs
+from training.ladder.rungs import RANDOM, Card, Rung, Score, _number
 from training.ladder.runs import Job, Run, keep, read_run, versions, write_json
 from training.ladder.summary import over_all, rows_of
 
@@ -235,62 +233,11 @@ def test_swarms_larger_than_a_block_are_played_one_world_at_a_time(monkeypatch, 
     assert blocks == [[5], [6], [7]]
 
 
-@pytest.fixture
-def call(monkeypatch, tmp_path):
-    """Run a command of the ladder, of which nothing is done: its result."""
-    app = typer.Typer()
-    app.callback()(lambda: None)
-    commands.add_benchmark(app)
-    monkeypatch.setattr(commands, "find_backend", lambda *given, **named: None)
-    monkeypatch.setattr(benchmark, "run_jobs", lambda jobs, out, backend: None)
-    monkeypatch.setattr(cards, "score_references", lambda rung, out, backend: {})
-    monkeypatch.chdir(tmp_path)
-    return lambda *words: CliRunner().invoke(app, ["benchmark", *words])
-
-
-@pytest.mark.parametrize(
-    ("words", "status"),
-    [
-        (("cards", "--workers=0"), 2), (("cards", "--workers=1"), 0),
-        (("ladder", "--workers=0"), 2), (("ladder", "--workers=1"), 0),
-        (("ladder", "--budget=0"), 2), (("ladder", "--budget=1"), 0),
-        (("ladder", "--seeds=-1"), 2), (("ladder", "--seeds=0"), 0), ((), 2),
-    ],
-)  # fmt: skip
-def test_numbers_of_commands_have_bounds(call, words, status):
-    result = call(*words)
-    assert result.exit_code == status, result.output
-    assert ("Usage" in result.output) == (status == 2)
-
-
-def test_without_a_command_all_of_them_are_listed(call):
-    shown = call().output
-    assert "Missing command" not in shown
-    assert all(name in shown for name in ("list", "cards", "ladder", "The ladder: tasks of rising"))
-
-
 @pytest.mark.parametrize("alone", [RANDOM, "no-error"])
 def test_a_score_is_normalised_by_two_others_and_by_one_alone_it_is_not(rung, alone):
     bare = replace(rung, card=rung.card.model_copy(update={"scores": {alone: Score(mean=1.0)}}))
     with pytest.raises(ConfigError, match="rung 'tiny': no scores; run swarm-forage benchmark"):
         bare.normalised(1.0)
-
-
-def test_a_rung_without_scores_is_told_of_before_anything_trains(call, monkeypatch):
-    name, known = next(iter(read_rungs().items()))
-    bare = replace(known, card=known.card.model_copy(update={"scores": {}}))
-    monkeypatch.setattr("training.ladder.rungs.read_rungs", lambda: {name: bare})
-    made = []
-    monkeypatch.setattr(benchmark, "run_jobs", lambda *given: made.append(given))
-    assert isinstance(call("ladder", "--seeds=1").exception, ConfigError)
-    assert made == []
-    assert call("ladder", "--seeds=0").exit_code == 0
-    assert len(made) == 1
-
-
-def test_the_list_in_json_is_one_that_people_can_read(call):
-    text = call("list", "--format=json").output
-    assert text == json.dumps(json.loads(text), indent=1) + "\n"
 
 
 def test_a_file_of_json_is_made_with_its_folder(tmp_path):
