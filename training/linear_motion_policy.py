@@ -177,7 +177,7 @@ def steer(
     left, right, factor = policy_output(memory.features, numbers.policy, mode)
     run_before = memory.run
     subsume(situation, readings, situation.target, wheels, memory, numbers)
-    if memory.run < run_before and not has_goal:
+    if memory.run < run_before:
         memory.run += 2.0 * numbers.path_per_wheel * (1.0 - 1.0 / factor)
     if not situation.is_talking:
         add_residual(wheels, left, right)

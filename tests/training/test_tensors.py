@@ -1,11 +1,14 @@
 """Tensors over the arrays of environments: where they are, and what cannot be."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import torch
 
 from swarm_forage_env import ConfigError
-from training.tensors import tensor_of, torch_device, worlds_on
+from training import tensors
+from training.tensors import array_for, follow_stream, tensor_of, torch_device, worlds_on
 
 
 def test_torch_must_find_the_gpu_that_the_worlds_are_on(monkeypatch, experiment):
@@ -33,3 +36,66 @@ def test_a_tensor_shares_the_memory_of_its_array():
     tensor_of(array)[1, 2] = 5.0
     assert array[1, 2] == 5.0
     assert tensor_of(np.broadcast_to(np.ones(2), (3, 2))).shape == (3, 2)
+
+
+class FakeDeviceEnv:
+    """An environment of a GPU, as far as tensors ask for it."""
+
+    stream = "its own"
+
+    def __init__(self):
+        self.loop = SimpleNamespace(
+            memory=SimpleNamespace(to_device=lambda array: ("on device", array))
+        )
+
+
+@pytest.fixture
+def device_env(monkeypatch):
+    monkeypatch.setattr(tensors, "DeviceArrayEnv", FakeDeviceEnv)
+    return FakeDeviceEnv()
+
+
+def test_tensors_are_where_the_worlds_are(monkeypatch):
+    asked = []
+    monkeypatch.setattr(tensors, "usable_gpu", lambda: asked.append("gpu"))
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
+    monkeypatch.setattr(tensors, "is_simulated", lambda: False)
+    assert torch_device("cpu") == torch.device("cpu")
+    assert not asked
+    assert torch_device("cuda") == torch.device("cuda")
+    monkeypatch.setattr(tensors, "is_simulated", lambda: True)
+    assert torch_device("cuda") == torch.device("cpu")
+    assert asked == ["gpu"] * 2
+    with pytest.raises(ConfigError, match="device='tpu'"):
+        torch_device("tpu")
+
+
+def test_worlds_of_a_gpu_follow_the_current_stream_of_the_first(monkeypatch, device_env):
+    streams = {0: SimpleNamespace(cuda_stream=1234)}
+    monkeypatch.setattr(torch.cuda, "current_stream", streams.__getitem__)
+    other = SimpleNamespace(stream="none")
+    for began, stream in ((False, "its own"), (True, 1234)):
+        monkeypatch.setattr(torch.cuda, "is_initialized", lambda began=began: began)
+        follow_stream(device_env)
+        follow_stream(other)
+        assert (device_env.stream, other.stream) == (stream, "none")
+
+
+def test_an_environment_is_given_arrays_that_it_takes(device_env):
+    tensor = torch.arange(6.0, requires_grad=True).reshape(2, 3).T
+    for env in (object(), device_env):
+        found = array_for(env, tensor)
+        if env is device_env:
+            told, found = found
+            assert told == "on device"
+        assert found.flags.c_contiguous
+        np.testing.assert_array_equal(found, [[0, 3], [1, 4], [2, 5]])
+    on_gpu = SimpleNamespace(is_cuda=True)
+    on_gpu.detach = on_gpu.contiguous = lambda: on_gpu
+    assert array_for(device_env, on_gpu) is on_gpu
+
+
+def test_an_array_of_a_gpu_is_handed_over_in_its_place(monkeypatch):
+    array = SimpleNamespace(__cuda_array_interface__={})
+    monkeypatch.setattr(torch, "as_tensor", lambda given, device: (given, device))
+    assert tensor_of(array) == (array, "cuda")

@@ -1,0 +1,234 @@
+"""Recorded exchanges by hand: which are kept, what of them, and what an error of them counts."""
+
+from dataclasses import FrozenInstanceError, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.records import Exchange
+from swarm_forage_env.foraging.views import WeightingInput
+from swarm_forage_env.scenarios import find_scenario
+from training import exchanges
+from training.exchanges import (
+    BATCH_SIZE,
+    ExchangeRecorder,
+    Exchanges,
+    RecordingWeighting,
+    error_of_copying,
+    record_exchanges,
+)
+from training.learned_weighting import ENCOUNTER_NETWORK
+from training.policy_file import observation_layout
+from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK
+
+SCENARIO = find_scenario("es1")
+LAYOUT = observation_layout("weighting", SCENARIO)
+
+
+def single(*rows):
+    return np.array(rows, np.float32)
+
+
+def three(n_features=1):
+    """Known: 0.3 m wrong and 0.1 m right of it. Unknown: 0.2 m. Known, and told what is worse."""
+    return Exchanges(
+        np.arange(3.0 * n_features, dtype=np.float32).reshape(3, n_features),
+        single((1, 0), (0, 1), (1, 0)),
+        single(1, 0, 1),
+        single((0.3, 0.0), (9.0, 9.0), (0.0, 0.1)),
+        single((-0.1, 0.0), (0.2, 0.0), (0.0, 0.6)),
+    )
+
+
+def trusting(g):
+    """An actor with weights g in the rows, of the area that counts; of the other one 7."""
+    weights = torch.tensor([[g[0], 7.0], [7.0, g[1]], [g[2], 7.0]])
+    return lambda observed: (weights[observed[:, 0].long()], None)
+
+
+def test_an_area_that_is_unknown_counts_as_if_its_place_erred_by_0_4_m():
+    heard = torch.tensor([[0.2, 0.0]])
+    assert error_of_copying(torch.tensor([0.0]), heard).item() == pytest.approx(0.15)
+    assert error_of_copying(torch.tensor([0.5]), heard).item() == pytest.approx(0.095)
+
+
+def test_the_loss_of_known_and_of_unknown_areas():
+    # (0.75 0.3 - 0.25 0.1)^2; 0.75 0.15 + 0.25 0.04; (0.75 0.1 + 0.25 0.6)^2
+    loss = three().loss(torch.tensor([0.25, 0.25, 0.25]))
+    np.testing.assert_allclose(loss, [0.04, 0.1225, 0.050625], atol=1e-6)
+
+
+def test_the_error_and_the_share_of_a_network_are_of_the_area_that_was_told():
+    found = three()
+    actor = trusting((0.25, 0.25, 0.25))
+    assert found.error(actor).item() == pytest.approx((0.04 + 0.1225 + 0.050625) / 3.0)
+    # nobody is believed: 0.09, 0.15, 0.01; the oracle: 0.01, 0.04, 0.01
+    gain = found.gain("es1")
+    assert gain.item() == pytest.approx((0.08 + 0.11) / 3.0)
+    share = (0.25 - 0.213125) / 0.19
+    assert found.share(actor, gain) == pytest.approx(share, rel=1e-5)
+    weights = torch.ones(3, requires_grad=True)
+    learning = lambda observed: (weights[:, None] * torch.ones(1, 2), None)  # noqa: E731 short
+    assert isinstance(found.share(learning, gain), float)
+
+
+@pytest.mark.parametrize("rows", [[], [2]])
+def test_where_an_oracle_gains_nothing_there_is_nothing_to_learn(rows):
+    found = Exchanges(*(each[rows] for each in three()._columns))
+    with pytest.raises(ConfigError, match=f"'here': in {len(rows)} exchanges nobody who knew"):
+        found.gain("here")
+
+
+def test_exchanges_are_joined_row_by_row_and_of_none_all_columns_are_empty():
+    nothing = Exchanges.of([], 4)
+    assert [each.shape for each in nothing._columns] == [(0, 4), (0, 2), (0,), (0, 2), (0, 2)]
+    assert {each.dtype for each in nothing._columns} == {np.dtype(np.float32)}
+    both = Exchanges.of([three(4), three(4)], 4)
+    assert len(nothing) == 0
+    assert len(both) == 6
+    for twice, once in zip(both._columns, three(4)._columns, strict=True):
+        np.testing.assert_array_equal(twice, np.concatenate([once, once]))
+
+
+def test_a_batch_is_1024_whole_rows_drawn_by_its_generator():
+    found, draws = three(), torch.Generator().manual_seed(0)
+    batch = found.draw(draws)
+    assert len(batch) == BATCH_SIZE == 1024
+    drawn = batch.observed[:, 0].astype(int)
+    assert set(drawn.tolist()) == {0, 1, 2}
+    for some, every in zip(batch._columns, found._columns, strict=True):
+        np.testing.assert_array_equal(some, every[drawn])
+    again = found.draw(torch.Generator().manual_seed(0))
+    np.testing.assert_array_equal(again.observed, batch.observed)
+    assert (found.draw(draws).observed != batch.observed).any()
+
+
+def test_what_was_recorded_and_who_records_cannot_be_changed():
+    with pytest.raises(FrozenInstanceError):
+        three().known = None
+    with pytest.raises(FrozenInstanceError):
+        RecordingWeighting(np.zeros(1, np.float32), LAYOUT).numbers = None
+
+
+def test_who_records_believes_as_a_learned_weighting_and_remembers_if_its_network_does():
+    plain = RecordingWeighting(np.zeros(10, np.float32), LAYOUT)
+    sceptical = replace(plain, architecture=REPUTATION_NETWORK)
+    assert plain.heard_p_share == 1.0
+    assert (plain.remembers, sceptical.remembers) == (False, True)
+    assert plain.n_numbers == len(LAYOUT)
+    assert sceptical.n_numbers == len(LAYOUT) + 7
+    assert len(REMEMBERED) == 7
+
+
+ROWS = 4
+KNOWN = np.array([(1, 1), (1, 1), (0, 1), (1, 0)], np.bool_)
+TOLD = np.array([(1, 1), (1, 0), (1, 1), (0, 0)], np.bool_)
+GOALS = np.array([0, 1, 1, 0], np.int8)
+"""Of four exchanges the first is of both areas, and the robot heads for the nest; of the others
+each lacks something."""
+
+
+def met():
+    """The four exchanges as the layer sees them, and as the robots remember them."""
+    told = Exchange.array((1, ROWS))
+    told["is_valid"], told["goal"] = True, GOALS
+    told["own_known"], told["heard_known"] = KNOWN, TOLD
+    told["own_p"], told["heard_p"] = KNOWN * single(2.0, 3.0), TOLD * single(1.0, 1.0)
+    told["own_visited"][..., 1] = 1
+    told["right"], told["wrong"] = np.arange(ROWS), 10.0 + np.arange(ROWS)
+    for name, first in (("support", 20.0), ("suspicion", 30.0), ("dissent", 40.0)):
+        told[name] = first + np.arange(8.0).reshape(ROWS, 2)
+    numbers = {name: told[0][name] for name in ("own_p", "heard_p", "disagreement")}
+    numbers |= {name: told[0][name] for name in ("own_distance", "heard_distance", "range")}
+    valid, frames = np.ones(ROWS, np.bool_), np.full(ROWS, 8.0, np.float32)
+    seen = WeightingInput(
+        valid=valid, own_known=KNOWN, heard_known=TOLD, frames=frames, goal=GOALS, **numbers
+    )
+    return told, seen
+
+
+def record(monkeypatch, architecture, double):
+    """What a recorder of a network of zeros keeps of the four exchanges, and what it answers."""
+    own = np.arange(16.0).reshape(ROWS, 2, 2)
+    monkeypatch.setattr(exchanges, "errors", lambda minds, world: (own, -own))
+    told, seen = met()
+    running = SimpleNamespace(
+        estimator=SimpleNamespace(numbers={"double": double}),
+        minds={"estimator": {"exchange": told}},
+    )
+    numbers = np.zeros(1 + len(architecture.features) + 1, np.float32)
+    weighting = RecordingWeighting(numbers, LAYOUT, architecture)
+    recorder = weighting.start_knowing(running, SimpleNamespace(rows=ROWS))
+    assert isinstance(recorder, ExchangeRecorder)
+    answer = recorder(seen)
+    (found,) = weighting.recorded
+    assert {each.dtype for each in found._columns} == {np.dtype(np.float32)}
+    for column, sign in ((found.own_error, 1.0), (found.heard_error, -1.0)):
+        row = (np.abs(column[:, 0]) // 4).astype(int)
+        area = (np.abs(column[:, 0]) % 4 // 2).astype(int)
+        np.testing.assert_array_equal(column, sign * own[row, area])
+        np.testing.assert_array_equal(found.area, np.eye(2)[area])
+        np.testing.assert_array_equal(found.known, KNOWN[row, area])
+        shown = LAYOUT.encounter(found.observed[:, : len(LAYOUT)])
+        np.testing.assert_array_equal(shown.own_p, seen.own_p[row])
+    return found, list(zip(row.tolist(), area.tolist(), strict=True)), answer
+
+
+@pytest.mark.parametrize(
+    ("double", "kept"), [(0.0, [(0, 0)]), (1.0, [(0, 0), (0, 1), (1, 0), (2, 1)])]
+)
+def test_what_both_know_is_kept_of_the_goal_or_under_a_double_filter_of_both(
+    monkeypatch, double, kept
+):
+    # of the second exchange the nest is known to both, but the robot heads for the prey
+    expected = [*kept[:1], (2, 1)] if not double else kept
+    found, rows, answer = record(monkeypatch, ENCOUNTER_NETWORK, double)
+    assert rows == expected
+    assert found.observed.shape == (len(rows), len(LAYOUT))
+    both = KNOWN & TOLD
+    ahead = single(2.0, 3.0) - 1.0
+    np.testing.assert_allclose(answer, both / (1.0 + np.exp(-ahead)), atol=1e-6)
+
+
+def test_among_liars_unknown_areas_are_kept_too_with_what_is_remembered(monkeypatch):
+    found, rows, answer = record(monkeypatch, REPUTATION_NETWORK, 0.0)
+    assert rows == [(0, 0), (2, 0), (2, 1)]
+    expected = [
+        (1, 0, 0, 10, 20, 30, 40), (0, 0, 2, 12, 24, 34, 44), (1, 1, 2, 12, 25, 35, 45),
+    ]  # fmt: skip
+    np.testing.assert_array_equal(found.observed[:, len(LAYOUT) :], expected)
+    ahead = KNOWN * single(2.0, 3.0) - 1.0
+    np.testing.assert_allclose(answer, TOLD / (1.0 + np.exp(-ahead)), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "n_numbers"),
+    [
+        ("ssgiff", len(LAYOUT)),
+        ("reputation_odometry+sgikf+subsumption:weighs_unknown=true", len(LAYOUT) + 7),
+    ],
+)
+def test_whole_episodes_are_recorded(monkeypatch, name, n_numbers):
+    ran = []
+
+    class Episodes:
+        """Worlds in which an exchange ends in each tick."""
+
+        def __init__(self, scenario, controller, seeds, physics):
+            ran.append((scenario, seeds, physics))
+            self.weighting = controller.weighting
+
+        def step(self):
+            ran.append("tick")
+            self.weighting.recorded.append(three(self.weighting.n_numbers))
+
+    monkeypatch.setattr(exchanges, "Loop", Episodes)
+    scenario = find_scenario("es1", {"task.duration": 2.0})
+    numbers = np.zeros(10, np.float32)
+    found = record_exchanges(scenario, find_controller(name), numbers, [3, 4], "rigid")
+    assert ran == [(scenario, [3, 4], "rigid"), *["tick"] * scenario.n_ticks]
+    assert found.observed.shape == (3 * scenario.n_ticks, n_numbers)

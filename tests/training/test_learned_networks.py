@@ -1,0 +1,238 @@
+"""The networks of learned layers against plain statements of their equations; what fits them."""
+
+from dataclasses import FrozenInstanceError
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.views import MotionInput
+from swarm_forage_env.scenarios import find_scenario
+from training import learned_motion, learned_weighting, linear_motion_policy
+from training.learned_motion import (
+    NETWORK,
+    SIZES,
+    LearnedMotion,
+    NetworkMotion,
+    _is_linear,
+    _message_features,
+    _own_features,
+    field_columns,
+    motion_network_shapes,
+    wheel_speeds,
+)
+from training.learned_weighting import (
+    ENCOUNTER_NETWORK,
+    HIDDEN,
+    LearnedWeighting,
+    flatten,
+    network_weighting,
+    unflatten,
+    weighting_network_shapes,
+)
+from training.policy_file import layer_card, observation_layout, save_policy
+from training.reputation_weighting import REPUTATION_NETWORK, LearnedReputation, network_over
+
+SCENARIO = find_scenario("es1", {"task.n_robots": 3})
+LAYOUT = observation_layout("motion", SCENARIO)
+COLUMNS = field_columns(LAYOUT, "situation")
+
+
+def shown(rows=6, seed=0):
+    """Situations with anything in them, some robots of which talk."""
+    rng = np.random.default_rng(seed)
+    slots = len(range(LAYOUT.box().shape[0])[COLUMNS["heard"]])
+    single = lambda *shape: rng.normal(size=shape).astype(np.float32)  # noqa: E731 short
+    return MotionInput(
+        proximity=single(rows, 8), ground=single(rows, 3), target=single(rows, 2),
+        areas=single(rows, 2, 2), p=np.abs(single(rows, 2)), known=rng.random((rows, 2)) < 0.5,
+        goal=np.resize([0, 1, -1], rows).astype(np.int8), talking=np.arange(rows) % 3 == 2,
+        heard=rng.random((rows, slots)) < 0.5, beam=single(rows, slots, 3),
+        wheels=single(rows, 2),
+    )  # fmt: skip
+
+
+def random_weights(scale=0.5):
+    rng = np.random.default_rng(1)
+    shapes = motion_network_shapes({"message": 3, "hidden": 4})
+    return {
+        name: rng.normal(0.0, scale, shape).astype(np.float32) for name, shape in shapes.items()
+    }
+
+
+def observed_of(situation):
+    writer = learned_motion.ObservationWriter(LAYOUT, len(situation.goal))
+    return writer.write({"situation": situation})
+
+
+def test_a_network_has_a_matrix_and_a_vector_for_each_layer():
+    assert SIZES == {"message": 16, "hidden": 64}
+    assert motion_network_shapes({"message": 3, "hidden": 4}) == {
+        "message.weight": (3, 5), "first.weight": (4, 39), "second.weight": (4, 4),
+        "wheels.weight": (2, 4), "message.bias": (3,), "first.bias": (4,), "second.bias": (4,),
+        "wheels.bias": (2,),
+    }  # fmt: skip
+    assert HIDDEN == 4
+    assert weighting_network_shapes({"hidden": 3}, 5) == {
+        "hidden.weight": (3, 5), "hidden.bias": (3,), "output.weight": (3,), "direct.weight": (6,),
+        "output.bias": (1,),
+    }  # fmt: skip
+    assert linear_motion_policy.SHAPES == {"steer.weight": (2, 2, 12), "walk.weight": (12,)}
+    assert linear_motion_policy.N_WEIGHTS == 60
+
+
+def test_columns_are_those_of_a_part_wherever_it_stands():
+    names = list(LAYOUT.names)
+    for name, columns in COLUMNS.items():
+        stems = {each.split(".")[1] for each in names[columns]}
+        assert stems == {name}
+    assert sum(len(names[columns]) for columns in COLUMNS.values()) == len(names)
+    group = lambda name, n: SimpleNamespace(name=name, slots=range(n))  # noqa: E731 short
+    parts = {"first": (group("a", 2),), "second": (group("b", 3), group("c", 1))}
+    found = field_columns(SimpleNamespace(parts=parts), "second")
+    assert found == {"b": slice(2, 5), "c": slice(5, 6)}
+
+
+def test_a_motion_network_computes_its_equation():
+    situation, weights = shown(), random_weights()
+    observed = observed_of(situation)
+    own = _own_features(observed, COLUMNS, np)
+    felt = _message_features(situation.beam, np)
+    expected = []
+    for row in range(len(observed)):
+        told = [
+            heard * np.tanh(weights["message.weight"] @ each + weights["message.bias"])
+            for heard, each in zip(situation.heard[row], felt[row], strict=True)
+        ]
+        z = np.concatenate([own[row], np.sum(told, axis=0), np.max(told, axis=0)])
+        for name in ("first", "second"):
+            z = np.tanh(weights[f"{name}.weight"] @ z + weights[f"{name}.bias"])
+        expected.append(weights["wheels.weight"] @ z + weights["wheels.bias"])
+    wheels = wheel_speeds(weights, observed, COLUMNS, np)
+    np.testing.assert_allclose(wheels, expected, atol=1e-5)
+    assert wheels.dtype == np.float32
+    tensors = {name: torch.from_numpy(array) for name, array in weights.items()}
+    same = wheel_speeds(tensors, torch.from_numpy(observed), COLUMNS, torch)
+    np.testing.assert_allclose(same.numpy(), expected, atol=1e-5)
+
+
+def test_wheels_are_bounded_and_stand_while_a_robot_talks():
+    situation = shown()
+    for scale in (0.1, 5.0):
+        weights = random_weights(scale)
+        wheels = NetworkMotion(weights, SCENARIO, 2)(situation)
+        free = wheel_speeds(weights, observed_of(situation), COLUMNS, np)
+        expected = np.where(situation.talking[:, None], 0.0, np.clip(free, -1.0, 1.0))
+        np.testing.assert_array_equal(wheels, expected)
+    assert {-1.0, 0.0, 1.0} <= set(wheels.ravel().tolist())
+
+
+def test_which_policies_are_linear_by_their_card():
+    card = lambda layers: SimpleNamespace(card=SimpleNamespace(layers=layers))  # noqa: E731 short
+    linear, deep = SimpleNamespace(network="reflexes"), SimpleNamespace(network="deep-set-motion")
+    assert _is_linear(card({"motion": linear}))
+    assert not _is_linear(card({"motion": deep}))
+    assert not _is_linear(card({"weighting": linear}))
+
+
+def saved(tmp_path, make_card, network, sizes, arrays):
+    """A file with these arrays of a motion."""
+    card = make_card(layers={"motion": layer_card("motion", SCENARIO, network, sizes)})
+    weights = {f"motion.{name}": np.zeros(shape, np.float32) for name, shape in arrays.items()}
+    save_policy(tmp_path / "mine.safetensors", weights, card)
+    return LearnedMotion(policy=str(tmp_path / "mine.safetensors"))
+
+
+def test_a_motion_fits_worlds_that_show_what_it_was_trained_on(tmp_path, make_card):
+    sizes = {"message": 2, "hidden": 3}
+    motion = saved(tmp_path, make_card, NETWORK, sizes, motion_network_shapes(sizes))
+    for scenario in (None, SCENARIO, find_scenario("waypoints-05")):
+        motion.check_usable(scenario)
+    assert motion.layer(SCENARIO) is None
+    narrow = find_scenario("es1", {"radio.slots": "1"})
+    for ask in (motion.check_usable, motion.layer, lambda scenario: motion.start(scenario, [1])):
+        with pytest.raises(ConfigError, match="does not fit 'es1'"):
+            ask(narrow)
+
+
+def test_a_deep_set_without_one_of_its_arrays_is_refused(tmp_path, make_card):
+    sizes = {"message": 2, "hidden": 3}
+    arrays = motion_network_shapes(sizes)
+    del arrays["wheels.bias"]
+    motion = saved(tmp_path, make_card, NETWORK, sizes, arrays)
+    with pytest.raises(ConfigError, match=r"array 'motion\.wheels\.bias' is missing"):
+        motion.check_usable()
+
+
+def test_a_linear_policy_is_compiled_and_a_deep_set_is_started(tmp_path, make_card):
+    shapes = linear_motion_policy.SHAPES
+    linear = saved(tmp_path, make_card, linear_motion_policy.NETWORK, {}, shapes)
+    linear.check_usable(SCENARIO)
+    layer = linear.layer(SCENARIO)
+    assert layer.steer is linear_motion_policy.steer
+    np.testing.assert_array_equal(layer.numbers["policy"], np.zeros(60))
+    assert layer.numbers["slots"] == SCENARIO.slots
+    sizes = {"message": 2, "hidden": 3}
+    deep = saved(tmp_path, make_card, NETWORK, sizes, motion_network_shapes(sizes))
+    assert deep.start(SCENARIO, [1, 2])(shown()).shape == (6, 2)
+
+
+def test_flat_weights_lie_in_the_order_of_the_shapes():
+    shapes = {"b": (2, 2), "a": (3,), "c": (1,)}
+    arrays = unflatten(np.arange(8.0), shapes)
+    assert arrays["b"].tolist() == [[0.0, 1.0], [2.0, 3.0]]
+    assert (arrays["a"].tolist(), arrays["c"].tolist()) == ([4.0, 5.0, 6.0], [7.0])
+    assert arrays["a"].dtype == np.float32
+    assert flatten(arrays, shapes).tolist() == list(range(8))
+
+
+@pytest.mark.parametrize(
+    ("network", "rule", "policy", "module"),
+    [
+        (ENCOUNTER_NETWORK, LearnedWeighting, "weighting", learned_weighting),
+        (REPUTATION_NETWORK, LearnedReputation, "weighting-sceptical", None),
+    ],
+)
+def test_a_rule_runs_the_network_of_its_policy(network, rule, policy, module):
+    layer = rule().layer(SCENARIO)
+    rule().check_usable()
+    assert rule().policy == policy
+    assert [file.stem for file in rule().reads] == [policy]
+    assert layer.gain is network.gain
+    assert layer.heard_p_share == 1.0
+    loaded = learned_weighting.load_policy(policy)
+    np.testing.assert_array_equal(layer.all_numbers["network"], network.numbers_of(loaded))
+    assert len(network.features) == len(network.scales)
+    assert network.shapes({"hidden": 2})["direct.weight"] == (len(network.features) + 1,)
+    with pytest.raises(FrozenInstanceError):
+        network.name = "other"
+
+
+def test_a_network_is_run_in_single_precision():
+    layer = network_weighting(np.array([0.1, 0.2]))
+    assert layer.all_numbers["network"].tolist() == [np.float32(0.1), np.float32(0.2)]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "rule"),
+    [("motion", LearnedWeighting), ("weighting", LearnedReputation),
+     ("weighting-sceptical", LearnedWeighting), ("weighting", LearnedMotion)],
+)  # fmt: skip
+def test_a_policy_of_another_architecture_is_refused(wrong, rule):
+    for refuses in (rule(policy=wrong).check_usable, rule(policy=wrong).layer):
+        with pytest.raises(ConfigError):
+            refuses(SCENARIO)
+
+
+@pytest.mark.parametrize(
+    ("estimator", "network"),
+    [
+        (SimpleNamespace(weighs_unknown=True), REPUTATION_NETWORK),
+        (SimpleNamespace(weighs_unknown=False), ENCOUNTER_NETWORK),
+        (SimpleNamespace(), ENCOUNTER_NETWORK),
+    ],
+)
+def test_a_network_over_an_estimator_that_remembers_is_shown_what_it_remembers(estimator, network):
+    assert network_over(estimator) is network
