@@ -261,7 +261,7 @@ def test_algorithms_are_files_of_a_folder_by_name(tmp_path):
         "a": ("a", "First"), "b": ("b", "Second"),
     }  # fmt: skip
     assert list(found) == ["a", "b"]
-    (tmp_path / "c.yaml").write_text("titel: Third\n")
+    (tmp_path / "c.yaml").write_text("heading: Third\n")
     read_algorithms.cache_clear()
-    with pytest.raises(ConfigError, match=r"c\.yaml.*titel"):
+    with pytest.raises(ConfigError, match=r"c\.yaml.*heading"):
         read_algorithms(tmp_path)
