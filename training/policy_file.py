@@ -125,11 +125,7 @@ class Policy:
     def weights_of(self, layer: LayerName, shapes: Shapes) -> Weights:
         """Weights of one layer, by name without the layer; ConfigError if shapes differ."""
         prefix = f"{layer}."
-        found = {
-            name.removeprefix(prefix): array
-            for name, array in self.weights.items()
-            if name.startswith(prefix)
-        }
+        found = arrays_under(prefix, self.weights)
         for name in sorted(found.keys() | shapes.keys()):
             has = found[name].shape if name in found else "missing"
             wants = shapes.get(name, "no such array")
@@ -160,6 +156,13 @@ class Policy:
 
     def _refusal(self, why: str) -> ConfigError:
         return ConfigError(f"policy {self.source}: {why}")
+
+
+def arrays_under(start: str, arrays: Mapping[str, Array]) -> dict[str, Array]:
+    """The arrays whose names begin so, by the rest of their names."""
+    return {
+        name.removeprefix(start): each for name, each in arrays.items() if name.startswith(start)
+    }
 
 
 def observation_layout(layer: LayerName, scenario: Scenario) -> ObservationLayout:

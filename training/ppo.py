@@ -11,7 +11,7 @@ Source: Schulman2017, Proximal Policy Optimization Algorithms (stable-baselines3
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
@@ -40,6 +40,7 @@ from training.policy_file import (
     Interval,
     LayerName,
     Policy,
+    arrays_under,
     layer_card,
     save_policy,
 )
@@ -92,8 +93,8 @@ class PPOTraining:
             wanted = {name: array.shape for name, array in self._state.items()}
             self.curve, arrays = read_checkpoint(self._file, experiment.identity, wanted)
             restore_model(self._learner, arrays)
-            self._learner.restore_worlds(_under(WORLDS, arrays))
-            self._best = _under(BEST, arrays)
+            self._learner.restore_worlds(arrays_under(WORLDS, arrays))
+            self._best = arrays_under(BEST, arrays)
 
     @property
     def done(self) -> int:
@@ -202,10 +203,3 @@ class PPOTraining:
             for layer, actor in self._actors.items()
         }
         return policy_card(experiment, layers, ("stable-baselines3", "torch"), self.curve, score)
-
-
-def _under(start: str, arrays: Mapping[str, Array]) -> dict[str, Array]:
-    """The arrays whose names begin so, by the rest of their names."""
-    return {
-        name.removeprefix(start): each for name, each in arrays.items() if name.startswith(start)
-    }

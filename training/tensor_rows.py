@@ -14,6 +14,7 @@ from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.device_env import DeviceArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.spaces import ObservationLayout
+from training.policy_file import arrays_under
 from training.tensors import array_for, follow_stream, tensor_of, torch_device
 
 
@@ -98,9 +99,7 @@ class TensorRows:
     def take_records(self, records: Mapping[str, Array]) -> None:
         """Go on as when `records` of rows of the same blocks gave them."""
         for k, block in enumerate(self.blocks):
-            start = f"{k}."
-            own = {n.removeprefix(start): v for n, v in records.items() if n.startswith(start)}
-            block.take_records(own)
+            block.take_records(arrays_under(f"{k}.", records))
 
     def _follow_stream(self) -> None:
         """Run in the order of torch's current stream."""

@@ -1,6 +1,5 @@
 """The command `plot`: draw a figure of existing datasets."""
 
-from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -9,16 +8,12 @@ import typer
 
 from baselines.evaluation.common_options import path
 from baselines.evaluation.console import say
+from baselines.evaluation.name_completion import completion_of
 
 FIGURE_NAMES = (
     "boxplot", "curve", "on-path", "recruitment", "table", "paths", "learning", "weights",
 )  # fmt: skip
 """The kinds of figures, which are not loaded to complete their names."""
-
-
-def figure_names(incomplete: str) -> Iterator[str]:
-    """Kinds of figures that begin so."""
-    yield from (name for name in FIGURE_NAMES if name.startswith(incomplete))
 
 
 class PageStyleName(StrEnum):
@@ -32,7 +27,9 @@ def plot(  # noqa: PLR0913 the options of a command
     kind: Annotated[
         str,
         typer.Argument(
-            metavar="KIND", help="What to draw: one of the above.", autocompletion=figure_names
+            metavar="KIND",
+            help="What to draw: one of the above.",
+            autocompletion=completion_of(FIGURE_NAMES),
         ),
     ],
     sources: Annotated[

@@ -1,9 +1,22 @@
-"""Names that the shell completes: scenarios, their files, controllers."""
+"""Names that the shell completes: scenarios, their files, controllers, and names of a list."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 
 from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS
+
+
+def completion_of(names: Collection[str]) -> Callable[[str], list[str]]:
+    """What completes one of these names.
+
+    >>> completion_of(["paths", "on-path", "png"])("p")
+    ['paths', 'png']
+    """
+
+    def complete(incomplete: str) -> list[str]:
+        return [name for name in names if name.startswith(incomplete)]
+
+    return complete
 
 
 def scenario_names(incomplete: str) -> Iterator[str]:

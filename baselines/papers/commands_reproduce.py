@@ -1,6 +1,5 @@
 """The command `reproduce`: every claim and figure of a paper, from its own episodes."""
 
-from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -22,6 +21,7 @@ from baselines.evaluation.common_options import (
     WorkersOption,
     path,
 )
+from baselines.evaluation.name_completion import completion_of
 
 QUICK_EPISODES = 6
 """Replications of each experiment: the fewest that can show an order."""
@@ -29,11 +29,6 @@ QUICK_EPISODES = 6
 
 PAPER_NAMES = "social-odometry", "ants2008", "adaptive-boids", "boids-foraging", "robustness"
 """Names of the papers, which are not loaded to complete them."""
-
-
-def paper_names(incomplete: str) -> Iterator[str]:
-    """Papers whose name begins so."""
-    yield from (name for name in PAPER_NAMES if name.startswith(incomplete))
 
 
 class ClaimsFormat(StrEnum):
@@ -44,7 +39,10 @@ class ClaimsFormat(StrEnum):
 
 
 def reproduce(  # noqa: PLR0913 the options of a command
-    paper: Annotated[str, typer.Argument(help="One of the above.", autocompletion=paper_names)],
+    paper: Annotated[
+        str,
+        typer.Argument(help="One of the above.", autocompletion=completion_of(PAPER_NAMES)),
+    ],
     quick: Annotated[
         bool, typer.Option("--quick", help=f"{QUICK_EPISODES} replications, less exact.")
     ] = False,
