@@ -3,6 +3,9 @@
 from collections.abc import Iterable
 from difflib import SequenceMatcher, get_close_matches
 
+MOST_SHOWN = 80
+"""Characters of a value that a message shows whole."""
+
 
 class ConfigError(ValueError):
     """A value that cannot be used: the message names the field, the value and what is allowed."""
@@ -45,6 +48,21 @@ def nearest(name: str, names: Iterable[str]) -> list[str]:
     near = get_close_matches(name, names, n=3, cutoff=0.5)
     likeness = {each: SequenceMatcher(None, each, name).ratio() for each in near}
     return sorted(each for each in near if likeness[each] == likeness[near[0]])
+
+
+def shown(value: object) -> str:
+    """A value as a message shows it: on one line, of a bounded length.
+
+    >>> shown([3, "m"])
+    "[3, 'm']"
+    >>> shown(10**400)
+    '1000000000000000000000000000000000000000...'
+    """
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # of a whole number of thousands of digits
+        text = f"<{type(value).__name__} of thousands of digits>"
+    return text if len(text) <= MOST_SHOWN else f"{text[: MOST_SHOWN // 2]}..."
 
 
 def file_reason(error: OSError) -> str:

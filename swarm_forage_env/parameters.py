@@ -6,7 +6,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 
 LARGEST = 1e12
 """Bound of every number that has no other: its square and cube are finite in double precision."""
@@ -116,4 +116,4 @@ def _complaint(model: type[Part], error: Mapping[str, Any], where: str) -> str:
     message = str(error["msg"]).removeprefix("Value error, ")
     if not path or error["type"] == "value_error":
         return prefix + message
-    return f"{prefix}{path}={error['input']!r}: {message[0].lower()}{message[1:]}"
+    return f"{prefix}{path}={shown(error['input'])}: {message[0].lower()}{message[1:]}"

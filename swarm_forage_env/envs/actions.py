@@ -1,5 +1,6 @@
 """Actions as the policies give them: their spaces, their checks, and what layers make of them."""
 
+import math
 from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
@@ -9,15 +10,12 @@ from gymnasium.spaces import Box, Discrete
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, entry_point
-from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.config import EnvConfig, check_choices
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.task import Task
-
-MOST_CHOICES = 4096
-"""Discrete actions of a robot, at most: a network has one output for each."""
 
 LEVELS = 3
 """Levels of a weight in a discrete action, beside steering."""
@@ -109,13 +107,9 @@ class ActionForm:
         """Every discrete action as the numbers that it stands for; the last varies fastest."""
         grid = None if discrete is True else discrete
         parts = [*self._weights(grid), self._steers(grid), self._policy.said]
-        found = [np.concatenate(each) for each in product(*(p for p in parts if p.shape[1]))]
-        if len(found) > MOST_CHOICES:
-            raise ConfigError(
-                f"discrete={discrete!r}: makes {len(found)} actions; at most {MOST_CHOICES}; take"
-                " fewer, or discrete=False for numbers"
-            )
-        return np.array(found, np.float32)
+        check_choices(discrete, math.prod(len(each) for each in parts))
+        rows = [np.concatenate(each) for each in product(*(p for p in parts if p.shape[1]))]
+        return np.array(rows, np.float32)
 
     def _weights(self, grid: tuple[int, int] | None) -> list[Float32[Array, "levels 1"]]:
         """The levels of each weight."""

@@ -1,12 +1,19 @@
 """Options of an environment: learned layer, action, observation, reward, episode length."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
-from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.parameters import Count, NotNegative, Part, Positive, Share
+from swarm_forage_env.errors import ConfigError, shown
+from swarm_forage_env.parameters import MAX_TICKS, Count, NotNegative, Part, Positive, Share
+
+MOST_CHOICES = 4096
+"""Discrete actions of a robot, at most: a network has one output for each."""
+
+MOST_FRAMES = 1000
+"""Observations of a robot together, at most: a network has an input for each of their numbers."""
 
 
 class EnvConfig(Part):
@@ -52,9 +59,26 @@ class EnvConfig(Part):
         None, description="Engine that moves the robots; none: the one its scenario goes with"
     )
     threads: Count = Field(1, description="Threads that the worlds are spread over")
-    max_cycles: Annotated[int, Field(ge=1)] | None = Field(
+    max_cycles: Annotated[int, Field(ge=1, le=MAX_TICKS)] | None = Field(
         None, description="Decisions in an episode; none: as many as fit into the scenario's time"
     )
+
+    @field_validator("discrete")
+    @classmethod
+    def _few_choices(cls, discrete: bool | tuple[int, int]) -> bool | tuple[int, int]:
+        if isinstance(discrete, tuple):
+            check_choices(discrete, math.prod(discrete))
+        return discrete
+
+    @field_validator("stack")
+    @classmethod
+    def _few_frames(cls, stack: int) -> int:
+        if stack > MOST_FRAMES:
+            raise ConfigError(
+                f"stack={shown(stack)}: must be at most {MOST_FRAMES}, as a network has an input"
+                " for each number of each of them; take fewer, or a longer decision_period"
+            )
+        return stack
 
     @property
     def period(self) -> int:
@@ -62,12 +86,21 @@ class EnvConfig(Part):
         return self.decision_period or 1
 
 
+def check_choices(discrete: bool | tuple[int, int], n_choices: int) -> None:
+    """ConfigError for more discrete actions than a network should have outputs."""
+    if n_choices > MOST_CHOICES:
+        raise ConfigError(
+            f"discrete={shown(discrete)}: makes {shown(n_choices)} actions; at most {MOST_CHOICES},"
+            " as a network has an output for each; take fewer, or discrete=False for numbers"
+        )
+
+
 def n_steps(scenario: Any, config: EnvConfig) -> int:  # noqa: ANN401 of any task
     """Decisions in an episode: `max_cycles`, or as many as fit into the scenario's time."""
     if config.period > scenario.n_ticks:
         raise ConfigError(
-            f"decision_period={config.period}: must be at most the {scenario.n_ticks} ticks of an"
-            " episode"
+            f"decision_period={shown(config.period)}: must be at most the {scenario.n_ticks} ticks"
+            " of an episode"
         )
     return config.max_cycles or scenario.n_ticks // config.period
 
@@ -85,7 +118,7 @@ def chosen_robots(learners: Any, agents: Sequence[str]) -> list[int]:  # noqa: A
     if isinstance(learners, int) and not isinstance(learners, bool):
         if 1 <= learners <= len(agents):
             return list(range(learners))
-        raise ConfigError(f"learners={learners}: must be from 1 to the {len(agents)} robots")
+        raise ConfigError(f"learners={shown(learners)}: must be from 1 to the {len(agents)} robots")
     named = [learners] if isinstance(learners, str) else learners
     if not isinstance(named, Sequence) or not named:
         raise ConfigError(f"learners={learners!r}: must be a number of robots, or a list of them")

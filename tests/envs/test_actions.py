@@ -10,6 +10,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from swarm_forage_env import ArrayEnv, ConfigError, UnknownNameError, parallel_env
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.equations.steering import drive_to_pull
+from swarm_forage_env.scenarios import find_scenario
+from training.policy_controller import policy_controller
 
 FEW = {"task.n_robots": 3, "physics": "kinematic"}
 unit = st.floats(-1.0, 1.0, width=32)
@@ -128,6 +130,27 @@ def test_a_robot_says_nothing_or_one_of_four_words():
 def test_a_form_that_cannot_be_had_is_refused(options, error, says):
     with pytest.raises(error, match=says):
         parallel_env("es1", **options)
+
+
+@pytest.mark.timeout(20)
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"discrete": (3000, 3000)}, "makes 9000000 actions; at most 4096, as a network"),
+        ({"discrete": (10**12, 1)}, "makes 1000000000000 actions; at most 4096"),
+        ({"discrete": (10**400, 10**5000)}, "makes <int of thousands of digits> actions"),
+        ({"discrete": (20, 200), "learn": "both"}, "makes 36000 actions; at most 4096"),
+        ({"stack": 1001}, "stack=1001: must be at most 1000, as a network has an input for each"),
+        ({"stack": 10**9}, "stack=1000000000: must be at most 1000"),
+        ({"stack": 10**5000}, "stack=<int of thousands of digits>: must be at most 1000"),
+    ],
+)
+def test_a_size_without_measure_is_refused_before_anything_is_built(options, says):
+    with pytest.raises(ConfigError, match=says):
+        parallel_env("es1", **options)
+    policy = policy_controller(lambda seen: np.zeros((len(seen), 2)), **options)
+    with pytest.raises(ConfigError, match=says):
+        policy.check_usable(find_scenario("es1"))
 
 
 @pytest.mark.parametrize("bad", [-1, 5, 1.0, None, [0, 1]])

@@ -48,6 +48,7 @@ def test_an_unknown_name_is_answered_with_the_nearest(options, says):
         ({"decision_period": 2.5}, "decision_period=2.5"),
         ({"decision_period": 18_001}, "must be at most the 18000 ticks"),
         ({"max_cycles": 0}, "max_cycles=0"),
+        ({"max_cycles": 10**400}, r"max_cycles=10{39}\.\.\.: input should be less than"),
         ({"render_mode": "ansi"}, "render_mode='ansi': must be 'human' or 'rgb_array', or left"),
         ({"controller": "ssgiff:beta"}, "'beta' must be parameter=value"),
         ({"controller": 7}, "controller=7: must be a name or a controller"),
