@@ -7,7 +7,7 @@ from typing import Any
 
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
-from training.policy import PolicyFile, Predict
+from training.policy import SHOWN_BY, PolicyFile, Predict
 from training.policy_card import PolicyCard
 
 
@@ -20,9 +20,9 @@ class CallablePolicy(PolicyFile):
 
     @property
     def reads(self) -> tuple[Path, ...]:
-        """The file of the module."""
+        """The file of the module too."""
         file = getattr(sys.modules[self._function().__module__], "__file__", None)
-        return (Path(file),) if file else ()
+        return (*SHOWN_BY, Path(file)) if file else SHOWN_BY
 
     def card(self) -> PolicyCard | None:
         """A function has none: its name says what it goes with."""

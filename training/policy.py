@@ -1,17 +1,32 @@
 """Policies of other trainers: what they are, and the keywords of their training."""
 
 from collections.abc import Callable
+from inspect import getfile
 from pathlib import Path
 from typing import Any
 
 from pydantic import Field, field_validator
 
 from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.envs import (
+    actions,
+    added_observations,
+    config,
+    frames,
+    observations,
+    policy_form,
+)
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Count, Part, Positive, validated
 from training.policy_card import PolicyCard, read_policy_card
+
+SHOWN_BY = tuple(
+    Path(getfile(module))
+    for module in (actions, added_observations, config, frames, observations, policy_form)
+)
+"""The code of environments between a policy and the world."""
 
 Predict = Callable[[Float32[Array, "robots numbers"]], Any]
 """The actions of the robots of a world, from what each of them observes."""
@@ -47,8 +62,8 @@ class Policy(Part):
 
     @property
     def reads(self) -> tuple[Path, ...]:
-        """Files, other than source code, that its output depends on."""
-        return ()
+        """Files that its output depends on, beside those of its kind: what shows it the world."""
+        return SHOWN_BY
 
     @property
     def source(self) -> str:
@@ -97,8 +112,8 @@ class PolicyFile(Policy):
 
     @property
     def reads(self) -> tuple[Path, ...]:
-        """The file."""
-        return (self.path,)
+        """The file too."""
+        return (*SHOWN_BY, self.path)
 
     @property
     def source(self) -> str:

@@ -24,15 +24,31 @@ from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.task import task_of
 
-BYSTANDERS = {
-    "atomic_write.py",
-    "drawing.py",
-    "envs",
-    "rendering",
-    "scene.py",
-    "trajectory.py",
+NOT_HASHED = {
+    "__main__.py": "a command",
+    "atomic_write.py": "how files are written",
+    "device_loop.py": "a GPU",
+    "device_memory.py": "a GPU",
+    "drawing.py": "pictures",
+    "envs": "environments for learning; what a policy is shown and gives, it `reads`",
+    "errors.py": "refusals",
+    "events.py": "rewards",
+    "extras.py": "refusals",
+    "global_state.py": "what a learner's critic is shown",
+    "grid.py": "a GPU",
+    "grid_reset.py": "a GPU",
+    "grid_without_layers.py": "a GPU",
+    "on_grid.py": "a GPU",
+    "potential.py": "rewards",
+    "randomise.py": "environments for learning",
+    "rendering": "pictures",
+    "scene.py": "pictures",
+    "swarm_forage_v0.py": "environments for learning",
+    "swarm_forage_v1.py": "environments for learning",
+    "trajectory.py": "what is recorded of an episode",
 }
-"""Folders and files of the world that no evaluated episode passes through."""
+"""Folders and files of the world that change no number of an evaluated episode, and what they are
+there for."""
 
 LIBRARIES = ("numba", "numpy", "pymunk")
 """What the world calculates with; another version may round differently."""
@@ -94,18 +110,19 @@ class ExperimentConfig:
     def code(self) -> str:
         """Hash of the code behind an episode, and of the libraries' versions.
 
-        The code is that of the world, of every file beside the scenario's class, the engine and a
-        layer of the controller, of those that a layer `reads`, and of what puts the layers
-        together and measures.
+        The code is that of the world but for NOT_HASHED, of every file beside the scenario's class,
+        the engine and a layer of the controller, of those that a layer `reads`, and of what puts
+        the layers together and measures.
         """
         world = Path(swarm_forage_env.__file__).parent
-        inside = (file.relative_to(world) for file in world.rglob("*.py"))
-        files = {world / file for file in inside if BYSTANDERS.isdisjoint(file.parts)}
+        files = set(world.rglob("*.py"))
         homes = {Path(getfile(ENGINES[self.physics]))}
-        for part in (*self._layers, self.scenario):
+        parts = (*self._layers, self.scenario)
+        for part in parts:
             homes |= _files(part, Part)
-            files |= set(getattr(part, "reads", ()))
         files |= {file for home in homes for file in home.parent.glob("*.py")}
+        files = {file for file in files if not _is_unhashed(file, world)}
+        files |= {file for part in parts for file in getattr(part, "reads", ())}
         files |= _files(self.controller, LayeredController)
         files |= {Path(running.__file__), Path(settings.__file__), Path(episode.__file__)}
         text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())
@@ -199,6 +216,12 @@ def _number(value: Any) -> str:  # noqa: ANN401 a value of JSON
 
 def _json(tree: Mapping[str, Any]) -> str:
     return json.dumps(tree, sort_keys=True)
+
+
+def _is_unhashed(file: Path, world: Path) -> bool:
+    """Whether a file is of the world, and NOT_HASHED."""
+    inside = file.relative_to(world).parts if file.is_relative_to(world) else ()
+    return not NOT_HASHED.keys().isdisjoint(inside)
 
 
 def _content(file: Path) -> bytes:

@@ -1,13 +1,18 @@
 """What tells configurations apart."""
 
+import ast
 import json
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+import swarm_forage_env
+from baselines.evaluation import experiment_config
 from baselines.evaluation.experiment_config import (
+    NOT_HASHED,
     ExperimentConfig,
     find_layered_controller,
     parse_settings,
@@ -97,6 +102,65 @@ def test_other_code_is_another_configuration_and_other_prose_is_not(
     rule.write_text(RULE.replace(before, after, 1))
     other = configure()
     assert (other.code == old[0], other.key == old[1]) == (is_same, is_same)
+
+
+WORLD = Path(swarm_forage_env.__file__).parent
+
+
+@pytest.mark.parametrize(
+    ("edited", "controller", "is_same"),
+    [
+        ("device_loop.py", "ssgikf", True),
+        ("foraging/grid.py", "ssgikf", True),
+        ("envs/device_stepping.py", "ssgikf", True),
+        ("envs/observations.py", "ssgikf", True),
+        ("envs/observations.py", "callable:numpy:zeros_like", False),
+        ("envs/actions.py", "callable:numpy:zeros_like", False),
+        ("equations/odometry.py", "ssgikf", False),
+        ("foraging/tick.py", "ssgikf", False),
+        ("foraging/views.py", "ssgikf", False),
+        ("loop.py", "ssgikf", False),
+    ],
+)
+def test_an_edit_of_what_can_change_a_number_alone_is_another_configuration(
+    configure, monkeypatch, edited, controller, is_same
+):
+    before = configure(controller).key
+    content = experiment_config._content
+
+    def as_edited(file):
+        return b"edited" if file == WORLD / edited else content(file)
+
+    monkeypatch.setattr(experiment_config, "_content", as_edited)
+    assert (WORLD / edited).is_file()
+    assert (configure(controller).key == before) is is_same
+
+
+def imported(file):
+    """The names of the files and folders of the world that a file of it imports from."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        module = (isinstance(node, ast.ImportFrom) and node.module) or ""
+        if module.startswith("swarm_forage_env."):
+            names = [*module.split(".")[1:], *(each.name for each in node.names)]
+            yield from (name + end for name in names for end in ("", ".py"))
+
+
+ASSEMBLES = {"__init__.py", "task.py", "errors.py", "extras.py", "scene.py"}
+"""May name what is not hashed, or be named: lists of all parts, refusals, types of pictures."""
+
+
+def test_what_is_hashed_calls_nothing_that_is_not():
+    inside = {file: set(file.relative_to(WORLD).parts) for file in WORLD.rglob("*.py")}
+    for name, reason in NOT_HASHED.items():
+        assert reason
+        assert any(name in parts for parts in inside.values()), name
+    calls = {
+        (file.name, name)
+        for file, parts in inside.items()
+        if NOT_HASHED.keys().isdisjoint(parts)
+        for name in NOT_HASHED.keys() & set(imported(file))
+    }
+    assert [each for each in calls if ASSEMBLES.isdisjoint(each)] == []
 
 
 def test_settings_are_names_and_values():

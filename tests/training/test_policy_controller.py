@@ -219,7 +219,7 @@ def test_a_function_is_a_controller_by_its_name(scenario, tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
     found = find_controller("callable:my_rules:ahead,decision_period=2")
-    assert found.policy.reads == (tmp_path / "my_rules.py",)
+    assert found.policy.reads[-1] == tmp_path / "my_rules.py"
     _, poses = ran(found, scenario, 1, 20)
     own = policy_controller(lambda seen: np.tile(np.float32([1.0, 0.1]), (len(seen), 1)))
     assert_array_equal(ran(own, scenario, 1, 20)[1], poses)
