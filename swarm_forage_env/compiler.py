@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from threading import Lock
 from types import FunctionType
 from typing import Any, TypeVar, cast
 
@@ -34,6 +35,9 @@ FunctionT = TypeVar("FunctionT")
 
 _listeners: list[Callable[[str], None]] = []
 """Who is told of each entry point that is about to be compiled."""
+
+_SWITCH = Lock()
+"""Held while numba's warning of few blocks is switched off."""
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}
@@ -84,7 +88,29 @@ def bind_grid(template: Callable[..., Any], functions: Mapping[str, Callable[...
 @cache
 def _bound_grid(template: Callable[..., Any], parts: Parts) -> Any:  # noqa: ANN401 a kernel
     function = _function_of(template, parts)
-    return gpu().jit(_simulated(function) if config.ENABLE_CUDASIM else function)
+    if config.ENABLE_CUDASIM:
+        return gpu().jit(_simulated(function))
+    compiled = gpu().jit(function)
+    compiled.configure = _without_size_warning(compiled.configure)
+    return compiled
+
+
+def _without_size_warning(configure: Callable[..., Any]) -> Callable[..., Any]:
+    """A kernel's method that sizes its launch, silent on few blocks: so many worlds there are.
+
+    Numba warns of them by one switch for all kernels of the process, the user's own among them.
+    """
+
+    def configured(*on: Any) -> Any:  # noqa: ANN401 numba's
+        with _SWITCH:
+            warns = config.CUDA_LOW_OCCUPANCY_WARNINGS
+            config.CUDA_LOW_OCCUPANCY_WARNINGS = 0
+            try:
+                return configure(*on)
+            finally:
+                config.CUDA_LOW_OCCUPANCY_WARNINGS = warns
+
+    return configured
 
 
 def _simulated(function: Callable[..., Any]) -> Callable[..., Any]:

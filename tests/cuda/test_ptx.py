@@ -13,6 +13,7 @@ import baselines.weighting
 import swarm_forage_env.equations
 import swarm_forage_env.foraging
 from swarm_forage_env.compiler import bind_grid
+from swarm_forage_env.device_loop import grid_of
 from swarm_forage_env.envs import grid
 from swarm_forage_env.envs.added_observations import (
     put_one_hot,
@@ -234,6 +235,15 @@ def test_every_function_of_foraging_is_called_or_left_out_with_a_reason():
                     missing.add(f"{info.name.rpartition('.')[2]}.{value.__name__}")
     refused = {each for each in missing if each.partition(".")[0] in NOT_OF_E_PUCKS}
     assert {each.partition(".")[2] for each in missing - refused} <= left_out
+
+
+def test_few_worlds_are_launched_in_silence_and_other_peoples_kernels_are_not():
+    from numba import cuda
+
+    on = grid_of(2, 10)  # warnings are errors
+    assert kernels_of("nc")["tick"][0][on].griddim == (1, 1, 1)
+    with pytest.warns(Warning, match="under-utilization"):
+        cuda.jit(lambda out: None)[on]
 
 
 @pytest.mark.parametrize(
