@@ -9,21 +9,20 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 from swarm_forage_env.extras import EXTRAS, other_package, remedy
 
 PYPROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"
-COMMANDS = "swarm-forage[evaluate]"
+CONSTRAINTS = PYPROJECT.with_name("constraints.txt")
+COMMANDS = "swarm-forage"
 
 
 @pytest.fixture(scope="module")
 def declared():
-    """The packages of each extra, without their versions, nor that of CUDA."""
+    """What each extra asks of every package that it brings."""
     extras = tomllib.loads(PYPROJECT.read_text())["project"]["optional-dependencies"]
-    return {
-        extra: {re.split("[>=<]", each)[0].replace("[cu13]", "") for each in lines}
-        for extra, lines in extras.items()
-    }
+    return {extra: list(map(Requirement, lines)) for extra, lines in extras.items()}
 
 
 @pytest.mark.parametrize("extra", EXTRAS)
@@ -35,7 +34,16 @@ def test_an_extra_brings_what_is_said_of_it_and_the_commands(declared, extra):
         for name in of_module.get(module, [module])  # torchrl has an environment of its own
     }
     alone = extra in ("evaluate", "torchrl", "cuda")
-    assert declared[extra] == said | (set() if alone else {COMMANDS})
+    names = {each.name for each in declared[extra]}
+    assert names - {"numpy"} == said | (set() if alone else {COMMANDS})
+    assert alone or "evaluate" in declared[extra][0].extras
+
+
+def test_numpy_is_one_that_the_compiler_for_gpus_can_import(declared):
+    (numpy,) = (each.specifier for each in declared["cuda"] if each.name == "numpy")
+    (tested,) = re.findall("^numpy==(.*)$", CONSTRAINTS.read_text(), re.MULTILINE)
+    assert tested in numpy
+    assert "2.5.0" not in numpy  # it has no np.row_stack
 
 
 def test_what_no_extra_brings_has_no_remedy():
