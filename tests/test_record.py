@@ -6,6 +6,7 @@ import pytest
 from swarm_forage_env.arrays import Array, Float64, Int8
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.record import Record, field, numbers_record, one_record, rows
+from tests.columns import check_same_bits
 
 
 class Wheel(Record):
@@ -28,6 +29,19 @@ class Lorry(Vehicle):
 class Trailer(Record):
     wheels: Array = field(Wheel, 4)
     start_speed: float = field(np.float64, start=1.0)
+
+
+def test_records_are_compared_by_the_bits_of_their_fields_whatever_the_gaps_hold():
+    one, other = (np.full(Vehicle.dtype(slots=1).itemsize, byte, np.uint8) for byte in (0, 255))
+    one, other = (each.view(Vehicle.dtype(slots=1)) for each in (one, other))
+    Vehicle.restart(one)
+    Vehicle.restart(other)
+    one["pose"] = other["pose"] = np.nan
+    assert one.tobytes() != other.tobytes()
+    check_same_bits(one, other)
+    other["left"]["speed"] = -0.0
+    with pytest.raises(AssertionError, match=r"records\.left\.speed"):
+        check_same_bits(one, other)
 
 
 def test_a_dtype_has_the_fields_last_ones_first():

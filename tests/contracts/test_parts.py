@@ -21,6 +21,7 @@ from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, SCENARIOS, Registry
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
+from tests.columns import columns
 
 PARTS = [(layer, name) for layer, registry in REGISTRIES.items() for name in registry]
 SOURCE = r"Source: |\(TR\)|\(ANTS\)|\(BOIDS\)|Not in the papers?:"
@@ -208,15 +209,6 @@ def test_what_a_robot_hears_does_matter_to_it(recorded, name):
         observe(deafened, deaf)
         same = same and np.array_equal(decide(hearing)["wheels"], decide(deafened)["wheels"])
     assert same == (not any(robots["heard"]["n"].any() for robots in recorded(name)))
-
-
-def columns(records, name):
-    """Every plain array in structured arrays, by name."""
-    if records.dtype.names is None:
-        yield name, records
-    else:
-        for each in records.dtype.names:
-            yield from columns(records[each], f"{name}.{each}")
 
 
 @pytest.mark.parametrize("physics", list(ENGINES))

@@ -21,12 +21,7 @@ from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-
-def same(mine, his, where):
-    if mine.dtype.names is None:
-        np.testing.assert_array_equal(mine, his, err_msg=where)
-    for name in mine.dtype.names or ():
-        same(mine[name], his[name], f"{where}.{name}")
+from tests.columns import check_same_bits
 """
 
 WORLDS = (
@@ -53,9 +48,9 @@ for tick in range(int(ticks)):
     happened += cpu.world.robots["heard"]["n"].any(), exchange["is_valid"].any(), trips.any()
 there = gpu.download()
 gpu.check()
-same(cpu.world.robots, there.world.robots, "robots")
-same(cpu.world.worlds, there.world.worlds, "worlds")
-same(cpu.controller.minds, there.controller.minds, "minds")
+check_same_bits(cpu.world.robots, there.world.robots)
+check_same_bits(cpu.world.worlds, there.world.worlds)
+check_same_bits(cpu.controller.minds, there.controller.minds)
 np.testing.assert_array_equal(trips, gpu.earned.copy_to_host())
 print(*happened)
 """
@@ -68,6 +63,7 @@ import baselines.controllers
 from swarm_forage_env import array_env
 from swarm_forage_env.foraging.areas import Area
 from swarm_forage_env.foraging.scenario import Scenario, Task
+from tests.columns import check_same_bits
 
 MOVING = Scenario(  # a prey area that moves in the third tick
     task=Task(
@@ -89,12 +85,6 @@ def same(mine, his):
     assert mine[-1].keys() == his[-1].keys()
     for name in mine[-1]:
         np.testing.assert_array_equal(mine[-1][name], on_cpu(his[-1][name]))
-
-def same_records(mine, his, where=""):
-    if mine.dtype.names is None:
-        np.testing.assert_array_equal(mine, his, err_msg=where)
-    for name in mine.dtype.names or ():
-        same_records(mine[name], his[name], f"{where}.{name}")
 
 options = {"n_worlds": 3, "max_cycles": 3, "decision_period": 2} | eval(sys.argv[1])
 scenario = options.pop("scenario", "es1")
@@ -125,7 +115,7 @@ for mine, his in (
     (cpu.world.worlds, there.world.worlds),
     (cpu.loop.controller.minds, there.loop.controller.minds),
 ):
-    same_records(mine, his)
+    check_same_bits(mine, his)
 actions[1] = space.n if is_discrete else np.nan
 try:
     gpu.step(gpu.loop.memory.to_device(actions))
@@ -165,9 +155,9 @@ for step in range(2):
     if over.any():
         same(cpu.reset(worlds=over), gpu.reset(worlds=over))
 there = gpu.download()
-same_records(cpu.world.robots, there.world.robots)
-same_records(cpu.world.worlds, there.world.worlds)
-same_records(cpu.loop.controller.minds, there.loop.controller.minds)
+check_same_bits(cpu.world.robots, there.world.robots)
+check_same_bits(cpu.world.worlds, there.world.worlds)
+check_same_bits(cpu.loop.controller.minds, there.loop.controller.minds)
 print(int(acts), steps)
 """
 )
@@ -226,7 +216,7 @@ for _ in range(5):
     alone.step()
 many.check()
 third, only = (loop.download().world.robots[-1] for loop in (many, alone))
-same(third, only, "robots")
+check_same_bits(third, only)
 print((third["pose"] != many.world.robots[0]["pose"]).all(), third["wheels"].any())
 """
 )

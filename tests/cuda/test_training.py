@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 import numpy as np
 import baselines.controllers
+from tests.columns import check_same_bits
 from training.experiment import Experiment
 
 layer, folder = sys.argv[1], Path(sys.argv[2])
@@ -25,12 +26,6 @@ def experiment(device, **changes):
     found = Experiment(**terms | changes)
     found.check()
     return found
-
-def same(mine, his, where):  # gaps between the fields of a record hold anything
-    if mine.dtype.names is None:
-        assert mine.tobytes() == his.tobytes(), where
-    for name in mine.dtype.names or ():
-        same(mine[name], his[name], f"{where}.{name}")
 """
 
 CANDIDATES = (
@@ -133,7 +128,7 @@ assert mine.keys() == his.keys()
 (block,) = ppo.PPOTraining(again)._learner.rows.blocks
 for name, array in mine.items():
     of_gpu = block.loop.arrays.get(name.removeprefix("worlds.0."), array)
-    same(array.view(of_gpu.dtype), his[name].view(of_gpu.dtype), name)
+    check_same_bits(array.view(of_gpu.dtype), his[name].view(of_gpu.dtype), name)
 curves = [(folder / f / "best.json").read_text() for f in ("cuda", "killed")]
 print(len(mine), mine["num_timesteps"], curves[0].replace("cuda", "killed", 1) == curves[1])
 """

@@ -19,6 +19,7 @@ from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
+from tests.columns import columns
 
 
 @entry_point
@@ -160,15 +161,6 @@ def go():
         return state
 
     return tick
-
-
-def columns(records, name):
-    """Every plain array in structured arrays, by name."""
-    if records.dtype.names is None:
-        yield name, records
-    else:
-        for each in records.dtype.names:
-            yield from columns(records[each], f"{name}.{each}")
 
 
 @pytest.fixture(scope="session")

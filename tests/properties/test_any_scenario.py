@@ -11,6 +11,7 @@ from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS
+from tests.columns import columns
 
 TICKS = 1000
 OVERLAP = 1e-3
@@ -127,15 +128,6 @@ def swarm(scenario, driver, physics, seed):
         world.tick(0, 1)
 
     return world, step
-
-
-def columns(records, name):
-    """Every plain array in structured arrays, by name."""
-    if records.dtype.names is None:
-        yield name, records
-    else:
-        for each in records.dtype.names:
-            yield from columns(records[each], f"{name}.{each}")
 
 
 A_FEW = settings(

@@ -16,6 +16,7 @@ from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.waypoints.potential import WaypointsPotential
 from swarm_forage_env.waypoints.world import WaypointsWorld
+from tests.columns import columns
 
 ESTIMATORS = ("dead_reckoning", "covariance_intersection", "decentralised_ekf")
 SETTINGS = ("authors", "corrected")
@@ -37,23 +38,14 @@ def running(
     return Loop(find_scenario(scenario), controller, seeds)
 
 
-def columns_of(records, name):
-    """Every column of a structured array, those of nested records too, by dotted name."""
-    if records.dtype.names is None:
-        return {name: records.copy()}
-    found = {}
-    for each in records.dtype.names:
-        found |= columns_of(records[each], f"{name}.{each}")
-    return found
-
-
 def everything(loop, world=0):
     """All that is true, sensed, believed and drawn in one world of a block, by name."""
-    found = columns_of(loop.world.robots[world], "robot")
-    found |= columns_of(loop.world.sightings[world], "sighting")
-    found |= columns_of(loop.controller.minds[world], "mind")
-    found |= {"factors": loop.controller.shared[world].copy()}
-    return found | {"ticks": loop.world.worlds["ticks"][[world]]}
+    found = dict(columns(loop.world.robots[world], "robot"))
+    found |= columns(loop.world.sightings[world], "sighting")
+    found |= columns(loop.controller.minds[world], "mind")
+    found |= {"factors": loop.controller.shared[world]}
+    found |= {"ticks": loop.world.worlds["ticks"][[world]]}
+    return deepcopy(found)
 
 
 def beliefs(loop):
