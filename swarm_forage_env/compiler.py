@@ -29,6 +29,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
 from swarm_forage_env.fingerprint import fingerprint
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
+from swarm_forage_env.lean import Lean, lean
 from swarm_forage_env.templates import Parts, parts_of, with_parts
 
 FunctionT = TypeVar("FunctionT")
@@ -47,14 +48,14 @@ def kernel(function: FunctionT) -> FunctionT:
     """Compile a function for the kernels that call it."""
     if config.DISABLE_JIT:
         return function
-    return cast(FunctionT, numba.njit(**OPTIONS)(cast(Any, function)))
+    return cast(FunctionT, lean(cast(Any, function), OPTIONS))
 
 
 def inlined(function: FunctionT) -> FunctionT:
     """Compile a function into the kernels that call it, as the body of a loop over robots."""
     if config.DISABLE_JIT:
         return function
-    return cast(FunctionT, numba.njit(**INLINED)(cast(Any, function)))
+    return cast(FunctionT, lean(cast(Any, function), INLINED))
 
 
 def entry_point(function: FunctionT) -> FunctionT:
@@ -152,7 +153,7 @@ def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """The kernel of a function, whose machine code is kept on disk."""
     if config.DISABLE_JIT:
         return _plain(function)
-    compiled = numba.njit(**OPTIONS)(function)
+    compiled = lean(function, OPTIONS)
     compiled._cache = _LateCache(function)
     return cast(Callable[..., Any], compiled)
 
@@ -188,7 +189,7 @@ class _Locator:
     def __init__(self, function: Callable[..., Any]) -> None:
         """Of one kernel."""
         compilers = numba.__version__, llvmlite.__version__, sys.version_info[:2]
-        self._key = fingerprint(function, *compilers, INLINED, config.BOUNDSCHECK)
+        self._key = fingerprint(function, *compilers, INLINED, Lean.__name__, config.BOUNDSCHECK)
 
     @classmethod
     def from_function(cls, function: Callable[..., Any], file: str) -> "_Locator":

@@ -10,6 +10,8 @@ from types import ModuleType
 import numba
 import numpy as np
 import pytest
+from numba.core.runtime import rtsys
+from numba.core.runtime._nrt_python import memsys_enable_stats
 
 from swarm_forage_env.compiler import _bound, bind, entry_point, kernel
 from swarm_forage_env.fingerprint import fingerprint
@@ -275,6 +277,71 @@ def test_a_kernel_runs_without_the_interpreters_lock():
     if not numba.config.DISABLE_JIT:
         assert double.targetoptions["nogil"]
         assert entry_point(double).targetoptions["nogil"]
+
+
+MAKERS = {
+    "makes one": "np.full(9, table[k, 0])[1]",
+    "makes a list": "[table[k, 0]][0]",
+    "is handed one": "fresh(table[k, 0])[0]",
+    "is handed a part of one": "row(table, k)[0]",
+    "is handed two that it made": "pair(fresh(table[k, 0]), table)[0][0]",
+    "is handed one by a function of numba's": "zeros()[0] + table[k, 0]",
+}
+
+HANDED = """
+@kernel
+def first(row):
+    return row[0]
+
+@kernel
+def row(table, k):
+    return table[k]
+
+@kernel
+def pair(a, b):
+    return a, b
+
+@kernel
+def fresh(x):
+    return np.full(9, x)
+
+@numba.njit
+def zeros():
+    return np.zeros(9)
+
+@kernel
+def part(table, k):
+    return {}
+
+@entry_point
+def total(table):
+    found = 0.0
+    for k in range(table.shape[0]):
+        found += part(table, k)
+    return found
+"""
+
+
+@compiled
+@pytest.mark.parametrize("what", MAKERS.values(), ids=MAKERS)
+def test_arrays_live_as_long_as_they_are_held_where_a_part(what, fresh_cache):
+    total = module(HANDED.format(what), numba=numba).total
+    table = np.arange(8.0).reshape(4, 2)
+    assert total(table) == 12.0
+    memsys_enable_stats()
+    before, holders = rtsys.get_allocation_stats(), sys.getrefcount(table)
+    assert [total(table) for _ in range(10)] == [12.0] * 10
+    after = rtsys.get_allocation_stats()
+    assert after.alloc - before.alloc == after.free - before.free
+    assert sys.getrefcount(table) == holders
+
+
+@compiled
+def test_a_kernel_that_makes_no_array_does_not_count_who_holds_one(fresh_cache):
+    total = module(HANDED.format("first(table[k])"), numba=numba).total
+    total(np.ones((4, 2)))
+    (text,) = total.inspect_llvm().values()
+    assert "NRT_incref" not in text
 
 
 @compiled
