@@ -55,11 +55,6 @@ class LayeredController:
         }
 
     @property
-    def message_path(self) -> float:
-        """What a message adds to the p that it tells [m]."""
-        return float(getattr(self.estimator, "message_path", 0.0))
-
-    @property
     def talks(self) -> bool:
         """Whether its robots tell each other anything to weigh."""
         return bool(getattr(self.estimator, "speaks", True))

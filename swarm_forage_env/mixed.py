@@ -43,11 +43,6 @@ class MixedController:
         """Whether any of its robots tells others anything to weigh."""
         return any(getattr(each, "talks", True) for each in self.members)
 
-    @property
-    def message_path(self) -> float:
-        """The most that a message adds to the p that it tells [m]."""
-        return max(float(getattr(each, "message_path", 0.0)) for each in self.members)
-
     def with_parameters(self, values: Mapping[str, Any]) -> "MixedController":
         """The same with some parameters of every robot's controller changed."""
         return replace(self, members=tuple(each.with_parameters(values) for each in self.members))

@@ -58,7 +58,7 @@ class PolicyInterface:
     """What each number of an action is."""
 
     features: Callable[[Any], Groups]
-    """The parts of an observation, from the bounds of a scenario."""
+    """The parts of an observation, in a scenario."""
 
     observe: Callable[[Any, Any, Float32[Array, "worlds robots numbers"]], None]
     """Writes the observations of all robots to the first numbers of a row of the output, which may
@@ -91,6 +91,6 @@ class PolicyInterface:
     target: str | None = None
     """The observed vector whose direction is observed too where observations are normalised."""
 
-    def layout(self, bounds: Any) -> ObservationLayout:  # noqa: ANN401 of its task
-        """What each number of an observation is, for a scenario of these bounds."""
-        return ObservationLayout(self.features(bounds), self.inputs)
+    def layout(self, scenario: Any) -> ObservationLayout:  # noqa: ANN401 of its task
+        """What each number of an observation is, in a scenario."""
+        return ObservationLayout(self.features(scenario), self.inputs)

@@ -34,13 +34,13 @@ class Feature:
 
     low: float
     high: float
-    """Bounds, both possible."""
+    """Bounds; infinite for a number of no natural limits, which has a scale."""
 
     noise: str = ""
     """How it differs from the truth, for what is measured."""
 
     scale: float | None = None
-    """Typical size in that unit, where the bounds are far beyond it; None: they are typical."""
+    """Typical size in that unit; None: the bounds are typical."""
 
     @property
     def bound(self) -> float:
@@ -93,7 +93,7 @@ class Layout(tuple[Feature, ...]):
         return tuple(slot.name for slot in self)
 
     def box(self) -> Box:
-        """The space: float32, finite."""
+        """The space: float32, infinite where a feature has no natural bounds."""
         low = np.array([slot.low for slot in self], np.float32)
         high = np.array([slot.high for slot in self], np.float32)
         return Box(low, high, dtype=np.float32)

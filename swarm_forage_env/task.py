@@ -319,9 +319,6 @@ class Task:
     no_layers: Controller | None = None
     """What runs where a policy is everything; None: the task has no such policy."""
 
-    bounds: Callable[[Any, int, float], Any]
-    """How large numbers get: from a scenario, so many ticks, and the path that a message costs."""
-
     potential: Callable[[Any], Callable[[], Float64[Array, " rows"]]]
     """Makes the potential of every robot of a block of worlds, for shaping."""
 
@@ -329,7 +326,7 @@ class Task:
     """The largest weight of its potential that leaves a scenario as it is, and why; None: any."""
 
     global_state: Callable[[Any, Any, list[str], Any], Any]
-    """Makes what centralised critics and logs are told, from world, controller, names, bounds."""
+    """Makes what centralised critics and logs are told, from world, controller, names, scenario."""
 
     episode: EpisodeKind
     """What an episode is judged by."""

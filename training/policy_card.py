@@ -57,7 +57,7 @@ class PolicyCard(Part):
 def card_of(parts: Parts) -> PolicyCard:
     """The card of a policy that is trained under checked keywords of `parallel_env`."""
     config = parts.config
-    form = PolicyForm([parts.scenario], config, getattr(parts.controller, "message_path", 0.0))
+    form = PolicyForm([parts.scenario], config)
     keywords = {name: getattr(config, name) for name in KEYWORDS}
     keywords["observation"] = "+".join(_names(config))
     return PolicyCard(

@@ -122,8 +122,7 @@ class PolicyController(LayeredController):
 
     def form(self, scenario: Any) -> PolicyForm:  # noqa: ANN401 of any task
         """What the policy is shown and gives; ConfigError if its card says something else."""
-        path = 0.0 if self.is_everything else self.message_path
-        form = PolicyForm([scenario], self.policy.config(), path)
+        form = PolicyForm([scenario], self.policy.config())
         card = self.policy.card()
         if card is not None:
             _check_observes(self.policy, card.observes, form.observes)

@@ -20,7 +20,6 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.extras import remedy
-from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.parameters import Count, NotNegative, Part
@@ -167,7 +166,7 @@ def arrays_under(start: str, arrays: Mapping[str, Array]) -> dict[str, Array]:
 
 def observation_layout(layer: LayerName, scenario: Scenario) -> ObservationLayout:
     """Observation layout of a layer in a scenario."""
-    return LEARNABLE[layer].layout(Bounds(scenario, scenario.n_ticks))
+    return LEARNABLE[layer].layout(scenario)
 
 
 def observation_features(layer: LayerName, scenario: Scenario) -> tuple[FeatureName, ...]:

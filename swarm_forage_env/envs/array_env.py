@@ -91,7 +91,7 @@ class ArrayEnv:
         self._earned = EarnedInTick(self.world, self.task, parts.config.reward)
         self.episodes = Episodes(self.loop, parts.scenario, parts.config.randomise)
         self._stepper = self._made_stepper()
-        self._describe(parts)
+        self._describe()
 
     @property
     def world(self) -> World:
@@ -240,18 +240,18 @@ class ArrayEnv:
             return Exchanges(self.loop, self.episodes, self._learns)
         return Ticks(self.loop, self.episodes, self.config.period)
 
-    def _describe(self, parts: Parts) -> None:
+    def _describe(self) -> None:
         """Make the spaces, and what writes observations and the state."""
-        path = float(getattr(parts.controller, "message_path", 0.0))
-        form = PolicyForm(self.episodes.extremes, self.config, path)
+        scenarios = self.episodes.extremes
+        form = PolicyForm(scenarios, self.config)
         self.observer, self._frames = form.observe, form.frames(self.n_worlds)
         self.observation_layout, self.observation_space = form.layout, form.observation_space
         self.action_layout, self.action_space = form.action.layout, form.action_space
         self.action_shape = form.action.shape
         self.actions = Actions(_names(self.learners, self.n_worlds), form.action)
         truths = [
-            self.task.global_state(self.world, self.loop.controller, self.agents, bounds)
-            for bounds in form.bounds
+            self.task.global_state(self.world, self.loop.controller, self.agents, each)
+            for each in scenarios
         ]
         self.truth = max(truths, key=lambda each: len(each.layout))
         state_layout = widest([each.layout for each in truths])

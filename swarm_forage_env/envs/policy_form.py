@@ -23,8 +23,8 @@ BOUND = re.compile(r"of [-+.e0-9]+ ")
 class PolicyForm:
     """What a policy observes of a robot and gives for it, under the keywords of an environment."""
 
-    def __init__(self, scenarios: Sequence[Any], config: EnvConfig, message_path: float) -> None:
-        """The form in the first of these scenarios; numbers get as far as in any of them.
+    def __init__(self, scenarios: Sequence[Any], config: EnvConfig) -> None:
+        """The form in the first of these scenarios; bounds hold in all of them.
 
         ConfigError or UnknownNameError for keywords that the scenario's task does not have.
         """
@@ -37,11 +37,8 @@ class PolicyForm:
         period = {"decision_period": config.decision_period or usual}
         self.config = config = config.model_copy(update=period)
         self.max_cycles = n_steps(scenario, config)
-        ticks = max(scenario.n_ticks, self.max_cycles * config.period)
-        self.bounds = [self.task.bounds(each, ticks, message_path) for each in scenarios]
-        """How large numbers get in each of the scenarios."""
         self.agents = self.task.agents(scenario.task.n_robots)
-        shown = widest([policy.layout(bounds) for bounds in self.bounds])
+        shown = widest([policy.layout(each) for each in scenarios])
         self.observe = Observer(
             policy, config.observation, shown, scenario, self.agents, config.normalise
         )

@@ -11,12 +11,12 @@ from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.areas import MOST_AREAS
-from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.fault_record import KINDS, N_KINDS
 from swarm_forage_env.foraging.floor import distance_to_kind
 from swarm_forage_env.foraging.observations import AREAS, FLAG, PATH_SCALE, PLACE_SCALE
 from swarm_forage_env.foraging.policy_functions import put_goal
 from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.spaces import GOALS, Feature, Layout
 
@@ -58,16 +58,16 @@ class ForagingState:
         world: ForagingWorld,
         controller: Any,  # noqa: ANN401 of any kind
         agents: list[str],
-        bounds: Bounds,
+        scenario: Scenario,
     ) -> None:
         """The truth about these worlds, whose robots have these names."""
         self._world = world
         self._controller = controller
         self._has_beliefs = "estimator" in controller.minds.dtype.names
         self._no_beliefs = Situation.array(world.robots.shape)
-        self._has_faults = bounds.scenario.faults.is_any
-        self._lists_areas = bool(bounds.scenario.task.areas)
-        self.layout = _layout(agents, bounds)
+        self._has_faults = scenario.faults.is_any
+        self._lists_areas = bool(scenario.task.areas)
+        self.layout = _layout(agents, scenario)
         self.space: Box = self.layout.box()
 
     def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
@@ -212,12 +212,12 @@ def write_log(
             put_log(robots[w, i], situations[w, i], worlds[w], out[w, i])
 
 
-def _layout(agents: list[str], bounds: Bounds) -> Layout:
-    arena = bounds.scenario.arena
+def _layout(agents: list[str], scenario: Scenario) -> Layout:
+    arena = scenario.arena
     half = {"x": 0.5 * arena.length, "y": 0.5 * arena.width}
-    features = [feature for agent in agents for feature in _of_robot(agent, half, bounds)]
+    features = [feature for agent in agents for feature in _of_robot(agent, half, scenario)]
     features += [Feature(f"areas.{a}.{k}", "m", -half[k], half[k]) for a in AREAS for k in half]
-    if bounds.scenario.task.areas:
+    if scenario.task.areas:
         features += [Feature(f"areas.{a}.worth", *WORTH, scale=1.0) for a in AREAS]
         features += [each for k in range(2, MOST_AREAS) for each in _of_area(k, half)]
     return Layout([*features, Feature("share_gone", "of the episode", 0.0, 1.0)])
@@ -230,19 +230,18 @@ def _of_area(number: int, half: dict[str, float]) -> list[Feature]:
     return [*found, Feature(f"areas.{number}.worth", *WORTH, scale=1.0)]
 
 
-def _of_robot(agent: str, half: dict[str, float], bounds: Bounds) -> list[Feature]:
+def _of_robot(agent: str, half: dict[str, float], scenario: Scenario) -> list[Feature]:
     """One robot's part of the state."""
-    far = bounds.believed
     found = [Feature(f"pose.{k}", "m", -half[k], half[k]) for k in half]
     found += [Feature(f"heading.{k}", "ratio", -1.0, 1.0) for k in ("cos", "sin")]
     found += [
-        Feature(f"believed.{area}.{k}", "m", -half[k] - far, half[k] + far, scale=PLACE_SCALE)
+        Feature(f"believed.{area}.{k}", "m", -math.inf, math.inf, scale=PLACE_SCALE)
         for area in AREAS
         for k in half
     ]
     found += [Feature(f"known.{area}", "0 or 1", *FLAG) for area in AREAS]
-    found += [Feature(f"p.{area}", "m", 0.0, bounds.path, scale=PATH_SCALE) for area in AREAS]
+    found += [Feature(f"p.{area}", "m", 0.0, math.inf, scale=PATH_SCALE) for area in AREAS]
     found += [Feature(f"goal.{goal}", "0 or 1", *FLAG) for goal in GOALS]
-    if bounds.scenario.faults.is_any:
+    if scenario.faults.is_any:
         found += [Feature(f"fault.{kind}", "0 or 1", *FLAG) for kind in KINDS]
     return [replace(each, name=f"{agent}.{each.name}") for each in found]

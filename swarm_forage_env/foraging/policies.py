@@ -8,7 +8,6 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
-from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.observations import (
     AREAS,
     SPEED,
@@ -30,6 +29,7 @@ from swarm_forage_env.foraging.policy_functions import (
     show_situation,
     write_all,
 )
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.views import MotionInput, WeightingInput
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.policy_interface import (
@@ -88,21 +88,21 @@ def _observe_readings(world: Any, controller: Any, out: Array) -> None:  # noqa:
     _write_readings(world.robots, controller.minds, world.scenario.slots, out)
 
 
-def _encounter(bounds: Bounds) -> Groups:
-    return {"encounter": encounter_features(bounds)}
+def _encounter(scenario: Scenario) -> Groups:
+    return {"encounter": encounter_features(scenario)}
 
 
-def _situation(bounds: Bounds) -> Groups:
-    return {"situation": situation_features(bounds, bounds.scenario.slots)}
+def _situation(scenario: Scenario) -> Groups:
+    return {"situation": situation_features(scenario, scenario.slots)}
 
 
-def _both(bounds: Bounds) -> Groups:
-    return {**_encounter(bounds), **_situation(bounds)}
+def _both(scenario: Scenario) -> Groups:
+    return {**_encounter(scenario), **_situation(scenario)}
 
 
-def _raw(bounds: Bounds) -> Groups:
-    n_slots = bounds.scenario.slots
-    return {"readings": reading_features(bounds), "heard": heard_features(bounds, n_slots)}
+def _raw(scenario: Scenario) -> Groups:
+    n_slots = scenario.slots
+    return {"readings": reading_features(scenario), "heard": heard_features(scenario, n_slots)}
 
 
 STEERINGS = {

@@ -1,7 +1,6 @@
 """The task of foraging, as the rest of the code knows it."""
 
 from swarm_forage_env.foraging.array_rules import ArrayMotion, ArrayWeighting
-from swarm_forage_env.foraging.bounds import Bounds
 from swarm_forage_env.foraging.control import decide
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
@@ -39,7 +38,6 @@ FORAGING = Task(
     residuals=("motion", "both"),
     grid=ON_GRID,
     no_layers=NoLayers(Said, carry_out, WITHOUT_LAYERS),
-    bounds=Bounds,
     potential=ForagingPotential,
     most_shaping=most_shaping,
     global_state=ForagingState,

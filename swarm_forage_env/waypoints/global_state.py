@@ -8,6 +8,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.record import rows
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.waypoints.observations import ANYWHERE, PLACE_SCALE, UNIT
+from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.views import estimated_pose_of
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
@@ -33,7 +34,7 @@ class WaypointsState:
         world: WaypointsWorld,
         controller: Any,  # noqa: ANN401 of any kind
         agents: list[str],
-        bounds: object,
+        scenario: WaypointsScenario,
     ) -> None:
         """The truth about these worlds, whose robots have these names."""
         self._world = world

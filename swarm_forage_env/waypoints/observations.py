@@ -10,12 +10,9 @@ from swarm_forage_env.waypoints.scenario import WaypointsScenario
 WORDS = 12
 """Numbers in a message of a learner of everything."""
 
-FAR = 1e9
-"""Bound of what a filter may believe: none can be proven, and none seen comes near."""
-
 UNIT, FLAG, PULL = (0.0, 1.0), (0.0, 1.0), (-1.0, 1.0)
 ANGLE = (-math.pi, math.pi)
-ANYWHERE, ANY_SIZE = (-FAR, FAR), (0.0, FAR)
+ANYWHERE, ANY_SIZE = (-math.inf, math.inf), (0.0, math.inf)
 
 PLACE_SCALE, VARIANCE_SCALE, SPEED_SCALE, TURN_SCALE = 2.0, 0.1, 0.25, 0.5
 """Typical sizes: of the way to a place [m], of the norm of a covariance [m^2], of a speed [m/s], of

@@ -32,7 +32,6 @@ WAYPOINTS = Task(
     steerings=STEERINGS,
     is_joint=True,
     no_layers=NoLayers(Said, carry_out),
-    bounds=lambda scenario, n_ticks, message_path: scenario,
     potential=WaypointsPotential,
     global_state=WaypointsState,
     episode=WAYPOINT_EPISODE,

@@ -43,7 +43,6 @@ def test_robots_are_named_or_numbered_and_the_rest_has_the_default_or_what_the_s
 def test_a_mixed_swarm_tells_how_many_robots_have_each_controller():
     found = find_controllers({"epuck_0": "ssgiff", "*": "dsgiff-penalised"}, ES1)
     assert found.name == "1 ssgiff, 9 dsgiff-penalised"
-    assert found.message_path == CONTROLLERS["dsgiff-penalised"].message_path > 0.0
     assert found.talks
     assert not find_controllers({"*": "nc", 0: "nc:pause=1"}, ES1).talks
     changed = found.with_parameters({"beta": 0.5})

@@ -2,16 +2,12 @@
 
 import math
 
-import gymnasium as gym
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from swarm_forage_env.equations.radio import board_range
-from swarm_forage_env.foraging.bounds import BOARD_RANGE, Bounds
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.foraging.scenario import Radio, Robot, Scenario, Sensors
 from swarm_forage_env.swarm_forage_v0 import parallel_env
 
 every_layer = pytest.mark.parametrize("learn", list(LEARNABLE))
@@ -44,16 +40,8 @@ def test_observations_and_state_stay_within_their_spaces(learn, scenario):
         observations, *_ = env.step(actions)
 
 
-def test_a_single_learner_stays_within_its_space_too():
-    options = {"learn": "weighting", "controller": "dsgiff:message_path=9", "task.duration": 60.0}
-    single = gym.make("SwarmForage/ES1-v0", **options).unwrapped
-    together = parallel_env("es1", **options)
-    assert single.observation_layout.box() == together.observation_layout.box()
-
-
 @given(
     learn=st.sampled_from(list(LEARNABLE)),
-    controller=st.sampled_from(["dsgikf", "dsgiff:message_path=9"]),
     seed=st.integers(0, 2**64 - 1),
     decision_period=st.integers(1, 4),
     physics=st.sampled_from(["rigid", "kinematic"]),
@@ -78,11 +66,10 @@ def test_a_single_learner_stays_within_its_space_too():
 )
 @settings(max_examples=25)
 def test_whatever_the_scenario_nothing_is_nan_and_all_is_within_bounds(
-    learn, controller, seed, decision_period, physics, options
+    learn, seed, decision_period, physics, options
 ):
-    who = None if learn == "everything" else controller
     env = parallel_env(
-        "es1", learn=learn, controller=who, reward="team", shaping=0.5,
+        "es1", learn=learn, reward="team", shaping=0.5,
         decision_period=decision_period, physics=physics, **options,
     )  # fmt: skip
     box, rng = env.action_space("epuck_0"), np.random.default_rng(seed)
@@ -94,30 +81,6 @@ def test_whatever_the_scenario_nothing_is_nan_and_all_is_within_bounds(
         observations, rewards, *_, infos = env.step(given_to)
         numbers = [*rewards.values(), *(n for info in infos.values() for n in info.values())]
         assert np.isfinite(numbers).all()
-
-
-@pytest.mark.parametrize("gap", [0.0, 0.03, 0.2, 1.0])
-def test_the_board_measures_no_gap_beyond_its_bound(gap):
-    streams = np.arange(1000, dtype=np.uint64)
-    gaps = [board_range(gap, streams, i) for i in range(1000)]
-    assert min(gaps) > 0.0
-    assert max(gaps) < BOARD_RANGE
-
-
-def test_the_bounds_follow_from_the_scenario():
-    scenario = Scenario(
-        robot=Robot(max_speed=0.129, cruise_speed=0.06),
-        sensors=Sensors(wheel_noise=0.05),
-        radio=Radio(max_range=0.15, range_noise=0.025, frames=10, exchange_time=0.5),
-        tick=0.1,
-    )
-    bounds = Bounds(scenario, 1000)
-    assert bounds.step == pytest.approx(1.01 * (0.0129 + 0.05 * 0.006))
-    assert bounds.beam == pytest.approx(1.01 * 0.175)
-    assert bounds.frames == 60
-    assert 1001 * 0.0132 < bounds.path < 1.03 * 1001 * 0.0132
-    assert Bounds(scenario, 1000, 9.0).path == pytest.approx(bounds.path + 1.01 * 9000.0)
-    assert 1000 * (0.0132 + 0.175) < bounds.believed < 2.0 * 1000 * (0.0132 + 0.175)
 
 
 def test_the_spaces_are_the_same_objects_each_time():

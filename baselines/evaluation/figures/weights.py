@@ -67,7 +67,7 @@ def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
         )
     grid = np.linspace(0.0, LONGEST, STEPS)
     own, heard = (each.ravel() for each in np.meshgrid(grid, grid))
-    exchange = _exchanges(own, heard + controller.message_path, disagreement)
+    exchange = _exchanges(own, heard + controller.estimator.message_path, disagreement)
     g = _rule(controller)(exchange)
     return np.asarray(g[:, PREY], np.float64).reshape(STEPS, STEPS)
 

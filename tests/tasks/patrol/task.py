@@ -1,5 +1,6 @@
 """The task of patrol, as the rest of the house knows it."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,14 +15,10 @@ from swarm_forage_env.record import rows
 from swarm_forage_env.spaces import Feature, Layout, feature_group
 from swarm_forage_env.task import TASKS, Task
 
-FAR = 1e3
-"""Nobody gets so far from a place [m]."""
-
-
 SCALE = 5.0
 """Usual distance to one [m]."""
 
-PLACE = (feature_group("place", "xy", "m", (-FAR, FAR), scale=SCALE),)
+PLACE = (feature_group("place", "xy", "m", (-math.inf, math.inf), scale=SCALE),)
 
 
 @dataclass(frozen=True)
@@ -65,10 +62,10 @@ class PatrolState:
     infos = ("visits",)
     counts = frozenset({"visits"})
 
-    def __init__(self, world, controller, agents, bounds):
+    def __init__(self, world, controller, agents, scenario):
         self._world = world
         places = [
-            Feature(f"{agent}.{axis}", "m", -FAR, FAR, scale=SCALE)
+            Feature(f"{agent}.{axis}", "m", -math.inf, math.inf, scale=SCALE)
             for agent in agents
             for axis in "xy"
         ]
@@ -112,8 +109,8 @@ PATROL = Task(
     policies={
         "motion": PolicyInterface(
             WHEELS,
-            lambda bounds: {
-                "situation": (feature_group("place", "xy", "m", (-FAR, FAR), scale=5.0),)
+            lambda scenario: {
+                "situation": (feature_group("place", "xy", "m", (-math.inf, math.inf), scale=5.0),)
             },
             show,
             act,
@@ -121,7 +118,6 @@ PATROL = Task(
             {"situation": MotionInput},
         )
     },
-    bounds=lambda scenario, n_ticks, message_path: scenario,
     potential=lambda world: lambda: rows(world.robots)["visits"].astype(float),
     global_state=PatrolState,
     episode=EpisodeKind(
