@@ -16,10 +16,10 @@ from swarm_forage_env.envs import (
     observations,
     policy_form,
 )
-from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.parameters import Count, Part, Positive, validated
+from swarm_forage_env.parameters import Count, validated
 from training.policy_card import PolicyCard, read_policy_card
 
 SHOWN_BY = tuple(
@@ -32,27 +32,13 @@ Predict = Callable[[Float32[Array, "robots numbers"]], Any]
 """The actions of the robots of a world, from what each of them observes."""
 
 
-class Policy(Part):
+class Policy(PolicyKeywords):
     """A policy, and the keywords of `parallel_env` under which it was trained."""
 
-    learn: str = Field("motion", description="Layer that the policy takes the place of")
-    action: str = Field("", description="Form in which it steers: drive, or wheels; none: drive")
-    sharpest_turn: Positive = Field(0.3, description="Sharpest turn of `drive`")
     discrete: bool | tuple[Count, Count] = Field(
         False, description="Its actions are choices; 3x5: of 3 speeds times 5 turns"
     )
-    normalise: bool = Field(True, description="Its observations lie in [-1, 1]; false: SI units")
     observation: Any = Field("layer", description="What it observes, as layer+previous_action")
-    stack: Count = Field(1, description="Observations of so many decisions together")
-    decision_period: Count | None = Field(
-        None, description="Ticks for which an action is held; none: as suits the layer"
-    )
-    residual: bool = Field(False, description="Its wheels are added to the hand-written ones")
-
-    @field_validator("action", mode="before")
-    @classmethod
-    def _usual(cls, action: Any) -> Any:  # noqa: ANN401 whatever was given
-        return "" if action is None else action
 
     @field_validator("discrete", mode="before")
     @classmethod
@@ -80,9 +66,8 @@ class Policy(Part):
                 f"policy {self.source}: observes {own[0]}, a class of its trainer's; make the"
                 " controller in Python, with policy_controller(..., observation=[...])"
             )
-        given = {name: getattr(self, name) for name in Policy.model_fields}
-        given |= {"action": self.action or None, "observation": listed}
-        return validated(EnvConfig, given)
+        given = {name: getattr(self, name) for name in PolicyKeywords.model_fields}
+        return validated(EnvConfig, {**given, "observation": listed})
 
     def card(self) -> PolicyCard | None:
         """What it was trained on, where that is known."""

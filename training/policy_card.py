@@ -7,14 +7,14 @@ name: `save_policy_card("policy.pt", "es1", learn="motion", decision_period=5)`.
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from gymnasium.spaces import Box
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 from swarm_forage_env.atomic_write import write_atomically
-from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords
 from swarm_forage_env.envs.make import Parts, checked_parts
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
@@ -25,20 +25,17 @@ from swarm_forage_env.registry import CONTROLLERS
 ON_SPACE = "policy_card"
 """Attribute of an observation space that holds a card as JSON."""
 
-Keywords = dict[str, Any]
-"""Keywords of `parallel_env` by which observations are made and actions read."""
+Word = Annotated[str, Field(max_length=1000, pattern=r"^\P{C}*$")]
+"""What a message can quote: no line ends, nothing that a terminal obeys."""
 
-KEYWORDS = (
-    "learn",
-    "action",
-    "sharpest_turn",
-    "discrete",
-    "normalise",
-    "observation",
-    "stack",
-    "decision_period",
-    "residual",
-)
+
+class CardKeywords(PolicyKeywords):
+    """Keywords of `parallel_env` by which observations are made and actions read.
+
+    There are no others on a card: which file is run and whether it is trusted, a name says alone.
+    """
+
+    observation: Word = "layer"
 
 
 class PolicyCard(Part):
@@ -46,11 +43,11 @@ class PolicyCard(Part):
 
     format: Literal[1] = 1
     """Version of the card; another one is refused."""
-    scenario: str
-    controller: str
+    scenario: Word
+    controller: Word
     """What did the rest, as `ssgiff:weighting.beta=0.01`."""
-    keywords: Keywords
-    observes: tuple[tuple[str, str], ...]
+    keywords: CardKeywords
+    observes: tuple[tuple[Word, Word], ...]
     """Name and unit of each number of an observation."""
 
 
@@ -58,12 +55,11 @@ def card_of(parts: Parts) -> PolicyCard:
     """The card of a policy that is trained under checked keywords of `parallel_env`."""
     config = parts.config
     form = PolicyForm([parts.scenario], config)
-    keywords = {name: getattr(config, name) for name in KEYWORDS}
-    keywords["observation"] = "+".join(_names(config))
+    keywords = {name: getattr(config, name) for name in CardKeywords.model_fields}
     return PolicyCard(
         scenario=parts.scenario.name,
         controller=_text(parts.controller),
-        keywords=keywords,
+        keywords=CardKeywords(**{**keywords, "observation": "+".join(_names(config))}),
         observes=form.observes,
     )
 

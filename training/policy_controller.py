@@ -13,17 +13,18 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from baselines.controller import LayeredController
+from baselines.controller import REGISTRIES, LayeredController
 from baselines.controllers import SINGLE, SUBSUMPTION
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, RunningController
 from swarm_forage_env.parameters import Part, validated
 from swarm_forage_env.task import task_of
 from training.policy import FunctionPolicy, Policy, Predict
+from training.policy_card import PolicyCard
 from training.running_policy import RunningPolicy
 
 
@@ -65,11 +66,15 @@ class PolicyController(LayeredController):
         """
         given, changed = dict(values), self
         file = given.pop("policy.file", given.pop("file", None))
+        beside = given.pop("controller", None)
         if file is not None:
-            policy = validated(type(self.policy), {"file": file})
-            changed = replace(self, policy=policy)._as_on_card()
-        if "controller" in given:
-            changed = changed._beside(given.pop("controller"))
+            changed = replace(self, policy=validated(type(self.policy), {"file": file}))
+            card = changed.policy.card()
+            if card is not None:
+                changed = changed._as_on(card)
+                beside = beside or changed._written_on(card)
+        if beside is not None:
+            changed = changed._beside(beside)
         found = super(PolicyController, changed).with_parameters(given)
         assert isinstance(found, PolicyController)
         return found
@@ -138,23 +143,48 @@ class PolicyController(LayeredController):
         steer(form.dummy(robots))
         return steer
 
-    def _as_on_card(self) -> "PolicyController":
-        """The same, under the keywords and beside the controller on the policy's card."""
-        card = self.policy.card()
-        if card is None:
-            return self
-        policy = validated(type(self.policy), {**self.policy.model_dump(), **card.keywords})
-        changed = replace(self, policy=policy)
-        return changed if changed.is_everything else changed._beside(card.controller)
+    def _as_on(self, card: PolicyCard) -> "PolicyController":
+        """The same, under the keywords on a card."""
+        terms = {**self.policy.model_dump(), **card.keywords.model_dump()}
+        return replace(self, policy=validated(type(self.policy), terms))
+
+    def _written_on(self, card: PolicyCard) -> Controller | None:
+        """The controller that did the rest by a card; None beside a policy of everything.
+
+        ConfigError for what is no hand-written layers and their numbers: which files are opened, a
+        name says alone.
+        """
+        if self.is_everything:
+            return None
+        try:
+            bare = find_controller(card.controller.partition(":")[0])
+            if not _is_hand_written(bare):
+                raise ConfigError(f"controller '{card.controller}': is not of hand-written layers")
+            numbers = parse_controller(card.controller)[1]
+            if numbers.keys() & REGISTRIES.keys():
+                raise ConfigError(f"controller '{card.controller}': must be a name and its numbers")
+            return bare.with_parameters(numbers)
+        except (ConfigError, UnknownNameError) as error:
+            raise ConfigError(
+                f"policy {self.policy.source}: on its card is no controller to run it beside"
+                f" ({error}); name one, as in {self.name}:{self.policy.source},controller=ssgiff"
+            ) from None
 
     def _beside(self, controller: str | Controller) -> "PolicyController":
         """The same beside the layers of another controller."""
         found = find_controller(controller)
-        if not isinstance(found, LayeredController):
+        if not isinstance(found, LayeredController) or isinstance(found, PolicyController):
             raise ConfigError(f"controller '{controller}': must be made of layers")
         return replace(
             self, estimator=found.estimator, weighting=found.weighting, motion=found.motion
         )
+
+
+def _is_hand_written(controller: Controller) -> bool:
+    """Whether it is layers none of which reads a file."""
+    if not isinstance(controller, LayeredController):
+        return False
+    return not any(hasattr(type(part), "reads") for part in controller.layers.values())
 
 
 def policy_controller(

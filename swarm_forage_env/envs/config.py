@@ -16,13 +16,10 @@ MOST_FRAMES = 1000
 """Observations of a robot together, at most: a network has an input for each of their numbers."""
 
 
-class EnvConfig(Part):
-    """What is learned, from what, for what reward, and how the world runs."""
+class PolicyKeywords(Part):
+    """What a policy takes the place of, what it is shown, and how its actions are read."""
 
     learn: str = Field("motion", description="Layer that the policy takes the place of")
-    learners: Any = Field(
-        None, description="Robots that learn: how many, or which by name or number; none: all"
-    )
     residual: bool = Field(
         False, description="Wheels of the policy are added to those of the hand-written motion"
     )
@@ -42,12 +39,20 @@ class EnvConfig(Part):
         True, description="Observations and weights lie in [-1, 1]; false: SI units"
     )
     stack: Count = Field(1, description="Observations of so many decisions together")
-    reward: Any = Field("own", description="Who is credited with a round trip, or a callable")
-    shaping: NotNegative = Field(0.0, description="Weight of the potential-based shaping; 0: none")
-    discount: Share = Field(0.99, description="The learner's discount, for the shaping")
     decision_period: Count | None = Field(
         None, description="Ticks for which an action is held; none: as suits the layer"
     )
+
+
+class EnvConfig(PolicyKeywords):
+    """What is learned, from what, for what reward, and how the world runs."""
+
+    learners: Any = Field(
+        None, description="Robots that learn: how many, or which by name or number; none: all"
+    )
+    reward: Any = Field("own", description="Who is credited with a round trip, or a callable")
+    shaping: NotNegative = Field(0.0, description="Weight of the potential-based shaping; 0: none")
+    discount: Share = Field(0.99, description="The learner's discount, for the shaping")
     step_on: Literal["tick", "exchange"] = Field(
         "tick", description="A step is a decision period, or ends with an exchange of a learner"
     )

@@ -1,6 +1,8 @@
 """The card of a policy of another trainer: what it says of controller and observation."""
 
 import json
+import sys
+import zipfile
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +11,7 @@ from gymnasium.spaces import Box, Discrete
 
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.config import EnvConfig
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from training import policy_card
@@ -60,7 +62,7 @@ def test_a_card_lies_beside_its_policy_and_is_read_again(tmp_path):
     assert written == tmp_path / "mine.json"
     card = read_policy_card(file)
     assert (card.format, card.scenario, card.controller) == (1, "es1", "ssgiff:weighting.beta=0.5")
-    assert card.keywords["decision_period"] == 5
+    assert card.keywords.decision_period == 5
     assert len(card.observes) > 0
     text = written.read_text("utf-8")
     assert text.endswith("}\n")
@@ -87,7 +89,6 @@ def test_a_card_is_json_that_people_can_read(tmp_path):
 
 def test_a_policy_that_says_nothing_was_trained_as_environments_are_by_default():
     assert FunctionPolicy().config() == EnvConfig(observation=["layer"])
-    assert FunctionPolicy(action=None).action == ""
     assert FunctionPolicy(action="wheels").config().action == "wheels"
 
 
@@ -108,6 +109,69 @@ def test_observations_are_told_by_name_and_a_class_of_ones_own_in_python_only():
     assert FunctionPolicy(observation=["layer", Own]).config().observation == ["layer", Own]
     with pytest.raises(ConfigError, match="FunctionPolicy: observes a:B, a class of its trainer's"):
         FunctionPolicy(observation="layer+a:B+c:D").config()
+
+
+KINDS = {"sb3": "m.zip", "torchscript": "m.pt", "onnx": "m.onnx"}
+
+
+def card_beside(folder, **changes):
+    """The card of a policy `m` with some of what it says changed."""
+    written = save_policy_card(folder / "m.zip", "es1")
+    card = json.loads(written.read_text())
+    changes["keywords"] = {**card["keywords"], **changes.get("keywords", {})}
+    written.write_text(json.dumps({**card, **changes}))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"keywords": {"trust": True}}, r"card .*: keywords.trust: Extra"),
+        ({"keywords": {"file": "/etc/passwd"}}, r"card .*: keywords.file: Extra"),
+        ({"keywords": {"function": "os:system"}}, r"card .*: keywords.function: Extra"),
+        ({"keywords": {"observation": ["os:system"]}}, r"card .*: keywords.observation: Input"),
+        ({"keywords": {"observation": "layer+intrusion:Own"}}, "observes intrusion:Own, a class"),
+        ({"keywords": {"learn": "motion\x1b[2J"}}, "no layer to learn named 'motion.x1b"),
+        ({"keywords": {"sharpest_turn": float("nan")}}, "card .*: keywords.sharpest_turn: Input"),
+        ({"scenario": "es1\nall is well"}, "card .*: scenario: String should match"),
+        ({"controller": "sb3:m.zip"}, "'sb3:m.zip': is not of hand-written layers"),
+        ({"controller": "callable:intrusion:Own"}, "is not of hand-written layers"),
+        ({"controller": "learned-weighting:policy=x.safetensors"}, "is not of hand-written lay"),
+        ({"controller": "sikf+learned+boids:policy=x.safetensors"}, "is not of hand-written lay"),
+        ({"controller": "ssgiff:motion=learned"}, "must be a name and its numbers"),
+        ({"controller": "no-error"}, "is a reference that knows the ground truth"),
+    ],
+)  # fmt: skip
+def test_a_card_chooses_no_file_no_code_and_no_trust(kind, changes, told, tmp_path, monkeypatch):
+    with zipfile.ZipFile(tmp_path / "m.zip", "w") as archive:
+        archive.writestr("data", "{}")
+        archive.writestr("policy.pth", b"")
+    (tmp_path / "m.pt").write_bytes(b"")
+    (tmp_path / "m.onnx").write_bytes(b"")
+    (tmp_path / "intrusion.py").write_text("class Own:\n    pass\n")
+    card_beside(tmp_path, **changes)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((ConfigError, UnknownNameError), match=told) as refusal:
+        find_controller(f"{kind}:{KINDS[kind]}").check_usable(find_scenario("es1"))
+    assert str(refusal.value).isprintable()
+    assert "intrusion" not in sys.modules
+
+
+def test_what_did_the_rest_is_said_by_the_name_where_a_card_may_not(tmp_path):
+    card_beside(tmp_path, controller="learned-weighting", keywords={"decision_period": 4})
+    (tmp_path / "m.pt").write_bytes(b"")
+    found = find_controller(f"torchscript:{tmp_path / 'm.pt'},controller=learned-weighting")
+    assert (found.layer_names["weighting"], found.policy.decision_period) == ("learned", 4)
+    with pytest.raises(ConfigError, match="must be made of layers"):
+        find_controller(f"torchscript:{tmp_path / 'm.pt'},controller=sb3")
+
+
+def test_nothing_beside_a_function_is_its_card(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("os:getcwd", "os"):
+        save_policy_card(tmp_path / name, "es1", learn="weighting")
+    assert find_controller("callable:os:getcwd").policy.learn == "motion"
 
 
 def test_what_networks_of_reputation_weigh_over_is_the_documented_estimator():

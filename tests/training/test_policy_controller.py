@@ -353,7 +353,7 @@ def test_actions_that_are_no_numbers_are_refused(scenario):
 
 def test_a_damaged_card_is_refused(tmp_path, scenario):
     save_policy_card(tmp_path / "policy.pt", "es1")
-    assert read_policy_card(tmp_path / "policy.pt").keywords["learn"] == "motion"
+    assert read_policy_card(tmp_path / "policy.pt").keywords.learn == "motion"
     (tmp_path / "policy.json").write_text('{"format": 2}')
     with pytest.raises(ConfigError, match="format"):
         read_policy_card(tmp_path / "policy.pt")

@@ -1,7 +1,9 @@
 """Zips of stable-baselines3 that are not as they should be, and what is read of sound ones."""
 
+import base64
 import io
 import json
+import pickle
 import zipfile
 from types import SimpleNamespace
 
@@ -155,3 +157,53 @@ def test_numbers_that_differ_from_those_of_the_training_are_all_told():
         " sb3:m.zip,normalise=false,action=wheels"
     )
     _check_spaces("m.zip", {"observation_space": {"_shape": [7]}, "action_space": {"n": 3}}, form)
+
+
+PICKLE = base64.b64encode(pickle.dumps(Intruder())).decode()
+PICKLED = {":type:": "x", ":serialized:": PICKLE}
+
+
+def with_card(file, **changes):
+    """The same model with another card within; `keywords` are added to those of the card."""
+    space = read_zip(file)[0]["observation_space"]
+    card = json.loads(space["policy_card"])
+    changes["keywords"] = {**card["keywords"], **changes.get("keywords", {})}
+    changed_data(file, observation_space={**space, "policy_card": json.dumps({**card, **changes})})
+
+
+@pytest.mark.parametrize("part", ["policy_class", "policy_kwargs"])
+def test_no_file_can_say_that_it_is_trusted(tmp_path, part):
+    file = tmp_path / "m.zip"
+    saved(file)
+    with_card(file, keywords={"trust": True})
+    changed_data(file, **{part: PICKLED})
+    with pytest.raises(ConfigError, match=r"card in .*m.zip: keywords.trust: Extra inputs"):
+        use(file)
+
+
+@pytest.mark.parametrize(
+    ("part", "told"),
+    [("policy_class", "its policy_class can only be had by unpickling"),
+     ("observation_space", "maps no numbers to 2"), ("action_space", r"maps \d+ numbers to no;")],
+)  # fmt: skip
+def test_a_pickle_in_what_a_model_tells_of_itself_is_not_opened(tmp_path, part, told):
+    saved(tmp_path / "m.zip")
+    changed_data(tmp_path / "m.zip", **{part: PICKLED})
+    with pytest.raises(ConfigError, match=told):
+        use(tmp_path / "m.zip")
+
+
+def test_members_of_a_zip_are_links_to_nothing_and_are_written_nowhere(tmp_path):
+    file = tmp_path / "in" / "m.zip"
+    file.parent.mkdir()
+    saved(file)
+    link = zipfile.ZipInfo("policy.pth")
+    link.external_attr = 0o120777 << 16
+    weights = zipfile.ZipFile(file).read("policy.pth")
+    (tmp_path / "weights").write_bytes(weights)
+    with_parts(file, policy_pth=None, **{"../over": b"", "/tmp/over": b""})
+    with zipfile.ZipFile(file, "a") as archive:
+        archive.writestr(link, str(tmp_path / "weights"))
+    with pytest.raises(ConfigError, match="its weights cannot be read"):
+        use(file)
+    assert not (tmp_path / "over").exists()
