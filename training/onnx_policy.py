@@ -17,6 +17,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
+from training.foreign_file import check_file, reason
 from training.policy import PolicyFile, Predict
 
 
@@ -39,7 +40,7 @@ class OnnxPolicy(PolicyFile):
             except Exception as error:  # its own classes have no other base
                 raise ConfigError(
                     f"policy {self.file}: does not take observations of {observed.shape[0]} robots"
-                    f" and {observed.shape[1]} numbers ({_first_line(error)}); say what it was"
+                    f" and {observed.shape[1]} numbers ({reason(error)}); say what it was"
                     " trained with, as in normalise=false"
                 ) from None
             return np.asarray(given.argmax(1) if scores and given.ndim == 2 else given)
@@ -48,6 +49,7 @@ class OnnxPolicy(PolicyFile):
 
     def _session(self) -> Any:  # noqa: ANN401 of onnxruntime
         path = self.path
+        check_file(path, "policy")
         try:
             import onnxruntime
         except ModuleNotFoundError as error:
@@ -62,8 +64,4 @@ class OnnxPolicy(PolicyFile):
                 str(path), options, providers=["CPUExecutionProvider"]
             )
         except Exception as error:  # as above
-            raise ConfigError(f"policy {self.file}: is no ONNX ({_first_line(error)})") from None
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).strip().partition("\n")[0]
+            raise ConfigError(f"policy {self.file}: is no ONNX ({reason(error)})") from None

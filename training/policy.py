@@ -20,6 +20,7 @@ from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Count, validated
+from training.foreign_file import is_file
 from training.policy_card import PolicyCard, read_policy_card
 
 SHOWN_BY = tuple(
@@ -89,9 +90,10 @@ class PolicyFile(Policy):
         path = Path(self.file)
         if not self.file:
             raise ConfigError("policy: which file? Name it after the colon, as in sb3:model.zip")
-        if not path.is_file():
+        if not is_file(path):
             raise ConfigError(
-                f"policy {path}: there is no such file; name the one that its trainer has saved"
+                f"policy {self.file[:200]}: there is no such file; name the one that its trainer"
+                " has saved"
             )
         return path
 

@@ -5,6 +5,7 @@
 name: `save_policy_card("policy.pt", "es1", learn="motion", decision_period=5)`.
 """
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -21,6 +22,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.registry import CONTROLLERS
+from training.foreign_file import LARGEST_CARD, read_file, reason
 
 ON_SPACE = "policy_card"
 """Attribute of an observation space that holds a card as JSON."""
@@ -80,18 +82,19 @@ def save_policy_card(
 def read_policy_card(file: str | Path) -> PolicyCard | None:
     """The card beside a policy file; None without one, ConfigError for one that is none."""
     path = Path(file).with_suffix(".json")
-    return card_from(path.read_text(), str(path)) if path.is_file() else None
+    if not os.path.lexists(path):
+        return None
+    return card_from(read_file(path, "card", LARGEST_CARD), str(path))
 
 
-def card_from(text: str, where: str) -> PolicyCard:
+def card_from(text: str | bytes, where: str) -> PolicyCard:
     """The card that a text holds; ConfigError if it holds none."""
     try:
         return PolicyCard.model_validate_json(text)
     except ValidationError as error:
-        first = error.errors()[0]
         raise ConfigError(
-            f"card {where}: {'.'.join(map(str, first['loc']))}: {first['msg']}; take it away, and"
-            " say what the policy was trained with, as in decision_period=5"
+            f"card {where}: {reason(error)}; take it away, and say what the policy was trained"
+            " with, as in decision_period=5"
         ) from None
 
 

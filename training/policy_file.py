@@ -24,6 +24,7 @@ from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.parameters import Count, NotNegative, Part
 from swarm_forage_env.spaces import Layout, ObservationLayout
+from training.foreign_file import LARGEST_CARD, read_file, reason
 
 BUNDLED = Path(__file__).parent / "policies"
 """Folder of the bundled policies; a policy's bare name stands for one of them."""
@@ -125,11 +126,12 @@ class Policy:
         """Weights of one layer, by name without the layer; ConfigError if shapes differ."""
         prefix = f"{layer}."
         found = arrays_under(prefix, self.weights)
-        for name in sorted(found.keys() | shapes.keys()):
-            has = found[name].shape if name in found else "missing"
-            wants = shapes.get(name, "no such array")
-            if has != wants:
-                raise self._refusal(f"array '{prefix}{name}' is {has}: must be {wants}")
+        other = misfit(
+            {f"{prefix}{name}": each.shape for name, each in found.items()},
+            {f"{prefix}{name}": shape for name, shape in shapes.items()},
+        )
+        if other:
+            raise self._refusal(other)
         return found
 
     def check_fits(self, layer: LayerName, scenario: Scenario) -> None:
@@ -162,6 +164,15 @@ def arrays_under(start: str, arrays: Mapping[str, Array]) -> dict[str, Array]:
     return {
         name.removeprefix(start): each for name, each in arrays.items() if name.startswith(start)
     }
+
+
+def misfit(has: Shapes, wants: Shapes) -> str:
+    """The first array, by name, that is missing, too many or of another shape; empty if none is."""
+    for name in sorted(has.keys() | wants.keys()):
+        if has.get(name) != wants.get(name):
+            told = has.get(name, "missing"), wants.get(name, "no such array")
+            return f"array {name[:100]!r} is {told[0]}: must be {told[1]}"
+    return ""
 
 
 def observation_layout(layer: LayerName, scenario: Scenario) -> ObservationLayout:
@@ -209,11 +220,11 @@ def load_policy(policy: str | Path) -> Policy:
     """
     file = policy_path(policy)
     safetensors = _safetensors(file)
-    content = _read(file, "policy")
+    content = read_file(file, "policy")
     try:
         weights = safetensors.numpy.load(content)
     except (safetensors.SafetensorError, KeyError, ValueError) as error:
-        raise ConfigError(f"policy {file}: not a safetensors file ({error})") from None
+        raise ConfigError(f"policy {file}: not a safetensors file ({reason(error)})") from None
     card = _read_card(card_path(file))
     if card.sha256 != hashlib.sha256(content).hexdigest():
         raise ConfigError(f"policy {file}: its card {card_path(file)} is of other weights")
@@ -260,20 +271,9 @@ def _safetensors(file: Path) -> ModuleType:
 
 def _read_card(file: Path) -> Card:
     try:
-        return Card.model_validate_json(_read(file, "card"))
+        return Card.model_validate_json(read_file(file, "card", LARGEST_CARD))
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise ConfigError(f"card {file}: {where}: {first['msg']}") from None
-
-
-def _read(file: Path, what: str) -> bytes:
-    if file.exists() and not file.is_file():  # a pipe would block
-        raise ConfigError(f"{what} {file}: cannot be read (it is no regular file)")
-    try:
-        return file.read_bytes()
-    except OSError as error:
-        raise ConfigError(f"{what} {file}: cannot be read ({error.strerror})") from None
+        raise ConfigError(f"card {file}: {reason(error)}") from None
 
 
 def _names(layout: Layout) -> tuple[FeatureName, ...]:

@@ -4,10 +4,7 @@ Of a zip the weights are read, by torch's loader of weights, and what it holds a
 Nothing is unpickled unless `trust=true` asks for it: a pickle runs whatever code it holds.
 """
 
-import io
 import json
-import re
-import zipfile
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
@@ -19,16 +16,11 @@ from pydantic import Field
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
+from training.foreign_file import is_file, reason
 from training.policy import PolicyFile, Predict
-from training.policy_card import ON_SPACE, PolicyCard, card_from
-
-PICKLED = ":serialized:"
-"""Key of what stable-baselines3 keeps as a pickle, within its JSON."""
-
-NO_MATTER = (PICKLED, ":type:", "optimizer_class", "optimizer_kwargs")
-"""What makes no difference to a policy that is not trained on."""
-
-ACTIVATION = re.compile(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>")
+from training.policy_card import PolicyCard, card_from
+from training.policy_file import check_weights, misfit
+from training.sb3_file import ClassTold, SavedModel, network_of, read_weights, read_zip
 
 KNOWN = {
     "stable_baselines3.common.policies": "ActorCriticPolicy",
@@ -37,6 +29,9 @@ KNOWN = {
     "stable_baselines3.td3.policies": "TD3Policy",
 }
 """Classes of policies that need no pickle: of PPO and A2C, DQN, SAC, TD3 and DDPG."""
+
+Chosen = tuple[type[Any], dict[str, Any]]
+"""The class of a policy, and its keywords."""
 
 
 class SB3Policy(PolicyFile):
@@ -47,121 +42,101 @@ class SB3Policy(PolicyFile):
     @property
     def path(self) -> Path:
         """The file, with or without its ending."""
-        if self.file and not Path(self.file).suffix and Path(f"{self.file}.zip").is_file():
+        if self.file and not Path(self.file).suffix and is_file(Path(f"{self.file}.zip")):
             return Path(f"{self.file}.zip")
         return super().path
 
     def card(self) -> PolicyCard | None:
         """The card on the observation space that the model was trained with."""
-        space = read_zip(self.path)[0].get("observation_space")
-        if isinstance(space, Mapping) and ON_SPACE in space:
-            return card_from(space[ON_SPACE], f"in {self.file}")
-        return super().card()
+        told = read_zip(self.path)[0].observation_space.policy_card
+        return super().card() if told is None else card_from(told, f"in {self.file}")
 
     def start(self, form: PolicyForm) -> Predict:
         """The model's policy, with its weights."""
-        data, content = read_zip(self.path)
-        _check_spaces(self.file, data, form)
-        model = _make(self.file, self._chosen(data), form)
-        weights = _read_weights(self.file, content)
-        try:
-            model.load_state_dict(weights)
-        except (RuntimeError, TypeError) as error:
-            raise ConfigError(f"policy {self.file}: its weights do not fit: {error}") from None
+        told, data, content = read_zip(self.path)
+        _check_spaces(self.file, told, form)
+        chosen = self._trusted(data) if self.trust else self._plain(told, form, len(content))
+        if told.use_sde:
+            chosen[1].setdefault("use_sde", True)
+        model = _make(self.file, chosen, form)
+        _load(self.file, model, read_weights(self.file, content))
 
         def predict(observed: Array) -> Array:
-            return np.asarray(model.predict(observed, deterministic=True)[0])
+            try:
+                return np.asarray(model.predict(observed, deterministic=True)[0])
+            except (RuntimeError, ValueError) as error:  # of a deviation of 0, as an example
+                raise ConfigError(
+                    f"policy {self.file}: gives no action ({reason(error)})"
+                ) from None
 
         return predict
 
-    def _chosen(self, data: Mapping[str, Any]) -> tuple[type[Any], dict[str, Any]]:
-        """The class of the policy, and its keywords."""
-        if self.trust:
-            from stable_baselines3.common.save_util import json_to_data
+    def _trusted(self, data: bytes) -> Chosen:
+        """What chooses the policy, unpickled."""
+        from stable_baselines3.common.save_util import json_to_data
 
-            wanted = {name: data[name] for name in ("policy_class", "policy_kwargs")}
-            found = json_to_data(json.dumps(wanted))
-            return found["policy_class"], _with_sde(found["policy_kwargs"], data)
-        policy, keywords = _named_class(data["policy_class"]), _plain(data["policy_kwargs"])
-        if policy is None or keywords is None:
+        tree = json.loads(data)
+        try:
+            found = json_to_data(
+                json.dumps({k: tree[k] for k in ("policy_class", "policy_kwargs")})
+            )
+            return found["policy_class"], dict(found["policy_kwargs"])
+        except Exception as error:  # what a pickle runs raises anything
+            raise ConfigError(
+                f"policy {self.file}: cannot be unpickled ({reason(error)})"
+            ) from None
+
+    def _plain(self, told: SavedModel, form: PolicyForm, n_bytes: int) -> Chosen:
+        """What chooses the policy, from plain JSON."""
+        policy = _named_class(told.policy_class)
+        network = network_of(self.file, told, len(form.layout), n_bytes)
+        if policy is None or network is None:
             what = "policy_class" if policy is None else "policy_kwargs"
             raise ConfigError(
                 f"policy {self.file}: its {what} can only be had by unpickling, which runs whatever"
                 f" code is in the file; where you trust it: sb3:{self.file},trust=true"
             )
-        return policy, _with_sde(keywords, data)
+        return policy, network.model_dump(exclude_unset=True)
 
 
-def read_zip(file: Path) -> tuple[dict[str, Any], bytes]:
-    """What a model's zip holds as JSON, and its weights; ConfigError for another file."""
-    try:
-        with zipfile.ZipFile(file) as archive:
-            data: dict[str, Any] = json.loads(archive.read("data"))
-            return data, archive.read("policy.pth")
-    except (zipfile.BadZipFile, KeyError, ValueError) as error:
-        raise ConfigError(
-            f"policy {file}: must be what stable-baselines3's model.save() writes ({error})"
-        ) from None
-
-
-def _read_weights(file: str, content: bytes) -> dict[str, Any]:
-    """The weights of a policy; ConfigError for what torch's loader of weights does not take."""
-    import torch
-
-    try:
-        found: dict[str, Any] = torch.load(
-            io.BytesIO(content), map_location="cpu", weights_only=True
-        )
-    except Exception as error:  # what is no pickle raises anything
-        told = str(error).partition("\n")[0] or "it is empty"
-        raise ConfigError(f"policy {file}: its weights cannot be read ({told})") from None
-    return found
-
-
-def _named_class(told: Any) -> type[Any] | None:  # noqa: ANN401 JSON
+def _named_class(told: ClassTold) -> type[Any] | None:
     """The class of the policy, by what the JSON tells of it; None for one that is not known."""
-    home = told.get("__module__", "") if isinstance(told, Mapping) else ""
-    name = KNOWN.get(home, "")
-    if not name or f"{name}.__init__ " not in str(told.get("__init__", "")):
+    name = KNOWN.get(told.module, "")
+    if not name or f"{name}.__init__ " not in told.init:
         return None
-    found: type[Any] = getattr(import_module(home), name)
+    found: type[Any] = getattr(import_module(told.module), name)
     return found
 
 
-def _plain(keywords: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The keywords of the policy; None if some are told by a pickle only."""
-    if PICKLED not in keywords:
-        return dict(keywords)
-    from torch import nn
-
-    found = {name: value for name, value in keywords.items() if name not in NO_MATTER}
-    for name, value in found.items():
-        activation = ACTIVATION.fullmatch(str(value))
-        if activation:
-            found[name] = getattr(nn, activation[1])
-        elif str(value).startswith("<"):
-            return None
-    return found
-
-
-def _with_sde(keywords: Mapping[str, Any], data: Mapping[str, Any]) -> dict[str, Any]:
-    """The keywords of the policy, and what the algorithm hands it beside them."""
-    sde = {"use_sde": True} if data.get("use_sde") else {}
-    return {**sde, **keywords}
-
-
-def _make(file: str, chosen: tuple[type[Any], dict[str, Any]], form: PolicyForm) -> Any:  # noqa: ANN401 a policy
+def _make(file: str, chosen: Chosen, form: PolicyForm) -> Any:  # noqa: ANN401 a policy
     """The policy with random weights."""
     policy, keywords = chosen
     try:
         return policy(form.observation_space, form.action_space, lambda _: 0.0, **keywords)
-    except (TypeError, AssertionError) as error:
-        raise ConfigError(f"policy {file}: cannot be made here: {error}") from None
+    except (TypeError, AssertionError, RuntimeError, ValueError) as error:
+        raise ConfigError(f"policy {file}: cannot be made here: {reason(error)}") from None
 
 
-def _check_spaces(file: str, data: Mapping[str, Any], form: PolicyForm) -> None:
+def _load(file: str, model: Any, weights: Mapping[str, Any]) -> None:  # noqa: ANN401 a policy
+    """Give a policy its weights; ConfigError for others than it has, NaN and infinity."""
+    import torch
+
+    shapes = ({name: tuple(w.shape) for name, w in each.items()}
+              for each in (weights, model.state_dict()))  # fmt: skip
+    other = misfit(*shapes)
+    if other:
+        raise ConfigError(f"policy {file}: its weights do not fit: {other}")
+    try:
+        model.load_state_dict(weights)
+    except (RuntimeError, TypeError) as error:
+        raise ConfigError(f"policy {file}: its weights do not fit: {reason(error)}") from None
+    single = (item for item in model.state_dict().items() if item[1].dtype == torch.float32)
+    check_weights({name: each.numpy() for name, each in single}, file)
+
+
+def _check_spaces(file: str, told: SavedModel, form: PolicyForm) -> None:
     """ConfigError if the model was trained on observations or actions of other shapes."""
-    trained = tuple(_size(data.get(f"{kind}_space")) for kind in ("observation", "action"))
+    trained = told.observation_space.size, told.action_space.size
     here = str(len(form.layout)), _size_of(form.action_space)
     if trained != here:
         raise ConfigError(
@@ -169,15 +144,6 @@ def _check_spaces(file: str, data: Mapping[str, Any], form: PolicyForm) -> None:
             f" (learn={form.config.learn}) there are {here[0]}, and {here[1]}. Say what it was"
             f" trained with, as in sb3:{file},normalise=false,action=wheels"
         )
-
-
-def _size(space: Any) -> str:  # noqa: ANN401 JSON
-    """Numbers or choices of a space, from its JSON."""
-    if not isinstance(space, Mapping):
-        return "no"
-    if "n" in space:
-        return f"one of {space['n']} choices"
-    return "x".join(map(str, space.get("_shape") or ["no"]))
 
 
 def _size_of(space: Any) -> str:  # noqa: ANN401 a Box or Discrete

@@ -16,6 +16,7 @@ from gymnasium.spaces import Discrete
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
+from training.foreign_file import check_file, check_zip, reason
 from training.policy import PolicyFile, Predict
 
 
@@ -26,14 +27,18 @@ class TorchScriptPolicy(PolicyFile):
         """The network."""
         import torch
 
+        path = self.path
+        check_file(path, "policy")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # torch prefers its newer export
             try:
+                check_zip(path)
                 load: Any = torch.jit.load
-                network = load(str(self.path), map_location="cpu").eval()
-            except RuntimeError as error:
-                told = str(error).partition("\n")[0]
-                raise ConfigError(f"policy {self.file}: is no TorchScript ({told})") from None
+                network = load(str(path), map_location="cpu").eval()
+            except (RuntimeError, ValueError) as error:
+                raise ConfigError(
+                    f"policy {self.file}: is no TorchScript ({reason(error)})"
+                ) from None
         scores = isinstance(form.action_space, Discrete)
 
         @torch.no_grad()

@@ -15,7 +15,7 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from training.onnx_policy import OnnxPolicy, _first_line
+from training.onnx_policy import OnnxPolicy
 from training.policy_card import save_policy_card
 from training.policy_controller import policy_controller
 from training.torchscript_policy import TorchScriptPolicy
@@ -122,11 +122,6 @@ def test_a_network_has_one_thread_and_says_nothing_of_its_own(file, monkeypatch)
     assert (options.intra_op_num_threads, options.inter_op_num_threads) == (1, 1)
     assert options.log_severity_level == 4
     assert providers == ["CPUExecutionProvider"]
-
-
-def test_of_an_error_of_onnx_the_first_line_is_told():
-    assert _first_line(ValueError(" first\nsecond\nthird")) == "first"
-    assert _first_line(ValueError("alone")) == "alone"
 
 
 @pytest.mark.parametrize(

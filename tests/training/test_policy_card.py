@@ -144,7 +144,7 @@ def card_beside(folder, **changes):
 )  # fmt: skip
 def test_a_card_chooses_no_file_no_code_and_no_trust(kind, changes, told, tmp_path, monkeypatch):
     with zipfile.ZipFile(tmp_path / "m.zip", "w") as archive:
-        archive.writestr("data", "{}")
+        archive.writestr("data", '{"policy_class": {}, "policy_kwargs": {}}')
         archive.writestr("policy.pth", b"")
     (tmp_path / "m.pt").write_bytes(b"")
     (tmp_path / "m.onnx").write_bytes(b"")

@@ -1,9 +1,14 @@
 """Zips of stable-baselines3 that are not as they should be, and what is read of sound ones."""
 
 import base64
+import contextlib
+import functools
 import io
 import json
 import pickle
+import random
+import struct
+import tracemalloc
 import zipfile
 from types import SimpleNamespace
 
@@ -17,16 +22,24 @@ import training.controllers  # noqa: F401 the kinds of policies, also where no p
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
-from training.sb3_policy import SB3Policy, _check_spaces, _size, _size_of, read_zip
+from training.sb3_file import SavedModel, Space, read_zip
+from training.sb3_policy import SB3Policy, _check_spaces, _size_of
 from training.vec_env import SwarmVecEnv
 
 NUMBERS = {"task.n_robots": 4}
 
 
+def untrained(**options):
+    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS)
+    return PPO("MlpPolicy", env, n_steps=8, batch_size=8, seed=0, device="cpu", **options)
+
+
+usual = functools.cache(untrained)
+
+
 def saved(file, **options):
     """An untrained model, in a file."""
-    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS)
-    made = PPO("MlpPolicy", env, n_steps=8, batch_size=8, seed=0, device="cpu", **options)
+    made = untrained(**options) if options else usual()
     made.save(file)
     return made
 
@@ -69,7 +82,7 @@ class Intruder:
         (as_torch_saves({"a": Intruder()}), r"its weights cannot be read \(Weights only load"),
         (b"", r"its weights cannot be read \("), (b"junk", r"its weights cannot be read \("),
         (as_torch_saves({"a": torch.zeros(2)}), "its weights do not fit"),
-        (as_torch_saves([torch.zeros(2)]), "its weights do not fit"),
+        (as_torch_saves([torch.zeros(2)]), "they are no arrays by name"),
         (None, "must be what stable-baselines3's"),
     ],
     ids=["code", "nothing", "junk", "others", "a list", "none"],
@@ -92,14 +105,17 @@ def test_a_zip_without_what_a_model_tells_of_itself_is_refused(tmp_path, data):
 
 
 def changed_data(file, **changes):
-    data, _ = read_zip(file)
-    with_parts(file, data=json.dumps({**data, **changes}).encode())
+    with_parts(file, data=json.dumps({**told_of(file), **changes}).encode())
+
+
+def told_of(file):
+    return json.loads(read_zip(file)[1])
 
 
 @pytest.mark.parametrize(
     "told",
     [
-        "text", {"__module__": "elsewhere", "__init__": "<function ActorCriticPolicy.__init__ at"},
+        {"__module__": "elsewhere", "__init__": "<function ActorCriticPolicy.__init__ at"},
         {"__module__": "stable_baselines3.common.policies"},
         {"__module__": "stable_baselines3.common.policies",
          "__init__": "<function ActorCriticCnnPolicy.__init__ at 0x1>"},
@@ -139,8 +155,8 @@ def test_a_file_may_be_named_without_its_ending(tmp_path):
 
 
 def test_sizes_are_told_of_boxes_choices_and_what_is_neither():
-    assert [_size(each) for each in (None, "text", {"n": 5}, {"_shape": [4, 2]}, {"_shape": []})
-            ] == ["no", "no", "one of 5 choices", "4x2", "no"]  # fmt: skip
+    assert [Space(**each).size for each in ({}, {"n": "5"}, {"_shape": [4, 2]}, {"_shape": []})
+            ] == ["no", "one of 5 choices", "4x2", "no"]  # fmt: skip
     assert _size_of(Discrete(3)) == "one of 3 choices"
     assert _size_of(Box(-1.0, 1.0, (2, 3))) == "2x3"
 
@@ -148,15 +164,19 @@ def test_sizes_are_told_of_boxes_choices_and_what_is_neither():
 def test_numbers_that_differ_from_those_of_the_training_are_all_told():
     form = SimpleNamespace(layout=[0] * 7, action_space=Discrete(3),
                            config=SimpleNamespace(learn="motion"))  # fmt: skip
-    spaces = {"observation_space": {"_shape": [5]}, "action_space": {"_shape": [2]}}
+
+    def model(n_observed, **action):
+        spaces = {"observation_space": {"_shape": [n_observed]}, "action_space": action}
+        return SavedModel(policy_class={}, policy_kwargs={}, **spaces)
+
     with pytest.raises(ConfigError) as refusal:
-        _check_spaces("m.zip", spaces, form)
+        _check_spaces("m.zip", model(5, _shape=[2]), form)
     assert str(refusal.value) == (
         "policy m.zip: maps 5 numbers to 2; under these keywords (learn=motion) there are 7, and"
         " one of 3 choices. Say what it was trained with, as in"
         " sb3:m.zip,normalise=false,action=wheels"
     )
-    _check_spaces("m.zip", {"observation_space": {"_shape": [7]}, "action_space": {"n": 3}}, form)
+    _check_spaces("m.zip", model(7, n=3), form)
 
 
 PICKLE = base64.b64encode(pickle.dumps(Intruder())).decode()
@@ -165,7 +185,7 @@ PICKLED = {":type:": "x", ":serialized:": PICKLE}
 
 def with_card(file, **changes):
     """The same model with another card within; `keywords` are added to those of the card."""
-    space = read_zip(file)[0]["observation_space"]
+    space = told_of(file)["observation_space"]
     card = json.loads(space["policy_card"])
     changes["keywords"] = {**card["keywords"], **changes.get("keywords", {})}
     changed_data(file, observation_space={**space, "policy_card": json.dumps({**card, **changes})})
@@ -207,3 +227,172 @@ def test_members_of_a_zip_are_links_to_nothing_and_are_written_nowhere(tmp_path)
     with pytest.raises(ConfigError, match="its weights cannot be read"):
         use(file)
     assert not (tmp_path / "over").exists()
+
+
+def deep(n):
+    return b"[" * n + b"]" * n
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"[]", b"null", b"3", b'"text"', b"NaN", b"{}", deep(100_000)],
+    ids=["list", "null", "number", "text", "NaN", "empty", "deep"],
+)  # fmt: skip
+def test_what_a_model_tells_of_itself_must_be_an_object(tmp_path, data):
+    saved(tmp_path / "m.zip")
+    with_parts(tmp_path / "m.zip", data=data)
+    refuses(tmp_path / "m.zip", "must be what stable-baselines3's model.save")
+
+
+def refuses(file, told):
+    """The refusal of a file, which is one line of no great length."""
+    with pytest.raises(ConfigError, match=told) as refusal:
+        use(file)
+    assert str(refusal.value).isprintable()
+    assert len(str(refusal.value)) < 600
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"policy_class": "text"}, {"policy_class": {"__module__": ["os"]}}, {"policy_kwargs": None},
+     {"policy_kwargs": 3}, {"policy_kwargs": True}, {"policy_kwargs": "text"},
+     {"policy_kwargs": [[1]]}, {"observation_space": {"_shape": 3}},
+     {"action_space": {"n": "many"}}, {"use_sde": {":serialized:": ""}}],
+    ids=str,
+)  # fmt: skip
+def test_what_a_model_tells_of_itself_is_of_known_types(tmp_path, changes):
+    saved(tmp_path / "m.zip")
+    changed_data(tmp_path / "m.zip", **changes)
+    refuses(tmp_path / "m.zip", f"must be what .* writes .{next(iter(changes))}")
+
+
+@pytest.mark.parametrize(
+    ("keywords", "told"),
+    [({"net_arch": 1e9}, "net_arch"), ({"net_arch": [10**7, 10**4]}, "its weights do not fit: net"),
+     ({"net_arch": [2**40]}, "its weights do not fit: net_arch asks"),
+     ({"net_arch": {"pi": [64], "vf": [10**6] * 3}}, "its weights do not fit: net_arch asks"),
+     ({"net_arch": [-1]}, "greater than or equal to 1"), ({"net_arch": [8] * 101}, "at most 100"),
+     ({"net_arch": [8]}, "its weights do not fit: array '.*' is .* must be"),
+     ({"net_arch": {"x": [8]}}, "net_arch"), ({"n_critics": 10**9}, "n_critics"),
+     ({"activation_fn": "<class 'torch.nn.modules.activation.Softly'>"}, "must be an activation"),
+     ({"activation_fn": "<class 'torch.nn.modules.activation.torch'>"}, "must be an activation"),
+     ({"activation_fn": "<class 'torch.nn.modules.activation.Threshold'>"}, "cannot be made here"),
+     ({"log_std_init": 1e999}, "log_std_init"), ({"a\nb": 1}, "policy_kwargs.ab: Extra")],
+    ids=str,
+)  # fmt: skip
+def test_a_network_is_made_only_where_its_weights_are_there(tmp_path, keywords, told):
+    saved(tmp_path / "m.zip")
+    changed_data(tmp_path / "m.zip", policy_kwargs=keywords)
+    refuses(tmp_path / "m.zip", told)
+
+
+@pytest.mark.parametrize("keywords", [{"net_arch": [{"pi": [8], "vf": [4]}]}, {"net_arch": []}])
+@pytest.mark.filterwarnings("ignore:As shared layers")
+def test_a_network_may_be_told_in_every_form(tmp_path, keywords):
+    saved(tmp_path / "m.zip", policy_kwargs=keywords)
+    use(tmp_path / "m.zip")
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_weights_that_are_not_finite_are_refused(tmp_path, value):
+    made = saved(tmp_path / "m.zip")
+    weights = {**made.policy.state_dict(), "log_std": torch.full((2,), value)}
+    with_parts(tmp_path / "m.zip", policy_pth=as_torch_saves(weights))
+    refuses(tmp_path / "m.zip", "array 'log_std' holds NaN or infinity")
+
+
+def test_finite_weights_that_no_action_comes_of_are_told_in_a_line(tmp_path):
+    made = saved(tmp_path / "m.zip")
+    weights = {**made.policy.state_dict(), "log_std": torch.full((2,), -1e4)}
+    with_parts(tmp_path / "m.zip", policy_pth=as_torch_saves(weights))
+    file = tmp_path / "m.zip"
+    controller = find_controller(f"sb3:{file}")
+    form = controller.form(find_scenario("es1", NUMBERS))
+    with pytest.raises(ConfigError, match=r"m.zip: gives no action \("):
+        controller.policy.start(form)(np.ones((4, len(form.layout)), np.float32))
+
+
+def packed(file, **how):
+    """The same zip, packed otherwise."""
+    with zipfile.ZipFile(file) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(file, "w", **how) as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+
+
+def test_a_zip_may_be_deflated_and_not_packed_otherwise(tmp_path):
+    saved(tmp_path / "m.zip")
+    packed(tmp_path / "m.zip", compression=zipfile.ZIP_DEFLATED)
+    use(tmp_path / "m.zip")
+    packed(tmp_path / "m.zip", compression=zipfile.ZIP_LZMA)
+    refuses(tmp_path / "m.zip", "'data' is neither stored nor deflated")
+
+
+@pytest.mark.parametrize("name", [b"data", b"policy.pth"])
+@pytest.mark.parametrize(("at", "to", "told"), [(8, 1, "encrypted"), (10, 77, "neither stored")])
+def test_a_member_that_is_encrypted_or_packed_in_an_unknown_way_is_refused(
+    tmp_path, name, at, to, told
+):
+    saved(tmp_path / "m.zip")
+    content = bytearray((tmp_path / "m.zip").read_bytes())
+    content[content.rindex(b"PK\1\2", 0, content.rindex(name)) + at] |= to
+    (tmp_path / "m.zip").write_bytes(content)
+    refuses(tmp_path / "m.zip", f"must be what stable-baselines3's .*{told}")
+
+
+def test_of_flipped_bits_of_a_deflated_zip_none_ends_otherwise(tmp_path):
+    saved(tmp_path / "m.zip")
+    packed(tmp_path / "m.zip", compression=zipfile.ZIP_DEFLATED)
+    content = (tmp_path / "m.zip").read_bytes()
+    for bit in random.Random(0).sample(range(8 * len(content)), 60):
+        changed = bytearray(content)
+        changed[bit // 8] ^= 1 << bit % 8
+        (tmp_path / "m.zip").write_bytes(bytes(changed))
+        with contextlib.suppress(ConfigError):
+            use(tmp_path / "m.zip")
+
+
+def peak(call):
+    """The most memory that Python's own objects took during a call [MiB]."""
+    tracemalloc.start()
+    try:
+        call()
+        return tracemalloc.get_traced_memory()[1] / 2**20
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("lies", [False, True], ids=["honest", "lies of its size"])
+@pytest.mark.parametrize("name", ["data", "policy.pth"])
+def test_a_member_that_swells_is_refused_before_it_does(tmp_path, monkeypatch, name, lies):
+    file = tmp_path / "m.zip"
+    saved(file)
+    for limit in ("LARGEST", "LARGEST_TELLING"):
+        monkeypatch.setattr(f"training.sb3_file.{limit}", 2**20)
+    packed(file, compression=zipfile.ZIP_DEFLATED)
+    swollen = bytes(64 * 2**20)
+    with_parts(file, **{name.replace(".", "_"): None})
+    with zipfile.ZipFile(file, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(name, swollen)
+    if lies:
+        content = file.read_bytes()
+        true, told = (struct.pack("<I", size) for size in (len(swollen), 1000))
+        file.write_bytes(content.replace(true, told))
+    wanted = "must be what .*(CRC|MiB; at most 1 MiB)"
+    assert peak(lambda: refuses(file, wanted)) < 8
+
+
+def test_weights_that_swell_are_refused_before_they_do(tmp_path, monkeypatch):
+    saved(tmp_path / "m.zip")
+    (tmp_path / "w.pth").write_bytes(as_torch_saves({"a": torch.zeros(2**20)}))
+    packed(tmp_path / "w.pth", compression=zipfile.ZIP_DEFLATED)
+    with_parts(tmp_path / "m.zip", policy_pth=(tmp_path / "w.pth").read_bytes())
+    monkeypatch.setattr("training.foreign_file.LARGEST", 2**20)
+    refuses(tmp_path / "m.zip", r"weights cannot be read \(has 4.0 MiB; at most 1 MiB are read")
+
+
+def test_names_of_arrays_are_text(tmp_path):
+    saved(tmp_path / "m.zip")
+    with_parts(tmp_path / "m.zip", policy_pth=as_torch_saves({1: torch.zeros(2)}))
+    refuses(tmp_path / "m.zip", "weights cannot be read .they are no arrays by name")

@@ -1,0 +1,121 @@
+"""Files that strangers may have made: read with a limit on their size, refused in one line."""
+
+import io
+import stat
+import struct
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from swarm_forage_env.errors import ConfigError
+
+LARGEST = 256 * 2**20
+"""Bytes of a file of weights, at most: a network of three layers of 1,024 has a fifth of that."""
+
+LARGEST_ZIP = 4 * LARGEST
+"""Bytes of the zip of a model, at most: what its optimiser remembers is twice its weights."""
+
+LARGEST_TELLING = 16 * 2**20
+"""Bytes of what a zip tells of a model, at most: it has a megabyte for some thousand robots."""
+
+LARGEST_CARD = 2 * 2**20
+"""Bytes of a card, at most: one with a learning curve of some thousand points has one megabyte."""
+
+PACKED = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED
+"""How a member may be packed: others swell to any size while a single byte of them is read."""
+
+DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, KeyError, ValueError, RuntimeError,
+          OverflowError, EOFError, OSError)  # fmt: skip
+"""What reading a zip raises that is damaged, encrypted or packed in an unknown way."""
+
+
+def reason(error: Exception) -> str:
+    """What an error says in its first line, as far as it can be shown, of 200 letters at most."""
+    text = str(error).strip().partition("\n")[0]
+    if isinstance(error, ValidationError):
+        first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+        text = ": ".join((".".join(map(str, first["loc"])), first["msg"])).removeprefix(": ")
+    text = "".join(letter for letter in text if letter.isprintable())
+    return (text if len(text) <= 200 else f"{text[:200]}...") or type(error).__name__
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is a regular file, or a link to one; no name is too long to ask."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
+
+
+def check_file(file: Path, what: str, largest: int = LARGEST) -> None:
+    """ConfigError unless it is a regular file of so many bytes at most."""
+    try:
+        state = file.stat()
+    except (OSError, ValueError) as error:
+        raise _unreadable(file, what, error) from None
+    if not stat.S_ISREG(state.st_mode):  # a pipe would block
+        raise ConfigError(f"{what} {file}: cannot be read (it is no regular file)")
+    if state.st_size > largest:
+        raise ConfigError(f"{what} {file}: {_too_large(state.st_size, largest)}")
+
+
+def read_file(file: Path, what: str, largest: int = LARGEST) -> bytes:
+    """The content of a file; ConfigError for one that cannot be read or has more bytes."""
+    check_file(file, what, largest)
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(largest + 1)
+    except OSError as error:
+        raise _unreadable(file, what, error) from None
+    if len(content) > largest:  # of a file that grows, or that has no size
+        raise ConfigError(f"{what} {file}: {_too_large(len(content), largest)}")
+    return content
+
+
+def read_members(file: Path, largest: Mapping[str, int]) -> list[bytes]:
+    """The members of these names of a zip, each of so many bytes at most.
+
+    ValueError for what is no zip, lacks one or has one that is larger or damaged.
+    """
+    try:
+        with zipfile.ZipFile(file) as archive:
+            return [_member(archive, name, bound) for name, bound in largest.items()]
+    except DAMAGE as error:
+        raise ValueError(reason(error)) from None
+
+
+def check_zip(content: bytes | Path) -> None:
+    """ValueError unless it is a zip whose members have as many bytes as may be read."""
+    source = content if isinstance(content, Path) else io.BytesIO(content)
+    try:
+        with zipfile.ZipFile(source) as archive:
+            size = sum(each.file_size for each in archive.infolist())
+    except DAMAGE as error:
+        raise ValueError(reason(error)) from None
+    if size > LARGEST:
+        raise ValueError(_too_large(size, LARGEST))
+
+
+def _member(archive: zipfile.ZipFile, name: str, largest: int) -> bytes:
+    """What a member holds, up to the size that it is said to have."""
+    member = archive.getinfo(name)
+    if member.file_size > largest:
+        raise ValueError(f"'{name}' {_too_large(member.file_size, largest)}")
+    if member.compress_type not in PACKED:
+        raise ValueError(f"'{name}' is neither stored nor deflated")
+    with archive.open(member) as stream:
+        return stream.read(member.file_size + 1)
+
+
+def _too_large(size: int, largest: int) -> str:
+    return f"has {size / 2**20:,.1f} MiB; at most {largest / 2**20:g} MiB are read"
+
+
+def _unreadable(file: Path, what: str, error: Exception) -> ConfigError:
+    said = error.strerror if isinstance(error, OSError) else str(error)
+    name = str(file)
+    shown = name if len(name) <= 200 else f"{name[:200]}..."
+    return ConfigError(f"{what} {shown}: cannot be read ({said})")
