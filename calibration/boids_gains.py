@@ -82,7 +82,10 @@ def cost(episode: WaypointEpisode) -> float:
     """The cost J of an episode; a robot that claims nothing succeeds in nothing."""
     scenario = scenario_of(episode.n_robots)
     most = episode.duration_s * scenario.robot.max_speed / (MEAN_WAY * scenario.task.side)
-    doubt = episode.covariance_norm / DOUBT_MAX + episode.position_error_m / ERROR_MAX
+    norm, error = episode.covariance_norm, episode.position_error_m
+    assert norm is not None, "static boids have an estimator"
+    assert error is not None
+    doubt = norm / DOUBT_MAX + error / ERROR_MAX
     return doubt + (1.0 - (episode.success_rate or 0.0)) + (1.0 - episode.goals_per_robot / most)
 
 

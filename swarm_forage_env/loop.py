@@ -166,12 +166,12 @@ class Loop:
 
     @property
     def exchange(self) -> Any:  # noqa: ANN401 of its task
-        """What the weighting layer of every robot sees, a row for each."""
+        """What the weighting layer of every robot sees, a row for each; ConfigError without any."""
         return self.task.exchange(self.world, self.controller.minds)
 
     @property
     def situation(self) -> Any:  # noqa: ANN401 of its task
-        """What the motion layer of every robot sees, a row for each."""
+        """What the motion layer of every robot sees, a row for each; ConfigError without any."""
         return self.task.situation(self.world, self.controller.minds)
 
     def scene(self, which: int = 0) -> Scene:

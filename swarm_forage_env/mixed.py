@@ -16,6 +16,7 @@ from swarm_forage_env.arrays import Array, Int64, UInt8
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, RunningController
+from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.record import record_dtype
 from swarm_forage_env.task import task_of
 
@@ -173,7 +174,7 @@ class RunningTeams:
         self._running = running
         layered, policies = [], []
         for each, team in zip(running, teams, strict=True):
-            if "estimator" in (each.minds.dtype.names or ()):
+            if has_estimators(each.minds):
                 layered.append((each.minds, np.array(team)))
             else:
                 policies.append(each)

@@ -29,6 +29,22 @@ def carry_out_all(
                 carry_out(robots[w, i], minds[w, i])
 
 
+def has_estimators(minds: Array) -> bool:
+    """Whether robots of these minds have an estimator: not where all policies are everything."""
+    return "estimator" in (minds.dtype.names or ())
+
+
+def estimators_of(minds: Array) -> Array:
+    """What the estimators of robots keep; ConfigError where no robot has one."""
+    if not has_estimators(minds):
+        raise ConfigError(
+            "exchange, situation: no robot here has layers to be shown them, as the policy of"
+            " all is everything; take one that learns the weighting, the motion or both"
+        )
+    estimators: Array = minds["estimator"]
+    return estimators
+
+
 @dataclass(frozen=True)
 class NoLayers:
     """The controller of robots whose policy is everything: no estimator, nothing hand-written."""

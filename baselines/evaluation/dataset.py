@@ -68,8 +68,14 @@ FILE_STEM = r"[0-9a-f]{16}-seed[0-9]{8,}"
 
 
 def with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
-    """The table of a file, with empty columns for what it lacks and episodes have `sometimes`."""
+    """The table of a file, with empty columns for what it lacks and episodes have `sometimes`.
+
+    What may be empty now may be so in files of before, in which it never was.
+    """
     columns = schema(kind)
+    for number, before in enumerate(table.schema):
+        if (column := before.with_nullable(True)) in columns:
+            table = table.set_column(number, column, table.column(number))
     lacks = [name for name in columns.names if name not in table.schema.names]
     if not lacks or not set(lacks) <= set(kind.sometimes):
         return table

@@ -27,6 +27,7 @@ from swarm_forage_env.envs.added_observations import (
     PreviousAction,
 )
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.spaces import Feature, Layout
 
@@ -242,7 +243,7 @@ def _moment(
 ) -> Moment:
     """The records as they stand."""
     minds = controller.minds
-    estimator = minds["estimator"] if "estimator" in (minds.dtype.names or ()) else None
+    estimator = minds["estimator"] if has_estimators(minds) else None
     return Moment(world.robots, world.worlds, estimator, time_left, last_action)
 
 

@@ -10,6 +10,7 @@ from swarm_forage_env.foraging.metrics import believed_places, knows_both_areas_
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
 from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.record import rows
 from swarm_forage_env.scene import (
     EXPLORING,
@@ -63,7 +64,7 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
     pose = robots.pose.copy()
     known, p = np.zeros((n, 2), np.bool_), np.zeros((n, 2), np.float32)
     believed, situations = np.zeros((n, 2, 2)), None
-    if "estimator" in (minds.dtype.names or ()):
+    if has_estimators(minds):
         situations = rows(minds["estimator"]["situation"][which])
         known, p = situations.known != 0, situations.p.copy()
         believed = believed_places(pose, situations.areas, known)

@@ -19,6 +19,7 @@ from swarm_forage_env.foraging.metrics import (
     recruitment_time,
     total,
 )
+from swarm_forage_env.no_layers import has_estimators
 
 SAMPLE_EVERY = 1.0
 """Time between two samples of the localisation error [s]."""
@@ -65,7 +66,8 @@ class ForagingEpisode:
     """Messages heard."""
 
     localisation_error_m: float | None
-    """Mean over robots, areas they know of, and time [m]; None if nothing was ever known."""
+    """Mean over robots with an estimator, areas they know of, and time [m]; None if nothing was
+    ever known, as where policies are everything."""
 
     wall_s: float
     """Computing time: an equal share of that of the block the episode ran in [s]."""
@@ -103,6 +105,8 @@ class LocalisationErrorMeter:
 
     def sample(self, loop: Any) -> None:  # noqa: ANN401 a control loop
         """Compare what is believed now with what is true."""
+        if not has_estimators(loop.controller.minds):
+            return
         world, situation = loop.world, loop.situation
         pose, known = world.state.pose, situation.known & self._is_meant
         areas = nearest_areas(world.worlds, believed_places(pose, situation.areas, known))

@@ -18,6 +18,7 @@ from swarm_forage_env.foraging.policy_functions import put_goal
 from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.spaces import GOALS, Feature, Layout
 
 INFOS = (
@@ -63,7 +64,7 @@ class ForagingState:
         """The truth about these worlds, whose robots have these names."""
         self._world = world
         self._controller = controller
-        self._has_beliefs = "estimator" in controller.minds.dtype.names
+        self._has_beliefs = has_estimators(controller.minds)
         self._no_beliefs = Situation.array(world.robots.shape)
         self._has_faults = scenario.faults.is_any
         self._lists_areas = bool(scenario.task.areas)

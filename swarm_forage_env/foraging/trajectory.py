@@ -6,7 +6,9 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.foraging.fault_record import KINDS
+from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 
 FAULTS = tuple(
@@ -18,7 +20,9 @@ FAULTS = tuple(
 
 def take(world: ForagingWorld, minds: Array) -> Mapping[str, Array]:
     """The columns of every robot as it stands."""
-    robots, situation = world.robots, minds["estimator"]["situation"]
+    robots = world.robots
+    has_beliefs = has_estimators(minds)
+    situation = minds["estimator"]["situation"] if has_beliefs else Situation.array(robots.shape)
     known = situation["known"] != 0
     p = np.where(known, situation["p"], np.nan)
     bits = (robots["fault"]["active"] != 0) @ (1 << np.arange(len(KINDS)))

@@ -7,6 +7,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Int8, checked
 from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.no_layers import estimators_of
 from swarm_forage_env.record import rows
 
 
@@ -91,7 +92,7 @@ class MotionInput:
 
 def exchange_of(world: ForagingWorld, minds: Array) -> WeightingInput:
     """The exchanges of all robots."""
-    e = rows(minds["estimator"]["exchange"])
+    e = rows(estimators_of(minds)["exchange"])
     valid = e.is_valid.copy()
 
     def shown(column: Any, otherwise: float = 0) -> Any:  # noqa: ANN401 arrays of any kind
@@ -115,7 +116,7 @@ def exchange_of(world: ForagingWorld, minds: Array) -> WeightingInput:
 
 def situation_of(world: ForagingWorld, minds: Array) -> MotionInput:
     """The situations of all robots."""
-    robots, s = rows(world.robots), rows(minds["estimator"]["situation"])
+    robots, s = rows(world.robots), rows(estimators_of(minds)["situation"])
     heard, beam = received(world)
     return MotionInput(
         proximity=robots.readings.proximity.copy(),

@@ -3,6 +3,7 @@
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.record import rows
 from swarm_forage_env.scene import (
     EXPLORING,
@@ -54,7 +55,7 @@ def scene_of(world: WaypointsWorld, minds: Array, which: int = 0) -> Scene:
     robots, n = world.robots[which].view(np.recarray), world.n_robots
     pose, seen = robots.pose.copy(), world.sightings["seen"][which]
     believed, ellipse = pose[:, :2].copy(), np.zeros((n, 3))
-    if "estimator" in (minds.dtype.names or ()):
+    if has_estimators(minds):
         belief = rows(minds["estimator"]["belief"][which])
         believed, ellipse = belief.pose[:, :2].copy(), ellipses(belief.P[:, :2, :2])
     receiver, sender = np.nonzero(seen)

@@ -7,6 +7,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.episode import EpisodeKind
+from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.record import rows
 from swarm_forage_env.waypoints.views import covariance_norm_of, estimated_pose_of
 
@@ -33,13 +34,14 @@ class WaypointEpisode:
     duration_s: float
     """Length of the episode [s]."""
 
-    covariance_norm: float
-    """Spectral norm of the covariance, mean over robots and time."""
+    covariance_norm: float | None
+    """Spectral norm of the covariance, mean over robots and time; like both errors None where
+    policies are everything, so that no robot has an estimate."""
 
-    position_error_m: float
+    position_error_m: float | None
     """Distance between estimated and true position, mean over robots and time [m]."""
 
-    largest_error_m: float
+    largest_error_m: float | None
     """The same, of the worst robot at the worst time [m]."""
 
     goals_per_robot: float
@@ -83,30 +85,46 @@ class WaypointMeter:
     def __init__(self, loop: Any) -> None:  # noqa: ANN401 a control loop
         """Of a loop whose worlds are about to start."""
         self._loop = loop
-        self._error = WaypointErrorMeter(loop.world.n_worlds)
+        is_measured = has_estimators(loop.controller.minds)
+        self._error = WaypointErrorMeter(loop.world.n_worlds) if is_measured else None
 
     def sample(self, tick: int) -> None:
         """Measure every tick."""
-        self._error.sample(self._loop)
+        if self._error is not None:
+            self._error.sample(self._loop)
 
     def results(self) -> list[dict[str, Any]]:
-        """The metrics of each world, the claims of the last tick included."""
-        world, error = self._loop.world, self._error
-        world.judge(self._loop.situation.arrived)
-        n, task = world.n_robots, world.scenario.task
+        """The metrics of each world, the claims of the last tick included.
+
+        An estimator claims after a tick what is judged in the next; a policy of everything claims
+        just before the tick that judges it.
+        """
+        world = self._loop.world
+        if self._error is not None:
+            world.judge(self._loop.situation.arrived)
+        n = world.n_robots
         right, wrong = world.robots["right"].sum(axis=1), world.robots["wrong"].sum(axis=1)
-        samples = n * (world.scenario.n_ticks + task.extra_ticks)
         return [
             {
-                "covariance_norm": float(error.norms[w] / samples),
-                "position_error_m": float(error.errors[w] / samples),
-                "largest_error_m": float(error.largest[w]),
+                **self._errors(w),
                 "goals_per_robot": float(right[w] / n),
                 "false_goals_per_robot": float(wrong[w] / n),
                 "success_rate": _share(int(right[w]), int(wrong[w])),
             }
             for w in range(world.n_worlds)
         ]
+
+    def _errors(self, which: int) -> dict[str, float | None]:
+        """The metrics of what the robots of one world believed."""
+        error, world = self._error, self._loop.world
+        if error is None:
+            return dict.fromkeys(("covariance_norm", "position_error_m", "largest_error_m"))
+        samples = world.n_robots * (world.scenario.n_ticks + world.scenario.task.extra_ticks)
+        return {
+            "covariance_norm": float(error.norms[which] / samples),
+            "position_error_m": float(error.errors[which] / samples),
+            "largest_error_m": float(error.largest[which]),
+        }
 
 
 def _share(right: int, wrong: int) -> float | None:

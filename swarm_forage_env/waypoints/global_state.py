@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.record import rows
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.waypoints.observations import ANYWHERE, PLACE_SCALE, UNIT
@@ -39,7 +40,7 @@ class WaypointsState:
         """The truth about these worlds, whose robots have these names."""
         self._world = world
         self._controller = controller
-        self._has_beliefs = "estimator" in controller.minds.dtype.names
+        self._has_beliefs = has_estimators(controller.minds)
         names = ("pose.x", "pose.y", "heading.cos", "heading.sin", "goal.x", "goal.y")
         believed = ("believed.x", "believed.y")
         features = [

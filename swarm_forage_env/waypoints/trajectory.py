@@ -2,15 +2,20 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from swarm_forage_env.arrays import Array
+from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
 
 def take(world: WaypointsWorld, minds: Array) -> Mapping[str, Array]:
     """The columns of every robot as it stands."""
-    robots, estimator = world.robots, minds["estimator"]
-    believed = estimator["belief"]["pose"]
+    robots = world.robots
+    believed, norm = np.full((*robots.shape, 3), np.nan), np.full(robots.shape, np.nan)
+    if has_estimators(minds):
+        believed, norm = minds["estimator"]["belief"]["pose"], minds["estimator"]["covariance_norm"]
     return {
         "x": robots["pose"][:, :, 0],
         "y": robots["pose"][:, :, 1],
@@ -20,7 +25,7 @@ def take(world: WaypointsWorld, minds: Array) -> Mapping[str, Array]:
         "believed_x": believed[:, :, 0],
         "believed_y": believed[:, :, 1],
         "believed_heading": believed[:, :, 2],
-        "covariance_norm": estimator["covariance_norm"],
+        "covariance_norm": norm,
         "seen": world.sightings["seen"].sum(axis=2),
         "right": robots["right"],
         "wrong": robots["wrong"],
@@ -34,8 +39,8 @@ WAYPOINT_TRAJECTORY = TrajectoryKind(
         TrajectoryColumn("heading", "f4", "true heading [rad], -pi to pi, 0 along x"),
         TrajectoryColumn("goal_x", "f4", "place of the goal [m]"),
         TrajectoryColumn("goal_y", "f4", "place of the goal [m]"),
-        TrajectoryColumn("believed_x", "f4", "where the robot believes it is [m]"),
-        TrajectoryColumn("believed_y", "f4", "where the robot believes it is [m]"),
+        TrajectoryColumn("believed_x", "f4", "where it believes it is [m]; empty: no belief"),
+        TrajectoryColumn("believed_y", "f4", "where it believes it is [m]; empty: no belief"),
         TrajectoryColumn("believed_heading", "f4", "heading that the robot believes it has [rad]"),
         TrajectoryColumn("covariance_norm", "f4", "spectral norm of the covariance it believes in"),
         TrajectoryColumn("seen", "i4", "robots that it sees in this tick"),

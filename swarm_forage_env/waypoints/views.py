@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, checked
+from swarm_forage_env.no_layers import estimators_of
 from swarm_forage_env.record import rows
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
@@ -72,7 +73,7 @@ class MotionInput:
 
 def exchange_of(world: WaypointsWorld, minds: Array) -> WeightingInput:
     """The corrections that all robots are about to make."""
-    e = rows(minds["estimator"]["exchange"])
+    e = rows(estimators_of(minds)["exchange"])
     return WeightingInput(
         valid=e.is_valid.copy(),
         neighbours=e.neighbours.copy(),
@@ -84,7 +85,7 @@ def exchange_of(world: WaypointsWorld, minds: Array) -> WeightingInput:
 
 def situation_of(world: WaypointsWorld, minds: Array) -> MotionInput:
     """The situations of all robots."""
-    s = rows(minds["estimator"]["situation"])
+    s = rows(estimators_of(minds)["situation"])
     return MotionInput(
         goal=s.goal.copy(),
         home=s.home.copy(),
@@ -102,11 +103,11 @@ def situation_of(world: WaypointsWorld, minds: Array) -> MotionInput:
 
 def estimated_pose_of(minds: Array) -> Float64[Array, "rows 3"]:
     """Where the robots believe to be: x, y [m] and heading [rad]."""
-    pose: Float64[Array, "rows 3"] = np.array(rows(minds["estimator"]["belief"]).pose)
+    pose: Float64[Array, "rows 3"] = np.array(rows(estimators_of(minds)["belief"]).pose)
     return pose
 
 
 def covariance_norm_of(minds: Array) -> Float64[Array, " rows"]:
     """Spectral norm of the covariance of each robot's estimate."""
-    norm: Float64[Array, " rows"] = np.array(rows(minds["estimator"]).covariance_norm)
+    norm: Float64[Array, " rows"] = np.array(rows(estimators_of(minds)).covariance_norm)
     return norm

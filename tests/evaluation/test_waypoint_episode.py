@@ -6,9 +6,11 @@ import json
 from dataclasses import asdict, replace
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 from rich.console import Console
 
+from baselines.evaluation.dataset_reader import read_groups
 from baselines.evaluation.episode import kind_of_episode, run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from baselines.evaluation.tables import report, to_csv, to_json
@@ -155,6 +157,17 @@ def test_an_episode_is_found_as_it_was_kept(dataset, waypoint_episode):
     assert dataset.find(configuration, 4) is None
     assert dataset.find(configuration_of("boids-goal"), 3) is None
     assert dataset.find(configuration_of(tolerance=0.1), 3) is None
+
+
+def test_a_dataset_of_before_is_read_in_which_no_error_was_ever_missing(dataset, waypoint_episode):
+    dataset.keep(configuration_of(), [waypoint_episode])
+    (file,) = dataset.folder.rglob("*.parquet")
+    table = pq.ParquetFile(file).read()
+    number = table.schema.get_field_index("position_error_m")
+    before = table.schema.field(number).with_nullable(False)
+    pq.write_table(table.set_column(number, before, table.column(number)), file)
+    (group,) = read_groups([str(dataset.folder)])
+    assert group.episodes == (waypoint_episode,)
 
 
 def test_an_episode_that_was_run_is_found_as_it_was_run(dataset):

@@ -1,0 +1,115 @@
+"""Policies of every layer and form go through every command, in every scenario of every task."""
+
+import json
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
+from baselines.evaluation.episode import run_episodes
+from swarm_forage_env.controllers import find_controllers
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.metrics import believed_places, localisation_error, nearest_areas
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.registry import SCENARIOS
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.task import task_of
+from training.policy_controller import policy_controller
+
+MODULE = """
+import numpy as np
+
+def constant(n_numbers):
+    return lambda observed: np.full((len(observed), n_numbers), 0.5, np.float32)
+
+n1, n2, n3, n4, n15 = map(constant, (1, 2, 3, 4, 15))
+
+def choice(observed):
+    return np.ones(len(observed), np.int64)
+"""
+
+BELIEFS = {
+    "foraging": ["localisation_error_m"],
+    "waypoints": ["covariance_norm", "position_error_m", "largest_error_m"],
+}
+"""Metrics of what robots believe."""
+
+BELIEVED = {"foraging": "p_nest", "waypoints": "believed_x"}
+"""A column of trajectories that holds it."""
+
+
+def forms(task):
+    """The names of policies of all layers, and of some in other forms."""
+    own, (_, other) = f"controller={task.controller}", task.steerings
+    plain = {learn: f"n{len(each.action)},learn={learn}" for learn, each in task.policies.items()}
+    names = [*plain.values()]
+    for learn in ("motion", "everything"):
+        names += [
+            f"choice,learn={learn},discrete=true",
+            f"{plain[learn]},action={other},stack=2",
+        ]
+    return [f"callable:policies:{name},{own}" for name in names]
+
+
+def refuse(constant):
+    raise AssertionError(f"{constant} in JSON")
+
+
+@pytest.mark.parametrize("name", sorted(SCENARIOS))
+def test_every_policy_goes_through_every_command(command, tmp_path, name):
+    (tmp_path / "policies.py").write_text(MODULE)
+    scenario = find_scenario(name)
+    task = task_of(scenario)
+    policies = forms(task)
+    short = f"--set=task.duration={30 * scenario.tick}", "--set=task.n_robots=4"
+    run = *short, "--physics=kinematic", "--episodes=1", "--workers=1", "--trajectories"
+    status, out, err = command("evaluate", name, *policies, *run, "--out=kept", "--format=json")
+    assert status == 0, err
+    of_everything = [
+        episode
+        for episode in json.loads(out, parse_constant=refuse)
+        if "learn=everything" in episode["controller"]
+    ]
+    assert len(of_everything) == 3
+    assert {each[metric] for each in of_everything for metric in BELIEFS[task.name]} == {None}
+    kept = [pq.read_table(file) for file in (tmp_path / "kept-trajectories").rglob("*.parquet")]
+    assert len(kept) == len(policies)
+    column = BELIEVED[task.name]
+    assert sum(each[column].null_count == len(each) for each in kept) >= len(of_everything)
+    drawn = [("boxplot", f"--metric={BELIEFS[task.name][0]}")]
+    if task.name == "foraging":
+        drawn += [("paths", f"--controller={policies[3]}")]
+    for kind, *options in drawn:
+        status, _, err = command("plot", kind, "kept", *options, "--out=x.png")
+        assert status == 0, err
+    for pair in zip(policies[::2], policies[1::2], strict=True):
+        status, _, err = command("watch", name, *pair, *short, "--html=x.html")
+        assert status == 0, err
+
+
+def test_in_a_mixed_swarm_errors_are_those_of_the_robots_that_believe_something():
+    everything = policy_controller(lambda seen: np.full((len(seen), 15), 0.5), learn="everything")
+    scenario = find_scenario("near", {"task.n_robots": 4, "task.duration": 60.0})
+    mixture = find_controllers({0: everything, 2: everything, "*": "ssgikf"}, scenario)
+    errors = []
+
+    def look(loop):
+        if (tick := loop.world.worlds["ticks"][0]) and tick % 10 == 0:
+            seen, pose = loop.situation, loop.world.state.pose
+            assert not seen.known[::2].any()
+            areas = nearest_areas(loop.world.worlds, believed_places(pose, seen.areas, seen.known))
+            off = localisation_error(pose, seen.areas, seen.known, areas)
+            errors.extend(off[1::2][seen.known[1::2]])
+
+    (episode,) = run_episodes(scenario, mixture, [1], "kinematic", observer=look)
+    assert episode.localisation_error_m == pytest.approx(np.mean(errors), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["es1", "waypoints-05"])
+def test_robots_without_layers_have_nothing_to_show_them(name):
+    everything = policy_controller(lambda seen: np.zeros((len(seen), 15)), learn="everything")
+    loop = Loop(find_scenario(name, {"task.n_robots": 4}), everything, [0])
+    for part in ("exchange", "situation"):
+        with pytest.raises(ConfigError, match="no robot here has layers"):
+            getattr(loop, part)
