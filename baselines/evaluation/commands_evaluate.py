@@ -83,9 +83,10 @@ def evaluate(  # noqa: PLR0913 the options of a command
 ) -> None:
     """Run controllers on a scenario and compare them: by round trips, or goals reached.
 
-    All controllers meet the same seeds. Every episode is kept in the folder --out as soon as
-    it has been run; the same command later uses what is there and runs only what is missing,
-    so that a run that was stopped goes on where it was.
+    All controllers meet the same seeds. Episodes run in blocks, side by side, and a block is
+    kept in the folder --out as soon as it has ended: the bar counts the episodes kept. The same
+    command later runs only what is missing, so that a run that was stopped repeats at most the
+    blocks that it was amid, one for each worker.
     """
     from baselines.evaluation.evaluate_options import EvaluateOptions
     from baselines.evaluation.progress import check_kept, run_with_progress

@@ -1,27 +1,23 @@
 """Progress of long runs, on stderr."""
 
 import time
-from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.episodes_done import EpisodesDone, shown
 from baselines.evaluation.runner import Plan
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
 
 NAMED = 20
 """Files that a message names, at most."""
 
 
 def run_with_progress(plan: Plan, backend: Backend) -> None:
-    """Run the missing episodes: a line before and after, a bar if stderr is a terminal."""
+    """Run the missing episodes: a line before and after, a bar if stderr is a terminal.
+
+    The bar says what is compiled, and counts the episodes that are kept.
+    """
     begin = time.monotonic()
     total = len(plan.configurations) * len(plan.seeds)
     scenarios = ", ".join(dict.fromkeys(each.scenario.name for each in plan.configurations))
@@ -30,31 +26,14 @@ def run_with_progress(plan: Plan, backend: Backend) -> None:
         f" found in {plan.dataset.name}, {plan.n_todo} to run"
     )
     with progress_bar("episodes") as progress:
-        if progress.disable:
-            deque(plan.run(backend), maxlen=0)
-        else:
-            _run_under_bar(plan, progress, backend)
-    say(f"done in {time.monotonic() - begin:.0f} s")
+        bar = progress.add_task("", total=plan.n_todo)
 
+        def tell(what: str) -> None:
+            progress.update(bar, description=what)
 
-def _run_under_bar(plan: Plan, progress: "Progress", backend: Backend) -> None:
-    """Run the missing episodes under a bar that says what is compiled.
-
-    It moves within episodes where the workers share the files of this machine.
-    """
-    bar = progress.add_task("", total=plan.n_todo)
-
-    def tell(what: str) -> None:
-        progress.update(bar, description=what)
-
-    if not (backend.shares_files and plan.dataset.shares_files):
         for n_episodes in plan.run(backend, tell):
             progress.advance(bar, n_episodes)
-        return
-    with TemporaryDirectory(prefix="swarm-forage-") as folder:
-        done = EpisodesDone(Path(folder) / "episodes")
-        with shown(done, progress, bar):
-            deque(plan.run(backend, tell, done), maxlen=0)
+    say(f"done in {time.monotonic() - begin:.0f} s")
 
 
 def check_kept(plan: Plan) -> None:

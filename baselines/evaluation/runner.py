@@ -19,7 +19,6 @@ import numpy as np
 from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.episode import run_episodes
-from baselines.evaluation.episodes_done import BlockDone, EpisodesDone
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.trajectories import Trajectories, TrajectoryRecorder
 from swarm_forage_env.compiler import compiling_told
@@ -50,9 +49,6 @@ class Block:
 
 Stores = tuple[Dataset, Trajectories | None]
 """Where episodes are kept, and their trajectories, if they are."""
-
-Job = tuple[Block, BlockDone | None]
-"""A block to run, and where its worker tells how far it has come."""
 
 Ended = tuple[str, list[Any], Mapping[int, bytes]]
 """A block that was run: the key of its configuration, its episodes, and the files of their
@@ -109,13 +105,11 @@ class Plan:
         self,
         backend: Backend,
         tell: Callable[[str], None] = lambda _: None,
-        done: EpisodesDone | None = None,
     ) -> Iterator[int]:
-        """Run the missing episodes; yield after each block how many episodes it held.
+        """Run the missing episodes; yield after each block that is kept how many it holds.
 
         Those found are kept anew where they were asked for by another name, as figures show it.
-        `tell` is told what is compiled, and `done`, in workers that share the files of this
-        machine, how far the blocks have come.
+        `tell` is told what is compiled.
         """
         for key, found in self.renamed.items():
             self.keep(key, found)
@@ -126,10 +120,7 @@ class Plan:
         keeps = not (backend.shares_files and self.dataset.shares_files)
         if not keeps:
             run = partial(_run_and_keep, threads=threads, stores=self._stores)
-        if done:
-            done.begin(len(blocks))
-        jobs = [(block, done and done.of_block(number)) for number, block in enumerate(blocks)]
-        with closing(backend.run(run, jobs)) as finished:
+        with closing(backend.run(run, blocks)) as finished:
             for key, episodes, contents in finished:
                 if keeps:
                     self.keep(key, episodes, contents)
@@ -222,27 +213,21 @@ def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
     return np.array_split(np.asarray(seeds, dtype=np.uint64), -(-len(seeds) // size))
 
 
-def _run_block(job: Job, threads: int, is_recorded: bool) -> Ended:
+def _run_block(block: Block, threads: int, is_recorded: bool) -> Ended:
     """Run a block in one process."""
-    block, done = job
     configuration = block.configuration
     what = configuration.scenario, configuration.controller, block.seeds, configuration.physics
-    recorder = TrajectoryRecorder(configuration, block.seeds) if is_recorded else None
-    tell = done and done.observer(len(block.seeds), configuration.scenario.n_ticks)
-    observers = [each for each in (recorder, tell) if each]
-
-    def observe(loop: Loop) -> None:
-        for each in observers:
-            each(loop)
-
-    episodes = run_episodes(*what, threads, observe)
-    return configuration.key, episodes, recorder.contents() if recorder else {}
+    if not is_recorded:
+        return configuration.key, run_episodes(*what, threads), {}
+    recorder = TrajectoryRecorder(configuration, block.seeds)
+    episodes = run_episodes(*what, threads, recorder)
+    return configuration.key, episodes, recorder.contents()
 
 
-def _run_and_keep(job: Job, threads: int, stores: Stores) -> Ended:
+def _run_and_keep(block: Block, threads: int, stores: Stores) -> Ended:
     """Run a block in one process, which keeps its episodes."""
-    key, episodes, contents = _run_block(job, threads, stores[1] is not None)
-    _keep(stores, job[0].configuration, episodes, contents)
+    key, episodes, contents = _run_block(block, threads, stores[1] is not None)
+    _keep(stores, block.configuration, episodes, contents)
     return key, episodes, {}
 
 

@@ -2,6 +2,7 @@
 
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -15,8 +16,8 @@ ROOT = Path(__file__).resolve().parents[2]
 COMMAND = "evaluate", "es1", "nc", "ssgikf", "--episodes=6", "--set=task.duration=40"
 
 
-def start(out, workers, *more):
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+def start(out, workers, *more, **variables):
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | variables
     environment.pop("SWARM_CHECK_SHAPES", None)
     program = sys.executable, "-m", "training.cli", *COMMAND, *more
     return subprocess.Popen(
@@ -79,6 +80,36 @@ def test_a_run_killed_and_started_again_gives_the_data_of_an_unbroken_run(unbrok
     assert table(out) == expected
     assert not list(out.rglob("*.tmp"))
     assert not list(out.rglob("*.damaged"))
+
+
+MANY = "--episodes=300"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGHUP")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_the_bar_has_counted_is_kept_however_a_run_is_stopped(interruptible, tmp_path, number):
+    out, temporary = tmp_path / "out", tmp_path / "temporary"
+    temporary.mkdir()
+    run = start(out, 2, MANY, FORCE_COLOR="1", COLUMNS="120", TMPDIR=str(temporary))
+    told = ""
+    while not (counts := re.findall(r"([1-9][0-9]*)/600", told)):
+        told += run.stderr.read(50)
+        assert run.poll() is None, told
+    if number == signal.SIGTERM:
+        run.terminate()
+    else:  # as of a terminal: to its workers too
+        os.killpg(run.pid, number)
+    told += run.communicate(timeout=60)[1]
+    assert run.returncode == 130, told
+    assert "Traceback" not in told
+    assert "the same command goes on from here" in told
+    assert 600 > len(files(out)) >= max(map(int, counts))
+    assert not list(temporary.glob("swarm-forage-*"))
+    again = start(out, 2, MANY)
+    first = again.stderr.readline()
+    os.killpg(again.pid, signal.SIGKILL)
+    again.communicate(timeout=60)
+    assert f"{len(files(out))} of 600 episodes found in" in first
 
 
 def state(process):

@@ -1,10 +1,9 @@
-"""The bar of a long run moves within an episode, and says what is compiled."""
+"""The bar of a long run counts what is kept, and says what is compiled."""
 
 import pytest
 
 from baselines.evaluation import progress, runner
 from baselines.evaluation.backends import JoblibBackend
-from baselines.evaluation.episodes_done import EpisodesDone
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.runner import Plan
 from swarm_forage_env import compiler
@@ -15,24 +14,6 @@ def plan(tmp_path):
     settings = ["task.duration=20"]
     asked = EvaluateOptions("es1", ["nc", "ssgikf"], 3, 0, settings, "kinematic")
     return asked.plan(tmp_path / "out")
-
-
-@pytest.mark.parametrize("workers", [1, 2])
-def test_every_part_of_an_episode_is_counted(plan: Plan, tmp_path, workers):
-    done = EpisodesDone(tmp_path / "done")
-    assert done.total == 0.0
-    seen = [done.total for _ in plan.run(JoblibBackend(workers), done=done)]
-    assert seen == sorted(seen)
-    assert done.total == 6.0
-
-
-def test_half_of_a_block_is_half_of_its_episodes(tmp_path):
-    done = EpisodesDone(tmp_path / "done")
-    done.begin(2)
-    observe = done.of_block(1).observer(n_episodes=4, n_ticks=200)
-    for _ in range(101):  # the start, and 100 ticks
-        observe(None)
-    assert done.total == 2.0
 
 
 def test_what_is_compiled_is_told_for_which_controller(plan: Plan, monkeypatch):
@@ -62,7 +43,7 @@ def test_a_listener_is_told_of_an_entry_point_before_it_is_compiled(tmp_path, mo
     assert compiler._listeners == []
 
 
-def test_on_a_terminal_the_bar_follows_and_ends_full(plan: Plan, monkeypatch, capsys):
+def test_on_a_terminal_the_bar_ends_full(plan: Plan, monkeypatch, capsys):
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "120")
     progress.run_with_progress(plan, JoblibBackend())
