@@ -74,7 +74,7 @@ def run(arguments: Sequence[str] | None = None, commands: typer.Typer = app) -> 
 
 @contextmanager
 def stoppable(keeps: bool = True) -> Iterator[None]:
-    """End a command on Ctrl-C or SIGTERM with exit status 130 and one line on stderr.
+    """End a command on Ctrl-C, SIGTERM or SIGHUP with exit status 130 and one line on stderr.
 
     Either way its workers end with it; `keeps` is whether what it has done is kept.
     """

@@ -29,8 +29,11 @@ After joblib's 300 s it may end just as a job comes. joblib then warns in its ow
 warnings are errors (`python -W error`) that ends the thread, and the call waits for ever.
 """
 
+DEFERRED = signal.SIGINT, signal.SIGHUP
+"""What a terminal sends to a command and its workers alike."""
+
 SETTLE = 0.1
-"""Time for joblib's thread to hand over the first calls, before a SIGINT that was held back [s].
+"""Time for joblib's thread to hand over the first calls, before a signal that was held back [s].
 
 If it is told to stop before, it ends with a KeyError, whose traceback it prints.
 """
@@ -78,7 +81,7 @@ class JoblibBackend:
         with parallel_config(backend="loky", idle_worker_timeout=IDLE):
             parallel = Parallel(n_jobs=workers, return_as="generator_unordered", batch_size=1)
         with ExitStack() as stack:  # ends the workers, whatever happens
-            with defer_sigint():
+            with defer_interrupts():
                 calls = (delayed(_call)(function, job, os.getpid()) for job in jobs)
                 finished = stack.enter_context(_closing(parallel(calls)))
             for each in finished:  # noqa: UP028 `yield from` closes it before `_closing`
@@ -116,27 +119,28 @@ def _closing(finished: Results) -> Iterator[Results]:
 
 
 @contextmanager
-def defer_sigint() -> Iterator[None]:
-    """Hold SIGINT back while workers start, then deliver it; the workers never get it.
+def defer_interrupts() -> Iterator[None]:
+    """Hold SIGINT and SIGHUP back while workers start, then deliver them; no worker gets them.
 
     A process inherits the blocked signals of the thread that starts it. The parent process handles
-    SIGINT and ends its workers.
+    them and ends its workers.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     start_trackers()  # here, as each unblocks SIGINT where it has to start its process
-    came: list[int] = []  # SIGINT that another thread took, which does not block it
-    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
-    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    came: list[int] = []  # those that another thread took, which does not block them
+    before = {n: signal.signal(n, lambda number, _: came.append(number)) for n in DEFERRED}
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, DEFERRED)
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
         if came:
             time.sleep(SETTLE)
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(came[0])
 
 
 def start_trackers() -> None:

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: a KeyboardInterrupt of the command, which no moment loses."""
+"""Ctrl-C, SIGTERM and SIGHUP: a KeyboardInterrupt of the command, which no moment loses."""
 
 import _thread
 import signal
@@ -17,11 +17,13 @@ PAUSE = 0.01
 
 @contextmanager
 def interrupts_raised() -> Iterator[None]:
-    """Raise KeyboardInterrupt on SIGTERM, and on SIGINT unless this process ignores it.
+    """Raise KeyboardInterrupt on SIGTERM, on SIGINT and SIGHUP unless this process ignores them.
 
     Where Python would drop the exception, as in a finaliser, it is raised soon after.
     """
     numbers = [signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:
+        numbers.append(signal.SIGHUP)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         numbers.append(signal.SIGINT)
     handlers = {number: signal.signal(number, _interrupt) for number in numbers}

@@ -7,6 +7,7 @@ import time
 import pymunk
 import pytest
 
+from baselines.evaluation.backends import defer_interrupts
 from baselines.evaluation.interrupts import interrupts_raised
 
 WAIT = 60.0
@@ -60,13 +61,29 @@ def test_ctrl_c_is_raised_soon_after_a_moment_that_would_drop_it(interruptible, 
     assert after == before
 
 
-def test_a_process_that_ignores_ctrl_c_goes_on_to_ignore_it(interruptible):
-    """As a job that a shell runs in the background."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with interrupts_raised():
-        signal.raise_signal(signal.SIGINT)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_a_process_that_ignores_a_signal_goes_on_to_ignore_it(interruptible, number):
+    """As a job that a shell runs in the background, and one that nohup runs."""
+    before = signal.signal(number, signal.SIG_IGN)
+    with interrupts_raised(), defer_interrupts():
+        signal.raise_signal(number)
+    signal.signal(number, before)
     with pytest.raises(KeyboardInterrupt), interrupts_raised():
         signal.raise_signal(signal.SIGTERM)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_a_signal_that_comes_while_workers_start_is_raised_after(interruptible, number):
+    moments = []
+
+    def start():
+        with interrupts_raised(), defer_interrupts():
+            signal.raise_signal(number)
+            moments.append("started")
+
+    with pytest.raises(KeyboardInterrupt):
+        start()
+    assert moments == ["started"]
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")

@@ -86,7 +86,7 @@ MANY = "--episodes=300"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGHUP")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_what_the_bar_has_counted_is_kept_however_a_run_is_stopped(interruptible, tmp_path, number):
     out, temporary = tmp_path / "out", tmp_path / "temporary"
     temporary.mkdir()
