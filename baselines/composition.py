@@ -14,12 +14,19 @@ from swarm_forage_env.interface import EstimatorLayer, MotionLayer, WeightingLay
 
 
 def crew_of(controllers: Sequence[Sequence[Any]], scenarios: Sequence[Any]) -> Crew:
-    """The layers of every robot, made once for each controller of a world."""
+    """The layers of every robot, made once for each controller in each scenario.
+
+    Worlds of the same controllers and scenario share one row.
+    """
+    made: dict[tuple[int, ...], Sequence[Any]] = {}
     crew = []
     for row, scenario in zip(controllers, scenarios, strict=True):
-        different = {id(each): each for each in row if each is not None}
-        layers = {key: layers_of(each, scenario) for key, each in different.items()}
-        crew.append([layers.get(id(each)) for each in row])
+        key = id(scenario), *map(id, row)
+        if key not in made:
+            different = {id(each): each for each in row if each is not None}
+            layers = {each: layers_of(own, scenario) for each, own in different.items()}
+            made[key] = [layers.get(id(each)) for each in row]
+        crew.append(made[key])
     return crew
 
 
@@ -42,7 +49,8 @@ def squads_of(controllers: Sequence[Any], layers: Sequence[Any]) -> list[Members
 def check_alike(controllers: Sequence[Sequence[Any]], crew: Crew) -> None:
     """ConfigError if the controllers of a robot differ from world to world but in numbers."""
     checked = set()
-    for row, layers in zip(controllers[1:], crew[1:], strict=True):
+    different = {id(layers): (row, layers) for row, layers in zip(controllers, crew, strict=True)}
+    for row, layers in different.values():
         for one, other, mine, his in zip(controllers[0], row, crew[0], layers, strict=True):
             if (id(mine), id(his)) in checked or mine is None:
                 continue

@@ -56,7 +56,8 @@ class Squad:
     def reset(self, world: int, seed: int) -> None:
         """Forget the motion of one world, and draw from this seed from now on."""
         n_robots = len(self.members)
-        memory = self.motion.memory.array((n_robots,), robots=n_robots)
+        memory = np.zeros(n_robots, self.minds["motion"].dtype)
+        self.motion.memory.restart(memory)
         if "stream" in self.motion.memory.fields:
             memory["stream"][:, 0] = streams([seed], n_robots, self.motion.noise)
         self.minds["motion"][world, self.members] = memory[self.members]

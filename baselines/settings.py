@@ -9,6 +9,7 @@ from numpy.lib.stride_tricks import as_strided
 from swarm_forage_env.arrays import Array, Bool
 from swarm_forage_env.interface import EstimatorLayer, KernelNumbers, MotionLayer, WeightingLayer
 from swarm_forage_env.record import numbers_record, record_dtype
+from swarm_forage_env.task import consecutive
 
 Layers = tuple[EstimatorLayer, WeightingLayer, MotionLayer]
 
@@ -35,14 +36,15 @@ def settings_of(crew: Crew, parts: Sequence[str], members: Members, is_last: boo
     some = crew[0][int(np.argmax(members))]
     kinds = [(part, numbers_record(**numbers)) for part, numbers in _numbers_of(some, parts)]
     dtype = record_dtype([("is_member", np.bool_), ("is_last", np.bool_), *kinds])
-    if all(layers is row[0] for row in crew for layers in row):
+    different = list({id(row): row for row in crew}.values())
+    if all(layers is row[0] for row in different for layers in row):
         one = np.zeros((n_worlds, 1), dtype)
         found = as_strided(one, (n_worlds, n_robots), (one.strides[0], 0))
     else:
         found = np.zeros((n_worlds, n_robots, 2), dtype)[:, :, 0]
     found["is_member"], found["is_last"] = members, is_last
-    for w, row in enumerate(crew):
-        _write(found[w], row, parts, members)
+    for first, last in consecutive(range(n_worlds), crew):
+        _write(found[first:last], crew[first], parts, members)
     return found
 
 
@@ -52,13 +54,13 @@ def without_repeats(settings: Array) -> Array:
 
 
 def _write(out: Array, row: Sequence[Any], parts: Sequence[str], members: Members) -> None:
-    """Write the numbers of every robot of one world."""
+    """Write the numbers of every robot of worlds with the same layers."""
     for layers in {id(each): each for each in row if each is not None}.values():
         whose = np.array([each is layers for each in row])
         for part, numbers in _numbers_of(layers, parts):
             to = whose if part == "estimator" else whose & members
             for name, value in numbers.items() if to.any() else ():
-                out[part][name][to] = value
+                out[part][name][:, to] = value
 
 
 def _numbers_of(layers: Layers, parts: Sequence[str]) -> Iterator[tuple[str, KernelNumbers]]:

@@ -7,10 +7,10 @@ record by reference and reads and writes its fields as attributes; Python reads 
 Of a field of several numbers, booleans are int8: numba refuses nested boolean arrays.
 """
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -78,11 +78,32 @@ class Record:
     @classmethod
     def restart(cls, records: Array) -> None:
         """Give every field of a structured array its first value, in place."""
+        first = _first_bytes(cast(Hashable, cls), records.dtype)
+        if first is None:
+            cls._restart_fields(records)
+        else:
+            records.view(first.dtype)[...] = first
+
+    @classmethod
+    def _restart_fields(cls, records: Array) -> None:
         for name, each in cls.fields.items():
             if isinstance(each.kind, type) and issubclass(each.kind, Record):
                 each.kind.restart(records[name])
             else:
                 records[name] = each.start
+
+
+@cache
+def _first_bytes(kind: type[Record], dtype: np.dtype[Any]) -> Array | None:
+    """A record at its start, as bytes; None where records have fields beside those of the class.
+
+    To copy it is ten times as fast as to write every field.
+    """
+    if set(dtype.names or ()) != set(kind.fields):
+        return None
+    first = np.zeros(1, dtype)
+    kind._restart_fields(first)
+    return first.view(np.dtype((np.void, dtype.itemsize)))
 
 
 def _column(each: Field, sizes: Mapping[str, int]) -> tuple[Any, tuple[int, ...]]:

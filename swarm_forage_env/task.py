@@ -136,12 +136,13 @@ class Block(ABC):
         if scenarios is not None:
             check_fit(numbers, scenarios)
             numbers = list(scenarios)
-        for scenario, seed in zip(numbers, checked, strict=True):
-            self.check_start(scenario, seed)
+        for first, last in consecutive(range(len(which)), numbers):
+            self.check_start(numbers[first], checked[first:last])
         if scenarios is not None:
             self.take_over(which, numbers)
-        for w, seed in zip(which, checked, strict=True):
-            self.restart(w, seed)
+        seed_of = dict(zip(which, checked, strict=True))
+        for first, last in consecutive(which, self.scenarios):
+            self.restart(first, last, [seed_of[w] for w in range(first, last)])
         for first, last in consecutive(which):
             self.sense_first(first, last)
 
@@ -149,19 +150,21 @@ class Block(ABC):
         """Give worlds the numbers of other scenarios."""
         changed = dict(enumerate(self.scenarios)) | dict(zip(which, scenarios, strict=True))
         self.scenarios = tuple(changed.values())
-        for w in which:
-            self.take_numbers(w)
+        for first, last in consecutive(which, self.scenarios):
+            self.take_numbers(first, last)
 
-    def check_start(self, scenario: Any, seed: int) -> None:  # noqa: ANN401, B027 of its task; not every task can fail
-        """ConfigError if a world of this scenario and seed cannot start."""
-
-    @abstractmethod
-    def take_numbers(self, which: int) -> None:
-        """Go by the numbers of the scenario that one world now has, from its restart on."""
+    def check_start(self, scenario: Any, seeds: Sequence[int]) -> None:  # noqa: ANN401, B027 of its task; not every task can fail
+        """ConfigError if worlds of this scenario, one of each seed, cannot start."""
 
     @abstractmethod
-    def restart(self, which: int, seed: int) -> None:
-        """Put one world's robots at their starting places and its streams at their seed."""
+    def take_numbers(self, first: int, last: int) -> None:
+        """Go by the numbers of the one scenario that the worlds first .. last - 1 now have, from
+        their restart on."""
+
+    @abstractmethod
+    def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
+        """Put the robots of the worlds first .. last - 1, of one scenario, at their starting
+        places, and the streams of each world at its seed."""
 
     @abstractmethod
     def sense_first(self, first: int = 0, last: int | None = None) -> None:
@@ -210,15 +213,22 @@ def checked_worlds(worlds: Sequence[int] | None, n_worlds: int) -> list[int]:
     return which
 
 
-def consecutive(which: Sequence[int]) -> list[tuple[int, int]]:
+def consecutive(
+    which: Sequence[int], scenarios: Sequence[Any] | None = None
+) -> list[tuple[int, int]]:
     """Runs of worlds that follow each other, in order: first and last + 1.
+
+    With the scenarios of all worlds, those of a run have the same one.
 
     >>> consecutive([4, 0, 1])
     [(0, 2), (4, 5)]
+    >>> consecutive([0, 1, 2], ["es1", "es1", "es2"])
+    [(0, 2), (2, 3)]
     """
     runs: list[tuple[int, int]] = []
     for w in sorted(which):
-        if runs and runs[-1][1] == w:
+        goes_on = runs and runs[-1][1] == w
+        if goes_on and (scenarios is None or scenarios[w] is scenarios[w - 1]):
             runs[-1] = runs[-1][0], w + 1
         else:
             runs.append((w, w + 1))

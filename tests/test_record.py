@@ -5,8 +5,15 @@ import pytest
 
 from swarm_forage_env.arrays import Array, Float64, Int8
 from swarm_forage_env.compiler import entry_point
-from swarm_forage_env.record import Record, field, numbers_record, one_record, rows
-from tests.columns import check_same_bits
+from swarm_forage_env.record import (
+    Record,
+    field,
+    numbers_record,
+    one_record,
+    record_dtype,
+    rows,
+)
+from tests.columns import check_same_bits, columns
 
 
 class Wheel(Record):
@@ -32,14 +39,13 @@ class Trailer(Record):
 
 
 def test_records_are_compared_by_the_bits_of_their_fields_whatever_the_gaps_hold():
-    one, other = (np.full(Vehicle.dtype(slots=1).itemsize, byte, np.uint8) for byte in (0, 255))
-    one, other = (each.view(Vehicle.dtype(slots=1)) for each in (one, other))
-    Vehicle.restart(one)
-    Vehicle.restart(other)
-    one["pose"] = other["pose"] = np.nan
+    dtype = Vehicle.dtype(slots=1)
+    one, other = (np.full(dtype.itemsize, byte, np.uint8).view(dtype) for byte in (0, 255))
+    for _, column in (*columns(one, "one"), *columns(other, "other")):
+        column[...] = np.nan if column.dtype.kind == "f" else 1
     assert one.tobytes() != other.tobytes()
     check_same_bits(one, other)
-    other["left"]["speed"] = -0.0
+    one["left"]["speed"], other["left"]["speed"] = 0.0, -0.0
     with pytest.raises(AssertionError, match=r"records\.left\.speed"):
         check_same_bits(one, other)
 
@@ -118,6 +124,16 @@ def test_a_restart_gives_some_records_their_first_values_and_leaves_the_others()
     assert made["right"]["speed"].tolist() == [[4.0] * 3, [0.0] * 3]
     Lorry.restart(made[0, 1:2])
     assert made["goal"].tolist() == [[1, -1, 1], [-1] * 3]
+
+
+def test_a_restart_leaves_the_columns_that_others_have_added():
+    made = np.zeros(
+        2, record_dtype([("met", np.int64), ("speed", np.float64), ("is_stuck", np.bool_)])
+    )
+    made["met"], made["speed"] = 3, 4.0
+    Wheel.restart(made)
+    assert made["met"].tolist() == [3, 3]
+    assert made["speed"].tolist() == [0.0, 0.0]
 
 
 def test_a_nested_record_has_the_first_values_of_its_own_class():

@@ -63,18 +63,20 @@ def in_order(areas: Sequence[Area]) -> tuple[Area, ...]:
     return (*first, *(area for area in areas if all(area is not each for each in first)))
 
 
-def write_areas(areas: Sequence[Area], tick: float, out_world: Any) -> None:  # noqa: ANN401 a record
-    """Write areas in their order, as they are at the start, to the record of a world.
+def write_areas(areas: Sequence[Area], tick: float, out_worlds: Any) -> None:  # noqa: ANN401 a record or an array
+    """Write areas in their order, as they are at the start, to the records of worlds.
 
     `tick` is the control period [s].
     """
-    out_world["n_areas"], out_world["kinds"] = len(areas), FLOOR
+    out_worlds["n_areas"], out_worlds["kinds"] = len(areas), FLOOR
     for k, area in enumerate(areas):
-        out_world["areas"][k] = out_world["first_places"][k] = area.centre
-        out_world["kinds"][k], out_world["worths"][k] = KINDS.index(area.kind), area.worth
+        out_worlds["areas"][..., k, :] = out_worlds["first_places"][..., k, :] = area.centre
+        out_worlds["kinds"][..., k] = KINDS.index(area.kind)
+        out_worlds["worths"][..., k] = area.worth
         is_still = area.moves_at is None
-        out_world["moves_at"][k] = NEVER if is_still else move_tick(area.moves_at or 0.0, tick)
-        out_world["moves_to"][k] = area.centres[-1]
+        moves_at = NEVER if is_still else move_tick(area.moves_at or 0.0, tick)
+        out_worlds["moves_at"][..., k] = moves_at
+        out_worlds["moves_to"][..., k, :] = area.centres[-1]
 
 
 def move_tick(moves_at: float, tick: float) -> int:

@@ -5,6 +5,7 @@ and of the number alone.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -20,10 +21,14 @@ draw_unit = entry_point(random_draws.unit)
 Places = Float64[Array, "robots areas 2"]
 
 
-def draw_faults(scenario: Scenario, seed: int, out_fault: Array) -> None:
-    """Write the faults of the robots of one world to their records, which are as at the start."""
-    if not scenario.faults.is_any:
-        return
+def draw_faults(scenario: Scenario, seeds: Sequence[int], out_faults: Array) -> None:
+    """Write the faults of the robots of worlds to their records, which are as at the start."""
+    if scenario.faults.is_any:
+        for seed, out_fault in zip(seeds, out_faults, strict=True):
+            _draw_faults(scenario, seed, out_fault)
+
+
+def _draw_faults(scenario: Scenario, seed: int, out_fault: Array) -> None:
     words = streams([seed], len(out_fault), NoiseSource.FAULT)
     out_fault["stream"][:, 0] = words
     for column, (name, kind) in enumerate(scenario.faults.kinds()):

@@ -66,8 +66,7 @@ class ForagingWorld(Block):
         self.obstacles: Float64[Array, "worlds obstacles 5"] = np.zeros((self.n_worlds, 0, 5))
         """Capsules of every world, as many as `n_obstacles` of it says; zeros after them."""
         self._cells: Int32[Array, "worlds cells"] = np.zeros((self.n_worlds, 0), np.int32)
-        for w in range(self.n_worlds):
-            self.take_numbers(w)
+        self.take_over(range(self.n_worlds), scenarios)
         self._physics = ENGINES[physics](scenarios)
         self.reset(seeds)
 
@@ -82,33 +81,35 @@ class ForagingWorld(Block):
         centres: Float64[Array, "areas 2"] = self.worlds["areas"][0, :2]
         return centres
 
-    def check_start(self, scenario: Scenario, seed: int) -> None:
+    def check_start(self, scenario: Scenario, seeds: Sequence[int]) -> None:
         """ConfigError if the robots find no room in the start circle."""
-        _first_poses(scenario, seed)
+        _first_poses(scenario, seeds)
 
-    def take_numbers(self, which: int) -> None:
-        """Write the numbers of one world's scenario, and make room for its neighbours and cells."""
-        scenario = self.scenarios[which]
-        write_numbers(scenario, self.worlds[which])
+    def take_numbers(self, first: int, last: int) -> None:
+        """Write the numbers of these worlds' scenario, and make room for neighbours and cells."""
+        scenario = self.scenarios[first]
+        write_numbers(scenario, self.worlds[first:last])
         self.near = _widened(self.near, FIRST + most_neighbours(scenario), 0)
         self._cells = _widened(self._cells, number_of_cells(scenario), EMPTY)
         standing = capsules_of(scenario.obstacles, scenario.arena.corners)
         self.obstacles = _widened(self.obstacles, len(standing), 0, axis=1)
-        self.obstacles[which, : len(standing)] = standing
+        self.obstacles[first:last, : len(standing)] = standing
 
-    def restart(self, which: int, seed: int) -> None:
-        """Put one world's robots at their starting places and its streams at their seed."""
-        swarm, scenario = self.robots[which], self.scenarios[which]
-        pose = _first_poses(scenario, seed)
-        kept = swarm["action"].copy()
-        RobotState.restart(swarm)
-        swarm["action"], swarm["pose"] = kept, pose
+    def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
+        """Put the robots at their starting places and their streams at the seeds of the worlds."""
+        scenario = self.scenarios[first]
+        swarms, worlds = self.robots[first:last], self.worlds[first:last]
+        poses, kept = _first_poses(scenario, seeds), swarms["action"].copy()
+        RobotState.restart(swarms)
+        swarms["action"], swarms["pose"] = kept, poses
         for column, source in enumerate(SOURCES):
-            swarm["streams"][:, column] = streams([seed], self.n_robots, source)
-        draw_faults(scenario, seed, swarm["fault"])
-        self.worlds[which]["ticks"], self.worlds[which]["has_moved"] = 0, False
-        write_areas(scenario.places, scenario.tick, self.worlds[which])
-        self._physics.reset(which, scenario)
+            words = streams(seeds, self.n_robots, source)
+            swarms["streams"][:, :, column] = words.reshape(swarms.shape)
+        draw_faults(scenario, seeds, swarms["fault"])
+        worlds["ticks"], worlds["has_moved"] = 0, False
+        write_areas(scenario.places, scenario.tick, worlds)
+        for w in range(first, last):
+            self._physics.reset(w, scenario)
 
     def sense_first(self, first: int = 0, last: int | None = None) -> None:
         """Sense before the first tick, in the worlds first .. last - 1."""
@@ -167,8 +168,8 @@ def number_of_cells(scenario: Scenario) -> int:
     return cells_of(scenario.arena.length, reach) * cells_of(scenario.arena.width, reach)
 
 
-def write_numbers(scenario: Scenario, out_world: Any) -> None:  # noqa: ANN401 a record
-    """Write the numbers of a scenario to the record of a world, as kernels read them."""
+def write_numbers(scenario: Scenario, out_worlds: Any) -> None:  # noqa: ANN401 a record or an array
+    """Write the numbers of a scenario to the records of its worlds, as kernels read them."""
     robot, sensors, radio = scenario.robot, scenario.sensors, scenario.radio
     error = sensors.wheel_noise * robot.cruise_speed * scenario.tick
     numbers = {
@@ -197,18 +198,19 @@ def write_numbers(scenario: Scenario, out_world: Any) -> None:  # noqa: ANN401 a
         },
     }  # fmt: skip
     for name, value in numbers.items():
-        out_world[name] = value
-    write_areas(scenario.places, scenario.tick, out_world)
+        out_worlds[name] = value
+    write_areas(scenario.places, scenario.tick, out_worlds)
 
 
-def _first_poses(scenario: Scenario, seed: int) -> Float64[Array, "robots 3"]:
-    """Where the robots of one world start; ConfigError if they find no room."""
-    task, pose = scenario.task, np.zeros((scenario.task.n_robots, 3))
-    places = streams([seed], task.n_robots, NoiseSource.PLACE)
-    placed = place_in_circle(task.start_radius, 2.0 * scenario.robot.radius, places, pose)
-    if placed < task.n_robots:
-        raise ConfigError(
-            f"task.n_robots={task.n_robots}: only {placed} found a place in the start circle of"
-            f" radius {task.start_radius} m; enlarge task.start_radius"
-        )
-    return pose
+def _first_poses(scenario: Scenario, seeds: Sequence[int]) -> Float64[Array, "worlds robots 3"]:
+    """Where the robots of a world of each seed start; ConfigError if they find no room."""
+    task, poses = scenario.task, np.zeros((len(seeds), scenario.task.n_robots, 3))
+    places = streams(seeds, task.n_robots, NoiseSource.PLACE).reshape(poses.shape[:2])
+    for own, pose in zip(places, poses, strict=True):
+        placed = place_in_circle(task.start_radius, 2.0 * scenario.robot.radius, own, pose)
+        if placed < task.n_robots:
+            raise ConfigError(
+                f"task.n_robots={task.n_robots}: only {placed} found a place in the start circle of"
+                f" radius {task.start_radius} m; enlarge task.start_radius"
+            )
+    return poses

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float32
+from swarm_forage_env.arrays import Array, Bool, Float32, UInt64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.task import Block
@@ -46,8 +46,7 @@ class WaypointsWorld(Block):
         """Who sees whom: for every robot a row of those of its world."""
         self.worlds = WorldState.array((self.n_worlds,))
         """Clock and numbers of every world."""
-        for w in range(self.n_worlds):
-            self.take_numbers(w)
+        self.take_over(range(self.n_worlds), scenarios)
         self.reset(seeds)
 
     @property
@@ -55,22 +54,26 @@ class WaypointsWorld(Block):
         """What a controller is handed: robots, of whose records a layer sees its own; sightings."""
         return self.robots, self.sightings
 
-    def take_numbers(self, which: int) -> None:
-        """Write the numbers of one world's scenario."""
-        write_numbers(self.scenarios[which], self.worlds[which])
+    def take_numbers(self, first: int, last: int) -> None:
+        """Write the numbers of these worlds' scenario."""
+        write_numbers(self.scenarios[first], self.worlds[first:last])
 
-    def restart(self, which: int, seed: int) -> None:
-        """Put one world's robots at home with an exact fix, and its streams at their seed."""
-        swarm = self.robots[which]
-        kept = swarm["action"].copy()
-        RobotState.restart(swarm)
-        swarm["action"] = kept
+    def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
+        """Put the robots at home with an exact fix, and their streams at the seeds."""
+        swarms = self.robots[first:last]
+        kept = swarms["action"].copy()
+        RobotState.restart(swarms)
+        swarms["action"] = kept
+
+        def words(source: NoiseSource) -> UInt64[Array, "worlds robots"]:
+            return streams(seeds, self.n_robots, source).reshape(swarms.shape)
+
         for column, source in enumerate(SOURCES):
-            swarm["streams"][:, column] = streams([seed], self.n_robots, source)
-        places = streams([seed], self.n_robots, NoiseSource.PLACE)
-        devices = streams([seed], self.n_robots, NoiseSource.DEVICE)
-        start_at_home(self.robots, self.worlds, which, places, devices)
-        self.worlds[which]["ticks"] = 0
+            swarms["streams"][:, :, column] = words(source)
+        places, devices = words(NoiseSource.PLACE), words(NoiseSource.DEVICE)
+        for k, which in enumerate(range(first, last)):
+            start_at_home(self.robots, self.worlds, which, places[k], devices[k])
+        self.worlds["ticks"][first:last] = 0
 
     def sense_first(self, first: int = 0, last: int | None = None) -> None:
         """Sense before the first tick, in the worlds first .. last - 1."""
@@ -91,8 +94,8 @@ class WaypointsWorld(Block):
         return self.robots["reward"].reshape(-1)
 
 
-def write_numbers(scenario: WaypointsScenario, out_world: Any) -> None:  # noqa: ANN401 a record
-    """Write the numbers of a scenario to the record of a world, as kernels read them."""
+def write_numbers(scenario: WaypointsScenario, out_worlds: Any) -> None:  # noqa: ANN401 a record or an array
+    """Write the numbers of a scenario to the records of its worlds, as kernels read them."""
     sensors, task = scenario.sensors, scenario.task
     numbers = {
         "dt": scenario.tick,
@@ -110,4 +113,4 @@ def write_numbers(scenario: WaypointsScenario, out_world: Any) -> None:  # noqa:
         "first_goal": task.first_goal,
     }
     for name, value in numbers.items():
-        out_world[name] = value
+        out_worlds[name] = value

@@ -63,7 +63,7 @@ def ptx(monkeypatch):
 def widened(loop, n_worlds):
     """What a GPU asks of a loop of so many worlds, made from a loop of one; to be reset first.
 
-    A CPU makes a world in about a millisecond, a million in half an hour.
+    A million worlds that a CPU makes take gigabytes of its memory.
     """
 
     def wide(records):

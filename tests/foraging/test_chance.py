@@ -54,7 +54,7 @@ def test_more_wheel_noise_loses_no_other_message(running, go):
 
 def test_every_column_starts_at_the_stream_of_its_source(running):
     world = running("es1", [3, 8]).world
-    world.restart(0, 3)  # not sensed yet
+    world.restart(0, 1, [3])  # not sensed yet
     for column, source in enumerate(SOURCES):
         expected = streams([3], 10, source)
         np.testing.assert_array_equal(world.robots["streams"][0, :, column], expected)

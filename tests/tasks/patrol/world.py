@@ -127,28 +127,29 @@ class PatrolWorld(Block):
         super().__init__(scenarios, seeds)
         self.robots = RobotState.array((self.n_worlds, self.n_robots))
         self.worlds = WorldState.array((self.n_worlds,))
-        for which in range(self.n_worlds):
-            self.take_numbers(which)
+        self.take_over(range(self.n_worlds), scenarios)
         self.reset(seeds)
 
     @property
     def records(self):
         return self.robots
 
-    def take_numbers(self, which):
-        world, scenario = self.worlds[which], self.scenarios[which]
+    def take_numbers(self, first, last):
+        world, scenario = self.worlds[first:last], self.scenarios[first]
         for name in ("tick", "speed", "axle", "noise"):
             world[name] = getattr(scenario, name)
         world["distance"], world["radius"] = scenario.task.distance, scenario.task.radius
 
-    def restart(self, which, seed):
-        swarm = self.robots[which]
-        kept = swarm["action"].copy()
-        RobotState.restart(swarm)
-        swarm["action"], self.worlds[which]["ticks"] = kept, 0
+    def restart(self, first, last, seeds):
+        swarms = self.robots[first:last]
+        kept = swarms["action"].copy()
+        RobotState.restart(swarms)
+        swarms["action"], self.worlds["ticks"][first:last] = kept, 0
         for column, source in enumerate((NoiseSource.PLACE, NoiseSource.LANDMARK)):
-            swarm["streams"][:, column] = streams([seed], self.n_robots, source)
-        start(self.robots, which)
+            words = streams(seeds, self.n_robots, source)
+            swarms["streams"][:, :, column] = words.reshape(swarms.shape)
+        for which in range(first, last):
+            start(self.robots, which)
 
     def sense_first(self, first=0, last=None):
         sense_all(self.robots, self.worlds, first, self.n_worlds if last is None else last)
