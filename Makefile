@@ -28,7 +28,7 @@ $(READY): pyproject.toml constraints.txt
 .venv-rllib/.ready: pyproject.toml constraints-rllib.txt
 	$(PYTHON) -m venv .venv-rllib
 	.venv-rllib/bin/python -m pip install -qq --constraint constraints-rllib.txt \
-		--editable '.[rllib,ray,train,calibrate]' $(TESTS)
+		--editable '.[rllib,ray,train]' $(TESTS)
 	@touch $@
 
 .venv-torchrl/.ready: pyproject.toml constraints.txt
@@ -175,5 +175,5 @@ docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings
 clean:  ## remove caches and build outputs; environments and runs/ stay
 	rm -rf build dist site *.egg-info .coverage .hypothesis .import_linter_cache .mypy_cache \
 		.pytest_cache .ruff_cache
-	find swarm_forage_env baselines training calibration tests docs examples -name __pycache__ -prune \
+	find swarm_forage_env baselines training tests docs examples -name __pycache__ -prune \
 		-exec rm -rf {} +

@@ -27,6 +27,9 @@ INDISTINCT = 0.05
 POINTS = 0.10
 """How far a share may lie from the published one."""
 
+FARTHEST = math.log(20.0)
+"""No number counts as missed by more, so that zero has a logarithm."""
+
 
 @dataclass(frozen=True)
 class Number:
@@ -190,6 +193,28 @@ class Contrast:
         """Judge the claim on these results."""
         found = compare(*self.contrast(results))
         return claim_result(self.text, "> 1", found.ratio, above(found), found.p)
+
+
+RangeClaim = Number | Below | Share | Ratio | Order
+"""Claims that a number lies in a published range."""
+
+
+def miss(claim: RangeClaim, ours: float | None) -> float:
+    """How far a number lies from the published range: |ln(ours / nearest end)|, 0 inside.
+
+    At most `FARTHEST`, which None costs, the ratio to zero.
+
+    >>> miss(Below("trips", Experiment("es2", "nc"), 50.0), 40.0)
+    0.0
+    """
+    low, high = 1.0, math.inf
+    if isinstance(claim, Number | Ratio):
+        low = high = claim.published
+    elif not isinstance(claim, Order):
+        low, high = claim.published if isinstance(claim, Share) else (0.0, claim.bound)
+    if not ours:
+        return 0.0 if ours == low else FARTHEST
+    return min(FARTHEST, math.log(max(low / ours, ours / high, 1.0)))
 
 
 def _both(

@@ -14,8 +14,7 @@ class Missing:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Missing())
-sys.argv = ["calibration", "social-odometry"]
-runpy.run_module("calibration", run_name="__main__")
+runpy.run_module("baselines.papers.search_parameters", run_name="__main__")
 """
 
 
@@ -68,6 +67,6 @@ def test_the_script_for_a_shell_is_printed(process):
     assert "swarm-forage" in stdout
 
 
-def test_calibration_without_optuna_is_told_in_one_line(process):
+def test_a_search_without_optuna_is_told_in_one_line(process):
     line = "swarm-forage: this command needs 'optuna': pip install 'swarm-forage[calibrate]'\n"
     assert ended(process(code=WITHOUT_OPTUNA)) == (1, "", line)

@@ -24,7 +24,7 @@ KEPT = Path(os.environ.get("FAULTS_OUT", ROOT / "runs" / "faults"))
 def code():
     """A hash of all code and of these tests: what was tried of other code does not count."""
     text = hashlib.sha256()
-    for folder in ("swarm_forage_env", "baselines", "training", "calibration", "tests/faults"):
+    for folder in ("swarm_forage_env", "baselines", "training", "tests/faults"):
         for file in sorted((ROOT / folder).rglob("*.py")):
             text.update(file.read_bytes())
     return text.hexdigest()[:12]

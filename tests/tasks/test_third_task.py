@@ -22,7 +22,7 @@ from swarm_forage_env.swarm_forage_v0 import parallel_env
 from swarm_forage_env.task import stage_of, task_of, task_of_episode
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("swarm_forage_env", "baselines", "training", "calibration")
+PACKAGES = ("swarm_forage_env", "baselines", "training")
 
 pytestmark = pytest.mark.usefixtures("patrol")
 
