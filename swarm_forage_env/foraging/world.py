@@ -151,9 +151,16 @@ def _widened(table: Array, width: int, fill: int, axis: int = -1) -> Array:
 
 
 def reach_of(scenario: Scenario) -> float:
-    """Distance within which robots are listed as neighbours, centre to centre [m]."""
-    sensed = 2.0 * scenario.robot.radius + SENSING_RANGE
-    return max(sensed, scenario.radio.max_range) + SLACK
+    """Distance within which robots are listed as neighbours, centre to centre [m].
+
+    The list is made before contacts are resolved, and an engine goes by it in the next tick: until
+    then two robots come nearer by the way that each drives, and by that which others push each of
+    them, which is hardly more than these drive.
+    """
+    robot = scenario.robot
+    touching, way = 2.0 * robot.radius, robot.cruise_speed * scenario.tick
+    sensed = max(touching + SENSING_RANGE, scenario.radio.max_range) + SLACK
+    return max(sensed, touching + 4.0 * way)
 
 
 def most_neighbours(scenario: Scenario) -> int:

@@ -35,3 +35,17 @@ def test_the_fastest_robots_of_every_world_neither_overlap_nor_leave_it(engine, 
             widest = max(widest, 2 * radius - pdist(places).min())
             assert (np.abs(places) <= [0.45 - radius + 1e-9, 0.3 - radius + 1e-9]).all()
     assert widest < WIDEST_OVERLAP
+
+
+def test_robots_that_others_push_at_each_other_do_not_overlap():
+    scenario = find_scenario(
+        "es1",
+        {"radius": 2.9, "axle": 53.0, "max_speed": 0.129, "cruise_speed": 0.129, "tick": 3.5,
+         "start_radius": 14.5, "n_robots": 5, "length": 39.0, "width": 35.0, "area_radius": 0.5,
+         "area_distance": 31.0},
+    )  # fmt: skip
+    loop = Loop(scenario, find_controller("nc"), [6, 8, 9], "kinematic")
+    for _ in range(115):
+        loop.step()
+        nearest = min(pdist(places).min() for places in loop.world.robots["pose"][:, :, :2])
+        assert 2 * 2.9 - nearest < WIDEST_OVERLAP
