@@ -10,6 +10,7 @@ another. Here the key is what the machine code depends on: the bytecode and the 
 function and of all that it calls. An edit of a comment or a docstring changes no key.
 """
 
+import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -24,6 +25,7 @@ import llvmlite
 import numba
 import numpy as np
 from numba.core import caching, config
+from numba.core.compiler_lock import global_compiler_lock
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
@@ -42,6 +44,12 @@ _SWITCH = Lock()
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}
+
+os.register_at_fork(  # a fork amid a compilation of another thread's waits: its child would hang
+    before=global_compiler_lock.acquire,
+    after_in_parent=global_compiler_lock.release,
+    after_in_child=global_compiler_lock.release,
+)
 
 
 def kernel(function: FunctionT) -> FunctionT:

@@ -538,3 +538,42 @@ def test_what_runs_no_world_compiles_nothing(tmp_path, command):
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert not list(tmp_path.rglob("*.nbi"))
+
+
+FORKS = """
+import os, signal, threading, time
+import numba
+import numpy as np
+from numba.core import event
+from swarm_forage_env import parallel_env
+
+begun, env = threading.Event(), parallel_env("es1", n_robots=2, physics="kinematic")
+
+class Amid(event.Listener):
+    def on_start(self, _):
+        if not begun.is_set():
+            begun.set()
+            time.sleep(1.0)
+
+    def on_end(self, _):
+        pass
+
+event.register("numba:compile", Amid())
+thread = threading.Thread(target=numba.njit(lambda x: x + 1), args=(1,))
+thread.start()
+assert begun.wait(60.0)
+child = os.fork()
+if child == 0:
+    signal.alarm(200)
+    env.reset(seed=0)
+    env.step(dict.fromkeys(env.agents, np.zeros(2)))
+    os._exit(7)
+thread.join()
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+"""
+
+
+@compiled
+def test_a_process_forked_while_a_thread_compiles_can_compile_and_step():
+    run = subprocess.run([sys.executable, "-c", FORKS], cwd=ROOT, check=False, timeout=400)
+    assert run.returncode == 0
