@@ -16,8 +16,8 @@ from rich.console import Console
 from baselines.evaluation.commands_evaluate import evaluate
 from baselines.evaluation.commands_plot import plot as plot_figure
 from baselines.evaluation.commands_watch import watch
-from baselines.evaluation.complaints import complaint_of
 from baselines.evaluation.console import old_names_told, say
+from baselines.evaluation.error_messages import error_message
 from baselines.evaluation.interrupts import interrupts_raised
 from baselines.evaluation.name_completion import any_name
 from baselines.papers.commands_reproduce import reproduce
@@ -64,10 +64,10 @@ def run(arguments: Sequence[str] | None = None, commands: typer.Typer = app) -> 
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:
-        complaint = complaint_of(error, program)
-        if complaint is None:
+        message = error_message(error, program)
+        if message is None:
             raise
-        line, status = complaint
+        line, status = message
         say(" ".join(line.split()))
     return status if isinstance(status, int) else 0
 
@@ -118,8 +118,8 @@ def list_names(
     if form is ListFormat.JSON:
         from baselines.evaluation import listing
 
-        found = listing.describe(name) if name else listing.overview()
-        typer.echo(json.dumps(found, indent=1))
+        description = listing.describe(name) if name else listing.overview()
+        typer.echo(json.dumps(description, indent=1))
     else:
         from baselines.evaluation import listing_tables
 
@@ -151,11 +151,11 @@ def bench(
         with console.status("") as status:
             tell = status.update if console.is_terminal else lambda _: None
             on_gpu = device == "cuda"
-            found: Any = measure_gpu(quick, tell) if on_gpu else measure(quick, threads, tell)
+            measured: Any = measure_gpu(quick, tell) if on_gpu else measure(quick, threads, tell)
         if form is ListFormat.JSON:
-            typer.echo(json.dumps(found, indent=1))
+            typer.echo(json.dumps(measured, indent=1))
         else:
-            Console().print(gpu_table(found) if on_gpu else report(found))
+            Console().print(gpu_table(measured) if on_gpu else report(measured))
 
 
 app.command("plot")(stoppable(keeps=False)(plot_figure))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
-from baselines.evaluation.complaints import of_option
+from baselines.evaluation.error_messages import of_option
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
     find_layered_controller,
@@ -66,14 +66,14 @@ class EvaluateOptions:
             scenario = find_scenario(scenario, changes)
         physics = self.physics or task_of(scenario).physics
         check_physics(physics)
-        found = [
+        configurations = [
             ExperimentConfig(each, scenario, find_layered_controller(each), physics)
             for each in self.controllers
         ]
-        _check_different(found)
-        for each in found:
+        _check_different(configurations)
+        for each in configurations:
             each.controller.check_usable(scenario)
-        return found
+        return configurations
 
     def seeds(self) -> range:
         """The seeds of the episodes."""

@@ -11,10 +11,6 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 
-from baselines.evaluation.backends import JoblibBackend
-from baselines.evaluation.evaluate_options import EvaluateOptions
-from baselines.evaluation.progress import run_with_progress
-from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES, SCENARIOS
 from swarm_forage_env.task import task_of
@@ -70,14 +66,19 @@ def pairs() -> Iterator[tuple[str, str]]:
 
 def measure(scenario: str, controller: str, out: Path, workers: int) -> Score:
     """Run the episodes that are not kept in the folder yet, and score them."""
+    from baselines.evaluation.backends import JoblibBackend
+    from baselines.evaluation.evaluate_options import EvaluateOptions
+    from baselines.evaluation.progress import run_with_progress
+    from baselines.evaluation.statistics import mean_interval
+
     world = SCENARIOS[scenario]
     plan = EvaluateOptions(scenario, [controller], EPISODES).plan(out)
     run_with_progress(plan, JoblibBackend(workers))
     metric = task_of(world).episode.score
-    found = mean_interval([float(getattr(each, metric)) for each in plan.results()])
-    assert found is not None
-    low, high = (None, None) if found.interval is None else map(_rounded, found.interval)
-    return Score(scenario, controller, _rounded(found.value), low, high, found.n)
+    mean = mean_interval([float(getattr(each, metric)) for each in plan.results()])
+    assert mean is not None
+    low, high = (None, None) if mean.interval is None else map(_rounded, mean.interval)
+    return Score(scenario, controller, _rounded(mean.value), low, high, mean.n)
 
 
 def _rounded(value: float) -> float:

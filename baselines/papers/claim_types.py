@@ -150,11 +150,11 @@ class Order:
         sides = [_both(results, more, less, self.metric) for more, less in self.pairs]
         if not all(len(higher) for higher, _ in sides):
             return claim_result(self.text, "> 1", None, reproduced=False)
-        found = [compare(*each) for each in sides]
-        ratios = [each.ratio for each in found if each.ratio is not None]
+        comparisons = [compare(*each) for each in sides]
+        ratios = [each.ratio for each in comparisons if each.ratio is not None]
         least = min(ratios, key=lambda ratio: ratio.value, default=None)
-        largest = max((each.p for each in found if each.p is not None), default=None)
-        return claim_result(self.text, "> 1", least, all(map(above, found)), largest)
+        largest = max((each.p for each in comparisons if each.p is not None), default=None)
+        return claim_result(self.text, "> 1", least, all(map(above, comparisons)), largest)
 
 
 @dataclass(frozen=True)
@@ -173,11 +173,11 @@ class NoDifference:
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
-        found = compare(
+        comparison = compare(
             sample(results, self.one, self.metric), sample(results, self.other, self.metric)
         )
-        same = found.p is None or found.p >= INDISTINCT
-        return claim_result(self.text, 1.0, found.ratio, same, found.p)
+        same = comparison.p is None or comparison.p >= INDISTINCT
+        return claim_result(self.text, 1.0, comparison.ratio, same, comparison.p)
 
 
 @dataclass(frozen=True)
@@ -191,8 +191,8 @@ class Contrast:
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
-        found = compare(*self.contrast(results))
-        return claim_result(self.text, "> 1", found.ratio, above(found), found.p)
+        comparison = compare(*self.contrast(results))
+        return claim_result(self.text, "> 1", comparison.ratio, above(comparison), comparison.p)
 
 
 RangeClaim = Number | Below | Share | Ratio | Order
@@ -222,5 +222,5 @@ def _both(
 ) -> tuple[list[float], list[float]]:
     """The metric of both sources, for each seed under which both have one."""
     pairs = zip(sample(results, one, metric), sample(results, other, metric), strict=True)
-    kept = [(a, b) for a, b in pairs if not (math.isnan(a) or math.isnan(b))]
-    return [a for a, _ in kept], [b for _, b in kept]
+    finite = [(a, b) for a, b in pairs if not (math.isnan(a) or math.isnan(b))]
+    return [a for a, _ in finite], [b for _, b in finite]

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from baselines.evaluation.complaints import of_option
+from baselines.evaluation.error_messages import of_option
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
     find_layered_controller,

@@ -18,6 +18,19 @@ runpy.run_module("baselines.papers.search_parameters", run_name="__main__")
 """
 
 
+WITHOUT_FIGURES = """
+import sys
+from training.cli import main
+
+sys.argv = ["swarm-forage", "list"]
+try:
+    main()
+finally:
+    heavy = {"joblib", "matplotlib", "pandas", "pyarrow", "scipy.stats", "seaborn", "torch"}
+    print(sorted(heavy & sys.modules.keys()), file=sys.stderr)
+"""
+
+
 def ended(run):
     """Status, stdout and stderr of a process."""
     stdout, stderr = run.communicate(timeout=120)
@@ -70,3 +83,7 @@ def test_the_script_for_a_shell_is_printed(process):
 def test_a_search_without_optuna_is_told_in_one_line(process):
     line = "swarm-forage: this command needs 'optuna': pip install 'swarm-forage[calibrate]'\n"
     assert ended(process(code=WITHOUT_OPTUNA)) == (1, "", line)
+
+
+def test_the_list_imports_nothing_that_it_does_not_need(process):
+    assert ended(process(code=WITHOUT_FIGURES))[2] == "[]\n"

@@ -1,4 +1,4 @@
-"""What a command says of an error: one line, and the status that it ends with."""
+"""Error messages of commands: one line, and the exit status."""
 
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
@@ -10,7 +10,7 @@ WRONG_INPUT, FAILED = 2, 1
 """Exit statuses: of what was asked, and of what happened on the way."""
 
 
-def complaint_of(error: Exception, program: str | None) -> tuple[str, int] | None:
+def error_message(error: Exception, program: str | None) -> tuple[str, int] | None:
     """The line about an error and the exit status; None for one that only a traceback explains."""
     if isinstance(error, ConfigError | UnknownNameError):
         return str(error), WRONG_INPUT
@@ -18,18 +18,18 @@ def complaint_of(error: Exception, program: str | None) -> tuple[str, int] | Non
         return "a worker was ended from outside; the same command goes on from here", FAILED
     if isinstance(error, OSError):
         return file_reason(error), FAILED
-    if not hasattr(error, "format_message"):  # the parser's complaints have one
+    if not hasattr(error, "format_message"):  # the parser's errors have one
         return None
-    complaint = error.format_message().replace("Value error, ", "")  # a word of pydantic's
+    message = error.format_message().replace("Value error, ", "")  # a word of pydantic's
     context = getattr(error, "ctx", None)
     command = context.command_path if context else program
-    end = "" if complaint.endswith("?") else "."
-    return f"{complaint.rstrip('.')}{end} See: {command} --help", WRONG_INPUT
+    end = "" if message.endswith("?") else "."
+    return f"{message.rstrip('.')}{end} See: {command} --help", WRONG_INPUT
 
 
 @contextmanager
 def of_option(prefix: str) -> Iterator[None]:
-    """Begin a complaint about a value with the option that it was given by.
+    """Begin an error message about a value with the option that it was given by.
 
     >>> with of_option("--"):
     ...     raise ConfigError("seed=-1: must be at least 0")
