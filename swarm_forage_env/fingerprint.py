@@ -7,6 +7,7 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
+from numba.core.types import ExternalFunction
 
 
 def fingerprint(function: Callable[..., Any], *around: object) -> str:
@@ -67,6 +68,8 @@ def _constant(value: Any) -> Any:  # noqa: ANN401 anything
     """A value that holds no others, as a thing whose `repr` tells it from all others; or None."""
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
+    if isinstance(value, ExternalFunction):
+        return value.symbol, str(value.sig)
     if isinstance(value, type):
         return value.__module__, value.__qualname__
     return value if isinstance(value, int | float | complex | str | np.generic | np.dtype) else None

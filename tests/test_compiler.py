@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numba.core.runtime import rtsys
 from numba.core.runtime._nrt_python import memsys_enable_stats
+from numba.core.types import ExternalFunction, float64, intp, void
 
 from swarm_forage_env.compiler import _bound, bind, entry_point, kernel
 from swarm_forage_env.fingerprint import fingerprint
@@ -107,6 +108,20 @@ def odd(n):
     made = module(text)
     assert fingerprint(made.even) != fingerprint(made.odd)
     assert fingerprint(made.even) == fingerprint(module(text).even)
+
+
+@compiled
+def test_the_fingerprint_knows_functions_of_a_library_by_name_and_arguments():
+    text = "@kernel\ndef go(x):\n    step(x)\n"
+    functions = [
+        ExternalFunction("step", void(float64)),
+        ExternalFunction("stride", void(float64)),
+        ExternalFunction("step", void(intp)),
+        ExternalFunction("step", void(float64)),
+    ]
+    *others, again = [fingerprint(module(text, step=each).go) for each in functions]
+    assert len({*others}) == 3
+    assert again == others[0]
 
 
 NUMBERS = """

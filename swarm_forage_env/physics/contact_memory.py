@@ -18,6 +18,7 @@ from pymunk._chipmunk import ffi, lib
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.physics.chipmunk_functions import address_of
 from swarm_forage_env.physics.chipmunk_layout import Body, Node, Pair, Space, Tree
 
 INNER = -1
@@ -92,7 +93,7 @@ def recall(space: pymunk.Space, memory: ContactMemory) -> None:
 
 def _trees(space: pymunk.Space) -> tuple[Tree, Tree]:
     """The trees of robots and of walls; ConfigError if they do not lie where they are known to."""
-    here = _address(space._space)
+    here = address_of(space._space)
     at = Space.from_address(here)
     there = at.collision_slop, at.stamp, at.last_step, at.n_shapes_ever
     told = (
@@ -112,18 +113,14 @@ def _trees(space: pymunk.Space) -> tuple[Tree, Tree]:
     )
 
 
-def _address(pointer: Any) -> int:  # noqa: ANN401 pymunk's
-    return int(ffi.cast("uintptr_t", pointer))
-
-
 def _bodies(space: pymunk.Space) -> list[Body]:
     """The bodies of the robots, in order."""
-    return [Body.from_address(_address(body._body)) for body in space.bodies]
+    return [Body.from_address(address_of(body._body)) for body in space.bodies]
 
 
 def _shapes(space: pymunk.Space) -> list[int]:
     """Addresses of all shapes, by number."""
-    return [_address(shape._shape) for shape in space.shapes]
+    return [address_of(shape._shape) for shape in space.shapes]
 
 
 def _leaves(space: pymunk.Space, tree: Tree, walls: Tree) -> list[Node]:
@@ -200,13 +197,13 @@ def _empty_touching(space: pymunk.Space) -> None:
 
     The next step would make TOUCHING of each of them, of those that had parted too.
     """
-    listed = Space.from_address(_address(space._space)).touching
+    listed = Space.from_address(address_of(space._space)).touching
     ctypes.c_int.from_address(listed).value = 0
 
 
 def _contact(arbiter: Any, number: dict[int, int]) -> tuple[int, int, int, int, bytes]:  # noqa: ANN401 pymunk's
     """A contact as it will be when the next step begins."""
-    a, b = (number[_address(shape)] for shape in (arbiter.a, arbiter.b))
+    a, b = (number[address_of(shape)] for shape in (arbiter.a, arbiter.b))
     state = TOUCHING if arbiter.state == FIRST_TOUCH else arbiter.state
     size = arbiter.count * ffi.sizeof("struct cpContact")
     points = bytes(ffi.buffer(arbiter.contacts, size)) if size else b""

@@ -1,8 +1,16 @@
-"""Between the records of robots and the buffers of pymunk: x, y, angle, vx, vy, spin."""
+"""Moves the robots of a world by Chipmunk, the library below pymunk, without Python in between.
+
+Compiled functions call those of Chipmunk that take addresses and numbers. Bodies are read and
+written as in `pymunk.batch`, all of a space in one call, from buffers in the memory of NumPy.
+"""
 
 import math
+from typing import Any
 
-from swarm_forage_env.arrays import Array, Bool, Float64, Int32
+import numpy as np
+from pymunk._chipmunk import ffi
+
+from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.geometry import wrap
@@ -10,6 +18,51 @@ from swarm_forage_env.equations.obstacles import from_axis
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.surroundings import COUNT, FIRST
 from swarm_forage_env.foraging.tick import set_wheels
+from swarm_forage_env.physics.chipmunk_functions import each_body, step_space
+from swarm_forage_env.record import Record, field
+
+SUBSTEPS = 2
+
+_FLOATS = np.dtype(
+    {
+        "names": ["num", "max", "arr"],
+        "formats": [np.int32, np.int32, np.intp],
+        "offsets": [ffi.offsetof("pmFloatArray", name) for name in ("num", "max", "arr")],
+        "itemsize": ffi.sizeof("pmFloatArray"),
+    }
+)
+"""Pymunk's list of numbers: how many there are, for how many there is room, and where they lie."""
+
+
+class SpaceMemory(Record):
+    """A space of pymunk as compiled functions find it, and the buffers of its bodies."""
+
+    at: int = field(np.intp)
+    """Address of the space."""
+
+    writer: int = field(np.intp)
+    """Address of the function that writes a body."""
+
+    reader: int = field(np.intp)
+    """Address of the function that reads a body."""
+
+    to_write: int = field(np.intp)
+    """Address of what `writer` is told: which fields, from which list."""
+
+    to_read: int = field(np.intp)
+    """Address of what `reader` is told."""
+
+    writing: Any = field(_FLOATS)
+    """The list whose numbers are `written`."""
+
+    reading: Any = field(_FLOATS)
+    """The list whose numbers are `read`."""
+
+    written: Float64[Array, "bodies 6"] = field(np.float64, "bodies", 6)
+    """Of each body x, y, angle, vx, vy and spin; the walls' comes last."""
+
+    read: Float64[Array, "rows 3"] = field(np.float64, "rows", 3)
+    """Of each body x, y and angle; more rows than bodies, as pymunk moves a list that is full."""
 
 
 @kernel
@@ -74,49 +127,56 @@ def write_body(robot: RobotState, world: WorldState, out_body: Float64[Array, "6
     out_body[5] = spin
 
 
+@kernel
+def write_bodies(swarm: Array, world: WorldState, space: SpaceMemory) -> None:
+    """Give the bodies of a space the poses and velocities of the robots."""
+    for i in range(swarm.shape[0]):
+        write_body(swarm[i], world, space.written[i])
+    space.writing.num = 0
+    each_body(space.at, space.writer, space.to_write)
+
+
+@kernel
+def read_bodies(swarm: Array, space: SpaceMemory) -> None:
+    """Give the robots the poses of the bodies of a space."""
+    space.reading.num = 0
+    each_body(space.at, space.reader, space.to_read)
+    for i in range(swarm.shape[0]):
+        pose = swarm[i].pose
+        pose[0], pose[1] = space.read[i, 0], space.read[i, 1]
+        pose[2] = wrap(space.read[i, 2])
+
+
+@kernel
+def move_world(
+    swarm: Array,
+    world: WorldState,
+    near: Int32[Array, "robots columns"],
+    obstacles: Float64[Array, "obstacles 5"],
+    space: SpaceMemory,
+) -> None:
+    """Turn the wheels; where bodies may touch in this tick, let Chipmunk move the robots."""
+    for i in range(swarm.shape[0]):
+        set_wheels(swarm[i], world)
+    if may_touch(swarm, near, world, obstacles):
+        write_bodies(swarm, world, space)
+        for _ in range(SUBSTEPS):
+            step_space(space.at, world.dt / SUBSTEPS)
+        read_bodies(swarm, space)
+        world.has_moved = True
+
+
 @entry_point
-def write_bodies(  # noqa: PLR0913 a block of worlds, its buffers, and which of them
+def move_worlds(  # noqa: PLR0913 a block of worlds, their spaces, and which of them
     robots: Array,
     worlds: Array,
     near: Int32[Array, "worlds robots columns"],
     obstacles: Float64[Array, "worlds obstacles 5"],
+    spaces: Array,
     first: int,
     last: int,
-    out_bodies: Float64[Array, "worlds bodies 6"],
-    out_touching: Bool[Array, " worlds"],
 ) -> None:
-    """Turn the wheels; write the bodies of the worlds in which they may touch, and which these are.
-
-    Only worlds first .. last - 1.
-    """
+    """Move the worlds first .. last - 1 by one tick."""
     for w in range(first, last):
-        world, swarm = worlds[w], robots[w]
-        for i in range(swarm.shape[0]):
-            set_wheels(swarm[i], world)
-        out_touching[w] = may_touch(swarm, near[w], world, obstacles[w, : world.n_obstacles])
-        if out_touching[w]:
-            for i in range(swarm.shape[0]):
-                write_body(swarm[i], world, out_bodies[w, i])
-
-
-@entry_point
-def read_bodies(
-    bodies: Float64[Array, "worlds numbers"],
-    touching: Bool[Array, " worlds"],
-    first: int,
-    last: int,
-    robots: Array,
-    worlds: Array,
-) -> None:
-    """Poses from rows of x, y and angle, as the engine left them in the worlds that it moved.
-
-    Only worlds first .. last - 1.
-    """
-    for w in range(first, last):
-        if touching[w]:
-            swarm = robots[w]
-            for i in range(swarm.shape[0]):
-                pose = swarm[i].pose
-                pose[0], pose[1] = bodies[w, 3 * i], bodies[w, 3 * i + 1]
-                pose[2] = wrap(bodies[w, 3 * i + 2])
-            worlds[w].has_moved = True
+        world = worlds[w]
+        move_world(robots[w], world, near[w], obstacles[w, : world.n_obstacles], spaces[w])

@@ -1,29 +1,27 @@
 """The engine `rigid`: discs that push, slide and turn each other in a contact, by pymunk."""
 
-import threading
 from collections.abc import Sequence
+from typing import Any
 
-import numpy as np
 import pymunk
-from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
+from pymunk._chipmunk import ffi, lib
+from pymunk.batch import BodyFields
 
-from swarm_forage_env.arrays import Array, Bool, Float64
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.foraging.obstacles import capsules_of
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.physics.base import ENGINES
+from swarm_forage_env.physics.chipmunk_functions import address_of
 from swarm_forage_env.physics.contact_memory import ContactMemory, recall, remembered
-from swarm_forage_env.physics.pymunk_buffers import read_bodies, write_bodies
+from swarm_forage_env.physics.pymunk_buffers import SpaceMemory, move_worlds
 
-SUBSTEPS = 2
 MASS = 0.15
 """Mass of an e-puck [kg]. GCtronic e-puck specification."""
 FRICTION = 0.2
 """Between bodies, and between a body and a wall (chosen)."""
 
-_WRITTEN = (
-    BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
-)
-_READ = BodyFields.POSITION | BodyFields.ANGLE
+WRITTEN = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
+READ = BodyFields.POSITION | BodyFields.ANGLE
 
 
 @ENGINES.register("rigid")
@@ -36,43 +34,29 @@ class Rigid:
 
     def __init__(self, scenarios: Sequence[Scenario]) -> None:
         """Spaces with the robots and walls of these scenarios."""
-        n_worlds = len(scenarios)
-        self._touching: Bool[Array, " worlds"] = np.zeros(n_worlds, np.bool_)
         n_bodies = scenarios[0].task.n_robots + 1  # the walls' static body comes last
-        self._written: Float64[Array, "worlds bodies 6"] = np.zeros((n_worlds, n_bodies, 6))
-        # pymunk reallocates a buffer it finds full, which must not happen to NumPy's memory
-        self._read: Float64[Array, "worlds numbers"] = np.zeros((n_worlds, 6 * n_bodies + 16))
-        self._one_at_a_time = threading.Lock()
-        """Held by the thread that is in pymunk, which lets go of Python's own at every call."""
+        self._memory = SpaceMemory.array((len(scenarios),), bodies=n_bodies, rows=2 * n_bodies + 8)
+        self._told = [_connected(self._memory[w : w + 1]) for w in range(len(scenarios))]
         self._scenarios = list(scenarios)
-        self._spaces = [_space(scenario) for scenario in scenarios]
-        self._buffers = [
-            (_buffer(self._written[w]), _buffer(self._read[w])) for w in range(n_worlds)
-        ]
+        self._spaces: dict[int, pymunk.Space] = {}
+        for w, scenario in enumerate(scenarios):
+            self.reset(w, scenario)
 
     def move(
         self, robots: Array, worlds: Array, near: Array, obstacles: Array, first: int, last: int
     ) -> None:
         """Move the worlds in which bodies may touch."""
-        write_bodies(robots, worlds, near, obstacles, first, last, self._written, self._touching)
-        with self._one_at_a_time:
-            for w in np.flatnonzero(self._touching[first:last]) + first:
-                space, (written, read) = self._spaces[w], self._buffers[w]
-                set_space_bodies(space, _WRITTEN, written)
-                for _ in range(SUBSTEPS):
-                    space.step(self._scenarios[w].tick / SUBSTEPS)
-                read.clear()
-                get_space_bodies(space, _READ, read)
-        read_bodies(self._read, self._touching, first, last, robots, worlds)
+        move_worlds(robots, worlds, near, obstacles, self._memory, first, last)
 
     def reset(self, world: int, scenario: Scenario) -> None:
         """Start from a new space: the old one keeps the impulses of its last contacts."""
         self._scenarios[world] = scenario
         self._spaces[world] = _space(scenario)
+        self._memory["at"][world] = address_of(self._spaces[world]._space)
 
     def snapshot(self) -> list[ContactMemory]:
         """What the space of each world remembers."""
-        return [remembered(space) for space in self._spaces]
+        return [remembered(space) for space in self._spaces.values()]
 
     def restore(self, kept: Sequence[ContactMemory], scenarios: Sequence[Scenario]) -> None:
         """Go on in new spaces that remember the same."""
@@ -81,7 +65,7 @@ class Rigid:
             recall(self._spaces[world], memory)
 
     def __getstate__(self) -> tuple[list[Scenario], list[ContactMemory]]:
-        """Scenarios and memories: spaces, buffers and lock are made anew from them."""
+        """Scenarios and memories: spaces and buffers are made anew from them."""
         return self._scenarios, self.snapshot()
 
     def __setstate__(self, state: tuple[list[Scenario], list[ContactMemory]]) -> None:
@@ -115,8 +99,21 @@ def _space(scenario: Scenario) -> pymunk.Space:
     return space
 
 
-def _buffer(memory: Array) -> Buffer:
-    """A buffer of pymunk that reads and writes NumPy's memory."""
-    buffer = Buffer()
-    buffer.set_float_buf(memory)
-    return buffer
+def _connected(memory: Array) -> list[Any]:
+    """What pymunk is told of the buffers of a space, to be held as long as these."""
+    memory["writer"] = address_of(ffi.addressof(lib, "pmSpaceBodySetIteratorFuncBatched"))
+    memory["reader"] = address_of(ffi.addressof(lib, "pmSpaceBodyGetIteratorFuncBatched"))
+    to_write = _told(WRITTEN, memory["writing"], memory["written"])
+    to_read = _told(READ, memory["reading"], memory["read"])
+    memory["to_write"], memory["to_read"] = address_of(to_write), address_of(to_read)
+    return [to_write, to_read]
+
+
+def _told(fields: BodyFields, floats: Array, numbers: Array) -> Any:  # noqa: ANN401 pymunk's
+    """What pymunk is told: the fields of a body, and the list whose numbers they are."""
+    told = ffi.new("pmBatchedData *")
+    told.fields = fields.value
+    told.floatArray = ffi.cast("pmFloatArray *", floats.ctypes.data)
+    told.floatArray.arr = ffi.cast("cpFloat *", numbers.ctypes.data)
+    told.floatArray.max = numbers.size
+    return told

@@ -1,7 +1,11 @@
 """Two engines, one swarm: rigid and kinematic agree in what an episode is judged by."""
 
 import numpy as np
+from numpy.testing import assert_array_equal
 from scipy import stats
+
+from swarm_forage_env.physics.pymunk_buffers import SUBSTEPS
+from swarm_forage_env.physics.rigid import Rigid
 
 SEEDS = range(24)
 DURATION = 600.0
@@ -27,3 +31,32 @@ def interval(trips):
     """The 95 % bootstrap interval of the mean."""
     means = np.random.default_rng(0).choice(trips, (5000, len(trips))).mean(axis=1)
     return np.percentile(means, [2.5, 97.5])
+
+
+def moved_by_pymunk(space, bodies, dt):
+    """Where a tick of a space takes its bodies, without a compiled function."""
+    for body, (x, y, angle, vx, vy, spin) in zip(space.bodies, bodies.tolist(), strict=False):
+        body.position, body.angle, body.velocity, body.angular_velocity = (
+            (x, y),
+            angle,
+            (vx, vy),
+            spin,
+        )
+    for _ in range(SUBSTEPS):
+        space.step(dt / SUBSTEPS)
+    return [[*body.position, body.angle] for body in space.bodies]
+
+
+def test_rigid_moves_robots_as_pymunk_moves_bodies(running):
+    world = running("es1", [3], "rigid", start_radius=0.15).world
+    engine, rng, touching = world._physics, np.random.default_rng(4), 0
+    (space,) = Rigid(world.scenarios)._spaces.values()
+    for _ in range(100):
+        world.worlds["has_moved"] = False
+        world.robots["command"]["wheels"] = rng.uniform(-1.0, 1.0, (1, world.n_robots, 2))
+        engine.move(world.robots, world.worlds, world.near, world.obstacles, 0, 1)
+        if world.worlds["has_moved"]:
+            poses = moved_by_pymunk(space, engine._memory["written"][0], world.scenario.tick)
+            assert_array_equal(engine._memory["read"][0, : world.n_robots], poses)
+            touching += len(space._get_arbiters())
+    assert touching > 50

@@ -7,7 +7,8 @@ from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 from baselines.evaluation.bench.cases import Case, Tick, uniform_poses
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.physics.rigid import FRICTION, MASS, SUBSTEPS
+from swarm_forage_env.physics.pymunk_buffers import SUBSTEPS
+from swarm_forage_env.physics.rigid import FRICTION, MASS
 
 POSE = BodyFields.POSITION | BodyFields.ANGLE
 POSE_AND_VELOCITY = POSE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
