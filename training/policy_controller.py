@@ -6,12 +6,9 @@ does in an evaluation what it did in training. It is asked for one world at a ti
 a matrix product depends on its number of rows, and an episode must not depend on its neighbours.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
-
-import numpy as np
-from gymnasium.spaces import Box
 
 from baselines.controller import REGISTRIES, LayeredController
 from baselines.controllers import SINGLE, SUBSUMPTION
@@ -25,7 +22,7 @@ from swarm_forage_env.parameters import Part, validated
 from swarm_forage_env.task import task_of
 from training.policy import FunctionPolicy, Policy, Predict
 from training.policy_card import PolicyCard
-from training.running_policy import RunningPolicy
+from training.running_policy import RunningPolicy, usable_rows
 
 
 @dataclass(frozen=True)
@@ -207,27 +204,6 @@ def policy_controller(
 def named_policy(name: str, policy: Policy) -> PolicyController:
     """A controller of a policy beside the layers of `ssgikf`."""
     return PolicyController(name, SINGLE, SGIKF(), SUBSUMPTION, policy)
-
-
-def usable_rows(
-    form: PolicyForm, robots: Sequence[int], source: str
-) -> Callable[[Any], Float32[Array, "robots n"]]:
-    """What turns the actions of some robots into what the layers take, clipped to their bounds.
-
-    ConfigError for what the action space does not hold.
-    """
-    actions, space = form.actions(robots), form.action_space
-
-    def rows(given: Any) -> Float32[Array, "robots n"]:  # noqa: ANN401 whatever the policy gives
-        found = np.asarray(given)
-        if isinstance(space, Box) and found.shape[1:] == space.shape and found.dtype.kind == "f":
-            found = np.clip(found, space.low, space.high)
-        try:
-            return actions.rows(found)
-        except ConfigError as error:
-            raise ConfigError(f"policy {source}: {error}") from None
-
-    return rows
 
 
 def _check_observes(

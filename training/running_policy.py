@@ -1,14 +1,17 @@
 """The running policy of another trainer: asked between `observe` and `decide`, as a learner is."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from typing import Any
 
 import numpy as np
+from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE, RunningController
+from training.foreign_file import reason
 from training.policy import Predict
 
 
@@ -119,3 +122,30 @@ class RunningPolicy:
         for layer, mask in own.items():
             field = fields[layer]
             action[field][~mask] = before[field][~mask]
+
+
+def usable_rows(
+    form: PolicyForm, robots: Sequence[int], source: str
+) -> Callable[[Any], Float32[Array, "robots n"]]:
+    """What turns the actions of some robots into what the layers take, clipped to their bounds.
+
+    ConfigError for NaN and infinity, and for what else the action space does not hold.
+    """
+    actions, space = form.actions(robots), form.action_space
+
+    def rows(given: Any) -> Float32[Array, "robots n"]:  # noqa: ANN401 whatever the policy gives
+        try:
+            found = np.asarray(given)
+        except (ValueError, TypeError, RuntimeError) as error:  # ragged; a tensor with gradients
+            raise ConfigError(
+                f"policy {source}: gives no array of actions ({reason(error)})"
+            ) from None
+        is_finite = found.dtype.kind == "f" and bool(np.isfinite(found).all())
+        if isinstance(space, Box) and found.shape[1:] == space.shape and is_finite:
+            found = np.clip(found, space.low, space.high)
+        try:
+            return actions.rows(found)
+        except ConfigError as error:
+            raise ConfigError(f"policy {source}: {error}") from None
+
+    return rows

@@ -17,6 +17,9 @@ from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.task import Task
 
+NOT_FINITE = "find what made it: a division by 0, or weights that training has driven too far"
+"""What would do where an action is NaN or infinite."""
+
 LEVELS = 3
 """Levels of a weight in a discrete action, beside steering."""
 
@@ -224,9 +227,10 @@ class Actions:
             return f"shape {given.shape}: must be {self._shape[1:]}, for {', '.join(layout.names)}"
         for feature, value, as_given in zip(layout, given, np.asarray(action), strict=True):
             if not feature.low <= value <= feature.high:
+                advice = "clip it first, as numpy.clip does" if np.isfinite(value) else NOT_FINITE
                 return (
                     f"{feature.name}={as_given!s}: must be from {feature.low:g} to {feature.high:g}"
-                    f" [{feature.unit}]; clip it first, as numpy.clip does"
+                    f" [{feature.unit}]; {advice}"
                 )
         return ""
 

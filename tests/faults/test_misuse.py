@@ -6,6 +6,7 @@ import time
 import gymnasium
 import numpy as np
 import pytest
+import torch
 from gymnasium.error import ResetNeeded
 
 from baselines.cli import run
@@ -104,6 +105,8 @@ HOSTILE = {
     "nothing": lambda seen: None,
     "a number": lambda seen: 0.5,
     "complex": lambda seen: np.zeros((len(seen), 2), complex),
+    "ragged": lambda seen: [[0.0] * (1 + k) for k in range(len(seen))],
+    "with gradients": lambda seen: torch.zeros(len(seen), 2, requires_grad=True),
     "objects": lambda seen: np.full((len(seen), 2), object()),
     "overwriting": lambda seen: seen.fill(np.nan) or np.zeros((len(seen), 2)),
 }

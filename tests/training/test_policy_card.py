@@ -19,8 +19,9 @@ from training.callable_policy import CallablePolicy
 from training.controllers import about
 from training.policy import FunctionPolicy
 from training.policy_card import card_from, read_policy_card, save_policy_card
-from training.policy_controller import _check_observes, policy_controller, usable_rows
+from training.policy_controller import _check_observes, policy_controller
 from training.policy_file import load_policy
+from training.running_policy import usable_rows
 from training.sb3_policy import SB3Policy
 
 
@@ -198,6 +199,7 @@ SPACES = {"numbers": Box(-1.0, 1.0, (2,), np.float32), "choices": Discrete(3)}
     [
         ("numbers", np.array([[0.5, 2.0], [-3.0, 0.0]]), [[0.5, 1.0], [-1.0, 0.0]]),
         ("numbers", np.array([[5, 0]]), [[5, 0]]),  # whole numbers are refused, not clipped
+        ("numbers", np.array([[0.5, np.inf]]), [[0.5, np.inf]]),
         ("numbers", np.array([[0.5, 2.0, 3.0]]), [[0.5, 2.0, 3.0]]),  # and so is another shape
         ("choices", np.array([2, 9]), [2, 9]), ("choices", np.array([2.0, 9.5]), [2.0, 9.5]),
     ],

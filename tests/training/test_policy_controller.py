@@ -345,9 +345,19 @@ def test_what_cannot_be_used_is_refused_by_name(name, why, model, scenario, tmp_
         find_controller(name).check_usable(scenario)
 
 
-def test_actions_that_are_no_numbers_are_refused(scenario):
-    bad = policy_controller(lambda seen: np.full((len(seen), 2), np.nan, np.float32))
-    with pytest.raises(ConfigError, match=r"policy.*drive\.speed=nan"):
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (np.full((4, 2), np.nan), r"drive\.speed=nan: .* find what made it: a division by 0"),
+        (np.full((4, 2), -np.inf), r"drive\.speed=-inf: .* find what made it: a division by 0"),
+        ([[0.0, 0.0], [0.0]], r"gives no array of actions \(setting an array element"),
+        (torch.zeros(4, 2, requires_grad=True), r"no array of actions \(.* requires grad"),
+    ],
+    ids=["NaN", "infinite", "ragged", "with gradients"],
+)
+def test_actions_that_are_no_numbers_are_refused(scenario, given, told):
+    bad = policy_controller(lambda seen: given)
+    with pytest.raises(ConfigError, match=rf"^policy FunctionPolicy: .*{told}"):
         run_episodes(scenario, bad, [1], "kinematic")
 
 
