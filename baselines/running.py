@@ -5,7 +5,7 @@ Those of a team whose weighting and motion have the same functions too are a squ
 decides for them. All robots of one controller are a team of one squad.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
@@ -27,7 +27,7 @@ from swarm_forage_env.compiler import bind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import KEEP, RULE, GridLayers, MotionLayer
 from swarm_forage_env.random_streams import streams
-from swarm_forage_env.record import record_dtype
+from swarm_forage_env.record import copied_rows, record_dtype
 from swarm_forage_env.task import task_of
 
 
@@ -125,11 +125,11 @@ class RunningLayers:
         action = self._world.robots["action"]
         for squad in self._squads:
             if squad.steer is not None:
-                situation = self._task.situation(self._world, self.minds)
-                squad.act(action, "motion", self._task.commanded, squad.steer(situation))
+                wheels = squad.steer(*self._motion_inputs())
+                squad.act(action, "motion", self._task.commanded, wheels)
             if squad.weigh is not None:
-                exchange = self._task.exchange(self._world, self.minds)
-                if exchange.valid.any():
+                exchange = copied_rows(self._estimators, ("exchange",))
+                if exchange.is_valid.any():
                     squad.act(action, "weighting", "weight", squad.weigh(exchange))
 
     def decide(self, first: int, last: int) -> None:
@@ -208,6 +208,12 @@ class RunningLayers:
             motion.memory.array((1,), robots=n_robots),
             int(motion.noise),
         )
+
+    def _motion_inputs(self) -> Iterator[Any]:
+        """Copies of what the motion layer sees, in the order in which `steer` takes it."""
+        yield copied_rows(self._estimators, ("situation",))
+        for path in (*self._task.steered_by, f"robots.command.{self._task.commanded}"):
+            yield copied_rows(self._world.robots, path.split(".")[1:])
 
     def _not_finite(self, world: int, robot: int) -> ConfigError:
         """The error that names the controller, the tick and the robot."""

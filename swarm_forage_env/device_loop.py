@@ -25,6 +25,7 @@ from swarm_forage_env.interface import (
     GridTemplates,
 )
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.observed_fields import FieldLayout, spans_of
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.task import World, checked_worlds, consecutive
 
@@ -119,6 +120,15 @@ class DeviceLoop:
         own, is_new = np.zeros(len(self.world.scenarios), np.uint64), self._mask(which)
         own[which] = [checked_seed(seed) for seed in seeds]
         self._restart(self.memory.to_device(own), self.memory.to_device(is_new))
+
+    def fields(self, layout: FieldLayout) -> tuple[Any, Any, int, Any]:
+        """The words of robots and minds, how many robots a world has, and the spans of a layout."""
+        at, own = self.arrays, self._layers.minds.dtype
+        is_estimator = self._layers.templates is None
+        minds = np.dtype([("estimator", own)]) if is_estimator else own
+        spans = spans_of(layout, {"robots": self.world.robots.dtype, "minds": minds})
+        words = (at[name].view(np.float32) for name in ("robots", "minds"))
+        return (*words, self.world.n_robots, self.memory.to_device(spans))
 
     def upload(self, which: Sequence[int], names: Sequence[str] | None = None) -> None:
         """Bring these worlds to the GPU as they stand on the CPU, or arrays of these names."""

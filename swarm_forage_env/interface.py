@@ -13,7 +13,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.random_streams import NoiseSource
-from swarm_forage_env.record import Record
+from swarm_forage_env.record import Record, Rows
 from swarm_forage_env.record import field as record_field
 
 KEEP, REPLACE, CORRECT, RULE = range(4)
@@ -187,7 +187,7 @@ class WeightingRule(Protocol):
 
     heard_p_share: float
 
-    def __call__(self, exchange: Any) -> Float32[Array, "rows weights"]:  # noqa: ANN401 of its task
+    def __call__(self, exchange: Rows) -> Float32[Array, "rows weights"]:
         """The weights of all robots; those of a robot without an exchange do not count."""
         ...
 
@@ -199,8 +199,11 @@ class MotionRule(Protocol):
     as a world does (the task's `fixed`), and not what differs from world to world.
     """
 
-    def __call__(self, situation: Any) -> Float32[Array, "rows 2"]:  # noqa: ANN401 of its task
-        """What every robot is commanded."""
+    def __call__(self, situation: Rows, *seen: Any) -> Float32[Array, "rows 2"]:  # noqa: ANN401 of its task
+        """What every robot is commanded, by copies of the records that `steer` takes of each.
+
+        Of robots that forage: situation, readings, heard, wheels; the last are the last command.
+        """
         ...
 
     def reset(self, world: int, seed: int) -> None:

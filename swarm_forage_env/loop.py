@@ -17,6 +17,8 @@ import numpy as np
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, RunningController
 from swarm_forage_env.mixed import MixedController
+from swarm_forage_env.no_layers import estimators_of
+from swarm_forage_env.record import copied_rows
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.task import World, check_fit, checked_worlds, consecutive, one_task
 
@@ -121,7 +123,7 @@ class Loop:
     def step(self) -> None:
         """One tick of every world.
 
-        Afterwards `exchange` and `situation` hold what either layer is shown next.
+        Afterwards `exchange` and `situation` are what either layer is shown next.
         """
         self.controller.consult()
         self._run(self._step)
@@ -166,13 +168,16 @@ class Loop:
 
     @property
     def exchange(self) -> Any:  # noqa: ANN401 of its task
-        """What the weighting layer of every robot sees, a row for each; ConfigError without any."""
-        return self.task.exchange(self.world, self.controller.minds)
+        """A copy of what the weighting layer of every robot sees, a row for each.
+
+        ConfigError where no robot has one.
+        """
+        return copied_rows(estimators_of(self.controller.minds), ("exchange",))
 
     @property
     def situation(self) -> Any:  # noqa: ANN401 of its task
-        """What the motion layer of every robot sees, a row for each; ConfigError without any."""
-        return self.task.situation(self.world, self.controller.minds)
+        """The same of what the motion layer sees of a robot's beliefs."""
+        return copied_rows(estimators_of(self.controller.minds), ("situation",))
 
     def scene(self, which: int = 0) -> Scene:
         """What is drawn of one world as it stands; ConfigError if its task has no drawing."""

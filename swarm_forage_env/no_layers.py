@@ -1,6 +1,6 @@
 """Robots without layers: what runs where a policy is everything."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,10 +10,12 @@ from swarm_forage_env.arrays import Array, Bool
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import GridLayers, Kernel, LayerTemplates, refuse_falsifying
+from swarm_forage_env.observed_fields import Sizes
 from swarm_forage_env.record import Record
 
 carry_out: Kernel
-"""Free name of the template: commands what a policy says, of one robot and what it said."""
+hear_words: Kernel
+"""Free names of the templates: functions of the task."""
 
 
 def carry_out_all(
@@ -27,6 +29,20 @@ def carry_out_all(
         for i in range(robots.shape[1]):
             if is_member[i]:
                 carry_out(robots[w, i], minds[w, i])
+
+
+def hear_all(
+    records: Any,  # noqa: ANN401 an array, or a tuple of arrays
+    minds: Array,
+    is_member: Bool[Array, " robots"],
+    first: int,
+    last: int,
+) -> None:
+    """Write what the members are told, in the worlds first .. last - 1. Free name: hear_words."""
+    for w in range(first, last):
+        for i in range(minds.shape[1]):
+            if is_member[i]:
+                hear_words(records, minds, w, i)
 
 
 def has_estimators(minds: Array) -> bool:
@@ -50,10 +66,16 @@ class NoLayers:
     """The controller of robots whose policy is everything: no estimator, nothing hand-written."""
 
     said: type[Record]
-    """What the policy says beside what it commands. Writer: the environment."""
+    """What the policy says beside what it commands, and what it is told."""
 
     carry_out: Kernel
     """Commands what the action says; of one robot and what it said."""
+
+    hear_words: Kernel
+    """Writes what a robot is told; of the world's records, what all said, world and robot."""
+
+    sizes: Callable[[Any], Sizes]
+    """Sizes of the named axes of what is said in a scenario."""
 
     on_grid: LayerTemplates | None = None
     """How a GPU runs it; None: a CPU runs it only."""
@@ -100,7 +122,8 @@ class RunningPolicy:
         self._policy, self._world = policy, world
         self._is_member = np.isin(range(world.n_robots), robots)
         self._carry_out = bind(carry_out_all, {"carry_out": policy.carry_out})
-        self.minds: Array = policy.said.array((world.n_worlds, world.n_robots))
+        self._hear = bind(hear_all, {"hear_words": policy.hear_words})
+        self.minds: Array = self._said((world.n_worlds, world.n_robots))
 
     @property
     def has_rules(self) -> bool:
@@ -108,7 +131,8 @@ class RunningPolicy:
         return False
 
     def observe(self, first: int, last: int) -> None:
-        """There is no estimator."""
+        """Write what the robots of the worlds first .. last - 1 are told."""
+        self._hear(self._world.records, self.minds, self._is_member, first, last)
 
     def consult(self) -> None:
         """There are no rules."""
@@ -143,8 +167,12 @@ class RunningPolicy:
                 "device='cuda': policies that are everything run on a CPU only in this task"
             )
         nothing = np.zeros((*self.minds.shape, 1), np.int8)
-        first = self._policy.said.array((1,))
+        first, functions = self._said((1,)), {"hear_words": self._policy.hear_words}
         return GridLayers(
-            {}, self.minds, nothing, nothing, nothing, nothing, first, nothing[0, 0], 0,
+            functions, self.minds, nothing, nothing, nothing, nothing, first, nothing[0, 0], 0,
             self._policy.on_grid,
         )  # fmt: skip
+
+    def _said(self, shape: tuple[int, ...]) -> Array:
+        """Records of what is said, with room for all that a robot may be told."""
+        return self._policy.said.array(shape, **self._policy.sizes(self._world.scenario))

@@ -1,6 +1,6 @@
 """Policy interface: what a policy in the place of a layer observes, and what it gives."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -8,16 +8,11 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.interface import Kernel
-from swarm_forage_env.spaces import FeatureGroup, Layout, ObservationLayout
-
-Groups = Mapping[str, tuple[FeatureGroup, ...]]
+from swarm_forage_env.observed_fields import FieldLayout, FieldPath, Sizes, layout_of
+from swarm_forage_env.spaces import Layout
 
 Index = slice | Int64[Array, " learners"]
 """Which robots learn: a slice that takes all, or their numbers."""
-
-ActOn = Callable[[Any, Any, Index, Float32[Array, "worlds learners numbers"]], None]
-"""Writes the actions of the learners of every world; of world, controller, which robots learn, and
-their actions."""
 
 
 @dataclass(frozen=True)
@@ -39,42 +34,20 @@ SILENT: Float32[Array, "1 0"] = np.zeros((1, 0), np.float32)
 
 
 @dataclass(frozen=True)
-class PolicyOnGrid:
-    """What a policy observes and gives, as functions of one robot."""
-
-    show: Kernel
-    """Writes an observation; of the robot, the minds of its world's robots, which of them is its
-    own, message slots and output."""
-
-    put: Kernel
-    """Writes an action as the layers take it; of the robot, its mind and the numbers."""
-
-
-@dataclass(frozen=True)
 class PolicyInterface:
-    """What `learn=` chooses: the parts that a policy observes, and the layers that it replaces."""
+    """What `learn=` chooses: what a policy observes and gives, and the layers that it replaces."""
 
-    action: Layout
-    """What each number of an action is."""
+    observes: tuple[FieldPath, ...]
+    """The fields of records that are shown, in order."""
 
-    features: Callable[[Any], Groups]
-    """The parts of an observation, in a scenario."""
-
-    observe: Callable[[Any, Any, Float32[Array, "worlds robots numbers"]], None]
-    """Writes the observations of all robots to the first numbers of a row of the output, which may
-    be longer; of world, controller and output."""
-
-    act: ActOn
-    """Writes the actions of the learners."""
+    gives: tuple[FieldPath, ...]
+    """The fields of records that an action is written to, in order."""
 
     replaces: tuple[str, ...]
     """The layers that the policy takes the place of: `weighting`, `motion`."""
 
-    inputs: Mapping[str, type[Any]]
-    """What each part is as arrays, for code that reads observations by name."""
-
-    on_grid: PolicyOnGrid | None = None
-    """How a GPU runs the policy; None: a CPU only."""
+    sizes: Callable[[Any], Sizes] = lambda scenario: {}
+    """Sizes of the named axes of these fields in a scenario."""
 
     decision_period: int = 1
     """Ticks for which an action is held where nothing else is asked for."""
@@ -91,6 +64,11 @@ class PolicyInterface:
     target: str | None = None
     """The observed vector whose direction is observed too where observations are normalised."""
 
-    def layout(self, scenario: Any) -> ObservationLayout:  # noqa: ANN401 of its task
-        """What each number of an observation is, in a scenario."""
-        return ObservationLayout(self.features(scenario), self.inputs)
+    def layout(self, scenario: Any) -> FieldLayout:  # noqa: ANN401 of its task
+        """What each number of an observation is in a scenario."""
+        return layout_of(self.observes, self.sizes(scenario), scenario)
+
+    @property
+    def action(self) -> FieldLayout:
+        """What each number of an action is, as the layers take it: the same in all scenarios."""
+        return layout_of(self.gives, {}, None)

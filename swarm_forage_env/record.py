@@ -7,14 +7,18 @@ record by reference and reads and writes its fields as attributes; Python reads 
 Of a field of several numbers, booleans are int8: numba refuses nested boolean arrays.
 """
 
-from collections.abc import Hashable, Mapping
+import math
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar, TypeAlias, cast
 
 import numpy as np
 
 from swarm_forage_env.arrays import Array
+
+Rows: TypeAlias = np.recarray[Any, Any]
+"""Records, a row for each robot: `rows.own_p` is a column."""
 
 Numbers = Any
 """A record of parameters, whose fields are those of the part that it belongs to."""
@@ -22,7 +26,11 @@ Numbers = Any
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """One field of a record."""
+    """One field of a record.
+
+    Of a field with several components along its last axis, `unit`, `scale`, `low` and `high` may
+    differ: a unit `m, rad`, a tuple of numbers.
+    """
 
     kind: Any
     """A NumPy scalar type, or the class of a nested record."""
@@ -33,40 +41,70 @@ class Field:
     unit: str
     """SI, or what the number is."""
 
-    scale: float
-    """Typical size of the number in that unit."""
+    scale: Any
+    """Typical size in that unit; None: the bounds are typical."""
+
+    low: Any
+    high: Any
+    """Bounds: numbers, or functions of a scenario."""
+
+    names: tuple[Sequence[str], ...]
+    """Names along each axis; without them, numbers."""
+
+    label: str
+    """Its name in an observation; empty: that of the field."""
+
+    noise: Any
+    """How it differs from the truth, for what is measured: text, or a function of a scenario."""
+
+    counts: str
+    """The flags of the same record that it is the sum of; empty: none."""
 
     start: Any
     """Value before anything has happened: a number, or an array of the field's shape."""
 
 
-def field(
+def field(  # noqa: PLR0913 one line of a table
     kind: Any,  # noqa: ANN401 a scalar type or a record class
     *shape: int | str,
     unit: str = "",
-    scale: float = 1.0,
+    scale: Any = None,  # noqa: ANN401 one for each component, or for all
+    low: Any = -math.inf,  # noqa: ANN401 as above
+    high: Any = math.inf,  # noqa: ANN401 as above
+    names: tuple[Sequence[str], ...] = (),
+    label: str = "",
+    noise: Any = "",  # noqa: ANN401 text, or a function of a scenario
+    counts: str = "",
     start: Any = 0.0,  # noqa: ANN401 a number or an array
 ) -> Any:  # noqa: ANN401 the annotation says what the attribute is
-    """A field of a `Record`: its type, its shape, its unit, its typical size, its first value."""
-    return Field(kind, shape, unit, scale, start)
+    """A field of a `Record`: its type, its shape, and what an observation of it says."""
+    return Field(kind, shape, unit, scale, low, high, names, label, noise, counts, start)
+
+
+def flag(*shape: int | str, names: tuple[Sequence[str], ...] = (), label: str = "") -> Any:  # noqa: ANN401 as above
+    """A field of flags that layers see: 0 or 1, float32."""
+    return field(np.float32, *shape, unit="0 or 1", low=0.0, high=1.0, names=names, label=label)
 
 
 class Record:
     """Base of all records: subclasses list their fields as `name: type = field(...)`."""
 
     fields: ClassVar[Mapping[str, Field]] = {}
-    """All fields by name, those of base classes first."""
+    """All fields by name, as they lie in memory: those of base classes last.
+
+    Numba would take a record for a subtype of one that its columns begin with, and warn of it.
+    """
 
     def __init_subclass__(cls) -> None:
         """Collect the fields, so that `dtype` and `array` can be made."""
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
-        cls.fields = {**cls.fields, **own}
+        cls.fields = {**own, **{name: each for name, each in cls.fields.items() if name not in own}}
 
     @classmethod
     def dtype(cls, **sizes: int) -> np.dtype[Any]:
         """The structured dtype; `sizes` are those of named axes, as slots=4."""
         columns = [(name, *_column(each, sizes)) for name, each in cls.fields.items()]
-        return record_dtype(columns)
+        return _the_one(np.dtype(columns, align=True))
 
     @classmethod
     def array(cls, shape: tuple[int, ...], **sizes: int) -> Array:
@@ -148,6 +186,14 @@ def one_record(numbers: Mapping[str, Any]) -> Array:
     return found
 
 
-def rows(records: Array) -> Any:  # noqa: ANN401 a recarray, whose attributes are columns
+def copied_rows(records: Array, path: Sequence[str]) -> Any:  # noqa: ANN401 Rows, or an array
+    """A copy of a field of nested records, with a row for each record of every world."""
+    for name in path:
+        records = records[name]
+    found = records.reshape(-1, *records.shape[2:]).copy()
+    return found if found.dtype.names is None else found.view(np.recarray)
+
+
+def rows(records: Array) -> Rows:
     """A view with a row for each record of every world; `rows(robots).pose` is a column."""
     return records.reshape(-1).view(np.recarray)

@@ -1,21 +1,14 @@
 """Spaces: what each number of a flat observation, action or state means."""
 
 import html
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
 
-from swarm_forage_env.arrays import Array, Float32, Int8
-from swarm_forage_env.errors import ConfigError
-
 GOALS = ("nest", "prey", "none")
 """The three slots of a goal, one of which is 1: so an observation is never all zeros."""
-
-_ONE_OF_GOALS: Float32[Array, "goals 3"] = np.eye(3, dtype=np.float32)
-_GOAL_OF_SLOT = np.array([0, 1, -1], np.int8)
 
 
 HEADS = ("", "name", "unit", "low", "high", "noise")
@@ -46,40 +39,6 @@ class Feature:
     def bound(self) -> float:
         """The largest size."""
         return max(abs(self.low), abs(self.high))
-
-
-@dataclass(frozen=True, slots=True)
-class FeatureGroup:
-    """One array of the interface as consecutive slots, row by row."""
-
-    name: str
-    shape: tuple[int, ...]
-    """Axes after the rows."""
-
-    dtype: type[np.generic]
-    slots: tuple[Feature, ...]
-
-    @property
-    def is_goal(self) -> bool:
-        """A choice of a goal, which takes one slot for each."""
-        return self.name == "goal" and not self.shape
-
-
-def feature_group(  # noqa: PLR0913 one line of a table
-    name: str,
-    ends: Iterable[str],
-    unit: str,
-    bounds: tuple[float, float],
-    noise: str = "",
-    shape: tuple[int, ...] | None = None,
-    dtype: type[np.generic] = np.float32,
-    scale: float | None = None,
-) -> FeatureGroup:
-    """A field with one slot for each end of its name; the shape is flat unless given."""
-    low, high = bounds
-    names = [f"{name}.{end}" if end else name for end in ends]
-    slots = tuple(Feature(each, unit, low, high, noise, scale) for each in names)
-    return FeatureGroup(name, (len(slots),) if shape is None else shape, dtype, slots)
 
 
 class Layout(tuple[Feature, ...]):
@@ -119,77 +78,10 @@ class Layout(tuple[Feature, ...]):
             yield str(k), slot.name, slot.unit, low, high, slot.noise
 
 
-class ObservationLayout(Layout):
-    """The layout of an observation, which can be turned back into what the layers see."""
+def widest(layouts: Sequence[Layout]) -> list[Feature]:
+    """The features of the longest of these layouts under bounds that hold for all of them.
 
-    parts: Mapping[str, tuple[FeatureGroup, ...]]
-    """The features of each part of the interface that the observation holds."""
-
-    inputs: Mapping[str, type[Any]]
-    """What each part is as arrays: a dataclass whose fields are the part's features."""
-
-    def __new__(
-        cls,
-        parts: Mapping[str, tuple[FeatureGroup, ...]],
-        inputs: Mapping[str, type[Any]] | None = None,
-    ) -> "ObservationLayout":
-        """The features of all parts, each name starting with its part's."""
-        features = (
-            replace(feature, name=f"{part}.{feature.name}")
-            for part, each in _groups(parts)
-            for feature in each.slots
-        )
-        layout = super().__new__(cls, features)
-        layout.parts, layout.inputs = dict(parts), dict(inputs or {})
-        return layout
-
-    def __getnewargs__(self) -> tuple[Any, Any]:
-        """What makes the same layout again in another process."""
-        return self.parts, self.inputs
-
-    def encounter(self, observations: Float32[Array, "rows numbers"]) -> Any:  # noqa: ANN401 of its task
-        """What the weighting layer sees, from the observations of all robots stacked."""
-        return self._part("encounter", observations)
-
-    def situation(self, observations: Float32[Array, "rows numbers"]) -> Any:  # noqa: ANN401 of its task
-        """What the motion layer sees, from the observations of all robots stacked."""
-        return self._part("situation", observations)
-
-    def views(
-        self, part: str, matrix: Float32[Array, "rows numbers"]
-    ) -> Iterator[tuple[FeatureGroup, Array]]:
-        """Each group of a part, and its columns in the matrix in the group's own shape."""
-        start = 0
-        for owner, each in _groups(self.parts):
-            stop = start + len(each.slots)
-            if owner == part:
-                shape = (len(GOALS),) if each.is_goal else each.shape
-                yield each, matrix[:, start:stop].reshape(len(matrix), *shape)
-            start = stop
-
-    def _part(self, name: str, observations: Array) -> Any:  # noqa: ANN401 of its task
-        if name not in self.parts or name not in self.inputs:
-            held = ", ".join(self.parts)
-            raise ConfigError(f"this observation holds no {name}, only {held}")
-        matrix = np.asarray(observations, np.float32)
-        if matrix.ndim != 2 or matrix.shape[1] != len(self):
-            raise ConfigError(
-                f"observations of shape {matrix.shape}: must be (robots, {len(self)}), as"
-                " numpy.stack(list(observations.values())) gives"
-            )
-        found = {}
-        for each, view in self.views(name, matrix):
-            if each.is_goal:
-                found[each.name] = _GOAL_OF_SLOT[view.argmax(axis=1)]
-            else:
-                found[each.name] = view.astype(each.dtype, order="C")
-        return self.inputs[name](**found)
-
-
-def widest(layouts: Sequence[Layout]) -> Layout:
-    """A layout whose bounds hold for all of these, which differ in nothing else.
-
-    Only that some may leave out features of the longest.
+    They differ in nothing else, only that some may leave out features of the longest.
     """
     first = max(layouts, key=len)
     lows: dict[str, float] = {}
@@ -197,53 +89,4 @@ def widest(layouts: Sequence[Layout]) -> Layout:
     for feature in (each for layout in layouts for each in layout):
         lows[feature.name] = min(feature.low, lows.get(feature.name, feature.low))
         highs[feature.name] = max(feature.high, highs.get(feature.name, feature.high))
-    wide = [replace(each, low=lows[each.name], high=highs[each.name]) for each in first]
-    if not isinstance(first, ObservationLayout):
-        return Layout(wide)
-    parts: dict[str, list[FeatureGroup]] = {part: [] for part in first.parts}
-    for part, group in _groups(first.parts):
-        own, wide = wide[: len(group.slots)], wide[len(group.slots) :]
-        slots = (replace(each, name=each.name.removeprefix(f"{part}.")) for each in own)
-        parts[part].append(replace(group, slots=tuple(slots)))
-    return ObservationLayout({part: tuple(groups) for part, groups in parts.items()}, first.inputs)
-
-
-class ObservationWriter:
-    """A matrix that the parts of the interface are written to, a row for each robot."""
-
-    def __init__(self, layout: ObservationLayout, rows: int) -> None:
-        """The matrix of a layout for so many robots."""
-        self._layout = layout
-        self._matrix = np.zeros((rows, len(layout)), np.float32)
-        self._views = {
-            part: [
-                (each.name, each.is_goal, view) for each, view in layout.views(part, self._matrix)
-            ]
-            for part in layout.parts
-        }
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """A copy has a matrix of its own, and its parts are parts of that."""
-        return type(self), (self._layout, len(self._matrix))
-
-    def write(self, parts: Mapping[str, Any]) -> Float32[Array, "rows numbers"]:
-        """A fresh matrix of observations."""
-        for part, views in self._views.items():
-            source = parts[part]
-            for name, is_goal, view in views:
-                value = getattr(source, name)
-                view[...] = goal_slots(value) if is_goal else value
-        return self._matrix.copy()
-
-
-def goal_slots(goal: Int8[Array, " rows"]) -> Float32[Array, "rows goals"]:
-    """A goal (0 nest, 1 prey, -1 none) as three slots, one of which is 1."""
-    return _ONE_OF_GOALS.take(goal, axis=0, mode="wrap")  # -1 is the last, none
-
-
-def _groups(
-    parts: Mapping[str, tuple[FeatureGroup, ...]],
-) -> Iterator[tuple[str, FeatureGroup]]:
-    for part, groups in parts.items():
-        for each in groups:
-            yield part, each
+    return [replace(each, low=lows[each.name], high=highs[each.name]) for each in first]

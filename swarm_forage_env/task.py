@@ -292,17 +292,9 @@ class Task:
     commanded: str
     """The field of a robot's command, and of its action, that the motion layer writes."""
 
-    exchange: Callable[[Any, Array], Any]
-    """What the weighting layer sees, from the world and the minds of its robots."""
-
-    situation: Callable[[Any, Array], Any]
-    """What the motion layer sees, from the world and the minds of its robots."""
-
-    array_weighting: Callable[..., Any]
-    """Makes a rule on arrays of a compiled `WeightingLayer`: hand-written, driven from outside."""
-
-    array_motion: Callable[..., Any]
-    """The same of a `MotionLayer`, a scenario and seeds."""
+    steered_by: tuple[str, ...]
+    """Where the records lie that the motion layer sees between the situation and the last command,
+    in the order in which `steer` takes them: `robots.readings`."""
 
     policies: Mapping[str, PolicyInterface]
     """What a policy can take the place of, by the name that `learn` takes."""

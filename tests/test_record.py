@@ -50,12 +50,12 @@ def test_records_are_compared_by_the_bits_of_their_fields_whatever_the_gaps_hold
         check_same_bits(one, other)
 
 
-def test_a_dtype_has_the_fields_last_ones_first():
+def test_a_dtype_has_the_fields_in_their_order():
     dtype = Vehicle.dtype(slots=3)
-    assert dtype.names == ("met", "right", "left", "goal", "pose")
+    assert dtype.names == ("pose", "goal", "left", "right", "met")
     assert dtype["pose"] == np.dtype((np.float64, (3,)))
     assert dtype["goal"] == np.int8
-    assert dtype["left"].names == ("is_stuck", "speed")
+    assert dtype["left"].names == ("speed", "is_stuck")
 
 
 def test_equal_dtypes_are_one_object():
@@ -70,8 +70,8 @@ def test_a_field_says_its_unit_and_its_scale():
     assert Vehicle.fields["goal"].start == -1
 
 
-def test_fields_of_base_classes_are_listed_first_and_their_columns_come_last():
-    assert [*Lorry.fields] == [*Vehicle.fields, "load"]
+def test_fields_of_base_classes_come_last():
+    assert [*Lorry.fields] == ["load", *Vehicle.fields]
     assert "load" not in Vehicle.fields
     assert Lorry.dtype(slots=1).names == ("load", *Vehicle.dtype(slots=1).names)
 

@@ -15,12 +15,11 @@ from stable_baselines3.common.type_aliases import Schedule
 from torch import Tensor, nn
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.spaces import ObservationLayout
+from swarm_forage_env.observed_fields import FieldLayout
 from training.learned_motion import (
     NETWORK,
     SIZES,
     dense_layer,
-    field_columns,
     motion_network_shapes,
     pooled_features,
     wheel_speeds,
@@ -75,10 +74,10 @@ class MotionActor(NamedNetwork):
     network = NETWORK
     sizes = SIZES
 
-    def __init__(self, layout: ObservationLayout) -> None:
+    def __init__(self, layout: FieldLayout) -> None:
         """Make a network for observations of this layout."""
         super().__init__(motion_network_shapes(SIZES), "wheels", GAIN)
-        self._columns = field_columns(layout, "situation")
+        self._columns = layout.columns("situation")
 
     def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
         """Return the wheel speeds, and 1 where they have an effect, else 0."""
@@ -90,13 +89,13 @@ class MotionActor(NamedNetwork):
 class MotionCritic(NamedNetwork):
     """The critic of a learned motion: the state value, by a network of the same form."""
 
-    def __init__(self, layout: ObservationLayout) -> None:
+    def __init__(self, layout: FieldLayout) -> None:
         """Make a network for observations of this layout."""
         of_actor = motion_network_shapes(SIZES)
         shapes = {name: of_actor[name] for name in of_actor if not name.startswith("wheels")}
         value = {"value.weight": (1, SIZES["hidden"]), "value.bias": (1,)}
         super().__init__({**shapes, **value}, "value", 1.0)
-        self._columns = field_columns(layout, "situation")
+        self._columns = layout.columns("situation")
 
     def forward(self, observed: Tensor) -> Tensor:
         """Return the state value of each row."""
@@ -118,11 +117,11 @@ class WeightingActor(NamedNetwork):
     centre: Tensor
     spread: Tensor
 
-    def __init__(self, layout: ObservationLayout, hidden: int = HIDDEN) -> None:
+    def __init__(self, layout: FieldLayout, hidden: int = HIDDEN) -> None:
         """Make a network for observations of this layout, with `hidden` hidden units."""
         self.sizes = {"hidden": hidden}
         super().__init__(self.architecture.shapes(self.sizes), "output", GAIN)
-        self._columns = field_columns(layout, "encounter")
+        self._columns = layout.columns("encounter")
         scales = torch.tensor(self.architecture.scales)
         for name, column in zip(("unit", "centre", "spread"), scales.T, strict=True):
             self.register_buffer(name, column.clone(), persistent=False)
@@ -179,9 +178,9 @@ class ReputationActor(WeightingActor):
 class WeightingCritic(NamedNetwork):
     """The critic of a learned weighting: the state value; a constant without an exchange."""
 
-    def __init__(self, layout: ObservationLayout) -> None:
+    def __init__(self, layout: FieldLayout) -> None:
         """Make a network for observations of this layout."""
-        self._columns = field_columns(layout, "encounter")
+        self._columns = layout.columns("encounter")
         n = max(each.stop for each in self._columns.values())
         shapes = {"first.weight": (32, n), "first.bias": (32,)}
         super().__init__({**shapes, "value.weight": (1, 32), "value.bias": (1,)}, "value", 1.0)
@@ -200,7 +199,7 @@ CRITICS: Mapping[LayerName, Any] = {"weighting": WeightingCritic, "motion": Moti
 class LayerNetworks(nn.Module):
     """The actors of all learned layers, and one critic for all of them."""
 
-    def __init__(self, layout: ObservationLayout, layers: tuple[LayerName, ...]) -> None:
+    def __init__(self, layout: FieldLayout, layers: tuple[LayerName, ...]) -> None:
         """Make the networks of layers in the order of their actions, with the last one's critic."""
         super().__init__()
         self.actors = nn.ModuleDict({layer: ACTORS[layer](layout) for layer in layers})
@@ -226,7 +225,7 @@ class LayerActorCriticPolicy(ActorCriticPolicy):
     def __init__(
         self,
         *spaces: Any,  # noqa: ANN401 spaces and schedule, as SB3 passes them
-        layout: ObservationLayout,
+        layout: FieldLayout,
         layers: tuple[LayerName, ...],
         **options: Any,  # noqa: ANN401 those of SB3
     ) -> None:

@@ -13,7 +13,8 @@ import torch
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.spaces import ObservationLayout, ObservationWriter
+from swarm_forage_env.observed_fields import FieldCopies, FieldLayout
+from swarm_forage_env.record import copied_rows
 from training.actor_critic import MotionActor
 
 SAMPLE_EVERY = 20
@@ -45,15 +46,16 @@ def clone_behaviour(actor: MotionActor, pairs: Sequence[Demonstrations]) -> floa
     return total / len(observed)
 
 
-def record_demonstrations(loop: Loop, layout: ObservationLayout) -> Demonstrations:
+def record_demonstrations(loop: Loop, layout: FieldLayout) -> Demonstrations:
     """Record observations and wheel speeds over a whole episode of a hand-written controller."""
-    writer = ObservationWriter(layout, loop.world.robots.size)
+    shown, world = FieldCopies(layout), loop.world
     observed, wheels = [], []
     for tick in range(loop.world.scenario.n_ticks):
         if tick % SAMPLE_EVERY == 0:
-            parts = {"encounter": loop.exchange, "situation": loop.situation}
-            observed.append(writer.write(parts))
+            seen = np.empty((*world.robots.shape, len(layout)), np.float32)
+            shown.read(world, loop.controller.minds, seen)
+            observed.append(seen.reshape(-1, len(layout)))
         loop.step()
         if tick % SAMPLE_EVERY == 0:  # what was commanded is shown as the last wheels
-            wheels.append(loop.situation.wheels)
+            wheels.append(copied_rows(world.robots, ("command", "wheels")))
     return np.concatenate(observed), np.concatenate(wheels)

@@ -14,17 +14,17 @@ from torch import Tensor
 from baselines.controller import LayeredController
 from baselines.oracles.oracle import errors
 from baselines.running import RunningLayers
+from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.arrays import Array, Bool, Float32
-from swarm_forage_env.compiler import bind, kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.array_rules import weigh_rows
+from swarm_forage_env.foraging.control import is_weighed
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.views import WeightingInput
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.record import one_record
-from swarm_forage_env.spaces import ObservationLayout, ObservationWriter
+from swarm_forage_env.observed_fields import FieldLayout
+from swarm_forage_env.record import Rows
 from training.actor_critic import WeightingActor
 from training.learned_weighting import ENCOUNTER_NETWORK, WeightingNetwork
 from training.policy_file import observation_layout
@@ -138,7 +138,7 @@ class RecordingWeighting:
 
     numbers: Float32[Array, " numbers"]
     """Flat weights of the network."""
-    layout: ObservationLayout
+    layout: FieldLayout
     """Layout of the observations that are recorded."""
     architecture: WeightingNetwork = ENCOUNTER_NETWORK
     recorded: list[Exchanges] = field(default_factory=list)
@@ -169,36 +169,32 @@ class ExchangeRecorder:
     ) -> None:
         """Take the beliefs of the robots of a running controller, and their world."""
         layer = weighting.architecture.layer(weighting.numbers)
-        asked = {"is_weighed": is_told} if weighting.remembers else {}
-        self._weigh = bind(weigh_rows, {"gain": layer.gain, **asked})
-        self._numbers = one_record(layer.all_numbers)
-        self._writer = ObservationWriter(weighting.layout, world.rows)
+        is_asked = is_told if weighting.remembers else is_weighed
+        self._weigh, self._layout = RowWeighting(layer, is_asked), weighting.layout
         self._recorded, self._remembers = weighting.recorded, weighting.remembers
         self._is_double = running.estimator.numbers["double"] > 0.0
         self._minds, self._world = running.minds, world
 
-    def __call__(self, exchange: WeightingInput) -> Float32[Array, "rows areas"]:
+    def __call__(self, exchange: Rows) -> Float32[Array, "rows areas"]:
         """Record the exchanges that end in this tick, and return g for each row and area."""
         row, area = np.nonzero(self._is_recorded(exchange))
         own, heard = errors(self._minds, self._world)
-        observed = self._writer.write({"encounter": exchange})[row]
-        told = self._minds["estimator"]["exchange"].reshape(-1)
+        observed = self._layout.matrix({"exchange": exchange})[row]
         if self._remembers:
-            observed = np.concatenate([observed, _remembered(told, row, area)], axis=1)
+            observed = np.concatenate([observed, _remembered(exchange, row, area)], axis=1)
         known = exchange.own_known[row, area]
         columns = observed, np.eye(2)[area], known, own[row, area], heard[row, area]
         self._recorded.append(Exchanges(*(each.astype(np.float32) for each in columns)))
-        g = np.zeros((len(exchange.valid), 2), np.float32)
-        self._weigh(told, self._numbers, g)
-        return g
+        return self._weigh(exchange)
 
-    def _is_recorded(self, exchange: WeightingInput) -> Bool[Array, "rows areas"]:
+    def _is_recorded(self, exchange: Rows) -> Bool[Array, "rows areas"]:
         """What is told of an area counts, and the network is asked about it."""
-        is_merged: Bool[Array, "rows areas"] = exchange.heard_known & exchange.own_known
+        is_told, is_known = exchange.heard_known > 0.0, exchange.own_known > 0.0
+        is_merged: Bool[Array, "rows areas"] = is_told & is_known
         if not self._is_double:
-            is_merged &= exchange.goal[:, None] == np.arange(2)
+            is_merged &= exchange.goal[:, :2] > 0.0
         if self._remembers:
-            is_merged |= exchange.heard_known & ~exchange.own_known
+            is_merged |= is_told & ~is_known
         return is_merged
 
 

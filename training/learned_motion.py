@@ -24,10 +24,9 @@ from baselines.motion.base import MOTIONS
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.views import MotionInput
 from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.parameters import Part
-from swarm_forage_env.spaces import ObservationLayout, ObservationWriter
+from swarm_forage_env.record import Rows
 from swarm_forage_env.task import task_of
 from training import linear_motion_policy
 from training.policy_file import (
@@ -54,17 +53,6 @@ OWN, MESSAGE = 33, 5
 
 Columns = Mapping[str, slice]
 """Columns of each field in a matrix of observations."""
-
-
-def field_columns(layout: ObservationLayout, part: str) -> Columns:
-    """Columns of each field of a part in the observations of a layout."""
-    found, start = {}, 0
-    for owner, groups in layout.parts.items():
-        for each in groups:
-            if owner == part:
-                found[each.name] = slice(start, start + len(each.slots))
-            start += len(each.slots)
-    return found
 
 
 def motion_network_shapes(sizes: Mapping[str, int]) -> Shapes:
@@ -186,7 +174,7 @@ class LearnedMotion(Part):
         """Start a deep-set network in several worlds; ConfigError if the policy does not fit."""
         policy = load_policy(self.policy)
         policy.check_fits("motion", scenario)
-        return NetworkMotion(motion_weights(policy), scenario, len(seeds))
+        return NetworkMotion(motion_weights(policy), scenario)
 
 
 def _is_linear(policy: Policy) -> bool:
@@ -203,19 +191,24 @@ def motion_weights(policy: Policy) -> Weights:
 class NetworkMotion:
     """The running motion of all robots of several worlds, by a deep-set network."""
 
-    def __init__(self, weights: Weights, scenario: Scenario, n_worlds: int) -> None:
+    def __init__(self, weights: Weights, scenario: Scenario) -> None:
         """Start the motion: all robots run the same network."""
-        layout = observation_layout("motion", scenario)
-        self._weights = weights
-        self._columns = field_columns(layout, "situation")
-        self._writer = ObservationWriter(layout, n_worlds * scenario.task.n_robots)
+        self._weights, self._layout = weights, observation_layout("motion", scenario)
+        self._columns = self._layout.columns("situation")
 
-    def __call__(self, situation: MotionInput) -> Float32[Array, "rows 2"]:
+    def __call__(
+        self,
+        situation: Rows,
+        readings: Rows,
+        heard: Rows,
+        wheels: Float32[Array, "rows 2"],
+    ) -> Float32[Array, "rows 2"]:
         """Left and right wheel speed of every robot, as a share of cruise speed in [-1, 1]."""
-        observed = self._writer.write({"situation": situation})
-        wheels = wheel_speeds(self._weights, observed, self._columns, np)
-        wheels[situation.talking] = 0.0
-        return np.asarray(np.clip(wheels, -1.0, 1.0))
+        seen = {"situation": situation, "readings": readings, "heard": heard}
+        observed = self._layout.matrix({**seen, "command": {"wheels": wheels}})
+        output = wheel_speeds(self._weights, observed, self._columns, np)
+        output[situation.is_talking > 0.0] = 0.0
+        return np.asarray(np.clip(output, -1.0, 1.0))
 
     def reset(self, world: int, seed: int) -> None:
         """Start a new episode; the network has no memory to reset."""

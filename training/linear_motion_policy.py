@@ -20,6 +20,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES
 from swarm_forage_env.foraging.control import REACH
+from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Heard, Readings, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
@@ -138,8 +139,9 @@ def write_features(
     for k in range(x.shape[0]):
         x[k] = 0.0
     x[0] = 1.0
-    if situation.goal >= 0:
-        goal_features(situation.target, situation.p[situation.goal], -1.0, x)
+    goal = goal_of(situation.goal)
+    if goal >= 0:
+        goal_features(situation.target, situation.p[goal], -1.0, x)
     else:
         goal_features(situation.target, 0.0, memory.searched, x)
     proximity_features(readings.proximity, x)
@@ -169,7 +171,7 @@ def steer(
     To a robot that is talking nothing is added, as communication takes control of the motors
     (TR, Section 5.2).
     """
-    has_goal = situation.goal >= 0
+    has_goal = goal_of(situation.goal) >= 0
     walked = numbers.path_per_wheel * abs(np.float64(wheels[0]) + np.float64(wheels[1]))
     memory.searched = 0.0 if has_goal else memory.searched + walked
     write_features(situation, readings, heard, wheels, memory, numbers.slots)

@@ -22,8 +22,9 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.extras import remedy
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.parameters import Count, NotNegative, Part
-from swarm_forage_env.spaces import Layout, ObservationLayout
+from swarm_forage_env.spaces import Layout
 from training.foreign_file import LARGEST_CARD, read_file, reason
 
 BUNDLED = Path(__file__).parent / "policies"
@@ -175,7 +176,7 @@ def misfit(has: Shapes, wants: Shapes) -> str:
     return ""
 
 
-def observation_layout(layer: LayerName, scenario: Scenario) -> ObservationLayout:
+def observation_layout(layer: LayerName, scenario: Scenario) -> FieldLayout:
     """Observation layout of a layer in a scenario."""
     return LEARNABLE[layer].layout(scenario)
 

@@ -115,7 +115,7 @@ class RunningPolicy:
         """Write the actions, and leave those of learners as they were."""
         action, robots = self._world.robots["action"], self._robots
         before = None if all(mask[:, robots].all() for mask in own.values()) else action.copy()
-        self._form.policy.act(self._world, self._inner, robots, self._held[:, robots])
+        self._form.act(self._world, self.minds, robots, self._held[:, robots])
         if before is None:
             return
         fields = {"weighting": "weight", "motion": self._form.task.commanded}

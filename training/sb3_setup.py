@@ -13,7 +13,7 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.utils import FloatSchedule, set_random_seed
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.spaces import ObservationLayout
+from swarm_forage_env.observed_fields import FieldLayout
 from training.actor_critic import LayerActorCriticPolicy
 from training.experiment import Experiment, worlds_per_scenario
 from training.multi_scenario_vec_env import MultiScenarioVecEnv
@@ -36,7 +36,7 @@ class Learner(Protocol):
         ...
 
     @property
-    def observation_layout(self) -> ObservationLayout:
+    def observation_layout(self) -> FieldLayout:
         """What a row of an observation is made of."""
         ...
 
@@ -175,9 +175,9 @@ class SB3Learner:
         self._model.num_timesteps = number
 
     @property
-    def observation_layout(self) -> ObservationLayout:
+    def observation_layout(self) -> FieldLayout:
         """What a row of an observation is made of."""
-        return cast(ObservationLayout, self._env.observation_layout)
+        return cast(FieldLayout, self._env.observation_layout)
 
     @property
     def n_rows(self) -> int:

@@ -20,7 +20,7 @@ from torch import Tensor
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.device_env import array_env
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.spaces import ObservationLayout
+from swarm_forage_env.observed_fields import FieldLayout
 from training.actor_critic import LayerActorCriticPolicy
 from training.experiment import Experiment, worlds_per_scenario
 from training.sb3_setup import PPOHyperparameters, env_options
@@ -85,7 +85,7 @@ class TensorPPO:
         return min(self._hyperparameters.n_steps, most)
 
     @property
-    def observation_layout(self) -> ObservationLayout:
+    def observation_layout(self) -> FieldLayout:
         """What a row of an observation is made of."""
         return self.rows.observation_layout
 

@@ -13,7 +13,7 @@ from swarm_forage_env.arrays import Array, Bool
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.device_env import DeviceArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
-from swarm_forage_env.spaces import ObservationLayout
+from swarm_forage_env.observed_fields import FieldLayout
 from training.policy_file import arrays_under
 from training.tensors import array_for, follow_stream, tensor_of, torch_device
 
@@ -50,7 +50,7 @@ class TensorRows:
         first = self.blocks[0]
         self.device = torch_device("cuda" if isinstance(first, DeviceArrayEnv) else "cpu")
         self.observation_space, self.action_space = first.observation_space, first.action_space
-        self.observation_layout: ObservationLayout = first.observation_layout
+        self.observation_layout: FieldLayout = first.observation_layout
         self._n_learners = [len(each.learners) for each in self.blocks]
         self._n_rows = [n * each.n_worlds for n, each in self._of_blocks()]
         self.n_rows: int = sum(self._n_rows)

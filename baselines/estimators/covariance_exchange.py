@@ -86,7 +86,7 @@ def accumulate_ellipse(
     belief: EllipseBelief, message: EllipseMessage, heard: Heard, slot: int
 ) -> None:
     """Add the error ellipses of a message to the running sums of an exchange."""
-    beam, weight = heard.range_bearing[slot], heard.n_averaged[slot]
+    beam, weight = heard.range_bearing[slot], float(heard.n_averaged[slot])
     for area in range(2):
         if message.told[area]:
             psi = heard_direction(beam[1], beam[2], message.long_direction[area])

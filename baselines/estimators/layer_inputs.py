@@ -5,6 +5,7 @@ import math
 from baselines.estimators.belief import NOBODY, NOWHERE, Belief, SocialMind
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import to_body
+from swarm_forage_env.foraging.inputs import write_goal
 from swarm_forage_env.foraging.records import Exchange, Report, Situation
 
 
@@ -27,7 +28,7 @@ def describe_situation(belief: Belief, situation: Situation) -> None:
         situation.areas[area, 0], situation.areas[area, 1] = ahead, left
         situation.p[area] = p
         situation.known[area] = belief.known[area]
-    situation.goal = belief.goal
+    write_goal(belief.goal, situation.goal)
     situation.is_talking = belief.partner != NOBODY
     situation.target[0] = situation.target[1] = 0.0
     if belief.goal != NOWHERE:
@@ -73,7 +74,7 @@ def describe_exchange(belief: Belief, exchange: Exchange) -> None:
         describe_heard_side(belief, area, exchange)
     exchange.range = belief.range_sum / belief.n_averaged
     exchange.n_averaged = belief.n_averaged
-    exchange.goal = belief.goal
+    write_goal(belief.goal, exchange.goal)
 
 
 @kernel

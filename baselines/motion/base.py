@@ -6,5 +6,5 @@ from swarm_forage_env.registry import Registry
 
 MOTIONS: Registry[Any] = Registry("motion")
 """Parameters by name; each is a `Part`. A compiled motion has a method `layer(scenario)`, which
-returns a `MotionLayer`; of a motion in NumPy `start(scenario, seeds)` gives a function of a
-`MotionInput`."""
+returns a `MotionLayer`; of a motion in NumPy `start(scenario, seeds)` gives a function of the
+records that `steer` takes, a row for each robot."""

@@ -29,6 +29,7 @@ from baselines.motion.flock import (
 from baselines.motion.subsumption import Course, SubsumptionParameters, subsume
 from swarm_forage_env.arrays import NEST, Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Heard, Readings, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
@@ -91,8 +92,9 @@ def feel(situation: Situation, heard: Heard, course: FlockCourse, numbers: Numbe
         course.ways[GOAL, axis] = situation.target[axis]
     course.stimuli[0] = heard.n / numbers.n_robots
     course.stimuli[1] = course.stimuli[2] = 0.0
-    if situation.goal >= 0:
-        course.stimuli[1] = situation.p[situation.goal] / numbers.trust
+    goal = goal_of(situation.goal)
+    if goal >= 0:
+        course.stimuli[1] = situation.p[goal] / numbers.trust
 
 
 @kernel

@@ -22,6 +22,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES, response
 from swarm_forage_env.equations.random_draws import exponential, symmetric
+from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Heard, Readings, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
@@ -131,7 +132,7 @@ def subsume(
     creep = 0.0
     if avoid(course, readings, numbers):
         angle, creep = course.turn, numbers.creep
-    elif situation.goal >= 0:
+    elif goal_of(situation.goal) >= 0:
         angle = float(math.atan2(target[1], target[0]))
     else:
         wander(course, numbers)

@@ -11,10 +11,9 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.foraging.metrics import nearest_areas
-from swarm_forage_env.foraging.views import WeightingInput
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.parameters import Part
-from swarm_forage_env.record import rows
+from swarm_forage_env.record import Rows, rows
 
 
 class OracleWeighting(Part):
@@ -34,11 +33,11 @@ class NearerEstimate:
     minds: Array
     world: ForagingWorld
 
-    def __call__(self, exchange: WeightingInput) -> Float32[Array, "rows areas"]:
+    def __call__(self, exchange: Rows) -> Float32[Array, "rows areas"]:
         """g for each row and area."""
         own, heard = errors(self.minds, self.world)
         nearer = np.hypot(*heard.T).T < np.hypot(*own.T).T
-        g: Float32[Array, "rows areas"] = (exchange.heard_known & nearer).astype(np.float32)
+        g: Float32[Array, "rows areas"] = exchange.heard_known * nearer
         return g
 
 

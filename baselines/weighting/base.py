@@ -6,5 +6,5 @@ from swarm_forage_env.registry import Registry
 
 WEIGHTING_RULES: Registry[Any] = Registry("weighting rule")
 """Rules by name; each is a `Part` whose fields are its parameters. A compiled rule has a method
-`layer(scenario)`, which returns a `WeightingLayer`; a rule in NumPy is called with a
-`WeightingInput`."""
+`layer(scenario)`, which returns a `WeightingLayer`; a rule in NumPy is called with the records
+`Exchange`, a row for each robot."""

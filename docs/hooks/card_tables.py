@@ -8,11 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from baselines.evaluation.listing import describe
-from swarm_forage_env import parallel_env
-
-CODED = "0 nest, 1 prey, -1 none"
-ONE_EACH = "1 at this one, 0 at the others"
-"""How a choice is told as one number, and as a number for each."""
+from swarm_forage_env import find_scenario, parallel_env
+from swarm_forage_env.task import task_of
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -25,10 +22,10 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def policy(name: str, learn: str) -> str:
     """Observation and action of a policy as tables."""
     env = parallel_env(name, learn=learn)
+    observes = task_of(find_scenario(name)).policies[learn].observes
     meanings = {
-        f"{part}.{key}": text
-        for part, kind in _parts(name, learn).items()
-        for key, text in _field_docstrings(kind).items()
+        f"{each.part}.{each.shown_as}": _field_docstrings(each.record).get(each.name, "")
+        for each in observes
     }
     seen, given = env.observation_layout, env.action_layout
     heads = "numbers", "name", "unit and scale", "from", "to", "noise", "meaning"
@@ -46,12 +43,6 @@ def _counted(layout: Sequence[Any]) -> str:
     return f"{len(layout)} number{'s' if len(layout) > 1 else ''}"
 
 
-def _parts(name: str, learn: str) -> Mapping[str, type[Any]]:
-    """What each part of an observation is as a dataclass, whose fields say what they mean."""
-    in_units = parallel_env(name, learn=learn, normalise=False)
-    return getattr(in_units.observation_layout, "inputs", {})
-
-
 def _rows(layout: Sequence[Any], meanings: Mapping[str, str]) -> Iterator[tuple[str, ...]]:
     """A row for the features of a field that have the same unit, bounds and noise."""
     groups: dict[tuple[Any, ...], list[tuple[int, str]]] = {}
@@ -64,8 +55,7 @@ def _rows(layout: Sequence[Any], meanings: Mapping[str, str]) -> Iterator[tuple[
     for (field, unit, low, high, noise), found in groups.items():
         numbers, ends = zip(*found, strict=True)
         shown = f"`{field}` {_ends(ends)}".strip()
-        meaning = meanings.get(field, "").replace(CODED, ONE_EACH if len(ends) > 1 else CODED)
-        yield _runs(numbers), shown, unit, f"{low:g}", f"{high:g}", noise, meaning
+        yield _runs(numbers), shown, unit, f"{low:g}", f"{high:g}", noise, meanings.get(field, "")
 
 
 def _runs(numbers: Sequence[int]) -> str:
@@ -82,7 +72,7 @@ def _ends(ends: Sequence[str]) -> str:
 
 
 def _field_docstrings(kind: type[Any]) -> dict[str, str]:
-    """The docstring below each field of a dataclass, as one line."""
+    """The docstring below each field of a record, as one line."""
     (tree,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
     assert isinstance(tree, ast.ClassDef)
     found = {}

@@ -21,7 +21,7 @@ from swarm_forage_env.interface import CORRECT, REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import Count, Part, validated
 from swarm_forage_env.policy_interface import Index
-from swarm_forage_env.spaces import widest
+from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import World
 
 Infos = dict[str, Array]
@@ -162,7 +162,7 @@ class ArrayEnv:
         """`step` with what the layers take, as `actions` made it of the actions of all learners."""
         self.episodes.check_running()
         action = raw.reshape(self.n_worlds, len(self.learners), -1)
-        self.policy.act(self.world, self.loop.controller, self._learns, action)
+        self._act(self.world, self.loop.controller.minds, self._learns, action)
         self._last_action[:, self._learns] = action
         before = self._potential() if self.config.shaping > 0.0 else None
         earned = self._stepper.run(self._earned)
@@ -244,7 +244,8 @@ class ArrayEnv:
         """Make the spaces, and what writes observations and the state."""
         scenarios = self.episodes.extremes
         form = PolicyForm(scenarios, self.config)
-        self.observer, self._frames = form.observe, form.frames(self.n_worlds)
+        self.observer, self._act = form.observe, form.act
+        self._frames = form.frames(self.n_worlds)
         self.observation_layout, self.observation_space = form.layout, form.observation_space
         self.action_layout, self.action_space = form.action.layout, form.action_space
         self.action_shape = form.action.shape
@@ -254,7 +255,7 @@ class ArrayEnv:
             for each in scenarios
         ]
         self.truth = max(truths, key=lambda each: len(each.layout))
-        state_layout = widest([each.layout for each in truths])
+        state_layout = Layout(widest([each.layout for each in truths]))
         is_normal = self.config.normalise
         self._state = Normaliser(state_layout) if is_normal else None
         self.state_layout = normalised(state_layout) if is_normal else state_layout

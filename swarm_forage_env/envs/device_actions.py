@@ -10,7 +10,6 @@ from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs import grid
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.policy_interface import PolicyOnGrid
 
 
 class DeviceActions(Protocol):
@@ -35,17 +34,17 @@ class DeviceActions(Protocol):
 class DeviceNumbers:
     """Actions that are numbers, float32."""
 
-    def __init__(self, host: ArrayEnv, policy: PolicyOnGrid, loop: DeviceLoop) -> None:
+    def __init__(self, host: ArrayEnv, loop: DeviceLoop) -> None:
         """In the place of the learners of an environment."""
         assert isinstance(host.action_space, Box)
         self._form, self._turn = host.actions.form, host.config.sharpest_turn
         self._loop, self._learners = loop, loop.memory.to_device(host.learner_numbers)
         low, high = host.action_space.low, host.action_space.high
         self._bounds = loop.memory.to_device(low), loop.memory.to_device(high)
-        self.raw = _raw(host, loop)
+        self.raw, self._fields = _raw(host, loop), loop.fields(host.policy.action)
         command = {"command": grid.as_given, **self._form.steering_kernel}
         self._check = bind_grid(grid.check_actions, {})
-        self._take = bind_grid(grid.take_actions, {"put": policy.put, **command})
+        self._take = bind_grid(grid.take_actions, command)
 
     def taken(self, actions: Any) -> Any:  # noqa: ANN401 a tensor of any library
         """The actions as they lie on the GPU; ConfigError for what has another shape or type."""
@@ -58,25 +57,24 @@ class DeviceNumbers:
 
     def take(self, given: Any) -> None:  # noqa: ANN401 an array of the GPU
         """Write the actions."""
-        form, at = self._form, self._loop.arrays
+        form, turn = self._form, self._turn
         self._take[self._loop.launch](
-            at["robots"], at["minds"], self._learners, given, self.raw,
-            form.n_symmetric, form.steers_at, self._turn,
-        )  # fmt: skip
+            *self._fields, self._learners, given, self.raw, form.n_symmetric, form.steers_at, turn
+        )
 
 
 class DeviceChoices:
     """Actions that are choices, whole numbers of any type."""
 
-    def __init__(self, host: ArrayEnv, policy: PolicyOnGrid, loop: DeviceLoop) -> None:
+    def __init__(self, host: ArrayEnv, loop: DeviceLoop) -> None:
         """In the place of the learners of an environment."""
         form = host.actions.form
         self._n = len(form.choices)
         self._choices = loop.memory.to_device(form.raw_of(np.arange(self._n)))
         self._loop, self._learners = loop, loop.memory.to_device(host.learner_numbers)
-        self.raw = _raw(host, loop)
+        self.raw, self._fields = _raw(host, loop), loop.fields(host.policy.action)
         self._check = bind_grid(grid.check_choices, {})
-        self._take = bind_grid(grid.take_choices, {"put": policy.put})
+        self._take = bind_grid(grid.take_choices, {})
 
     def taken(self, actions: Any) -> Any:  # noqa: ANN401 a tensor of any library
         """The actions as they lie on the GPU; ConfigError for what has another shape or type."""
@@ -90,10 +88,7 @@ class DeviceChoices:
 
     def take(self, given: Any) -> None:  # noqa: ANN401 an array of the GPU
         """Write the actions."""
-        at = self._loop.arrays
-        self._take[self._loop.launch](
-            at["robots"], at["minds"], self._learners, given, self._choices, self.raw
-        )
+        self._take[self._loop.launch](*self._fields, self._learners, given, self._choices, self.raw)
 
 
 def _raw(host: ArrayEnv, loop: DeviceLoop) -> Any:  # noqa: ANN401 an array of the GPU

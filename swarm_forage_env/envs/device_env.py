@@ -15,7 +15,6 @@ from swarm_forage_env.envs.device_observer import DeviceObserver, DeviceRewards
 from swarm_forage_env.envs.device_stepping import DeviceExchanges, DeviceStepper, DeviceTicks
 from swarm_forage_env.envs.episodes import Seeds
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.policy_interface import PolicyOnGrid
 from swarm_forage_env.random_streams import generator_at, words_of
 
 DEVICES = "cpu", "cuda"
@@ -65,7 +64,7 @@ class DeviceArrayEnv:
     ) -> None:
         """Make the worlds under the keywords of `parallel_env`; `reset` starts their episodes."""
         self._host = host = ArrayEnv(scenario, n_worlds, controller, stagger, **options)
-        policy = _checked(host)
+        _check(host)
         self.n_worlds, self.learners, self.config = host.n_worlds, host.learners, host.config
         self.action_space, self.observation_space = host.action_space, host.observation_space
         self.action_layout, self.observation_layout = host.action_layout, host.observation_layout
@@ -74,8 +73,8 @@ class DeviceArrayEnv:
         host.episodes.run_on(loop)
         is_discrete = host.actions.form.is_discrete
         self._actions: DeviceActions
-        self._actions = (DeviceChoices if is_discrete else DeviceNumbers)(host, policy, loop)
-        self._observe = DeviceObserver(host, policy, loop)
+        self._actions = (DeviceChoices if is_discrete else DeviceNumbers)(host, loop)
+        self._observe = DeviceObserver(host, loop)
         self._rewards = DeviceRewards(host, loop.potential, loop)
         self._stepper: DeviceStepper
         by_exchange = host.config.step_on == "exchange"
@@ -213,8 +212,8 @@ def refusals(config: EnvConfig) -> dict[str, bool]:
     return {f"reward={config.reward!r}": config.reward not in ("own", "team")}
 
 
-def _checked(host: ArrayEnv) -> PolicyOnGrid:
-    """The policy as a GPU runs it; ConfigError for what does not run there."""
+def _check(host: ArrayEnv) -> None:
+    """ConfigError for what does not run on a GPU."""
     for option, is_asked in refusals(host.config).items():
         if is_asked:
             raise ConfigError(f"{option}: runs on a CPU only; leave it out, or take device='cpu'")
@@ -224,6 +223,3 @@ def _checked(host: ArrayEnv) -> PolicyOnGrid:
                 f"observation: {type(part).__name__} is written in NumPy, which runs on a CPU only;"
                 " leave it out, or take device='cpu'"
             )
-    if host.policy.on_grid is None:
-        raise ConfigError(f"learn='{host.config.learn}': runs on a CPU only in this task")
-    return host.policy.on_grid

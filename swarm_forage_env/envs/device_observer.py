@@ -9,13 +9,12 @@ from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs import grid
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.interface import Kernel
-from swarm_forage_env.policy_interface import PolicyOnGrid
 
 
 class DeviceObserver:
     """Writes what every learner observes, a new array each time."""
 
-    def __init__(self, host: ArrayEnv, policy: PolicyOnGrid, loop: DeviceLoop) -> None:
+    def __init__(self, host: ArrayEnv, loop: DeviceLoop) -> None:
         """As the environment on the CPU does."""
         self._host, self._loop, memory = host, loop, loop.memory
         self._learners = memory.to_device(host.learner_numbers)
@@ -24,7 +23,7 @@ class DeviceObserver:
         direction, bound, squashes = observer.on_grid
         self._direction = memory.to_device(direction)
         self._scaling = memory.to_device(bound), memory.to_device(squashes)
-        self._show = bind_grid(grid.show_layer, {"show": policy.show})
+        self._show, self._fields = bind_grid(grid.show_layer, {}), loop.fields(observer.shown)
         self._parts = [
             (bind_grid(grid.add_part, {"put": part.put}), span)  # type: ignore[attr-defined]  # others are refused
             for part, span in zip(observer.parts, observer.spans, strict=True)
@@ -37,13 +36,11 @@ class DeviceObserver:
 
     def __call__(self, raw: Any, is_new: Any, is_step: bool) -> Any:  # noqa: ANN401 arrays of the GPU
         """What every learner observes after actions, in a step or where some worlds are new."""
-        loop, n_slots = self._loop, self._host.world.scenario.slots
-        on, at, memory = loop.launch, loop.arrays, loop.memory
+        loop, memory = self._loop, self._loop.memory
+        on = loop.launch
         seen = memory.empty((*self._shape, self._n), np.float32)
         if self._host.observer.n_shown:
-            self._show[on](
-                at["robots"], at["minds"], self._learners, n_slots, self._direction, seen
-            )
+            self._show[on](*self._fields, self._learners, self._direction, seen)
         if self._parts:
             time_left = memory.to_device(self._host.episodes.share_left())
             n_robots = self._host.world.n_robots

@@ -13,14 +13,14 @@ from swarm_forage_env.envs.frames import fill_frames, push_frame
 from swarm_forage_env.envs.observations import normalise_row, write_direction
 from swarm_forage_env.envs.rewards import mean_of, shaping
 from swarm_forage_env.interface import REFUSED, Kernel
+from swarm_forage_env.observed_fields import Spans, Words, copy_words
 
 cuda: Any
 command: Kernel
-show: Kernel
 put: Kernel
 potential: Kernel
-"""Free names of the templates: threads of the GPU, a form of steering, functions of a policy, of
-an addition to an observation, and of a task."""
+"""Free names of the templates: threads of the GPU, a form of steering, functions of an addition to
+an observation, and of a task."""
 
 HALF, ONE = np.float32(0.5), np.float32(1.0)
 
@@ -60,28 +60,63 @@ def check_choices(
             cuda.atomic.max(trouble, REFUSED, w + 1)
 
 
-def take_choices(
-    robots: Array,
-    minds: Array,
+@kernel
+def write_fields(
+    row: Float32[Array, " numbers"],
+    robots: Float32[Array, " words"],
+    minds: Float32[Array, " words"],
+    n_robots: int,
+    i: int,
+    spans: Spans,
+) -> None:
+    """Write an action to the records of robot i of a world."""
+    for s in range(spans.shape[0]):
+        words = minds if spans[s, 0] else robots
+        at = i * (words.shape[0] // n_robots) + spans[s, 1]
+        copy_words(row, spans[s, 3], spans[s, 2], words, at)
+
+
+@kernel
+def read_fields(
+    robots: Float32[Array, " words"],
+    minds: Float32[Array, " words"],
+    n_robots: int,
+    i: int,
+    spans: Spans,
+    row: Float32[Array, " numbers"],
+) -> None:
+    """Write the fields of robot i of a world to an observation."""
+    for s in range(spans.shape[0]):
+        words = minds if spans[s, 0] else robots
+        at = i * (words.shape[0] // n_robots) + spans[s, 1]
+        copy_words(words, at, spans[s, 2], row, spans[s, 3])
+
+
+def take_choices(  # noqa: PLR0913 what an action is, and where it goes
+    robots: Words,
+    minds: Words,
+    n_robots: int,
+    spans: Spans,
     learners: Int64[Array, " learners"],
     given: Int64[Array, "worlds learners"],
     choices: Float32[Array, "choices numbers"],
     raw: Float32[Array, "worlds learners numbers"],
 ) -> None:
-    """Write the actions that the learners have chosen. Free names: cuda, put."""
+    """Write the actions that the learners have chosen. Free name: cuda."""
     w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
     n = given.shape[1] if w < given.shape[0] else 0
     for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
         row, chosen = raw[w, learner], given[w, learner]
         for k in range(row.shape[0]):
             row[k] = choices[chosen, k]
-        i = learners[learner]
-        put(robots[w, i], minds[w, i], row)
+        write_fields(row, robots[w], minds[w], n_robots, learners[learner], spans)
 
 
-def take_actions(  # noqa: PLR0913 what an action is
-    robots: Array,
-    minds: Array,
+def take_actions(  # noqa: PLR0913 what an action is, and where it goes
+    robots: Words,
+    minds: Words,
+    n_robots: int,
+    spans: Spans,
     learners: Int64[Array, " learners"],
     given: Float32[Array, "worlds learners numbers"],
     raw: Float32[Array, "worlds learners numbers"],
@@ -92,7 +127,7 @@ def take_actions(  # noqa: PLR0913 what an action is
     """Write the actions of the learners.
 
     The first `n_symmetric` numbers are weights in [-1, 1]; those from `steers_at` on, if it is not
-    negative, steer. Free names: cuda, command, put.
+    negative, steer. Free names: cuda, command.
     """
     w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
     n = given.shape[1] if w < given.shape[0] else 0
@@ -104,8 +139,7 @@ def take_actions(  # noqa: PLR0913 what an action is
         if steers_at >= 0:
             left, right = command(row[steers_at], row[steers_at + 1], sharpest_turn)
             row[steers_at], row[steers_at + 1] = left, right
-        i = learners[learner]
-        put(robots[w, i], minds[w, i], row)
+        write_fields(row, robots[w], minds[w], n_robots, learners[learner], spans)
 
 
 def stop_at_exchanges(
@@ -198,24 +232,25 @@ def credit(  # noqa: PLR0913 what was earned, what is given for it, and to whom
             out[k, w, learner] = mean_of(shaped[k, w]) if is_team else own
 
 
-def show_layer(
-    robots: Array,
-    minds: Array,
+def show_layer(  # noqa: PLR0913 what an observation is written from, and where it goes
+    robots: Words,
+    minds: Words,
+    n_robots: int,
+    spans: Spans,
     learners: Int64[Array, " learners"],
-    n_slots: int,
     direction: Int64[Array, "2"],
     out: Float32[Array, "worlds learners numbers"],
 ) -> None:
     """Write what the layer of every learner is shown.
 
     `direction` is where the observed target starts, or -1, and where its direction goes.
-    Free names: cuda, show.
+    Free name: cuda.
     """
     w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
     n = out.shape[1] if w < out.shape[0] else 0
     for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
-        i, row = learners[learner], out[w, learner]
-        show(robots[w, i], minds[w], i, n_slots, row)
+        row = out[w, learner]
+        read_fields(robots[w], minds[w], n_robots, learners[learner], spans, row)
         if direction[0] >= 0:
             write_direction(row, direction[0], direction[1])
 

@@ -28,6 +28,7 @@ from swarm_forage_env.envs.added_observations import (
 )
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.no_layers import has_estimators
+from swarm_forage_env.observed_fields import FieldCopies, FieldLayout
 from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.spaces import Feature, Layout
 
@@ -165,23 +166,26 @@ class Observer:
     spans: list[tuple[int, int]]
     """Where the numbers of each of these stand: first and last + 1."""
 
+    shown: FieldLayout
+    """What the layer sees."""
+
     n_shown: int
-    """How many numbers the layer is shown."""
+    """How many numbers of it are observed: all, or none."""
 
     def __init__(
         self,
         policy: PolicyInterface,
         observation: Any,  # noqa: ANN401 names and classes
-        shown: Layout,
+        shown: FieldLayout,
         scenario: Any,  # noqa: ANN401 of any task
         agents: Sequence[str],
         normalise: bool,
     ) -> None:
         """What the layer is `shown`, if it is, and what is asked for beside it."""
-        self._policy = policy
         has_layer, self.parts = added(observation, policy)
-        layout = shown if has_layer else Layout(())
+        layout: Layout = shown if has_layer else Layout(())
         self.n_shown = len(layout)
+        self.shown, self._copies = shown, FieldCopies(shown)
         self._direction = -1
         if normalise and has_layer and policy.target is not None:
             self._direction = _first_of(policy.target, layout)
@@ -219,7 +223,7 @@ class Observer:
         shape = (world.n_worlds, world.n_robots, self._n)
         out = np.empty(shape, np.float32)
         if self.n_shown:
-            self._policy.observe(world, controller, out)
+            self._copies.read(world, controller.minds, out)
         if self._direction >= 0:
             write_directions(out, self._direction, self.n_shown)
         if self.parts:

@@ -13,6 +13,7 @@ from swarm_forage_env.envs.config import EnvConfig, n_steps
 from swarm_forage_env.envs.frames import Frames
 from swarm_forage_env.envs.observations import Observer, stacked
 from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.observed_fields import FieldCopies
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import task_of
 
@@ -38,7 +39,8 @@ class PolicyForm:
         self.config = config = config.model_copy(update=period)
         self.max_cycles = n_steps(scenario, config)
         self.agents = self.task.agents(scenario.task.n_robots)
-        shown = widest([policy.layout(each) for each in scenarios])
+        layouts = [policy.layout(each) for each in scenarios]
+        shown = max(layouts, key=len).with_features(widest(layouts))
         self.observe = Observer(
             policy, config.observation, shown, scenario, self.agents, config.normalise
         )
@@ -46,6 +48,8 @@ class PolicyForm:
         self.observation_space: Box = self.layout.box()
         self.action = ActionForm(self.task, policy, config)
         self.action_space: Box | Discrete[Any] = self.action.space
+        self.act = FieldCopies(policy.action).write
+        """Writes the actions of robots, as layers take them; of world, minds, robots, actions."""
 
     def frames(self, n_worlds: int) -> Frames:
         """Room for the last observations of the robots of so many worlds."""

@@ -17,6 +17,7 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.fault_effects import is_lying, is_stale
 from swarm_forage_env.foraging.fault_record import Lie
+from swarm_forage_env.foraging.inputs import clear_exchange
 from swarm_forage_env.foraging.records import Action, Exchange, RobotState
 from swarm_forage_env.interface import CORRECT, KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
@@ -84,6 +85,8 @@ def take_in_all(swarm: Array, crowd: Array, i: int, shared: Array, numbers: Numb
     """
     mind = crowd[i]
     take_in(mind, shared, swarm[i].readings, numbers)
+    if mind.exchange.is_valid:
+        clear_exchange(mind.exchange)
     mind.exchange.is_valid = listen(crowd, i, swarm[i].heard, numbers)
     describe(mind, swarm[i].report)
 
@@ -121,7 +124,7 @@ def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: 
     wheels = robot.command.wheels
     if action.motion == KEEP or action.motion == CORRECT:
         steer(situation, robot.readings, robot.heard, wheels, memory, settings.motion)
-    take_wheels(action, situation.is_talking, wheels)
+    take_wheels(action, situation.is_talking > 0.0, wheels)
     is_finite = math.isfinite(wheels[0] + wheels[1])
     if exchange.is_valid:
         for area in range(2):

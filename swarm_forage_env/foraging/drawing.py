@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Int8, Int32
+from swarm_forage_env.arrays import NEST, PREY, Array, Int8, Int32
 from swarm_forage_env.foraging.areas import KINDS, move_tick
 from swarm_forage_env.foraging.metrics import believed_places, knows_both_areas_now
 from swarm_forage_env.foraging.scenario import Scenario
@@ -90,10 +90,10 @@ def _doing(robots: Any, situations: Any | None) -> Int8[Array, " robots"]:  # no
         doing[robots.leg == TO_PREY] = TO_THE_PREY
         return doing
     astray = (robots.lost_events > 0) & ~robots.known.any(axis=1)
-    doing[astray & (situations.goal < 0)] = LOST
-    doing[situations.goal == 0] = TO_THE_NEST
-    doing[situations.goal == 1] = TO_THE_PREY
-    doing[situations.is_talking] = TALKING
+    doing[astray & (situations.goal[:, 2] > 0)] = LOST
+    doing[situations.goal[:, NEST] > 0] = TO_THE_NEST
+    doing[situations.goal[:, PREY] > 0] = TO_THE_PREY
+    doing[situations.is_talking > 0] = TALKING
     return doing
 
 

@@ -13,9 +13,7 @@ from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.areas import MOST_AREAS
 from swarm_forage_env.foraging.fault_record import KINDS, N_KINDS
 from swarm_forage_env.foraging.floor import distance_to_kind
-from swarm_forage_env.foraging.observations import AREAS, FLAG, PATH_SCALE, PLACE_SCALE
-from swarm_forage_env.foraging.policy_functions import put_goal
-from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
+from swarm_forage_env.foraging.records import AREAS, PATH, PLACE, RobotState, Situation, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.no_layers import has_estimators
@@ -31,6 +29,8 @@ INFOS = (
 )
 """What is logged of each robot: counts of the episode so far, and how it stands. The error is
 the mean over the kinds of area that it knows, 0 if none, each to the nearest of its kind."""
+
+FLAG = 0.0, 1.0
 
 WORTH = "round trips", 0.0, math.inf
 """Unit and bounds of what an area is worth."""
@@ -113,10 +113,8 @@ def put_truth(
         out[at + 5 + 2 * area] = y + dy if known else 0.0
         out[at + 8 + area] = 1.0 if known else 0.0
         out[at + 10 + area] = situation.p[area]
-    put_goal(situation.goal, out, at + 12)
-    if not has_beliefs:
-        for k in range(3):
-            out[at + 12 + k] = 0.0
+    for k in range(3):
+        out[at + 12 + k] = situation.goal[k] if has_beliefs else 0.0
     return at + 15
 
 
@@ -236,12 +234,12 @@ def _of_robot(agent: str, half: dict[str, float], scenario: Scenario) -> list[Fe
     found = [Feature(f"pose.{k}", "m", -half[k], half[k]) for k in half]
     found += [Feature(f"heading.{k}", "ratio", -1.0, 1.0) for k in ("cos", "sin")]
     found += [
-        Feature(f"believed.{area}.{k}", "m", -math.inf, math.inf, scale=PLACE_SCALE)
+        Feature(f"believed.{area}.{k}", "m", -math.inf, math.inf, scale=PLACE["scale"])
         for area in AREAS
         for k in half
     ]
     found += [Feature(f"known.{area}", "0 or 1", *FLAG) for area in AREAS]
-    found += [Feature(f"p.{area}", "m", 0.0, math.inf, scale=PATH_SCALE) for area in AREAS]
+    found += [Feature(f"p.{area}", "m", 0.0, math.inf, scale=PATH["scale"]) for area in AREAS]
     found += [Feature(f"goal.{goal}", "0 or 1", *FLAG) for goal in GOALS]
     if scenario.faults.is_any:
         found += [Feature(f"fault.{kind}", "0 or 1", *FLAG) for kind in KINDS]

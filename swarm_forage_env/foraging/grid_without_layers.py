@@ -7,11 +7,12 @@ from typing import Any
 
 from swarm_forage_env.arrays import Array, Float64, Int8, Int64, UInt64
 from swarm_forage_env.foraging.global_state import put_counts
-from swarm_forage_env.foraging.policy_functions import carry_out
-from swarm_forage_env.interface import LayerTemplates
+from swarm_forage_env.foraging.policies import carry_out
+from swarm_forage_env.interface import Kernel, LayerTemplates
 
 cuda: Any
-"""Free name of the templates: threads of the GPU."""
+hear_words: Kernel
+"""Free names of the templates: threads of the GPU, and a function of the task."""
 
 
 def carry_out_on_grid(  # noqa: PLR0913 what `decide_on_grid` is handed
@@ -30,10 +31,14 @@ def carry_out_on_grid(  # noqa: PLR0913 what `decide_on_grid` is handed
         carry_out(robots[w, i], minds[w, i])
 
 
-def take_in_nothing(
+def hear_words_on_grid(
     robots: Array, minds: Array, shared: Array, settings: Array, runs: Int8[Array, " worlds"]
 ) -> None:
-    """Nothing: there is no estimator."""
+    """Write what robots are told in the worlds that run. Free names: cuda, hear_words."""
+    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    n = robots.shape[1] if w < robots.shape[0] and runs[w] else 0
+    for i in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+        hear_words(robots, minds, w, i)
 
 
 def forget_words_on_grid(  # noqa: PLR0913 what `forget_on_grid` is handed
@@ -73,7 +78,7 @@ def log_counts_on_grid(
 
 WITHOUT_LAYERS = LayerTemplates(
     decide=carry_out_on_grid,
-    observe=take_in_nothing,
+    observe=hear_words_on_grid,
     forget=forget_words_on_grid,
     log=log_counts_on_grid,
 )

@@ -1,4 +1,4 @@
-"""Limits of what the sensors of a scenario can read."""
+"""Limits and noise of what the sensors of a scenario read."""
 
 from swarm_forage_env.foraging.scenario import Scenario
 
@@ -23,3 +23,32 @@ def max_step(scenario: Scenario) -> float:
 def max_turn(scenario: Scenario) -> float:
     """Turn in a tick, as the encoders read it [rad]."""
     return 2.0 * max_step(scenario) / scenario.robot.axle
+
+
+def odometry_noise(scenario: Scenario) -> tuple[str, str]:
+    """Error of distance and turn, in words."""
+    robot = scenario.robot
+    error = scenario.sensors.wheel_noise * robot.cruise_speed * scenario.tick
+    return f"+- {error:.3g} m", f"+- {2.0 * error / robot.axle:.3g} rad"
+
+
+def proximity_noise(scenario: Scenario) -> str:
+    """Error of a proximity sensor, in words."""
+    return f"x (1 +- {scenario.sensors.proximity_noise:g})"
+
+
+def ground_noise(scenario: Scenario) -> str:
+    """Error of a ground sensor, in words."""
+    return f"x (1 +- {scenario.sensors.ground_noise:g})"
+
+
+def range_noise(scenario: Scenario) -> str:
+    """How badly one frame measures the range, in words."""
+    if scenario.radio.is_board:
+        return "lognormal, as the real board, each frame"
+    return f"+- {scenario.radio.range_noise:g} m, each frame"
+
+
+def bearing_noise(scenario: Scenario) -> str:
+    """How badly one frame measures a bearing, in words."""
+    return f"+- {scenario.radio.bearing_noise:.3g} rad, each frame"

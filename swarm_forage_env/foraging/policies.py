@@ -1,123 +1,73 @@
 """Policies in the foraging world: what each `learn=` observes, gives and replaces."""
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.compiler import bind
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
-from swarm_forage_env.foraging.observations import (
-    AREAS,
-    SPEED,
-    WHEELS,
+from swarm_forage_env.foraging.records import (
     WORDS,
-    encounter_features,
-    heard_features,
-    reading_features,
-    situation_features,
-)
-from swarm_forage_env.foraging.policy_functions import (
-    put_everything,
-    put_weights,
-    put_weights_and_wheels,
-    put_wheels,
-    show_both,
-    show_exchange,
-    show_readings,
-    show_situation,
-    write_all,
+    Action,
+    Command,
+    Exchange,
+    Heard,
+    Readings,
+    RobotState,
+    Said,
+    Situation,
 )
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.views import MotionInput, WeightingInput
-from swarm_forage_env.interface import Kernel
-from swarm_forage_env.policy_interface import (
-    Groups,
-    Index,
-    PolicyInterface,
-    PolicyOnGrid,
-    Steering,
-)
+from swarm_forage_env.observed_fields import FieldPath, layout_of, paths
+from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.spaces import Feature, Layout
 
-G = tuple(Feature(f"g.{area}", "weight", 0.0, 1.0) for area in AREAS)
-"""The weight of what was heard about each area; of no effect where no exchange just ended."""
+_ENCOUNTER = paths(
+    "encounter",
+    "minds.estimator.exchange",
+    Exchange,
+    "is_valid own_p heard_p own_known heard_known disagreement own_distance heard_distance range"
+    " n_averaged goal",
+)
 
-SPEEDS = tuple(Feature(f"wheels.{side}", "of cruise speed", *SPEED) for side in WHEELS)
+_SITUATION = (
+    *paths("situation", "robots.readings", Readings, "proximity ground"),
+    *paths(
+        "situation", "minds.estimator.situation", Situation, "target areas p known goal is_talking"
+    ),
+    FieldPath("situation", "robots.heard", Heard, "is_valid", label="heard"),
+    *paths("situation", "robots.heard", Heard, "range_bearing"),
+    *paths("situation", "robots.command", Command, "wheels"),
+)
 
-SPEAK = Feature("speak", "broadcast if > 0", *SPEED)
+_RAW = (
+    *paths("readings", "robots.readings", Readings, "proximity ground odometry"),
+    *paths("heard", "robots.heard", Heard, "is_valid range_bearing n_averaged"),
+    *paths("heard", "minds", Said, "heard"),
+)
 
-SAID = tuple(Feature(f"words.{word}", "as sent", *SPEED) for word in range(WORDS))
-
-
-def _weigh(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
-    world.robots["action"]["weight"][:, learners] = action
-
-
-def _move(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
-    world.robots["action"]["wheels"][:, learners] = action
-
-
-def _do_both(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
-    _weigh(world, controller, learners, action[:, :, : len(G)])
-    _move(world, controller, learners, action[:, :, len(G) :])
-
-
-def _do_everything(world: Any, controller: Any, learners: Index, action: Array) -> None:  # noqa: ANN401 of its task
-    _move(world, controller, learners, action[:, :, :2])
-    controller.minds["is_speaking"][:, learners] = action[:, :, 2] > 0.0
-    controller.minds["words"][:, learners] = action[:, :, 3:]
+_WEIGHTS, _WHEELS = (paths("", "robots.action", Action, name) for name in ("weight", "wheels"))
 
 
-@dataclass(frozen=True)
-class Writer:
-    """Writes observations by an entry point on the records of robots and minds."""
-
-    write: Kernel
-
-    def __call__(self, world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
-        """Write the observations of all robots."""
-        self.write(world.robots, controller.minds["estimator"], world.scenario.slots, out)
-
-
-_write_readings = bind(write_all, {"show": show_readings})
-
-
-def _observe_readings(world: Any, controller: Any, out: Array) -> None:  # noqa: ANN401 of its task
-    _write_readings(world.robots, controller.minds, world.scenario.slots, out)
-
-
-def _encounter(scenario: Scenario) -> Groups:
-    return {"encounter": encounter_features(scenario)}
-
-
-def _situation(scenario: Scenario) -> Groups:
-    return {"situation": situation_features(scenario, scenario.slots)}
-
-
-def _both(scenario: Scenario) -> Groups:
-    return {**_encounter(scenario), **_situation(scenario)}
-
-
-def _raw(scenario: Scenario) -> Groups:
-    n_slots = scenario.slots
-    return {"readings": reading_features(scenario), "heard": heard_features(scenario, n_slots)}
+def slots(scenario: Scenario) -> Mapping[str, int]:
+    """How many message slots are observed in a scenario."""
+    return {"slots": scenario.slots}
 
 
 STEERINGS = {
     "drive": Steering(
         Layout(
             (
-                Feature("drive.speed", "-1 stands, 1 is the cruise speed", *SPEED),
-                Feature("drive.turn", "of the sharpest turn, to the left", *SPEED),
+                Feature("drive.speed", "-1 stands, 1 is the cruise speed", -1.0, 1.0),
+                Feature("drive.turn", "of the sharpest turn, to the left", -1.0, 1.0),
             )
         ),
         choices=((1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)),
         command=drive_to_wheels,
     ),
     "wheels": Steering(
-        Layout(SPEEDS),
+        layout_of(_WHEELS, {}, None),
         choices=((1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (-1.0, 1.0), (1.0, -1.0)),
     ),
 }
@@ -135,54 +85,64 @@ def symbols() -> Float32[Array, "choices numbers"]:
     return said
 
 
-_INPUTS = {"encounter": WeightingInput, "situation": MotionInput}
-
 LEARNABLE = {
     "weighting": PolicyInterface(
-        Layout(G),
-        _encounter,
-        Writer(bind(write_all, {"show": show_exchange})),
-        _weigh,
+        _ENCOUNTER,
+        _WEIGHTS,
         ("weighting",),
-        _INPUTS,
-        PolicyOnGrid(show_exchange, put_weights),
-        n_weights=len(G),
+        slots,
+        n_weights=2,
     ),
     "motion": PolicyInterface(
-        Layout(SPEEDS),
-        _situation,
-        Writer(bind(write_all, {"show": show_situation})),
-        _move,
+        _SITUATION,
+        _WHEELS,
         ("motion",),
-        _INPUTS,
-        PolicyOnGrid(show_situation, put_wheels),
+        slots,
         decision_period=10,
         is_steering=True,
         target="situation.target",
     ),
     "both": PolicyInterface(
-        Layout(G + SPEEDS),
-        _both,
-        Writer(bind(write_all, {"show": show_both})),
-        _do_both,
+        _ENCOUNTER + _SITUATION,
+        _WEIGHTS + _WHEELS,
         ("weighting", "motion"),
-        _INPUTS,
-        PolicyOnGrid(show_both, put_weights_and_wheels),
-        n_weights=len(G),
+        slots,
+        n_weights=2,
         is_steering=True,
         target="situation.target",
     ),
     "everything": PolicyInterface(
-        Layout((*SPEEDS, SPEAK, *SAID)),
-        _raw,
-        _observe_readings,
-        _do_everything,
+        _RAW,
+        _WHEELS + paths("", "minds", Said, "speak words"),
         (),
-        {},
-        PolicyOnGrid(show_readings, put_everything),
+        slots,
         decision_period=5,
         is_steering=True,
         said=symbols(),
     ),
 }
 """What a policy can take the place of, by the name that `learn` takes."""
+
+
+@kernel
+def carry_out(robot: RobotState, said: Said) -> None:
+    """Command what the policy of a robot that forages says.
+
+    Nobody reports itself lost, and nobody's beliefs are known: a robot that has visited an area
+    counts as knowing it.
+    """
+    robot.command.is_speaking = said.speak > 0.0
+    for k in range(2):
+        robot.command.wheels[k] = robot.action.wheels[k]
+        robot.report.known[k] = robot.first_visit[k] >= 0
+
+
+@kernel
+def hear_words(robots: Array, minds: Array, w: int, i: int) -> None:
+    """Write the words in each message slot of robot i of world w; zeros in an empty one."""
+    messages, heard = robots[w, i].heard, minds[w, i].heard
+    for slot in range(heard.shape[0]):
+        for k in range(WORDS):
+            heard[slot, k] = 0.0
+            if slot < messages.n:
+                heard[slot, k] = minds[w, messages.sender[slot]].words[k]

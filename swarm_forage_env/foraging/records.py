@@ -1,9 +1,14 @@
 """Records of the foraging world: the world, the robot, and what crosses a layer's border.
 
-Numbers that cross a border are float32 in SI units, the same number that an environment shows
-in its observation: so a policy in the place of a layer sees what the hand-written layer sees.
+What layers see is float32 in SI units, flags among it as 0 or 1, and lies in memory as an
+environment shows it in its observation: a policy in the place of a layer sees what the
+hand-written layer sees. Its typical sizes are the same in all scenarios, so that a policy can go
+from one to another.
 On an axis of length 2 that counts areas, 0 is the nest and 1 the prey area.
 """
+
+import math
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +16,40 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int32, Int64,
 from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.foraging.areas import MOST_AREAS
 from swarm_forage_env.foraging.fault_record import Fault
-from swarm_forage_env.record import Record, field
+from swarm_forage_env.foraging.limits import (
+    bearing_noise,
+    ground_noise,
+    max_brightness,
+    max_step,
+    max_turn,
+    odometry_noise,
+    proximity_noise,
+    range_noise,
+)
+from swarm_forage_env.record import Record, field, flag
+from swarm_forage_env.spaces import GOALS
+
+AREAS = ("nest", "prey")
+WHEELS = ("left", "right")
+
+WORDS = 12
+"""Numbers in a message of a learner of everything."""
+
+PLACE: dict[str, Any] = {"unit": "m", "scale": 1.0}
+PATH: dict[str, Any] = {"unit": "m", "scale": 2.0, "low": 0.0}
+"""The way to an area, and p."""
+
+SPEED: dict[str, Any] = {"low": -1.0, "high": 1.0}
 
 ENCODER, PROXIMITY, GROUND, LOSS, SLOT, RADIO = range(6)
 """Columns of a robot's random streams."""
+
+
+def goal_field() -> Any:  # noqa: ANN401 as `field`
+    """A field that says where a robot is heading: one of three numbers is 1."""
+    return field(
+        np.float32, 3, unit="0 or 1", low=0.0, high=1.0, names=(GOALS,), start=(0.0, 0.0, 1.0)
+    )
 
 
 class WorldState(Record):
@@ -85,37 +120,78 @@ class WorldState(Record):
 class Readings(Record):
     """What the robot's own sensors say after a tick. Writer: tick."""
 
-    proximity: Float32[Array, "8"] = field(np.float32, 8, unit="reading")
+    proximity: Float32[Array, "8"] = field(
+        np.float32, 8, unit="reading", low=0.0, high=1.0, noise=proximity_noise
+    )
     """Infrared, 1 at contact and 0 beyond 5 cm, at PROXIMITY_ANGLES of the body frame."""
 
-    ground: Float32[Array, "3"] = field(np.float32, 3, unit="brightness")
+    ground: Float32[Array, "3"] = field(
+        np.float32,
+        3,
+        unit="brightness",
+        low=0.0,
+        high=max_brightness,
+        names=(("left", "middle", "right"),),
+        noise=ground_noise,
+    )
     """Brightness under the left, middle and right ground sensor: nest 0, prey 0.5, floor 1."""
 
-    odometry: Float32[Array, "2"] = field(np.float32, 2, unit="m, rad", scale=0.01)
+    odometry: Float32[Array, "2"] = field(
+        np.float32,
+        2,
+        unit="m, rad",
+        low=(lambda scenario: -max_step(scenario), lambda scenario: -max_turn(scenario)),
+        high=(max_step, max_turn),
+        names=(("distance", "turn"),),
+        noise=odometry_noise,
+    )
     """Distance [m] and turn [rad] since the last tick, as the wheel encoders tell them."""
 
 
 class Heard(Record):
-    """The messages that reach a robot in a tick; slots from `n` on hold nothing. Writer: tick."""
+    """The messages that reach a robot in a tick; slots from `n` on are zeros. Writer: tick."""
 
-    n: int = field(np.int32)
-    """Messages heard."""
+    is_valid: Float32[Array, " slots"] = flag("slots", label="valid")
+    """The slot holds a message."""
 
-    sender: Int32[Array, " slots"] = field(np.int32, "slots")
-    """Which robot of the same world sent it: 0 .. N - 1."""
-
-    range_bearing: Float32[Array, "slots 3"] = field(np.float32, "slots", 3, unit="m, rad, rad")
+    range_bearing: Float32[Array, "slots 3"] = field(
+        np.float32,
+        "slots",
+        3,
+        unit="m, rad, rad",
+        scale=(0.1, None, None),
+        low=(0.0, -math.pi, -math.pi),
+        high=(math.inf, math.pi, math.pi),
+        names=(("range", "bearing", "bearing_back"),),
+        label="beam",
+        noise=(range_noise, bearing_noise, bearing_noise),
+    )
     """Range of the sender [m], its bearing in the body frame of the receiver [rad], and the
     bearing of the receiver in the body frame of the sender [rad], as measured."""
 
-    n_averaged: Int32[Array, " slots"] = field(np.int32, "slots", unit="frames")
+    n_averaged: Float32[Array, " slots"] = field(
+        np.float32,
+        "slots",
+        unit="frames",
+        low=0.0,
+        high=lambda scenario: float(scenario.radio.frames),
+        label="frames",
+    )
     """Frames averaged into the measurement: several while the receiver stands still."""
+
+    n: int = field(np.int32, counts="is_valid")
+    """Messages heard."""
+
+    sender: Int32[Array, " slots"] = field(np.int32, "slots")
+    """Which robot of the same world sent it: 0 .. N - 1; stale from `n` on."""
 
 
 class Command(Record):
     """What a controller tells a robot to do in the next tick. Writer: decide."""
 
-    wheels: Float32[Array, "2"] = field(np.float32, 2, unit="of cruise speed")
+    wheels: Float32[Array, "2"] = field(
+        np.float32, 2, unit="of cruise speed", names=(WHEELS,), **SPEED
+    )
     """Speed of the left and right wheel; the motors reach robot.max_speed at most."""
 
     is_speaking: bool = field(np.bool_)
@@ -141,10 +217,15 @@ class Action(Record):
     motion: int = field(np.int8)
     """KEEP, REPLACE or CORRECT the hand-written motion."""
 
-    weight: Float32[Array, " areas"] = field(np.float32, 2)
-    """Weight in [0, 1] of what was heard about each area."""
+    weight: Float32[Array, " areas"] = field(
+        np.float32, 2, unit="weight", low=0.0, high=1.0, names=(AREAS,), label="g"
+    )
+    """Weight in [0, 1] of what was heard about each area; of no effect where no exchange just
+    ended."""
 
-    wheels: Float32[Array, "2"] = field(np.float32, 2, unit="of cruise speed")
+    wheels: Float32[Array, "2"] = field(
+        np.float32, 2, unit="of cruise speed", names=(WHEELS,), **SPEED
+    )
     """Speed of the left and right wheel, or what is added to it."""
 
 
@@ -204,40 +285,44 @@ class RobotState(Record):
 
 
 class Exchange(Record):
-    """What the weighting layer sees of a finished exchange; stale where `is_valid` is false."""
+    """What the weighting layer sees of an exchange that ended in this tick; zeros without one."""
 
-    is_valid: bool = field(np.bool_)
+    is_valid: float = flag(label="valid")
     """An exchange ended in this tick."""
 
-    own_p: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    own_p: Float32[Array, " areas"] = field(np.float32, 2, names=(AREAS,), **PATH)
     """Own inverse confidence: path since leaving the area; 0 where unknown."""
 
-    heard_p: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    heard_p: Float32[Array, " areas"] = field(np.float32, 2, names=(AREAS,), **PATH)
     """The partner's inverse confidence; 0 where it told nothing."""
 
-    own_known: Int8[Array, " areas"] = field(np.int8, 2)
+    own_known: Float32[Array, " areas"] = flag(2, names=(AREAS,))
     """The robot knows where the area is."""
 
-    heard_known: Int8[Array, " areas"] = field(np.int8, 2)
+    heard_known: Float32[Array, " areas"] = flag(2, names=(AREAS,))
     """The partner told where the area is."""
 
-    disagreement: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    disagreement: Float32[Array, " areas"] = field(
+        np.float32, 2, unit="m", scale=0.5, low=0.0, names=(AREAS,)
+    )
     """Distance between the own and the heard location, where both are known."""
 
-    own_distance: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    own_distance: Float32[Array, " areas"] = field(np.float32, 2, low=0.0, names=(AREAS,), **PLACE)
     """How far the robot is from the own location; zero where unknown."""
 
-    heard_distance: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    heard_distance: Float32[Array, " areas"] = field(
+        np.float32, 2, low=0.0, names=(AREAS,), **PLACE
+    )
     """How far the robot is from the heard location; zero where unknown."""
 
-    range: float = field(np.float32, unit="m")
+    range: float = field(np.float32, unit="m", scale=0.1, low=0.0, noise=range_noise)
     """Distance to the partner, averaged."""
 
-    n_averaged: float = field(np.float32, unit="frames")
+    n_averaged: float = field(np.float32, unit="frames", scale=8.0, low=0.0, label="frames")
     """Frames averaged in this exchange."""
 
-    goal: int = field(np.int8, start=-1)
-    """The area the robot is heading for: 0 nest, 1 prey, -1 none."""
+    goal: Float32[Array, "3"] = goal_field()
+    """The area the robot is heading for, one of three: nest, prey, none."""
 
     right: float = field(np.float32)
     """How often what the partner told turned out right; as all that a robot remembers of others,
@@ -255,30 +340,45 @@ class Exchange(Record):
     dissent: Float32[Array, " areas"] = field(np.float32, 2)
     """How many others told another place lately, each as far as it is trusted."""
 
-    own_visited: Int8[Array, " areas"] = field(np.int8, 2)
+    own_visited: Float32[Array, " areas"] = field(np.float32, 2)
     """The robot stood on the area itself since it was last lost."""
 
     weight: Float32[Array, " areas"] = field(np.float32, 2)
-    """Weight with which what was heard was merged. Writer: decide."""
+    """Weight with which what was heard was merged last. Writer: decide."""
 
 
 class Situation(Record):
     """What the motion layer sees of the robot's beliefs. Writer: observe."""
 
-    target: Float32[Array, "2"] = field(np.float32, 2, unit="m")
+    target: Float32[Array, "2"] = field(np.float32, 2, names=("xy",), **PLACE)
     """Where to go, body frame; zeros without a goal."""
 
-    areas: Float32[Array, "areas 2"] = field(np.float32, 2, 2, unit="m")
+    areas: Float32[Array, "areas 2"] = field(np.float32, 2, 2, names=(AREAS, "xy"), **PLACE)
     """Believed centres of nest and prey, body frame; zeros where unknown."""
 
-    p: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    p: Float32[Array, " areas"] = field(np.float32, 2, names=(AREAS,), **PATH)
     """Own inverse confidence; zeros where unknown."""
 
-    known: Int8[Array, " areas"] = field(np.int8, 2)
+    known: Float32[Array, " areas"] = flag(2, names=(AREAS,))
     """The robot believes it knows where the area is."""
 
-    goal: int = field(np.int8, start=-1)
-    """The area the robot is heading for: 0 nest, 1 prey, -1 none."""
+    goal: Float32[Array, "3"] = goal_field()
+    """The area the robot is heading for, one of three: nest, prey, none."""
 
-    is_talking: bool = field(np.bool_)
+    is_talking: float = flag(label="talking")
     """An exchange is under way: standing still makes its readings better."""
+
+
+class Said(Record):
+    """What a learner of everything says and is told."""
+
+    speak: float = field(np.float32, unit="broadcast if > 0", **SPEED)
+    """Whether the message is broadcast. Writer: the environment."""
+
+    words: Float32[Array, " words"] = field(np.float32, WORDS, unit="as sent", **SPEED)
+    """The message, whose meaning is the policy's. Writer: the environment."""
+
+    heard: Float32[Array, "slots words"] = field(
+        np.float32, "slots", WORDS, unit="as sent", label="words", **SPEED
+    )
+    """The message in each slot; zeros in an empty one. Writer: observe."""

@@ -20,6 +20,7 @@ from swarm_forage_env.equations.radio import loss, mean_board_range, mean_error
 from swarm_forage_env.equations.random_draws import below, symmetric, unit
 from swarm_forage_env.foraging.fault_record import BLIND, DEAF, WORN
 from swarm_forage_env.foraging.floor import kind_at
+from swarm_forage_env.foraging.inputs import mark_messages
 from swarm_forage_env.foraging.records import (
     ENCODER,
     GROUND,
@@ -145,7 +146,7 @@ def is_on_air(sender: RobotState) -> bool:
 def listen(swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState) -> None:
     """Receive the messages that reach robot i; none reach a deaf one."""
     if swarm[i].fault.active[DEAF]:
-        swarm[i].heard.n = 0
+        mark_messages(swarm[i].heard, 0)
     else:
         receive_messages(swarm, i, near, world)
 
@@ -177,7 +178,7 @@ def receive_messages(
         arrived += 1
         if slot < world.slots:
             robot.heard.sender[slot] = near[i, k]
-    robot.heard.n = min(arrived, world.slots)
+    mark_messages(robot.heard, min(arrived, world.slots))
     robot.messages += robot.heard.n
     for slot in range(robot.heard.n):
         measure_range_bearing(robot, swarm[robot.heard.sender[slot]], slot, world)

@@ -1,6 +1,5 @@
 """The task of foraging, as the rest of the code knows it."""
 
-from swarm_forage_env.foraging.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.foraging.control import decide
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
@@ -8,12 +7,11 @@ from swarm_forage_env.foraging.events import Events, write_events
 from swarm_forage_env.foraging.global_state import ForagingState
 from swarm_forage_env.foraging.grid_without_layers import WITHOUT_LAYERS
 from swarm_forage_env.foraging.on_grid import ON_GRID
-from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS
-from swarm_forage_env.foraging.policy_functions import Said, carry_out
+from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS, carry_out, hear_words, slots
 from swarm_forage_env.foraging.potential import ForagingPotential, most_shaping
+from swarm_forage_env.foraging.records import Said
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.trajectory import FORAGING_TRAJECTORY
-from swarm_forage_env.foraging.views import exchange_of, situation_of
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.no_layers import NoLayers
 from swarm_forage_env.task import TASKS, Task
@@ -27,17 +25,14 @@ FORAGING = Task(
     controller="ssgikf",
     agent="epuck",
     commanded="wheels",
-    exchange=exchange_of,
-    situation=situation_of,
-    array_weighting=ArrayWeighting,
-    array_motion=ArrayMotion,
+    steered_by=("robots.readings", "robots.heard"),
     policies=LEARNABLE,
     steerings=STEERINGS,
     fixed=("task.n_robots", "radio.slots"),
     replaced=lambda scenario: {"task.area_distance": "task.areas"} if scenario.task.areas else {},
     residuals=("motion", "both"),
     grid=ON_GRID,
-    no_layers=NoLayers(Said, carry_out, WITHOUT_LAYERS),
+    no_layers=NoLayers(Said, carry_out, hear_words, slots, WITHOUT_LAYERS),
     potential=ForagingPotential,
     most_shaping=most_shaping,
     global_state=ForagingState,

@@ -60,7 +60,7 @@ def decide(
         n_exchanges = 0
         for i in range(robots.shape[1]):
             settings = layers[w, i]
-            n_exchanges += minds[w, i].estimator.exchange.is_valid
+            n_exchanges += minds[w, i].estimator.exchange.is_valid > 0.0
             if not settings.is_member:
                 continue
             robot, mind, memory = robots[w, i], minds[w, i].estimator, minds[w, i].motion
@@ -70,7 +70,7 @@ def decide(
                 steer(situation, robot.readings, acceleration, memory, settings.motion)
             take_acceleration(action, acceleration)
             at_fault = check_finite(acceleration, at_fault, w * robots.shape[1] + i)
-            robot.command.claim = situation.has_arrived
+            robot.command.claim = situation.has_arrived > 0.0
             if exchange.is_valid:
                 if action.weighting == KEEP:
                     exchange.weight[0] = gain(exchange, 0, settings.weighting)

@@ -8,8 +8,6 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.no_layers import has_estimators
-from swarm_forage_env.record import rows
-from swarm_forage_env.waypoints.views import covariance_norm_of, estimated_pose_of
 
 
 @dataclass(frozen=True)
@@ -71,10 +69,10 @@ class WaypointErrorMeter:
 
     def sample(self, loop: Any) -> None:  # noqa: ANN401 a control loop
         """Compare what is believed now with what is true."""
-        minds, shape = loop.controller.minds, loop.world.robots.shape
-        away = estimated_pose_of(minds) - rows(loop.world.robots).pose
-        error = np.hypot(away[:, 0], away[:, 1]).reshape(shape)
-        self.norms += covariance_norm_of(minds).reshape(shape).sum(axis=1)
+        estimator = loop.controller.minds["estimator"]
+        away = estimator["belief"]["pose"] - loop.world.robots["pose"]
+        error = np.hypot(away[:, :, 0], away[:, :, 1])
+        self.norms += estimator["covariance_norm"].sum(axis=1)
         self.errors += error.sum(axis=1)
         np.maximum(self.largest, error.max(axis=1), out=self.largest)
 
@@ -101,7 +99,7 @@ class WaypointMeter:
         """
         world = self._loop.world
         if self._error is not None:
-            world.judge(self._loop.situation.arrived)
+            world.judge(self._loop.situation.has_arrived > 0.0)
         n = world.n_robots
         right, wrong = world.robots["right"].sum(axis=1), world.robots["wrong"].sum(axis=1)
         return [

@@ -1,5 +1,6 @@
 """The global state of a waypoints world, for centralised critics and for the logs."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,8 @@ from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.record import rows
 from swarm_forage_env.spaces import Feature, Layout
-from swarm_forage_env.waypoints.observations import ANYWHERE, PLACE_SCALE, UNIT
+from swarm_forage_env.waypoints.records import PLACE
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
-from swarm_forage_env.waypoints.views import estimated_pose_of
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
 INFOS = ("goals", "false_goals", "position_error_m")
@@ -46,11 +46,11 @@ class WaypointsState:
         features = [
             Feature(f"{agent}.{name}", "", -1.0, 1.0)
             if name.startswith("heading")
-            else Feature(f"{agent}.{name}", "m", *ANYWHERE, scale=PLACE_SCALE)
+            else Feature(f"{agent}.{name}", "m", -math.inf, math.inf, scale=PLACE["scale"])
             for agent in agents
             for name in (*names, *believed)
         ]
-        self.layout = Layout([*features, Feature("share_gone", "of the episode", *UNIT)])
+        self.layout = Layout([*features, Feature("share_gone", "of the episode", 0.0, 1.0)])
         self.space = self.layout.box()
 
     def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
@@ -74,4 +74,8 @@ class WaypointsState:
 
     def _believed(self) -> Float64[Array, "rows 2"] | None:
         """Where the robots believe to be, if a hand-written estimator runs."""
-        return estimated_pose_of(self._controller.minds)[:, :2] if self._has_beliefs else None
+        if not self._has_beliefs:
+            return None
+        place: Float64[Array, "rows 2"]
+        place = rows(self._controller.minds["estimator"]["belief"]).pose[:, :2]
+        return place

@@ -4,20 +4,50 @@ Robots that see each other tell each other what they believe, at once and withou
 paper (BOIDS, Section 3): an estimator may look at what robot j believes, for robot i, where i
 sees j or j sees i, and nowhere else.
 
-Numbers that cross a border are float32 in SI units, the same number that an environment shows
-in its observation: so a policy in the place of a layer sees what the hand-written layer sees.
+What layers see is float32 in SI units, flags among it as 0 or 1, and lies in memory as an
+environment shows it in its observation: a policy in the place of a layer sees what the
+hand-written layer sees.
 """
+
+import math
+from typing import Any
 
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64, UInt64
-from swarm_forage_env.record import Record, field
+from swarm_forage_env.record import Record, field, flag
+from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 ENCODER, LANDMARK, LIDAR, GOAL = range(4)
 """Columns of a robot's random streams."""
 
+WORDS = 12
+"""Numbers in a message of a learner of everything."""
+
+PLACE: dict[str, Any] = {"unit": "m", "scale": 2.0, "names": ("xy",)}
+"""The way to a place."""
+
+VARIANCE: dict[str, Any] = {"unit": "m^2", "scale": 0.1, "low": 0.0}
+SHARE: dict[str, Any] = {"unit": "share", "scale": 1.0, "low": 0.0}
+OF_ALL: dict[str, Any] = {"unit": "of all robots", "low": 0.0, "high": 1.0}
+ANGLE: dict[str, Any] = {"unit": "rad", "low": -math.pi, "high": math.pi}
+FULL: dict[str, Any] = {"low": -1.0, "high": 1.0}
+PULL: dict[str, Any] = {
+    "unit": "of the highest acceleration",
+    "names": ("xy",),
+    "label": "pull",
+    **FULL,
+}
+
 SPEED, TURN = 0, 1
 """Columns of what is measured of a robot's motion."""
+
+
+def motion_noise(scenario: WaypointsScenario) -> tuple[str, str]:
+    """Error of speed and turn rate, in words."""
+    sensors = scenario.sensors
+    speed, turn = f"{sensors.speed_noise:g} m/s", f"{sensors.turn_noise:g} rad/s"
+    return f"sd {speed} and a bias", f"sd {turn} and a bias"
 
 
 class WorldState(Record):
@@ -53,39 +83,62 @@ class WorldState(Record):
 class Readings(Record):
     """What the robot's own sensors say after a tick. Writer: tick."""
 
-    motion: Float32[Array, "2"] = field(np.float32, 2, unit="m/s, rad/s")
+    motion: Float32[Array, "2"] = field(
+        np.float32,
+        2,
+        unit="m/s, rad/s",
+        scale=(0.25, 0.5),
+        names=(("speed", "turn"),),
+        noise=motion_noise,
+    )
     """Speed [m/s] and turn rate [rad/s] of the last tick, as wheels and gyro tell them."""
 
-    compass: float = field(np.float32, unit="rad")
+    compass: float = field(np.float32, **ANGLE)
     """Heading [rad], without error: the authors steer by it, and estimate by the gyro."""
 
-    at_home: bool = field(np.bool_)
+    at_home: float = flag()
     """Home is within reach."""
 
-    home_fix: Float32[Array, "3"] = field(np.float32, 3, unit="m, m, rad")
+    home_fix: Float32[Array, "3"] = field(
+        np.float32,
+        3,
+        unit="m, m, rad",
+        scale=2.0,
+        names=(("x", "y", "heading"),),
+        label="fix",
+        noise=lambda scenario: f"sd {scenario.sensors.home_noise:g}",
+    )
     """x, y [m] and heading [rad] as home tells them; zeros out of its reach."""
 
-    goal: Float32[Array, "2"] = field(np.float32, 2, unit="m")
+    goal: Float32[Array, "2"] = field(np.float32, 2, **PLACE)
     """Where to go next, world frame [m]."""
 
 
 class Sighting(Record):
     """How one robot sees another after a tick; zeros where it does not. Writer: tick."""
 
-    seen: bool = field(np.bool_)
+    seen: float = flag()
     """The robot of the row sees the one of the column."""
 
-    range: float = field(np.float32, unit="m")
+    range: float = field(
+        np.float32,
+        unit="m",
+        low=0.0,
+        high=lambda scenario: scenario.sensors.reach,
+        noise=lambda scenario: f"sd {scenario.sensors.range_noise:g} m",
+    )
     """How far it is, as measured."""
 
-    bearing: float = field(np.float32, unit="rad")
+    bearing: float = field(
+        np.float32, noise=lambda scenario: f"sd {scenario.sensors.bearing_noise:g} rad", **ANGLE
+    )
     """In which direction of the own body frame."""
 
 
 class Command(Record):
     """What a controller tells a robot to do in the next tick. Writer: decide."""
 
-    acceleration: Float32[Array, "2"] = field(np.float32, 2, unit="of the highest")
+    acceleration: Float32[Array, "2"] = field(np.float32, 2, **PULL)
     """Acceleration, ahead and to the left of the body; its direction is the new course. Zeros:
     straight on at the same speed."""
 
@@ -102,10 +155,12 @@ class Action(Record):
     motion: int = field(np.int8)
     """KEEP or REPLACE the hand-written motion."""
 
-    weight: Float32[Array, "1"] = field(np.float32, 1)
+    weight: Float32[Array, "1"] = field(
+        np.float32, 1, unit="weight", low=0.0, high=1.0, names=(("",),), label="g"
+    )
     """Share in [0, 1] of the correction by all neighbours that is carried out."""
 
-    acceleration: Float32[Array, "2"] = field(np.float32, 2, unit="of the highest")
+    acceleration: Float32[Array, "2"] = field(np.float32, 2, **PULL)
     """Acceleration, ahead and to the left of the body."""
 
 
@@ -147,19 +202,19 @@ class RobotState(Record):
 class Exchange(Record):
     """What the weighting layer sees: the correction by all neighbours that is about to be made."""
 
-    is_valid: bool = field(np.bool_)
+    is_valid: float = flag(label="valid")
     """There is a correction: the robot sees another, or is seen."""
 
-    neighbours: float = field(np.float32, unit="of all robots")
+    neighbours: float = field(np.float32, **OF_ALL)
     """Robots that it sees or that see it."""
 
-    own_covariance_norm: float = field(np.float32)
+    own_covariance_norm: float = field(np.float32, label="own_doubt", **VARIANCE)
     """Norm of the own covariance."""
 
-    heard_covariance_norm: float = field(np.float32)
+    heard_covariance_norm: float = field(np.float32, label="heard_doubt", **VARIANCE)
     """Norm of the neighbours' covariances, the mean over them; zero without any."""
 
-    disagreement: float = field(np.float32, unit="m")
+    disagreement: float = field(np.float32, unit="m", scale=2.0, low=0.0)
     """Distance between where the robot believes it is and where its neighbours, by what they
     believe and where they see it, do on average; zero without any."""
 
@@ -173,32 +228,47 @@ class Situation(Record):
     Writer: observe.
     """
 
-    goal: Float32[Array, "2"] = field(np.float32, 2, unit="m")
+    goal: Float32[Array, "2"] = field(np.float32, 2, **PLACE)
     """To the goal from where the robot believes it is."""
 
-    home: Float32[Array, "2"] = field(np.float32, 2, unit="m")
+    home: Float32[Array, "2"] = field(np.float32, 2, **PLACE)
     """To home."""
 
-    centre: Float32[Array, "2"] = field(np.float32, 2, unit="m")
+    centre: Float32[Array, "2"] = field(np.float32, 2, **PLACE)
     """To the middle of the neighbours, by what they believe; zeros without any."""
 
-    separation: Float32[Array, "2"] = field(np.float32, 2)
+    separation: Float32[Array, "2"] = field(np.float32, 2, scale=1.0, names=("xy",), label="crowd")
     """Away from the neighbours; zeros without any."""
 
-    alignment: Float32[Array, "2"] = field(np.float32, 2)
+    alignment: Float32[Array, "2"] = field(np.float32, 2, scale=1.0, names=("xy",), label="flow")
     """Which way the neighbours go; zeros without any."""
 
-    velocity: Float32[Array, "2"] = field(np.float32, 2, unit="m/s")
+    velocity: Float32[Array, "2"] = field(np.float32, 2, unit="m/s", scale=0.25, names=("xy",))
     """The own velocity, as believed."""
 
-    density: float = field(np.float32, unit="of all robots")
+    density: float = field(np.float32, **OF_ALL)
     """Robots seen: rho."""
 
-    covariance_norm: float = field(np.float32, unit="of the highest allowed")
-    """Norm of the covariance: s."""
+    covariance_norm: float = field(np.float32, label="doubt", **SHARE)
+    """Norm of the covariance, as a share of the highest allowed: s."""
 
-    dead_reckoning_offset: float = field(np.float32, unit="of the highest allowed")
-    """Distance between the estimate and dead reckoning: e."""
+    dead_reckoning_offset: float = field(np.float32, label="drift", **SHARE)
+    """Distance between the estimate and dead reckoning, as a share of the highest allowed: e."""
 
-    has_arrived: bool = field(np.bool_)
+    has_arrived: float = flag(label="arrived")
     """The robot claims its goal in this tick, and has no other yet."""
+
+
+class Said(Record):
+    """What a learner of everything says, claims and is told."""
+
+    claim: float = field(np.float32, unit="at the goal if > 0", **FULL)
+    """Whether the robot is at its goal: another one, please. Writer: the environment."""
+
+    words: Float32[Array, " words"] = field(np.float32, WORDS, unit="as sent", **FULL)
+    """The message, whose meaning is the policy's. Writer: the environment."""
+
+    heard: Float32[Array, "robots words"] = field(
+        np.float32, "robots", WORDS, unit="as sent", label="words", **FULL
+    )
+    """What each robot that is seen says; zeros of others. Writer: observe."""

@@ -2,17 +2,16 @@
 
 from swarm_forage_env.no_layers import NoLayers
 from swarm_forage_env.task import TASKS, Task
-from swarm_forage_env.waypoints.array_rules import ArrayMotion, ArrayWeighting
 from swarm_forage_env.waypoints.control import decide
 from swarm_forage_env.waypoints.drawing import scene_of, stage_of
 from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
 from swarm_forage_env.waypoints.events import Events, write_events
 from swarm_forage_env.waypoints.global_state import WaypointsState
-from swarm_forage_env.waypoints.policies import LEARNABLE, STEERINGS, Said, carry_out
+from swarm_forage_env.waypoints.policies import LEARNABLE, STEERINGS, carry_out, hear_words, robots
 from swarm_forage_env.waypoints.potential import WaypointsPotential
+from swarm_forage_env.waypoints.records import Said
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.trajectory import WAYPOINT_TRAJECTORY
-from swarm_forage_env.waypoints.views import exchange_of, situation_of
 from swarm_forage_env.waypoints.world import PHYSICS, WaypointsWorld
 
 WAYPOINTS = Task(
@@ -24,14 +23,11 @@ WAYPOINTS = Task(
     controller="boids-adaptive",
     agent="create",
     commanded="acceleration",
-    exchange=exchange_of,
-    situation=situation_of,
-    array_weighting=ArrayWeighting,
-    array_motion=ArrayMotion,
+    steered_by=("robots.readings",),
     policies=LEARNABLE,
     steerings=STEERINGS,
     is_joint=True,
-    no_layers=NoLayers(Said, carry_out),
+    no_layers=NoLayers(Said, carry_out, hear_words, robots),
     potential=WaypointsPotential,
     global_state=WaypointsState,
     episode=WAYPOINT_EPISODE,

@@ -26,7 +26,7 @@ def take(world: WaypointsWorld, minds: Array) -> Mapping[str, Array]:
         "believed_y": believed[:, :, 1],
         "believed_heading": believed[:, :, 2],
         "covariance_norm": norm,
-        "seen": world.sightings["seen"].sum(axis=2),
+        "seen": np.count_nonzero(world.sightings["seen"], axis=2),
         "right": robots["right"],
         "wrong": robots["wrong"],
     }

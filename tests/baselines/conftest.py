@@ -124,7 +124,7 @@ class Believers:
     @property
     def talking(self):
         """Which robots are in an exchange."""
-        return self.loop.situation.talking.tolist()
+        return self.loop.situation.is_talking.tolist()
 
 
 @pytest.fixture

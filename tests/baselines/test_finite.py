@@ -29,9 +29,9 @@ class NaNAfter:
     def reset(self, world, seed):
         self.left = self.ticks
 
-    def __call__(self, situation):
+    def __call__(self, situation, readings, heard, wheels):
         self.left -= 1
-        wheels = np.zeros((len(situation.talking), 2), np.float32)
+        wheels = np.zeros_like(wheels)
         wheels[3, 1] = np.nan if self.left < 0 else 0.0
         return wheels
 

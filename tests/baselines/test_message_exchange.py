@@ -194,10 +194,10 @@ def test_a_weight_from_outside_takes_the_place_of_the_rule():
 
 def test_the_exchange_says_what_the_weighting_needs():
     two = crossing("dsgikf")
-    while not two.loop.exchange.valid.any():
+    while not two.loop.exchange.is_valid.any():
         two.loop.step()
     exchange = two.loop.exchange
-    assert exchange.valid.all()
+    assert exchange.is_valid.all()
     np.testing.assert_allclose(exchange.own_p, [[1.0, 3.0], [2.0, 0.5]])
     np.testing.assert_allclose(exchange.heard_p, [[2.0, 0.5], [1.0, 3.0]])
     np.testing.assert_allclose(exchange.disagreement, math.hypot(0.1, 0.2), atol=1e-6)
@@ -211,7 +211,7 @@ def test_the_exchange_says_what_the_weighting_needs():
     assert exchange.own_known.all()
     assert exchange.heard_known.all()
     frames = two.loop.world.scenario.radio.frames
-    assert np.all(exchange.frames == frames * TICKS)
+    assert np.all(exchange.n_averaged == frames * TICKS)
 
 
 def test_without_an_exchange_the_weighting_is_shown_zeros_and_no_goal():

@@ -1,15 +1,13 @@
 """The contracts of a weighting rule: registered rules keep them, and so do printed examples."""
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
 import baselines.controllers  # noqa: F401 enters the controllers
-from swarm_forage_env.foraging.task import FORAGING
-from swarm_forage_env.foraging.views import WeightingInput
+from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.scenarios import find_scenario
+from tests.outside import exchanges
 
 ROW = 2
 
@@ -19,18 +17,18 @@ def random_exchanges(rng, rows):
     p = rng.exponential(5.0, (2, rows, 2)).astype(np.float32)
     known = rng.random((2, rows, 2)) < 0.8
     p[~known] = 0.0
-    return WeightingInput(
-        valid=np.ones(rows, np.bool_),
+    return exchanges(
+        rows,
         own_p=p[0],
         heard_p=p[1],
         own_known=known[0],
         heard_known=known[1],
-        disagreement=rng.random((rows, 2)).astype(np.float32),
-        own_distance=rng.random((rows, 2)).astype(np.float32),
-        heard_distance=rng.random((rows, 2)).astype(np.float32),
-        range=rng.random(rows).astype(np.float32),
-        frames=rng.integers(0, 60, rows).astype(np.float32),
-        goal=rng.integers(-1, 2, rows).astype(np.int8),
+        disagreement=rng.random((rows, 2)),
+        own_distance=rng.random((rows, 2)),
+        heard_distance=rng.random((rows, 2)),
+        range=rng.random(rows),
+        n_averaged=rng.integers(0, 60, rows),
+        goal=np.eye(3)[rng.integers(0, 3, rows)],
     )
 
 
@@ -40,7 +38,7 @@ def on_arrays():
 
     def make(part):
         scenario = find_scenario("es1")
-        return part if callable(part) else FORAGING.array_weighting(part.layer(scenario))
+        return part if callable(part) else RowWeighting(part.layer(scenario))
 
     return make
 
@@ -68,8 +66,7 @@ def weighs_by_the_own_row():
         rng = np.random.default_rng(0)
         mine, others = random_exchanges(rng, 5), random_exchanges(rng, 5)
         mine.own_known[ROW] = mine.heard_known[ROW] = True
-        for field in fields(WeightingInput):
-            getattr(others, field.name)[ROW] = getattr(mine, field.name)[ROW]
+        others[ROW] = mine[ROW]
         assert_array_equal(rule(mine)[ROW], rule(others)[ROW])
 
     return check

@@ -11,9 +11,9 @@ import baselines.controllers  # noqa: F401 enters the controllers
 from baselines.controller import REGISTRIES
 from baselines.estimators import ESTIMATORS
 from baselines.weighting import WEIGHTING_RULES
+from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.interface import EstimatorLayer, MotionLayer, WeightingLayer
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import Part
@@ -108,7 +108,7 @@ def test_the_weight_of_every_filter_is_a_share_of_the_own_row(
     name, weighs_by_shares, weighs_by_the_own_row
 ):
     own = ESTIMATORS[name]().layer(find_scenario("es1")).own_weighting
-    rule = FORAGING.array_weighting(own)
+    rule = RowWeighting(own)
     weighs_by_shares(rule)
     weighs_by_the_own_row(rule)
 

@@ -29,6 +29,7 @@ from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.potential import potential
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.observed_fields import words_of
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
 from tests.cuda.conftest import COMPILED, ON_GRID
@@ -166,20 +167,18 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     actions = np.zeros((2, 10, len(policy.action)), np.float32)
     seen, row, per_robot = np.zeros((2, 10, 60), np.float32), np.zeros(60, np.float32), np.zeros(10)
     is_new, pair = np.zeros(2, np.int8), np.zeros((2, 2, 10))
-    functions = {
-        "show": policy.on_grid.show, "put": policy.on_grid.put, "command": drive_to_wheels,
-        "potential": potential,
-    }  # fmt: skip
+    functions = {"command": drive_to_wheels, "potential": potential}
+    fields = words_of(robots), words_of(minds), 10, np.zeros((3, 4), np.int64)
     steps = {
         grid.check_actions: (actions, row, row, TROUBLE),
-        grid.take_actions: (robots, minds, learners, actions, actions, 0, 0, 0.3),
+        grid.take_actions: (*fields, learners, actions, actions, 0, 0, 0.3),
         grid.check_choices: (choices, 5, TROUBLE),
-        grid.take_choices: (robots, minds, learners, choices, actions[0], actions),
+        grid.take_choices: (*fields, learners, choices, actions[0], actions),
         grid.stop_at_exchanges: (worlds, minds, learners, learners[:2], is_new, learners[:2]),
         grid.write_acts: (minds, learners, per_robot[None]),
         grid.begin: (robots, worlds, is_new, actions, pair[0]),
         grid.credit: (robots, worlds, learners, pair[0], pair[0], pair, 0.9, 0.5, True, pair),
-        grid.show_layer: (robots, minds, learners, 4, np.zeros(2, np.int64), seen),
+        grid.show_layer: (*fields, learners, np.zeros(2, np.int64), seen),
         grid.normalise: (row, row > 0, seen),
         grid.stack_frames: (seen, is_new, True, np.zeros((2, 10, 2, 60), np.float32), seen),
     }

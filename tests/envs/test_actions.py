@@ -110,7 +110,7 @@ def test_a_robot_says_nothing_or_one_of_four_words():
     env.reset(0)
     env.step(np.array([[0, 1, 4]]))
     said = env.loop.controller.minds
-    assert_array_equal(said["is_speaking"][0], [False, True, True])
+    assert_array_equal(said["speak"][0], [-1.0, 1.0, 1.0])
     assert_array_equal(said["words"][0].argmax(axis=1), [0, 0, 3])
     assert_array_equal(said["words"][0].sum(axis=1), [0.0, 1.0, 1.0])
 

@@ -18,13 +18,14 @@ from numpy.testing import assert_array_equal
 from baselines.controller import LayeredController
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.motion.subsumption import SubsumptionParameters
+from baselines.weighting.rows import RowWeighting
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env import ConfigError, UnknownNameError
 from swarm_forage_env.envs.registration import NAMES
-from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.swarm_forage_v0 import parallel_env
+from tests.outside import OutsideMotion, motion_inputs
 
 SINGLE, JOINT, TUPLE = (f"SwarmForage/ES1{kind}-v0" for kind in ("", "-Joint", "-Tuple"))
 FEW = {"task.n_robots": 3}
@@ -134,33 +135,24 @@ RULE, MOTION = SGIFF(), SubsumptionParameters()
 RECIPE = LayeredController("inside", SocialOdometryParameters(double=True), RULE, MOTION)
 
 
-def weigh(rule, layout, row):
-    return rule(layout.encounter(row[None]))[0]
-
-
-def steer(motion, layout, row):
-    """What the first robot does; a motion takes all rows, and each looks at its own only."""
-    return motion(layout.situation(np.tile(row, (10, 1))))[0]
-
-
 @pytest.mark.parametrize("learn", ["weighting", "motion", "both"])
 def test_a_hand_written_layer_from_outside_leaves_the_swarm_as_it_is(learn, busy):
     """The proof that the learner gets its own layer, and its team-mates keep theirs."""
     loop = Loop(busy, RECIPE, [7])
-    rule = FORAGING.array_weighting(RECIPE.weighting.layer(busy))
-    motion = FORAGING.array_motion(RECIPE.motion.layer(busy), busy, [7])
+    rule = RowWeighting(RECIPE.weighting.layer(busy))
+    motion = OutsideMotion(RECIPE.motion.layer(busy), busy, [7])
     env = gym.make(SINGLE, scenario=busy, learn=learn, controller=RECIPE).unwrapped
     layout, exchanges = env.observation_layout, 0
     row, _ = env.reset(seed=7)
     for tick in range(1500):
-        action = []
+        action, seen = [], layout.records(np.tile(row, (10, 1)))  # a motion takes all rows
         if learn != "motion":
-            action.extend(weigh(rule, layout, row))
+            action.extend(rule(seen["exchange"])[0])
         if learn != "weighting":
-            action.extend(steer(motion, layout, row))
+            action.extend(motion(*motion_inputs(seen))[0])
         row, *_, info = env.step(np.array(action, np.float32))
         loop.step()
-        exchanges += int(loop.exchange.valid[0])
+        exchanges += int(loop.exchange.is_valid[0])
         assert (env.world.state.pose == loop.world.state.pose).all(), f"they part at tick {tick}"
     assert exchanges > 3
     assert info["round_trips"] == loop.world.state.round_trips[0]

@@ -18,17 +18,18 @@ from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.motion import MOTIONS
 from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting import WEIGHTING_RULES
+from baselines.weighting.rows import RowWeighting
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import take_wheels
-from swarm_forage_env.foraging.observations import WORDS
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.foraging.records import Action
+from swarm_forage_env.foraging.records import WORDS, Action
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.interface import CORRECT
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.swarm_forage_v0 import parallel_env
+from tests.outside import OutsideMotion, motion_inputs
 
 TICKS = 3000
 SEED = 7
@@ -54,15 +55,15 @@ def cases(registry):
 
 
 def weighting_of(part, scenario):
-    """A rule as a function of what the weighting layer sees, compiled or not."""
-    return FORAGING.array_weighting(part.layer(scenario)) if hasattr(part, "layer") else part
+    """A rule as a function of the records that an observation shows, compiled or not."""
+    rule = RowWeighting(part.layer(scenario)) if hasattr(part, "layer") else part
+    return lambda seen: rule(seen["exchange"])
 
 
 def motion_of(part, scenario):
-    """A motion as a function of what the motion layer sees, compiled or not."""
-    if hasattr(part, "layer"):
-        return FORAGING.array_motion(part.layer(scenario), scenario, [SEED])
-    return part.start(scenario, [SEED])
+    """A motion as a function of the records that an observation shows."""
+    motion = OutsideMotion(part.layer(scenario), scenario, [SEED])
+    return lambda seen: motion(*motion_inputs(seen))
 
 
 @kernel
@@ -79,17 +80,17 @@ def test_a_motion_that_goes_by_what_is_not_shown_is_refused_and_reads_no_zeros(b
 
 
 def assert_same_run(learn, scenario, recipe, decide, residual=False):
-    """Drive one layer from outside by `decide(layout, observations)`; compare with the loop."""
+    """Drive one layer from outside by `decide(records shown)`; compare with the loop."""
     loop = Loop(scenario, recipe, [SEED])
     env = parallel_env(scenario, learn=learn, controller=recipe, residual=residual)
     observations, _ = env.reset(seed=SEED)
     exchanges = 0
     for tick in range(TICKS):
         matrix = np.stack(list(observations.values()))
-        actions = decide(env.observation_layout, matrix)
+        actions = decide(env.observation_layout.records(matrix))
         observations, *_ = env.step(dict(zip(env.agents, actions, strict=True)))
         loop.step()
-        exchanges += np.count_nonzero(loop.exchange.valid)
+        exchanges += np.count_nonzero(loop.exchange.is_valid)
         assert (env.world.state.pose == loop.world.state.pose).all(), f"they part at tick {tick}"
     assert_array_equal(env.array_env.loop.controller.minds["estimator"]["belief"],
                        loop.controller.minds["estimator"]["belief"])  # fmt: skip
@@ -102,10 +103,7 @@ def assert_same_run(learn, scenario, recipe, decide, residual=False):
 def test_a_weighting_rule_from_outside_is_the_rule_inside(rule, busy):
     estimator = SocialOdometryParameters(double=True)
     recipe = LayeredController("inside", estimator, rule, SubsumptionParameters())
-    weigh = weighting_of(rule, busy)
-    exchanges, trips = assert_same_run(
-        "weighting", busy, recipe, lambda layout, matrix: weigh(layout.encounter(matrix))
-    )
+    exchanges, trips = assert_same_run("weighting", busy, recipe, weighting_of(rule, busy))
     assert exchanges > 100
     assert trips > 0
 
@@ -113,10 +111,7 @@ def test_a_weighting_rule_from_outside_is_the_rule_inside(rule, busy):
 @pytest.mark.parametrize("parameters", cases(MOTIONS))
 def test_a_motion_from_outside_is_the_motion_inside(parameters, busy):
     recipe = LayeredController("inside", SocialOdometryParameters(), SGIKF(), parameters)
-    motion = motion_of(parameters, busy)
-    exchanges, _ = assert_same_run(
-        "motion", busy, recipe, lambda layout, matrix: motion(layout.situation(matrix))
-    )
+    exchanges, _ = assert_same_run("motion", busy, recipe, motion_of(parameters, busy))
     assert exchanges > 50
 
 
@@ -127,9 +122,8 @@ def test_both_layers_from_outside_are_both_inside(busy):
 
     weigh = weighting_of(rule, busy)
 
-    def decide(layout, matrix):
-        g = weigh(layout.encounter(matrix))
-        return np.concatenate([g, motion(layout.situation(matrix))], axis=1)
+    def decide(seen):
+        return np.concatenate([weigh(seen), motion(seen)], axis=1)
 
     exchanges, trips = assert_same_run("both", busy, recipe, decide)
     assert exchanges > 100
@@ -142,11 +136,11 @@ def test_residuals_of_zero_are_the_hand_written_motion(learn, busy):
     recipe = LayeredController("inside", SocialOdometryParameters(), rule, SubsumptionParameters())
     weigh = weighting_of(rule, busy)
 
-    def decide(layout, matrix):
-        zeros = np.zeros((len(matrix), 2), np.float32)
+    def decide(seen):
+        zeros = np.zeros((10, 2), np.float32)
         if learn == "motion":
             return zeros
-        return np.concatenate([weigh(layout.encounter(matrix)), zeros], axis=1)
+        return np.concatenate([weigh(seen), zeros], axis=1)
 
     exchanges, _ = assert_same_run(learn, busy, recipe, decide, residual=True)
     assert exchanges > 50
@@ -206,7 +200,7 @@ def test_a_robot_is_shown_and_does_only_what_follows_from_its_own_readings_and_m
                 continue
             ours, theirs = mine["estimator"][name][0, keep], his["estimator"][name][0, keep]
             assert ours == theirs, name
-        exchanges += true.exchange.valid[keep]
+        exchanges += true.exchange.is_valid[keep]
         for loop in (true, other):
             loop.controller.decide(0, 1)
         assert true.world.robots["command"][0, keep] == other.world.robots["command"][0, keep]

@@ -1,7 +1,6 @@
 """Layouts name every number, and turn observations back into what the layers see."""
 
 import pickle
-from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -58,25 +57,16 @@ def test_an_observation_turns_back_into_what_the_layer_sees(learn, stacked, cons
     for _ in range(60):
         observations, *_ = env.step(still)
         matrix = stacked(observations)
-        sees = {"encounter": env.array_env.loop.exchange, "situation": env.array_env.loop.situation}
-        for part in env.observation_layout.parts:
-            back = getattr(env.observation_layout, part)(matrix)
-            for field in fields(back):
-                value = getattr(back, field.name)
-                assert value.flags.c_contiguous
-                assert_array_equal(value, getattr(sees[part], field.name))
-
-
-@pytest.mark.parametrize("goal", [-1, 0, 1])
-def test_a_goal_takes_one_of_three_slots(goal, constant, stacked):
-    env = parallel_env(learn="weighting")
-    observations, _ = env.reset(seed=0)
-    matrix = stacked(observations)
-    columns = [env.observation_layout.names.index(f"encounter.goal.{g}") for g in ("nest", "prey")]
-    none = env.observation_layout.names.index("encounter.goal.none")
-    matrix[:, [*columns, none]] = 0.0
-    matrix[:, none if goal < 0 else columns[goal]] = 1.0
-    assert set(env.observation_layout.encounter(matrix).goal) == {goal}
+        loop, state = env.array_env.loop, env.world.state
+        sees = {"exchange": loop.exchange, "situation": loop.situation, "heard": state.heard,
+                "readings": state.readings, "command": state.command}  # fmt: skip
+        seen = env.observation_layout.records(matrix)
+        for path in env.observation_layout.paths:
+            record = path.source.rpartition(".")[2]
+            shown, known = seen[record][path.name], sees[record][path.name]
+            assert_array_equal(shown, known[:, : shown.shape[1]] if record == "heard" else known)
+        assert "heard" not in seen or (seen["heard"].n == sees["heard"].n).all()
+        assert_array_equal(env.observation_layout.matrix(seen), matrix)
 
 
 @every_layer
@@ -90,13 +80,12 @@ def test_a_layout_survives_another_process():
     again = pickle.loads(pickle.dumps(layout))
     assert again == layout
     assert again.names == layout.names
-    assert set(again.parts) == {"encounter", "situation"}
+    assert [*again.columns("situation")] == [*layout.columns("situation")]
 
 
 def test_what_is_not_in_an_observation_is_refused(stacked):
     env = parallel_env(learn="weighting")
     observations, _ = env.reset(seed=0)
-    with pytest.raises(ConfigError, match="holds no situation, only encounter"):
-        env.observation_layout.situation(stacked(observations))
+    assert [*env.observation_layout.records(stacked(observations))] == ["exchange"]
     with pytest.raises(ConfigError, match=r"shape \(20,\): must be \(robots, 20\)"):
-        env.observation_layout.encounter(observations["epuck_0"])
+        env.observation_layout.records(observations["epuck_0"])

@@ -17,12 +17,12 @@ from baselines.motion.boids import BoidsParameters
 from baselines.weighting.filter import Filter
 from swarm_forage_env import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.record import rows
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.swarm_forage_v0 import parallel_env
-from swarm_forage_env.waypoints.observations import WORDS
 from swarm_forage_env.waypoints.policies import LEARNABLE
-from swarm_forage_env.waypoints.task import WAYPOINTS
-from swarm_forage_env.waypoints.views import estimated_pose_of
+from swarm_forage_env.waypoints.records import WORDS
+from tests.outside import OutsideMotion, motion_inputs, weigh
 
 SEED, TICKS = 7, 150
 INFOS = {"goals", "false_goals", "position_error_m"}
@@ -68,7 +68,7 @@ def test_whatever_is_believed_is_inside_the_space(estimator, setting, sampler):
 
 
 def assert_same_run(learn, recipe, decide):
-    """Drive one layer by `decide(layout, observations)`; how many corrections there were."""
+    """Drive one layer by `decide(records shown)`; how many corrections there were."""
     scenario = find_scenario("waypoints-10")
     loop = Loop(scenario, recipe, [SEED])
     env = parallel_env(scenario, learn=learn, controller=recipe)
@@ -76,10 +76,10 @@ def assert_same_run(learn, recipe, decide):
     corrections = 0
     for tick in range(TICKS):
         matrix = np.stack(list(observations.values()))
-        actions = decide(env.observation_layout, matrix)
+        actions = decide(env.observation_layout.records(matrix))
         observations, *_ = env.step(dict(zip(env.agents, actions, strict=True)))
         loop.step()
-        corrections += np.count_nonzero(loop.exchange.valid)
+        corrections += np.count_nonzero(loop.exchange.is_valid)
         assert (env.world.state.pose == loop.world.state.pose).all(), f"they part at tick {tick}"
     ours, theirs = env.array_env.loop.controller, loop.controller
     for name in ("belief", "reckoned"):
@@ -97,12 +97,13 @@ def inside(gains, estimator, setting):
 
 def motion_of(recipe):
     scenario = find_scenario("waypoints-10")
-    return WAYPOINTS.array_motion(recipe.motion.layer(scenario), scenario, [SEED])
+    motion = OutsideMotion(recipe.motion.layer(scenario), scenario, [SEED])
+    return lambda seen: motion(*motion_inputs(seen, "acceleration"))
 
 
 def weighting_of(recipe):
     own = recipe.estimator.layer(find_scenario("waypoints-10")).own_weighting
-    return WAYPOINTS.array_weighting(own)
+    return lambda seen: weigh(own, seen["exchange"])
 
 
 every_recipe = pytest.mark.parametrize(
@@ -113,21 +114,13 @@ every_recipe = pytest.mark.parametrize(
 @every_recipe
 def test_boids_from_outside_are_the_boids_inside(gains, estimator, setting):
     recipe = inside(gains, estimator, setting)
-    motion = motion_of(recipe)
-    corrections = assert_same_run(
-        "motion", recipe, lambda layout, matrix: motion(layout.situation(matrix))
-    )
-    assert corrections > 30
+    assert assert_same_run("motion", recipe, motion_of(recipe)) > 30
 
 
 @every_recipe
 def test_a_full_correction_from_outside_is_the_one_inside(gains, estimator, setting):
     recipe = inside(gains, estimator, setting)
-    rule = weighting_of(recipe)
-    corrections = assert_same_run(
-        "weighting", recipe, lambda layout, matrix: rule(layout.encounter(matrix))
-    )
-    assert corrections > 30
+    assert assert_same_run("weighting", recipe, weighting_of(recipe)) > 30
 
 
 @pytest.mark.parametrize(("estimator", "setting"), list(product(ESTIMATORS, SETTINGS)))
@@ -136,9 +129,8 @@ def test_both_layers_from_outside_are_those_inside(estimator, setting):
     rule = weighting_of(recipe)
     motion = motion_of(recipe)
 
-    def decide(layout, matrix):
-        g, pull = rule(layout.encounter(matrix)), motion(layout.situation(matrix))
-        return np.concatenate([g, pull], axis=1)
+    def decide(seen):
+        return np.concatenate([rule(seen), motion(seen)], axis=1)
 
     assert assert_same_run("both", recipe, decide) > 30
 
@@ -203,7 +195,7 @@ def test_infos_count_claims_and_measure_the_belief_against_the_truth():
     while env.agents:
         *_, infos = env.step(full(env))
     logs, state = list(infos.values()), env.world.state
-    believed = estimated_pose_of(env.array_env.loop.controller.minds)
+    believed = rows(env.array_env.loop.controller.minds["estimator"]["belief"]).pose
     assert [log["goals"] for log in logs] == state.right.tolist()
     assert [log["false_goals"] for log in logs] == state.wrong.tolist()
     assert state.right.sum() > 0
@@ -276,7 +268,7 @@ def test_the_state_holds_the_truth_and_the_beliefs():
     for _ in range(10):
         env.step(dict.fromkeys(env.agents, np.array([0.3, 0.4], np.float32)))
     state = dict(zip(env.state_layout.names, env.state(), strict=True))
-    believed = estimated_pose_of(env.array_env.loop.controller.minds)
+    believed = rows(env.array_env.loop.controller.minds["estimator"]["belief"]).pose
     for k, agent in enumerate(env.possible_agents):
         x, y, theta = env.world.state.pose[k]
         named = {

@@ -106,7 +106,7 @@ def test_the_numbers_are_those_of_the_world_and_the_beliefs():
         norms.append(np.linalg.norm(belief["P"], 2, axis=(2, 3)))
         off = belief["pose"][:, :, :2] - robots["pose"][:, :, :2]
         errors.append(np.linalg.norm(off, axis=2))
-    loop.world.judge(loop.situation.arrived)
+    loop.world.judge(loop.situation.has_arrived)
     for world, episode in enumerate(run(configuration, [3, 4])):
         right, wrong = robots["right"][world].sum(), robots["wrong"][world].sum()
         assert episode.goals_per_robot == right / 10
@@ -127,7 +127,7 @@ def test_claims_of_the_last_tick_count():
         loop.step()
     robots = loop.world.robots
     before = (robots["right"] + robots["wrong"]).sum()
-    last = loop.situation.arrived.sum()
+    last = loop.situation.has_arrived.sum()
     episodes = run(configuration, range(8))
     claims = sum(each.goals_per_robot + each.false_goals_per_robot for each in episodes)
     assert last > 0

@@ -15,8 +15,8 @@ def test_nobody_has_spoken_before_the_first_tick(running):
         loop = running("es1", [0], controller=controller)
         assert not loop.world.state.heard.n.any()
         assert not loop.world.state.command.is_speaking.any()
-        assert not loop.situation.heard.any()
-        assert np.all(loop.situation.beam == 0.0)
+        assert not loop.world.state.heard.is_valid.any()
+        assert not loop.world.state.heard.range_bearing.any()
 
 
 def test_nobody_has_spoken_after_a_reset(running, go):
@@ -53,13 +53,14 @@ def test_empty_slots_say_nothing(running):
     n_empty = n_heard = 0
     for _ in range(600):
         loop.step()
-        shown, heard = loop.situation, loop.world.state.heard
-        n_empty += np.sum(~shown.heard)
-        n_heard += np.sum(shown.heard)
-        assert np.all(shown.beam[~shown.heard] == 0)
-        assert np.all(heard.n_averaged[shown.heard] >= 1)
-        assert np.all(shown.beam[shown.heard] == heard.range_bearing[shown.heard])
-        np.testing.assert_array_equal(shown.heard.sum(axis=1), heard.n)
+        heard = loop.world.state.heard
+        is_full = heard.is_valid > 0
+        n_empty += np.sum(~is_full)
+        n_heard += np.sum(is_full)
+        assert not heard.range_bearing[~is_full].any()
+        assert not heard.n_averaged[~is_full].any()
+        assert np.all(heard.n_averaged[is_full] >= 1)
+        np.testing.assert_array_equal(is_full, np.arange(is_full.shape[1]) < heard.n[:, None])
     assert n_empty > 0
     assert n_heard > 0
 
@@ -69,7 +70,8 @@ def test_nobody_hears_itself(running):
     own = np.tile(np.arange(10), 2)[:, None]
     for _ in range(600):
         loop.step()
-        assert not np.any(loop.situation.heard & (loop.world.state.heard.sender == own))
+        heard = loop.world.state.heard
+        assert not np.any((heard.is_valid > 0) & (heard.sender == own))
     assert loop.world.state.messages.sum() > 0
 
 

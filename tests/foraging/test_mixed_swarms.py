@@ -9,25 +9,21 @@ import baselines.oracles.controllers  # noqa: F401 enters the references
 from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting.sgiff import CENTIMETRES
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.array_rules import ArrayMotion
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.interface import CORRECT, KEEP, REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.mixed import MixedController
+from swarm_forage_env.observed_fields import FieldCopies
+from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
+from tests.outside import OutsideMotionPart
 
 BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02, "duration": 60.0}
 TICKS = 500
 N = 10
+OUTSIDE = OutsideMotionPart(SubsumptionParameters())
 TALKATIVE = {"pause": 0.5, "refractory": 1.0}
-
-
-class Outside:
-    """Subsumption as a rule in NumPy, which draws from streams of its own."""
-
-    def start(self, scenario, seeds):
-        return ArrayMotion(SubsumptionParameters().layer(scenario), scenario, seeds)
 
 
 class Circling:
@@ -43,8 +39,8 @@ class Circling:
     def reset(self, world, seed):
         self.resets.append((world, seed))
 
-    def __call__(self, situation):
-        return np.tile(self._wheels, (len(situation.goal), 1))
+    def __call__(self, situation, readings, heard, wheels):
+        return np.tile(self._wheels, (len(wheels), 1))
 
 
 class SGIKFInNumPy:
@@ -84,8 +80,8 @@ def companies():
         "weightings": mixed(dsgiff, named("dsgikf"), named("ssgikf")),
         "rules in NumPy": mixed(
             dsgiff,
-            replace(dsgiff, motion=Outside()),
-            replace(dsgiff, motion=Outside(), weighting=SGIKFInNumPy()),
+            replace(dsgiff, motion=OUTSIDE),
+            replace(dsgiff, motion=OUTSIDE, weighting=SGIKFInNumPy()),
         ),
         "estimators": mixed(dsgiff, named("sikf"), named("subsumption"), named("boids-adaptive")),
         "a policy": mixed(FORAGING.no_layers, dsgiff, named("sikf")),
@@ -105,9 +101,9 @@ def test_the_same_layers_compiled_and_in_numpy_in_one_swarm_are_the_uniform_swar
     compiled = named("dsgikf")
     swarm = mixed(
         compiled,
-        replace(compiled, motion=Outside()),
+        replace(compiled, motion=OUTSIDE),
         replace(compiled, weighting=SGIKFInNumPy()),
-        replace(compiled, motion=Outside(), weighting=SGIKFInNumPy()),
+        replace(compiled, motion=OUTSIDE, weighting=SGIKFInNumPy()),
     )
     one, other = run(compiled, [4, 5]), run(swarm, [4, 5])
     np.testing.assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])
@@ -204,9 +200,9 @@ def test_who_has_another_estimator_is_heard_and_tells_nothing():
         slots = np.arange(heard["sender"].shape[1]) < heard["n"][:, None]
         from_lonely += np.count_nonzero(slots[1:] & (heard["sender"][1:] == lonely))
         to_lonely += heard["n"][lonely]
-        assert not loop.exchange.valid[lonely]
-        assert not loop.situation.talking[lonely]
-        exchanges += loop.exchange.valid.sum()
+        assert not loop.exchange.is_valid[lonely]
+        assert not loop.situation.is_talking[lonely]
+        exchanges += loop.exchange.is_valid.sum()
     crowd = loop.controller._running[1].minds["estimator"]
     assert not np.any(crowd["belief"]["met"] == lonely)
     assert from_lonely > 20
@@ -220,7 +216,7 @@ def test_each_of_two_languages_has_its_own_exchanges():
     for _ in range(2 * TICKS):
         loop.step()
         for kind in range(2):
-            met[kind] += np.count_nonzero(loop.exchange.valid[kind::2])
+            met[kind] += np.count_nonzero(loop.exchange.is_valid[kind::2])
     for kind, team in enumerate(loop.controller._running):
         partners = team.minds["estimator"]["belief"]["met"][0, kind::2]
         assert np.all(partners[partners >= 0] % 2 == kind)
@@ -246,7 +242,7 @@ def test_rules_in_numpy_steer_their_own_robots_only():
 
 
 def test_a_learner_acts_in_a_mixed_swarm_as_in_a_uniform_one():
-    swarm = mixed(named("dsgiff"), named("sikf"), replace(named("dsgiff"), motion=Outside()))
+    swarm = mixed(named("dsgiff"), named("sikf"), replace(named("dsgiff"), motion=OUTSIDE))
     one, other = (Loop(busy(), swarm, [4], "kinematic") for _ in range(2))
     for _ in range(100):
         one.step()
@@ -254,7 +250,7 @@ def test_a_learner_acts_in_a_mixed_swarm_as_in_a_uniform_one():
     action = other.world.state.action
     action.motion[:3], action.wheels[:3] = REPLACE, (-0.5, 0.25)
     action.motion[3:5], action.wheels[3:5] = CORRECT, (0.1, -0.1)
-    talking = other.situation.talking
+    talking = other.situation.is_talking
     one.step()
     other.step()
     wheels = one.world.state.command.wheels.copy()
@@ -272,9 +268,9 @@ def test_robots_of_a_policy_live_among_hand_written_ones():
     swarm = MixedController((policy, policy, *[named("dsgiff")] * (N - 2)))
     loop = Loop(busy(), swarm, [4], "kinematic")
     action, minds = loop.world.robots["action"], loop.controller.minds
-    action["wheels"][0, :2], minds["is_speaking"][0, :2] = (0.5, -0.5), True
+    action["wheels"][0, :2], minds["speak"][0, :2] = (0.5, -0.5), 1.0
     minds["words"][0, :2] = 0.25
-    everything = FORAGING.policies["everything"]
+    everything = FieldCopies(FORAGING.policies["everything"].layout(busy()))
     words = 0
     for _ in range(300):
         loop.step()
@@ -282,17 +278,17 @@ def test_robots_of_a_policy_live_among_hand_written_ones():
         assert np.all(command["wheels"][:2] == np.float32([0.5, -0.5]))
         assert np.all(command["is_speaking"][:2])
         seen = np.empty((1, N, 81), np.float32)
-        everything.observe(loop.world, loop.controller, seen)
+        everything.read(loop.world, minds, seen)
         words += np.count_nonzero(seen == 0.25)
     assert words > 12
     assert not loop.situation.known[:2].any()
-    assert np.all(loop.situation.goal[:2] == -1)
+    assert np.all(loop.situation.goal[:2, 2] == 1.0)
     assert loop.situation.known[2:].any()
     crowd = loop.controller._running[1].minds["estimator"]
     assert not crowd["message"]["told"][0, :2].any()
     assert np.any(loop.exchange.heard_known) or loop.world.robots["messages"].sum() > 50
     loop.reset([5])
-    assert not minds["is_speaking"].any()
+    assert not minds["speak"].any()
 
 
 def test_all_readers_are_shown_every_robots_own_mind():
@@ -301,9 +297,7 @@ def test_all_readers_are_shown_every_robots_own_mind():
     for kind, team in enumerate(loop.controller._running[:2]):
         own = np.tile(robots % 3 == kind, 2)
         shown = loop.situation
-        kept = FORAGING.situation(loop.world, team.minds)
-        for name in ("target", "areas", "p", "known", "goal", "talking"):
-            np.testing.assert_array_equal(getattr(shown, name)[own], getattr(kept, name)[own])
+        np.testing.assert_array_equal(shown[own], rows(team.minds["estimator"]["situation"])[own])
         assert shown.known[own].any()
     np.testing.assert_array_equal(loop.scene(1).known, loop.situation.known[N:])
     reported = loop.world.state.report.known != 0

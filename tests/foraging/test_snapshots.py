@@ -20,6 +20,7 @@ from swarm_forage_env.physics import contact_memory
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import TASKS
+from tests.outside import OutsideMotionPart
 
 ENGINES = ("rigid", "kinematic")
 CROWD = {"n_robots": 15, "arena.length": 0.8, "arena.width": 0.8, "area_distance": 0.59,
@@ -129,15 +130,8 @@ def test_every_kind_of_controller_is_copied(bits, controller, copied):
 
 def in_numpy():
     """The subsumption motion, called on arrays, which remembers and draws in NumPy's memory."""
-    return LayeredController("numpy", CONTROLLER.estimator, CONTROLLER.weighting, InNumPy())
-
-
-class InNumPy:
-    """A motion in NumPy: the compiled one driven from outside."""
-
-    def start(self, scenario, seeds):
-        layer = SubsumptionParameters().layer(scenario)
-        return TASKS["foraging"].array_motion(layer, scenario, seeds)
+    motion = OutsideMotionPart(SubsumptionParameters())
+    return LayeredController("numpy", CONTROLLER.estimator, CONTROLLER.weighting, motion)
 
 
 def test_what_a_motion_in_numpy_remembers_is_kept(bits):
@@ -155,14 +149,14 @@ def test_what_a_motion_in_numpy_remembers_is_kept(bits):
 def test_the_robots_of_a_learner_of_everything_are_copied():
     policy = TASKS["foraging"].no_layers
     loop = crowd(controller=policy)
-    loop.controller.minds["is_speaking"] = True
+    loop.controller.minds["speak"] = 1.0
     loop.world.robots["action"]["wheels"] = 0.7, 0.5
     run(100, loop)
     kept, other = loop.snapshot(), pickled(loop)
     run(50, loop, other)
     assert_array_equal(loop.world.robots, other.world.robots)
     assert loop.world.robots["messages"].sum() > 0
-    loop.controller.minds["is_speaking"] = False
+    loop.controller.minds["speak"] = -1.0
     loop.restore(kept)
     run(50, loop)
     assert_array_equal(loop.world.robots, other.world.robots)

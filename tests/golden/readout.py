@@ -18,14 +18,12 @@ from swarm_forage_env.compiler import bind
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.gymnasium_env import LearnerEnv
 from swarm_forage_env.envs.registration import keywords_of
-from swarm_forage_env.foraging.views import received
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.swarm_forage_v0 import parallel_env
 from swarm_forage_env.task import task_of
-from swarm_forage_env.waypoints.views import estimated_pose_of
 
 Readout = dict[str, bytes]
 
@@ -133,16 +131,18 @@ def foraging_readout(loop: ForagingLoop) -> Readout:
       before it, i8 (rows, 2), ticks on the path i8 (rows)
     """
     world, state, s = loop.world, loop.world.state, loop.situation
-    heard, (full, beam) = state.heard, received(world)
-    sender, frames = heard.sender[:, : full.shape[1]], heard.n_averaged[:, : full.shape[1]]
+    heard, n_slots = state.heard, world.scenario.slots
+    full, beam = heard.is_valid[:, :n_slots] > 0, heard.range_bearing[:, :n_slots]
+    sender, frames = heard.sender[:, :n_slots], heard.n_averaged[:, :n_slots].astype(np.int32)
+    goal = np.array([0, 1, -1], np.int8)[s.goal.argmax(axis=1)]
     first = np.arange(world.rows)[:, None] // world.n_robots * world.n_robots
     words = loop.words[first + sender * full]
     return {
         "pose": packed("f8", state.pose),
         "beliefs": packed("f4", s.areas, s.p)
-        + packed("u1", s.known)
-        + packed("i1", s.goal)
-        + packed("u1", s.talking)
+        + packed("u1", s.known > 0)
+        + packed("i1", goal)
+        + packed("u1", s.is_talking > 0)
         + packed("f4", s.target),
         "messages": packed("u1", full)
         + packed("i4", sender * full)
@@ -172,11 +172,11 @@ def waypoints_readout(loop: Loop) -> Readout:
     shape = (loop.world.rows, loop.world.n_robots)
     return {
         "pose": packed("f8", state.pose),
-        "beliefs": packed("f8", estimated_pose_of(loop.controller.minds))
-        + packed("f4", s.goal, s.home, s.centre, s.crowd, s.flow, s.velocity)
-        + packed("f4", s.density, s.doubt, s.drift)
-        + packed("u1", s.arrived),
-        "messages": packed("u1", sights.seen.reshape(shape))
+        "beliefs": packed("f8", rows(loop.controller.minds["estimator"]["belief"]).pose)
+        + packed("f4", s.goal, s.home, s.centre, s.separation, s.alignment, s.velocity)
+        + packed("f4", s.density, s.covariance_norm, s.dead_reckoning_offset)
+        + packed("u1", s.has_arrived > 0),
+        "messages": packed("u1", sights.seen.reshape(shape) > 0)
         + packed("f4", sights.range.reshape(shape), sights.bearing.reshape(shape)),
         "rewards": packed("f4", state.reward),
         "scores": packed("i4", state.right, state.wrong) + packed("f8", state.goal),
@@ -187,7 +187,7 @@ def results(loop: Loop) -> dict[str, list[int]]:
     """What the episode came to, a number for each world; the worlds cannot go on afterwards."""
     state, worlds = loop.world.state, loop.world.n_worlds
     if not isinstance(loop, ForagingLoop):
-        loop.world.judge(loop.situation.arrived)  # the claims of the last tick
+        loop.world.judge(loop.situation.has_arrived > 0)  # the claims of the last tick
         counts = {"right": state.right, "wrong": state.wrong}
     else:
         counts = {

@@ -24,18 +24,17 @@ def told(code):
 
 def test_its_rule_is_found_by_name_and_weighs_in_an_environment():
     code = """
-from dataclasses import replace
-import numpy as np
 from swarm_forage_env import parallel_env
 from baselines.weighting import WEIGHTING_RULES
+from baselines.weighting.rows import RowWeighting
 
 env = parallel_env(learn="motion", controller="cautious:trust=0.25")
 loop = env.array_env.loop
 layer = loop.controller.weighting
-known = np.ones((10, 2), np.bool_)
-exchange = replace(loop.exchange, valid=known[:, 0], own_known=known, heard_known=known,
-                   own_p=np.full((10, 2), 3, np.float32), heard_p=np.full((10, 2), 1, np.float32))
-weights = loop.task.array_weighting(layer)(exchange)
+exchange = loop.exchange
+exchange.is_valid = exchange.own_known = exchange.heard_known = 1.0
+exchange.own_p, exchange.heard_p = 3.0, 1.0
+weights = RowWeighting(layer)(exchange)
 print(WEIGHTING_RULES["cautious"].__module__, layer.gain.__module__, set(weights.flat))
 """
     assert told(code) == "cautious_swarm cautious_swarm {np.float32(0.1875)}"

@@ -17,7 +17,7 @@ from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import compare, mean_interval
 from baselines.papers.claim_result import above
 from baselines.papers.experiments import Experiment, on_path, recruitment_time, round_trips
-from swarm_forage_env.foraging.array_rules import ArrayWeighting
+from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.scenarios import find_scenario
 
 pytestmark = pytest.mark.reproduces
@@ -113,7 +113,7 @@ def test_the_opposite_gain_is_worse(controller):
         find_layered_controller(controller),
         find_scenario("es1", {"radio.frames": 10}),
     )
-    rule = ArrayWeighting(right.weighting.layer(scenario))
+    rule = RowWeighting(right.weighting.layer(scenario))
     opposite = replace(right, weighting=Opposite(rule))
     told, deceived = (
         [run.round_trips for run in run_episodes(scenario, each, SEEDS["es1"], "kinematic")]

@@ -20,6 +20,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.swarm_forage_v0 import parallel_env
 from swarm_forage_env.task import stage_of, task_of, task_of_episode
+from tests.outside import OutsideMotion
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("swarm_forage_env", "baselines", "training")
@@ -73,12 +74,14 @@ def test_its_motion_driven_from_outside_is_the_motion_inside():
     assert infos == {agent: {"visits": 0.0, "unshaped_reward": 0.0} for agent in env.agents}
     assert env.state().shape == env.state_space.shape == (9,)
     part = find_controller("patrol-ahead").motion
-    steer = loop.task.array_motion(part.layer(loop.world.scenario), loop.world.scenario, [5])
+    steer = OutsideMotion(part.layer(loop.world.scenario), loop.world.scenario, [5])
     earned = 0.0
     while env.agents:
-        seen = env.observation_layout.situation(np.stack(list(observations.values())))
-        assert_array_equal(seen.place, loop.situation.place)
-        actions = dict(zip(env.agents, steer(seen), strict=True))
+        seen = env.observation_layout.records(np.stack(list(observations.values())))
+        assert_array_equal(seen["situation"], loop.situation)
+        wheels = loop.world.state.command.wheels
+        commands = steer(seen["situation"], loop.world.robots["readings"][0], wheels)
+        actions = dict(zip(env.agents, commands, strict=True))
         observations, rewards, _, truncations, infos = env.step(actions)
         earned += sum(rewards.values())
         loop.step()

@@ -216,18 +216,18 @@ def test_an_episode_on_a_gpu_has_all_its_ticks_and_is_checked(monkeypatch):
 
 
 def test_a_demonstration_is_what_is_seen_before_a_step_and_done_in_it(monkeypatch):
-    loop = SimpleNamespace(exchange=None, situation=SimpleNamespace(wheels=np.zeros((1, 2))))
-    loop.world = SimpleNamespace(
-        robots=np.zeros((1, 1)), scenario=SimpleNamespace(n_ticks=61), ticks=0
-    )
+    command = np.zeros((1, 1), [("command", [("wheels", np.float32, 2)])])
+    world = SimpleNamespace(robots=command, scenario=SimpleNamespace(n_ticks=61))
 
     def step():
-        loop.world.ticks += 1
-        loop.situation = SimpleNamespace(wheels=np.full((1, 2), loop.world.ticks))
+        command["command"]["wheels"] += 1
 
-    loop.step = step
-    writer = SimpleNamespace(write=lambda parts: np.array(parts["situation"].wheels[:, :1]))
-    monkeypatch.setattr(behaviour_cloning, "ObservationWriter", lambda *given: writer)
-    observed, wheels = behaviour_cloning.record_demonstrations(loop, None)
+    def read(world, minds, out):
+        out[:] = command["command"]["wheels"][:, :, :1]
+
+    loop = SimpleNamespace(world=world, step=step, controller=SimpleNamespace(minds=None))
+    copies = SimpleNamespace(read=read)
+    monkeypatch.setattr(behaviour_cloning, "FieldCopies", lambda layout: copies)
+    observed, wheels = behaviour_cloning.record_demonstrations(loop, ["wheels.left"])
     assert observed.ravel().tolist() == [0.0, 20.0, 40.0, 60.0]  # every twentieth tick
     assert wheels[:, 0].tolist() == [1.0, 21.0, 41.0, 61.0]

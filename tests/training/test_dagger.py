@@ -8,9 +8,9 @@ import pytest
 import torch
 
 from baselines.evaluation.episode import run_episodes
+from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.array_rules import ArrayWeighting
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from training import dagger
@@ -115,27 +115,27 @@ def test_recording_changes_nothing():
 
 
 def test_what_is_noted_is_of_the_area_that_the_robot_heads_for(exchanges):
-    seen = LAYOUT.encounter(exchanges.observed)
-    np.testing.assert_array_equal(exchanges.area.argmax(axis=1), seen.goal)
-    rows = np.arange(len(exchanges))
-    assert seen.own_known[rows, seen.goal].all()
-    assert seen.heard_known[rows, seen.goal].all()
+    seen = LAYOUT.records(exchanges.observed)["exchange"]
+    np.testing.assert_array_equal(exchanges.area, seen.goal[:, :2])
+    rows, goal = np.arange(len(exchanges)), exchanges.area.argmax(axis=1)
+    assert seen.own_known[rows, goal].all()
+    assert seen.heard_known[rows, goal].all()
 
 
 def test_a_double_filter_notes_both_areas():
     found = record_exchanges(
         SCENARIO, find_controller("dsgiff"), random_numbers(), SEEDS, "kinematic"
     )
-    seen = LAYOUT.encounter(found.observed)
-    elsewhere = found.area.argmax(axis=1) != seen.goal
+    seen = LAYOUT.records(found.observed)["exchange"]
+    elsewhere = (found.area != seen.goal[:, :2]).any(axis=1)
     assert 0 < elsewhere.sum() < len(found)
 
 
 def test_the_errors_noted_are_as_far_apart_as_the_places(exchanges):
     # the two places and the truth form a triangle, of which the encounter knows one side
-    seen = LAYOUT.encounter(exchanges.observed)
+    seen = LAYOUT.records(exchanges.observed)["exchange"]
     apart = np.linalg.norm(exchanges.heard_error - exchanges.own_error, axis=1)
-    expected = seen.disagreement[np.arange(len(exchanges)), seen.goal]
+    expected = seen.disagreement[np.arange(len(exchanges)), exchanges.area.argmax(axis=1)]
     np.testing.assert_allclose(apart, expected, atol=1e-5)
     assert np.linalg.norm(exchanges.own_error, axis=1).max() < SCENARIO.arena.length
 
@@ -202,14 +202,14 @@ def test_the_network_in_training_is_the_one_that_runs(imitating, exchanges, monk
     actor = WeightingActor(LAYOUT, HIDDEN)
     arrays = policy.weights_of("weighting", weighting_network_shapes(actor.sizes))
     actor.load_state_dict({name: torch.from_numpy(array) for name, array in arrays.items()})
-    seen = LAYOUT.encounter(exchanges.observed)
+    seen = LAYOUT.records(exchanges.observed)["exchange"]
     with torch.no_grad():
         g, _ = actor(torch.from_numpy(exchanges.observed))
-    rule = ArrayWeighting(LearnedWeighting(policy=str(policy.source)).layer(SCENARIO))
-    met = seen.own_known & seen.heard_known
+    rule = RowWeighting(LearnedWeighting(policy=str(policy.source)).layer(SCENARIO))
+    met = seen.own_known * seen.heard_known > 0
     np.testing.assert_allclose(np.where(met, rule(seen), 0.0), g.numpy(), atol=1e-5)
     numbers = flatten(actor.to_numpy(), weighting_network_shapes(actor.sizes))
-    np.testing.assert_array_equal(ArrayWeighting(network_weighting(numbers))(seen), rule(seen))
+    np.testing.assert_array_equal(RowWeighting(network_weighting(numbers))(seen), rule(seen))
 
 
 AMONG_LIARS = "reputation_odometry+sgikf+subsumption:weighs_unknown=true,pause=5"
@@ -226,7 +226,7 @@ def test_among_liars_unknown_areas_are_recorded_too_and_what_is_remembered():
     np.testing.assert_array_equal(remembered["own_known"], found.known)
     assert 0 < found.known.sum() < len(found)
     assert all(column.any() for column in remembered.values())
-    observed = LAYOUT.encounter(found.observed[:, : len(LAYOUT)])
+    observed = LAYOUT.records(found.observed[:, : len(LAYOUT)])["exchange"]
     assert observed.heard_known[np.arange(len(found)), found.area.argmax(axis=1)].all()
 
 

@@ -10,7 +10,7 @@ import torch
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Exchange
-from swarm_forage_env.foraging.views import WeightingInput
+from swarm_forage_env.record import rows
 from swarm_forage_env.scenarios import find_scenario
 from training import exchanges
 from training.exchanges import (
@@ -127,7 +127,7 @@ def test_who_records_believes_as_a_learned_weighting_and_remembers_if_its_networ
 ROWS = 4
 KNOWN = np.array([(1, 1), (1, 1), (0, 1), (1, 0)], np.bool_)
 TOLD = np.array([(1, 1), (1, 0), (1, 1), (0, 0)], np.bool_)
-GOALS = np.array([0, 1, 1, 0], np.int8)
+GOALS = np.array([0, 1, 1, 0])
 """Of four exchanges the first is of both areas, and the robot heads for the nest; of the others
 each lacks something."""
 
@@ -135,20 +135,15 @@ each lacks something."""
 def met():
     """The four exchanges as the layer sees them, and as the robots remember them."""
     told = Exchange.array((1, ROWS))
-    told["is_valid"], told["goal"] = True, GOALS
+    told["is_valid"], told["goal"] = 1.0, np.eye(3)[GOALS]
     told["own_known"], told["heard_known"] = KNOWN, TOLD
     told["own_p"], told["heard_p"] = KNOWN * single(2.0, 3.0), TOLD * single(1.0, 1.0)
     told["own_visited"][..., 1] = 1
     told["right"], told["wrong"] = np.arange(ROWS), 10.0 + np.arange(ROWS)
     for name, first in (("support", 20.0), ("suspicion", 30.0), ("dissent", 40.0)):
         told[name] = first + np.arange(8.0).reshape(ROWS, 2)
-    numbers = {name: told[0][name] for name in ("own_p", "heard_p", "disagreement")}
-    numbers |= {name: told[0][name] for name in ("own_distance", "heard_distance", "range")}
-    valid, frames = np.ones(ROWS, np.bool_), np.full(ROWS, 8.0, np.float32)
-    seen = WeightingInput(
-        valid=valid, own_known=KNOWN, heard_known=TOLD, frames=frames, goal=GOALS, **numbers
-    )
-    return told, seen
+    told["n_averaged"] = 8.0
+    return told, rows(told)
 
 
 def record(monkeypatch, architecture, double):
@@ -173,7 +168,7 @@ def record(monkeypatch, architecture, double):
         np.testing.assert_array_equal(column, sign * own[row, area])
         np.testing.assert_array_equal(found.area, np.eye(2)[area])
         np.testing.assert_array_equal(found.known, KNOWN[row, area])
-        shown = LAYOUT.encounter(found.observed[:, : len(LAYOUT)])
+        shown = LAYOUT.records(found.observed[:, : len(LAYOUT)])["exchange"]
         np.testing.assert_array_equal(shown.own_p, seen.own_p[row])
     return found, list(zip(row.tolist(), area.tolist(), strict=True)), answer
 

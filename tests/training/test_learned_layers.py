@@ -11,7 +11,6 @@ from swarm_forage_env.scenarios import find_scenario
 from training import learned_weighting, reputation_weighting
 from training.learned_motion import (
     _own_features,
-    field_columns,
     motion_network_shapes,
 )
 from training.learned_weighting import log_odds, scaled_features
@@ -100,7 +99,7 @@ def test_a_weight_is_the_logistic_function_of_the_log_odds(module, features):
 def test_what_a_motion_sees_of_its_robot_by_hand():
     """Plain fields, then p, then of target, nest and prey cosines, sines and both distances."""
     layout = observation_layout("motion", SCENARIO)
-    columns = field_columns(layout, "situation")
+    columns = layout.columns("situation")
     row = np.zeros((1, len(layout)), np.float32)
     shown = {
         "proximity": np.linspace(0.1, 0.8, 8), "ground": (0.9, 0.2, 0.3), "known": (1, 0),

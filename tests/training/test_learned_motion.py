@@ -11,23 +11,21 @@ import torch
 from numpy.testing import assert_allclose, assert_array_equal
 
 from baselines.motion.subsumption import SubsumptionParameters
+from baselines.weighting.rows import RowWeighting
 from swarm_forage_env import ArrayEnv
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.array_rules import ArrayMotion, ArrayWeighting
-from swarm_forage_env.foraging.views import WeightingInput
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.spaces import ObservationWriter
+from tests.outside import OutsideMotion, exchanges, motion_inputs
 from training.actor_critic import LayerActorCriticPolicy, MotionActor, WeightingActor
 from training.learned_motion import (
     NEAR,
     LearnedMotion,
     NetworkMotion,
     _message_features,
-    field_columns,
     wheel_speeds,
 )
 from training.learned_weighting import flatten, network_weighting, weighting_network_shapes
@@ -39,6 +37,7 @@ SCENARIO = find_scenario(
 
 
 LAYOUT = observation_layout("motion", SCENARIO)
+COLUMNS = LAYOUT.columns("situation")
 
 
 def environment(learn, seeds):
@@ -52,10 +51,9 @@ def observed():
     env = environment("motion", [1, 2])
     rows = len(LAYOUT)
     seen = [env.reset([1, 2])[0].reshape(-1, rows)]
-    motion = ArrayMotion(SubsumptionParameters().layer(SCENARIO), SCENARIO, [1, 2])
+    motion = OutsideMotion(SubsumptionParameters().layer(SCENARIO), SCENARIO, [1, 2])
     for _ in range(600):
-        situation = env.observation_layout.situation(seen[-1])
-        wheels = motion(situation).reshape(2, -1, 2)
+        wheels = motion(*motion_inputs(LAYOUT.records(seen[-1]))).reshape(2, -1, 2)
         seen.append(env.step(wheels)[0].reshape(-1, rows))
     return np.concatenate(seen)
 
@@ -71,16 +69,15 @@ def actor():
 
 
 def test_the_run_holds_all_that_a_network_is_shown(observed):
-    situation = LAYOUT.situation(observed)
-    assert situation.heard.sum(axis=1).max() > 1
-    assert situation.talking.any()
-    assert {-1, 0, 1} <= set(situation.goal.tolist())
+    seen = LAYOUT.records(observed)
+    assert seen["heard"].n.max() > 1
+    assert seen["situation"].is_talking.any()
+    assert seen["situation"].goal.any(axis=0).all()
 
 
 def test_training_and_evaluation_agree(observed, actor):
-    n_worlds = len(observed) // SCENARIO.task.n_robots
-    running = NetworkMotion(actor.to_numpy(), SCENARIO, n_worlds)
-    wheels = running(LAYOUT.situation(observed))
+    running = NetworkMotion(actor.to_numpy(), SCENARIO)
+    wheels = running(*motion_inputs(LAYOUT.records(observed)))
     with torch.no_grad():
         means, moves = actor(torch.from_numpy(observed))
     assert_allclose(wheels, means.clip(-1.0, 1.0).numpy(), atol=1e-5)
@@ -93,29 +90,26 @@ def test_training_and_evaluation_agree(observed, actor):
 def test_a_row_has_the_same_wheels_to_the_last_bit_whatever_rows_stand_beside_it(
     observed, actor, rows
 ):
-    weights, columns = actor.to_numpy(), field_columns(LAYOUT, "situation")
+    weights, columns = actor.to_numpy(), COLUMNS
     expected = wheel_speeds(weights, observed, columns, np)
     assert_array_equal(wheel_speeds(weights, observed[-rows:], columns, np), expected[-rows:])
 
 
 def test_the_order_of_the_messages_plays_no_part(observed, actor):
-    situation = LAYOUT.situation(observed)
-    slots = situation.heard.shape[1]
-    order = np.argsort(np.random.default_rng(0).random((len(observed), slots)), axis=1)
-    shuffled = replace(
-        situation,
-        heard=np.take_along_axis(situation.heard, order, 1),
-        beam=np.take_along_axis(situation.beam, order[:, :, None], 1),
-    )
-    assert (shuffled.heard != situation.heard).any()
-    weights, columns = actor.to_numpy(), field_columns(LAYOUT, "situation")
-    moved = ObservationWriter(LAYOUT, len(observed)).write({"situation": shuffled})
+    seen = LAYOUT.records(observed)
+    heard = seen["heard"]
+    order = np.argsort(np.random.default_rng(0).random(heard.is_valid.shape), axis=1)
+    heard.is_valid = np.take_along_axis(heard.is_valid, order, 1)
+    heard.range_bearing = np.take_along_axis(heard.range_bearing, order[:, :, None], 1)
+    weights, columns = actor.to_numpy(), COLUMNS
+    moved = LAYOUT.matrix(seen)
+    assert (moved != observed).any()
     before = wheel_speeds(weights, observed, columns, np)
     assert_allclose(wheel_speeds(weights, moved, columns, np), before, atol=1e-5)
 
 
 def test_what_is_heard_plays_a_part(observed, actor):
-    columns, weights = field_columns(LAYOUT, "situation"), actor.to_numpy()
+    columns, weights = COLUMNS, actor.to_numpy()
     deaf = observed.copy()
     deaf[:, columns["heard"]] = 0.0
     hears = observed[:, columns["heard"]].any(axis=1)
@@ -126,17 +120,18 @@ def test_what_is_heard_plays_a_part(observed, actor):
 
 
 def test_a_robot_that_talks_stands_still(observed, actor):
-    situation = LAYOUT.situation(observed)
-    n_worlds = len(observed) // SCENARIO.task.n_robots
-    wheels = NetworkMotion(actor.to_numpy(), SCENARIO, n_worlds)(situation)
-    assert not wheels[situation.talking].any()
-    assert wheels[~situation.talking].any(axis=1).all()
+    seen = LAYOUT.records(observed)
+    wheels = NetworkMotion(actor.to_numpy(), SCENARIO)(*motion_inputs(seen))
+    talks = seen["situation"].is_talking > 0
+    assert not wheels[talks].any()
+    assert wheels[~talks].any(axis=1).all()
 
 
 def test_features_are_finite_where_everything_is_far_or_nothing_is_known(actor):
-    box, columns = LAYOUT.box(), field_columns(LAYOUT, "situation")
+    box = LAYOUT.box()
     for corner in (box.low, box.high, np.zeros_like(box.low)):
-        assert np.isfinite(wheel_speeds(actor.to_numpy(), corner[None], columns, np)).all()
+        far = np.clip(corner, -1e6, 1e6)[None]
+        assert np.isfinite(wheel_speeds(actor.to_numpy(), far, COLUMNS, np)).all()
 
 
 def test_the_motion_of_an_unknown_policy_is_refused_when_it_is_started():
@@ -148,32 +143,20 @@ def test_the_weighting_that_is_trained_is_the_one_that_runs():
     rng = np.random.default_rng(0)
     layout = environment("weighting", [1]).observation_layout
     n = 50
-    path = lambda: rng.uniform(0.0, 9.0, (n, 2)).astype(np.float32)  # noqa: E731 short
-    yes = np.ones((n, 2), np.bool_)
-    one = rng.uniform(0.02, 1.0, n).astype(np.float32)
-    encounter = WeightingInput(
-        np.ones(n, np.bool_),
-        path(),
-        path(),
-        yes,
-        yes,
-        path(),
-        path(),
-        path(),
-        one,
-        50.0 * one,
-        np.zeros(n, np.int8),
-    )
+    path = lambda: rng.uniform(0.0, 9.0, (n, 2))  # noqa: E731 short
+    one = rng.uniform(0.02, 1.0, n)
+    encounter = exchanges(
+        n, own_p=path(), heard_p=path(), disagreement=path(), own_distance=path(),
+        heard_distance=path(), range=one, n_averaged=50.0 * one,
+    )  # fmt: skip
     torch.manual_seed(0)
     actor = WeightingActor(layout)
     with torch.no_grad():
         for array in actor.parameters():
             array += 0.3 * torch.randn(array.shape)
-        given, matters = actor(
-            torch.from_numpy(ObservationWriter(layout, n).write({"encounter": encounter}))
-        )
+        given, matters = actor(torch.from_numpy(layout.matrix({"exchange": encounter})))
     numbers = flatten(actor.to_numpy(), weighting_network_shapes(actor.sizes))
-    assert_allclose(given.numpy(), ArrayWeighting(network_weighting(numbers))(encounter), atol=1e-5)
+    assert_allclose(given.numpy(), RowWeighting(network_weighting(numbers))(encounter), atol=1e-5)
     assert matters.all()
 
 
@@ -218,7 +201,7 @@ class Network:
         self._weights = weights
 
     def start(self, scenario, seeds):
-        return NetworkMotion(self._weights, scenario, len(seeds))
+        return NetworkMotion(self._weights, scenario)
 
 
 def test_two_networks_and_a_hand_written_motion_in_one_swarm_steer_their_own_robots(actor):
@@ -227,9 +210,11 @@ def test_two_networks_and_a_hand_written_motion_in_one_swarm_steer_their_own_rob
     compiled = CONTROLLERS["ssgiff"]
     one, other = (replace(compiled, motion=Network(each)) for each in (weights, turned))
     loop = Loop(SCENARIO, MixedController((one, other, compiled, one)), [1, 2], "kinematic")
-    networks = [NetworkMotion(each, SCENARIO, 2) for each in (weights, turned)]
+    networks = [NetworkMotion(each, SCENARIO) for each in (weights, turned)]
     for _ in range(200):
-        expected = [network(loop.situation) for network in networks]
+        state = loop.world.state
+        seen = loop.situation, state.readings, state.heard, state.command.wheels
+        expected = [network(*seen) for network in networks]
         loop.step()
         wheels = loop.world.state.command.wheels
         assert_array_equal(wheels[[0, 3, 4, 7]], expected[0][[0, 3, 4, 7]])

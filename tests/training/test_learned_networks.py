@@ -8,9 +8,10 @@ import pytest
 import torch
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.views import MotionInput
+from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.scenarios import find_scenario
-from training import learned_motion, learned_weighting, linear_motion_policy
+from tests.outside import motion_inputs
+from training import learned_weighting, linear_motion_policy
 from training.learned_motion import (
     NETWORK,
     SIZES,
@@ -19,7 +20,6 @@ from training.learned_motion import (
     _is_linear,
     _message_features,
     _own_features,
-    field_columns,
     motion_network_shapes,
     wheel_speeds,
 )
@@ -37,21 +37,19 @@ from training.reputation_weighting import REPUTATION_NETWORK, LearnedReputation,
 
 SCENARIO = find_scenario("es1", {"task.n_robots": 3})
 LAYOUT = observation_layout("motion", SCENARIO)
-COLUMNS = field_columns(LAYOUT, "situation")
+COLUMNS = LAYOUT.columns("situation")
 
 
 def shown(rows=6, seed=0):
     """Situations with anything in them, some robots of which talk."""
     rng = np.random.default_rng(seed)
-    slots = len(range(LAYOUT.box().shape[0])[COLUMNS["heard"]])
-    single = lambda *shape: rng.normal(size=shape).astype(np.float32)  # noqa: E731 short
-    return MotionInput(
-        proximity=single(rows, 8), ground=single(rows, 3), target=single(rows, 2),
-        areas=single(rows, 2, 2), p=np.abs(single(rows, 2)), known=rng.random((rows, 2)) < 0.5,
-        goal=np.resize([0, 1, -1], rows).astype(np.int8), talking=np.arange(rows) % 3 == 2,
-        heard=rng.random((rows, slots)) < 0.5, beam=single(rows, slots, 3),
-        wheels=single(rows, 2),
-    )  # fmt: skip
+    observed = rng.normal(size=(rows, len(LAYOUT))).astype(np.float32)
+    for name in ("known", "heard"):
+        observed[:, COLUMNS[name]] = observed[:, COLUMNS[name]] > 0
+    observed[:, COLUMNS["p"]] = np.abs(observed[:, COLUMNS["p"]])
+    observed[:, COLUMNS["goal"]] = np.resize(np.eye(3), (rows, 3))
+    observed[:, COLUMNS["talking"]] = np.arange(rows)[:, None] % 3 == 2
+    return LAYOUT.records(observed)
 
 
 def random_weights(scale=0.5):
@@ -60,11 +58,6 @@ def random_weights(scale=0.5):
     return {
         name: rng.normal(0.0, scale, shape).astype(np.float32) for name, shape in shapes.items()
     }
-
-
-def observed_of(situation):
-    writer = learned_motion.ObservationWriter(LAYOUT, len(situation.goal))
-    return writer.write({"situation": situation})
 
 
 def test_a_network_has_a_matrix_and_a_vector_for_each_layer():
@@ -89,22 +82,20 @@ def test_columns_are_those_of_a_part_wherever_it_stands():
         stems = {each.split(".")[1] for each in names[columns]}
         assert stems == {name}
     assert sum(len(names[columns]) for columns in COLUMNS.values()) == len(names)
-    group = lambda name, n: SimpleNamespace(name=name, slots=range(n))  # noqa: E731 short
-    parts = {"first": (group("a", 2),), "second": (group("b", 3), group("c", 1))}
-    found = field_columns(SimpleNamespace(parts=parts), "second")
-    assert found == {"b": slice(2, 5), "c": slice(5, 6)}
+    after = LEARNABLE["both"].layout(SCENARIO).columns("situation")
+    assert after["proximity"] == slice(20, 28)
 
 
 def test_a_motion_network_computes_its_equation():
-    situation, weights = shown(), random_weights()
-    observed = observed_of(situation)
+    seen, weights = shown(), random_weights()
+    observed, heard = LAYOUT.matrix(seen), seen["heard"]
     own = _own_features(observed, COLUMNS, np)
-    felt = _message_features(situation.beam, np)
+    felt = _message_features(heard.range_bearing, np)
     expected = []
     for row in range(len(observed)):
         told = [
-            heard * np.tanh(weights["message.weight"] @ each + weights["message.bias"])
-            for heard, each in zip(situation.heard[row], felt[row], strict=True)
+            full * np.tanh(weights["message.weight"] @ each + weights["message.bias"])
+            for full, each in zip(heard.is_valid[row], felt[row], strict=True)
         ]
         z = np.concatenate([own[row], np.sum(told, axis=0), np.max(told, axis=0)])
         for name in ("first", "second"):
@@ -119,12 +110,13 @@ def test_a_motion_network_computes_its_equation():
 
 
 def test_wheels_are_bounded_and_stand_while_a_robot_talks():
-    situation = shown()
+    seen = shown()
     for scale in (0.1, 5.0):
         weights = random_weights(scale)
-        wheels = NetworkMotion(weights, SCENARIO, 2)(situation)
-        free = wheel_speeds(weights, observed_of(situation), COLUMNS, np)
-        expected = np.where(situation.talking[:, None], 0.0, np.clip(free, -1.0, 1.0))
+        wheels = NetworkMotion(weights, SCENARIO)(*motion_inputs(seen))
+        free = wheel_speeds(weights, LAYOUT.matrix(seen), COLUMNS, np)
+        talks = seen["situation"].is_talking[:, None] > 0
+        expected = np.where(talks, 0.0, np.clip(free, -1.0, 1.0))
         np.testing.assert_array_equal(wheels, expected)
     assert {-1.0, 0.0, 1.0} <= set(wheels.ravel().tolist())
 
@@ -176,7 +168,7 @@ def test_a_linear_policy_is_compiled_and_a_deep_set_is_started(tmp_path, make_ca
     assert layer.numbers["slots"] == SCENARIO.slots
     sizes = {"message": 2, "hidden": 3}
     deep = saved(tmp_path, make_card, NETWORK, sizes, motion_network_shapes(sizes))
-    assert deep.start(SCENARIO, [1, 2])(shown()).shape == (6, 2)
+    assert deep.start(SCENARIO, [1, 2])(*motion_inputs(shown())).shape == (6, 2)
 
 
 def test_flat_weights_lie_in_the_order_of_the_shapes():

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from baselines.evaluation.backends import JoblibBackend
+from baselines.weighting.rows import RowWeighting
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.foraging.array_rules import ArrayWeighting
-from swarm_forage_env.foraging.views import WeightingInput
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
+from tests.outside import exchanges
 from training.candidate_rollouts import CandidateRollouts, CandidateWeighting
 from training.learned_weighting import (
     FEATURES,
@@ -37,23 +37,21 @@ def random_networks(count, seed=0):
 def encounters(rows, seed=0):
     rng = np.random.default_rng(seed)
     p = rng.exponential(5.0, (2, rows, 2)).astype(np.float32)
-    return WeightingInput(
-        valid=rng.random(rows) < 0.5,
+    return exchanges(
+        rows,
+        is_valid=rng.random(rows) < 0.5,
         own_p=p[0],
         heard_p=p[1],
-        own_known=np.ones((rows, 2), np.bool_),
-        heard_known=np.ones((rows, 2), np.bool_),
-        disagreement=rng.exponential(0.5, (rows, 2)).astype(np.float32),
-        own_distance=rng.exponential(1.0, (rows, 2)).astype(np.float32),
-        heard_distance=rng.exponential(1.0, (rows, 2)).astype(np.float32),
-        range=rng.uniform(0.07, 0.15, rows).astype(np.float32),
-        frames=rng.integers(1, 250, rows).astype(np.float32),
-        goal=rng.integers(0, 2, rows).astype(np.int8),
+        disagreement=rng.exponential(0.5, (rows, 2)),
+        own_distance=rng.exponential(1.0, (rows, 2)),
+        heard_distance=rng.exponential(1.0, (rows, 2)),
+        range=rng.uniform(0.07, 0.15, rows),
+        n_averaged=rng.integers(1, 250, rows),
     )
 
 
 def weigh(network, seen):
-    return ArrayWeighting(network_weighting(network))(seen)
+    return RowWeighting(network_weighting(network))(seen)
 
 
 def test_the_network_has_under_500_numbers():
@@ -62,14 +60,16 @@ def test_the_network_has_under_500_numbers():
 
 def test_zero_weights_are_sgiff():
     seen = encounters(500)
+    ended = seen.is_valid > 0
     g = weigh(np.zeros(N_NUMBERS), seen)
-    expected = ArrayWeighting(SGIFF(beta=0.01).layer(find_scenario("es1")))(seen)
-    np.testing.assert_allclose(g[seen.valid], expected[seen.valid], rtol=1e-4, atol=1e-7)
-    assert not g[~seen.valid].any()
+    expected = RowWeighting(SGIFF(beta=0.01).layer(find_scenario("es1")))(seen)
+    np.testing.assert_allclose(g[ended], expected[ended], rtol=1e-4, atol=1e-7)
+    assert not g[~ended].any()
 
 
 def test_the_network_computes_its_equation():
     seen, numbers = encounters(20), random_networks(1)
+    ended = seen.is_valid > 0
     arrays = unflatten(numbers[0], SHAPES)
     raw = {
         "own_p": seen.own_p,
@@ -78,7 +78,7 @@ def test_the_network_computes_its_equation():
         "own_p_elsewhere": seen.own_p[:, ::-1],
         "own_distance": seen.own_distance,
         "heard_distance": seen.heard_distance,
-        "frames": np.repeat(seen.frames[:, None], 2, 1),
+        "frames": np.repeat(seen.n_averaged[:, None], 2, 1),
         "range": np.repeat(seen.range[:, None], 2, 1),
     }
     scaled = [
@@ -89,14 +89,13 @@ def test_the_network_computes_its_equation():
     direct = arrays["direct.weight"]
     odds = hidden @ arrays["output.weight"] + x @ direct[:-1] + arrays["output.bias"]
     odds += (1.0 + direct[-1]) * (seen.own_p - seen.heard_p)
-    g = weigh(numbers[0], seen)[seen.valid]
-    np.testing.assert_allclose(g, 1.0 / (1.0 + np.exp(-odds[seen.valid])), rtol=1e-4, atol=1e-6)
+    g = weigh(numbers[0], seen)[ended]
+    np.testing.assert_allclose(g, 1.0 / (1.0 + np.exp(-odds[ended])), rtol=1e-4, atol=1e-6)
 
 
 def test_extreme_encounters_give_shares():
-    seen = dataclasses.replace(
-        encounters(4),
-        valid=np.ones(4, np.bool_),
+    seen = exchanges(
+        4,
         own_p=np.array([[0, 0], [1e30, 0], [0, 1e30], [1e30, 1e30]], np.float32),
         heard_p=np.array([[0, 1e30], [0, 0], [1e30, 0], [1e30, 0]], np.float32),
     )
@@ -164,7 +163,7 @@ def test_the_rule_weighs_as_the_network_in_its_file(policy_file):
     layer = rule.layer(find_scenario("es1"))
     assert layer.heard_p_share == 1.0
     expected = weigh(network_of(load_policy(policy_file)), seen)
-    np.testing.assert_array_equal(ArrayWeighting(layer)(seen), expected)
+    np.testing.assert_array_equal(RowWeighting(layer)(seen), expected)
     assert expected.any()
 
 

@@ -217,7 +217,7 @@ def test_a_copy_does_what_it_was_shown(motion, monkeypatch):
     loop = Loop(scenario, experiment.base_controller, range(20), "kinematic")
     pairs = record_demonstrations(loop, layout)
     observed, wheels = pairs
-    assert not wheels[layout.situation(observed).talking].any()
+    assert not wheels[layout.records(observed)["situation"].is_talking > 0].any()
     torch.manual_seed(0)
     actor = MotionActor(layout)
     before = clone_behaviour(actor, [pairs])

@@ -10,22 +10,10 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.waypoints.task import WAYPOINTS
+from tests.outside import OutsideMotionPart
 
 ADAPTIVE = CONTROLLERS["boids-adaptive"]
 SCENARIO = find_scenario("waypoints-25")
-
-
-class Outside:
-    """A motion of boids, as a rule in NumPy."""
-
-    def __init__(self, part):
-        self._part = part
-
-    tasks = ("waypoints",)
-
-    def start(self, scenario, seeds):
-        return WAYPOINTS.array_motion(self._part.layer(scenario), scenario, seeds)
 
 
 class Whole:
@@ -35,7 +23,7 @@ class Whole:
     heard_p_share = 0.0
 
     def __call__(self, exchange):
-        return np.ones((len(exchange.valid), 1), np.float32)
+        return np.ones((len(exchange), 1), np.float32)
 
 
 def mixed(*controllers):
@@ -56,7 +44,7 @@ def test_the_same_layers_compiled_and_in_numpy_in_one_swarm_are_the_uniform_swar
     swarm = mixed(
         compiled,
         replace(compiled, weighting=Whole()),
-        replace(compiled, motion=Outside(compiled.motion)),
+        replace(compiled, motion=OutsideMotionPart(compiled.motion, ("waypoints",))),
     )
     one, other = run(compiled), run(swarm)
     np.testing.assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])

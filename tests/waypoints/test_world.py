@@ -92,7 +92,7 @@ def test_a_world_in_a_block_is_the_world_alone(estimator, setting):
     corrections = 0
     for _ in range(TICKS):
         block.step()
-        corrections += np.count_nonzero(block.exchange.valid)
+        corrections += np.count_nonzero(block.exchange.is_valid)
         for world, each in enumerate(alone):
             each.step()
             assert_same(everything(block, world), everything(each))

@@ -1,6 +1,6 @@
 """Heat maps of a confidence weighting: g over the own and the heard path since an area."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -10,11 +10,11 @@ from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.evaluation.figures.base import FIGURES, PlotOptions
 from baselines.evaluation.heat_maps import weight_panels
+from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.array_rules import ArrayWeighting
+from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.views import WeightingInput
 
 LONGEST, STEPS = 12.0, 61
 """Paths of the robot and of its partner are shown up to here [m], at so many points."""
@@ -72,37 +72,27 @@ def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:
     return np.asarray(g[:, PREY], np.float64).reshape(STEPS, STEPS)
 
 
-def _rule(controller: LayeredController) -> Callable[[WeightingInput], Array]:
+def _rule(controller: LayeredController) -> Callable[[Array], Array]:
     """The weighting of a controller as a function of exchanges; ConfigError if it is none."""
     scenario, weighting = Scenario(), controller.weighting
     if hasattr(weighting, "layer"):
         layer = weighting.layer(scenario) or controller.estimator.layer(scenario).own_weighting
         if layer is not None:
-            return ArrayWeighting(layer)
+            return RowWeighting(layer)
     if not callable(weighting):
         raise ConfigError(f"controller '{controller.name}': it does not weigh by paths alone")
-    rule: Callable[[WeightingInput], Array] = weighting
+    rule: Callable[[Array], Array] = weighting
     return rule
 
 
 def _exchanges(
     own: Float64[Array, " rows"], heard: Float64[Array, " rows"], disagreement: float
-) -> WeightingInput:
+) -> Array:
     """Synthetic exchanges about the prey, one for each pair of paths [m]."""
-    rows = len(own)
-    numbers: Mapping[str, Array] = {
-        "own_p": np.stack([own / 4, own], axis=1),
-        "heard_p": np.stack([heard / 4, heard], axis=1),
-        "disagreement": np.full((rows, 2), disagreement),
-        "own_distance": np.full((rows, 2), AWAY),
-        "heard_distance": np.full((rows, 2), AWAY),
-        "range": np.full(rows, RANGE),
-        "frames": np.full(rows, MESSAGES),
-    }
-    return WeightingInput(
-        valid=np.ones(rows, np.bool_),
-        own_known=np.ones((rows, 2), np.bool_),
-        heard_known=np.ones((rows, 2), np.bool_),
-        goal=np.full(rows, PREY, np.int8),
-        **{name: np.asarray(value, np.float32) for name, value in numbers.items()},
-    )
+    found = Exchange.array((len(own),)).view(np.recarray)
+    found.is_valid = found.own_known = found.heard_known = 1.0
+    found.goal = np.eye(3)[PREY]
+    found.own_p, found.heard_p = (np.stack([p / 4, p], axis=1) for p in (own, heard))
+    found.disagreement, found.range, found.n_averaged = disagreement, RANGE, MESSAGES
+    found.own_distance = found.heard_distance = AWAY
+    return found

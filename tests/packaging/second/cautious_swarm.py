@@ -18,10 +18,9 @@ from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.views import WeightingInput
 from swarm_forage_env.interface import WeightingLayer
 from swarm_forage_env.parameters import Part, Share
-from swarm_forage_env.record import Numbers
+from swarm_forage_env.record import Numbers, Rows
 from swarm_forage_env.registry import CONTROLLERS
 
 
@@ -50,7 +49,7 @@ class CautiousArrays(Part):
 
     trust: Share = Field(0.5, description="Share of the gain")
 
-    def __call__(self, exchange: WeightingInput) -> Float32[Array, "rows areas"]:
+    def __call__(self, exchange: Rows) -> Float32[Array, "rows areas"]:
         """The weight of each row and area."""
         total = exchange.own_p + exchange.heard_p
         half = np.full_like(total, 0.5)

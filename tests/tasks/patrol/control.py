@@ -10,17 +10,26 @@ from baselines.controller import LayeredController
 from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
 from baselines.weighting import WEIGHTING_RULES
-from swarm_forage_env.compiler import bind, kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.interface import KEEP, EstimatorLayer, MotionLayer, WeightingLayer
 from swarm_forage_env.parameters import Part, Positive, Share
-from swarm_forage_env.record import Record, field, one_record
+from swarm_forage_env.record import Record, field
 from swarm_forage_env.registry import CONTROLLERS
+
+SCALE = 5.0
+"""Usual distance to a place [m]."""
+
+
+class Situation(Record):
+    """What a robot believes: where the next place is, body frame."""
+
+    place = field(np.float32, 2, unit="m", scale=SCALE, names=("xy",))
 
 
 class Mind(Record):
-    """What a robot believes: where the next place is, body frame."""
+    """All that the estimator keeps of a robot."""
 
-    place = field(np.float32, 2, unit="m")
+    situation = field(Situation)
 
 
 def observe(robots, minds, shared, settings, first, last):
@@ -37,31 +46,29 @@ def decide(robots, minds, shared, layers, first, last):
         for i in range(robots.shape[1]):
             if not layers[w, i].is_member:
                 continue
-            action, wheels = robots[w, i].action, robots[w, i].command.wheels
+            mind, action = minds[w, i], robots[w, i].action
+            readings, wheels = robots[w, i].readings, robots[w, i].command.wheels
             if action.motion == KEEP:
-                steer(minds[w, i].estimator, wheels, layers[w, i].motion)
+                situation = mind.estimator.situation
+                steer(situation, readings, wheels, mind.motion, layers[w, i].motion)
             else:
                 wheels[0], wheels[1] = action.wheels[0], action.wheels[1]
-
-
-def steer_rows(minds, numbers, wheels):
-    """Steer every robot. Free name: steer."""
-    for i in range(wheels.shape[0]):
-        steer(minds[i], wheels[i], numbers[0])
 
 
 @kernel
 def take_in(mind, readings, numbers):
     """A running mean of what is sensed."""
     for k in range(2):
-        mind.place[k] += numbers.share * (readings.place[k] - mind.place[k])
+        place = mind.situation.place
+        place[k] += numbers.share * (readings.place[k] - place[k])
 
 
 @kernel
-def steer(mind, wheels, numbers):
+def steer(situation, readings, wheels, memory, numbers):
     """Turn to the place, and go on while turning."""
-    turn = numbers.turn * mind.place[1] / (abs(mind.place[0]) + abs(mind.place[1]) + 1e-6)
-    if mind.place[0] < 0.0:
+    place = situation.place
+    turn = numbers.turn * place[1] / (abs(place[0]) + abs(place[1]) + 1e-6)
+    if place[0] < 0.0:
         turn = 1.0
     wheels[0] = min(max(1.0 - turn, -1.0), 1.0)
     wheels[1] = min(max(1.0 + turn, -1.0), 1.0)
@@ -100,20 +107,6 @@ class Ahead(Part):
 
     def layer(self, scenario):
         return MotionLayer(steer, {"turn": self.turn})
-
-
-class ArrayMotion:
-    """A compiled motion that is called with what the motion layer sees."""
-
-    def __init__(self, layer, scenario, seeds):
-        self._numbers = one_record(layer.numbers)
-        self._steer = bind(steer_rows, {"steer": layer.steer})
-
-    def __call__(self, situation):
-        minds = Mind.array((len(situation.place),))
-        minds["place"], wheels = situation.place, np.zeros_like(situation.place)
-        self._steer(minds, self._numbers, wheels)
-        return wheels
 
 
 PATROL = LayeredController("patrol-ahead", Mean(), Alone(), Ahead())

@@ -5,27 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from patrol.control import ArrayMotion, decide
+from patrol.control import SCALE, Situation, decide
 from patrol.scenario import PatrolScenario
-from patrol.world import PatrolWorld
-from swarm_forage_env.arrays import Array, Float32
+from patrol.world import Action, PatrolWorld
 from swarm_forage_env.episode import EpisodeKind
+from swarm_forage_env.observed_fields import paths
 from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.record import rows
-from swarm_forage_env.spaces import Feature, Layout, feature_group
+from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.task import TASKS, Task
-
-SCALE = 5.0
-"""Usual distance to one [m]."""
-
-PLACE = (feature_group("place", "xy", "m", (-math.inf, math.inf), scale=SCALE),)
-
-
-@dataclass(frozen=True)
-class MotionInput:
-    """What the motion layer sees."""
-
-    place: Float32[Array, "rows 2"]
 
 
 @dataclass(frozen=True)
@@ -81,18 +69,6 @@ class PatrolState:
         return self._world.robots["visits"].reshape(-1, 1).astype(float)
 
 
-def show(world, controller, out):
-    """Write what a policy in the place of the motion observes."""
-    out[:, :, :2] = controller.minds["estimator"]["place"]
-
-
-def act(world, controller, learners, action):
-    """Write what such a policy does."""
-    world.robots["action"]["wheels"][:, learners] = action
-
-
-WHEELS = Layout(Feature(f"wheels.{side}", "of full speed", -1.0, 1.0) for side in "lr")
-
 PATROL = Task(
     name="patrol",
     scenario=PatrolScenario,
@@ -102,20 +78,12 @@ PATROL = Task(
     controller="patrol-ahead",
     agent="guard",
     commanded="wheels",
-    exchange=lambda world, minds: None,  # nobody talks, so that there is nothing to weigh
-    situation=lambda world, minds: MotionInput(rows(minds["estimator"])["place"].copy()),
-    array_weighting=lambda layer: None,
-    array_motion=ArrayMotion,
+    steered_by=("robots.readings",),
     policies={
         "motion": PolicyInterface(
-            WHEELS,
-            lambda scenario: {
-                "situation": (feature_group("place", "xy", "m", (-math.inf, math.inf), scale=5.0),)
-            },
-            show,
-            act,
+            paths("situation", "minds.estimator.situation", Situation, "place"),
+            paths("", "robots.action", Action, "wheels"),
             ("motion",),
-            {"situation": MotionInput},
         )
     },
     potential=lambda world: lambda: rows(world.robots)["visits"].astype(float),

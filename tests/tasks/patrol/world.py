@@ -46,7 +46,7 @@ class Action(Record):
     """What a learner does with the motion of a robot."""
 
     motion = field(np.int8)
-    wheels = field(np.float32, 2, unit="of full speed")
+    wheels = field(np.float32, 2, unit="of full speed", low=-1.0, high=1.0, names=("lr",))
 
 
 class RobotState(Record):

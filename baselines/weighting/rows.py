@@ -1,0 +1,37 @@
+"""Compiled weightings of rows of exchanges, as a rule in NumPy weighs them."""
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.compiler import bind
+from swarm_forage_env.foraging.control import is_weighed as both_know
+from swarm_forage_env.interface import Kernel, WeightingLayer
+from swarm_forage_env.record import one_record
+
+gain: Kernel
+is_weighed: Kernel
+"""Free names of the template: a rule, and whether it is asked about an area."""
+
+
+def weigh_rows(exchanges: Array, numbers: Array, out: Float32[Array, "rows areas"]) -> None:
+    """Weigh what was heard of every area that the rule is asked about."""
+    for i in range(out.shape[0]):
+        for area in range(2):
+            if exchanges[i].is_valid and is_weighed(exchanges[i], area):
+                out[i, area] = gain(exchanges[i], area, numbers[0])
+
+
+class RowWeighting:
+    """A compiled weighting that is called with exchanges, a row for each robot."""
+
+    def __init__(self, layer: WeightingLayer, is_weighed: Kernel = both_know) -> None:
+        """A layer with its numbers."""
+        self._numbers = one_record(layer.all_numbers)
+        self._weigh = bind(weigh_rows, {"gain": layer.gain, "is_weighed": is_weighed})
+        self.heard_p_share = layer.heard_p_share
+
+    def __call__(self, exchange: Array) -> Float32[Array, "rows areas"]:
+        """The weight of each row and area; zero where there is nothing to weigh."""
+        g = np.zeros((len(exchange), 2), np.float32)
+        self._weigh(exchange, self._numbers, g)
+        return g

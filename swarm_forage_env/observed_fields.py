@@ -1,0 +1,259 @@
+"""Fields of records that policies observe or write: their layout, and copies to and from rows.
+
+A record's field says what it is (`swarm_forage_env.record`); a `FieldPath` says where it lies. The
+numbers of a robot are copied between its records and a row of an observation or action by spans
+of float32 words, alike on a CPU and on a GPU.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import cycle, product
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.compiler import entry_point, inlined
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.record import Field, Record
+from swarm_forage_env.spaces import Feature, Layout
+
+Sizes = Mapping[str, int]
+"""Sizes of named axes, as slots=4."""
+
+Words = Float32[Array, "worlds words"]
+"""Records of the robots of some worlds as float32 words."""
+
+Spans = Int64[Array, "spans 4"]
+"""Which array of records, the first word in a robot's, how many, and the first number of the row
+that they are copied to or from."""
+
+
+@dataclass(frozen=True)
+class FieldPath:
+    """A field of a record, and where it lies."""
+
+    part: str
+    """Its part of an observation, with which its name begins: `encounter`; empty: none."""
+
+    source: str
+    """Where its record lies: `robots.readings`, `minds.estimator.situation`."""
+
+    record: type[Record]
+    name: str
+    label: str = ""
+    """Its name in the part; empty: as the field says."""
+
+    each: str = ""
+    """The named axis along which a robot has a record each; empty: it has one."""
+
+    @property
+    def field(self) -> Field:
+        """What the record says of it."""
+        return self.record.fields[self.name]
+
+    @property
+    def shown_as(self) -> str:
+        """Its name in the part."""
+        return self.label or self.field.label or self.name
+
+    def shape(self, sizes: Sizes) -> tuple[int, ...]:
+        """Axes of the field of one robot."""
+        axes = (*([self.each] if self.each else []), *self.field.shape)
+        return tuple(sizes[axis] if isinstance(axis, str) else axis for axis in axes)
+
+    def features(self, sizes: Sizes, scenario: Any) -> Iterator[Feature]:  # noqa: ANN401 of any task
+        """What each of its numbers is in a scenario."""
+        each, shape = self.field, self.shape(sizes)
+        numbered = shape[: len(shape) - len(each.names)]
+        axes = (*(map(str, range(n)) for n in numbered), *each.names)
+        said = (each.unit.split(", "), each.low, each.high, each.noise, each.scale)
+        values = zip(*(_cycled(value, scenario) for value in said), strict=True)
+        for ends, value in zip(product(*axes), values, strict=False):
+            yield Feature(".".join(filter(None, (self.part, self.shown_as, *ends))), *value)
+
+
+def paths(part: str, source: str, record: type[Record], names: str) -> tuple[FieldPath, ...]:
+    """The fields of a record of these names, separated by spaces."""
+    return tuple(FieldPath(part, source, record, name) for name in names.split())
+
+
+def _cycled(value: Any, scenario: Any) -> Iterator[Any]:  # noqa: ANN401 of any kind, of any task
+    """The value of each number of a field, again and again: the same, or one for each component."""
+    known = value(scenario) if callable(value) else value
+    parts = known if isinstance(known, list | tuple) else [known]
+    return cycle([part(scenario) if callable(part) else part for part in parts])
+
+
+class FieldLayout(Layout):
+    """The layout of numbers that are fields of records."""
+
+    paths: tuple[FieldPath, ...]
+    sizes: Sizes
+
+    def __new__(
+        cls, features: Iterable[Feature], paths: Sequence[FieldPath], sizes: Sizes
+    ) -> "FieldLayout":
+        """These features, which are those of the fields, in order."""
+        layout = super().__new__(cls, features)
+        layout.paths, layout.sizes = tuple(paths), dict(sizes)
+        return layout
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        """What makes the same layout again in another process."""
+        return tuple(self), self.paths, self.sizes
+
+    def with_features(self, features: Iterable[Feature]) -> "FieldLayout":
+        """The same fields under other bounds."""
+        return FieldLayout(features, self.paths, self.sizes)
+
+    def columns(self, part: str) -> dict[str, slice]:
+        """The columns of each field of a part, by its name in the part."""
+        return {path.shown_as: span for path, span in self._spans() if path.part == part}
+
+    def records(self, rows: Float32[Array, "rows numbers"]) -> dict[str, Any]:
+        """The records that observations in SI units show, a row for each robot, by name.
+
+        `records["exchange"]` is what the weighting layer sees; fields that are not observed have
+        their first value.
+        """
+        matrix = np.asarray(rows, np.float32)
+        if matrix.ndim != 2 or matrix.shape[1] != len(self):
+            raise ConfigError(
+                f"observations of shape {matrix.shape}: must be (robots, {len(self)}), as"
+                " numpy.stack(list(observations.values())) gives"
+            )
+        found: dict[str, Any] = {}
+        for path, span in self._spans():
+            name = path.source.rpartition(".")[2]
+            if name not in found:
+                made = path.record.array((len(matrix),), **self.sizes)
+                found[name] = made.view(np.recarray)
+            column = matrix[:, span].reshape(len(matrix), *path.shape(self.sizes))
+            found[name][path.name] = column
+            for count, each in path.record.fields.items():
+                if each.counts == path.name:
+                    found[name][count] = column.sum(axis=1)
+        return found
+
+    def matrix(self, records: Mapping[str, Any]) -> Float32[Array, "rows numbers"]:
+        """Observations in SI units of robots whose records are these, by name."""
+        columns = []
+        for path, _ in self._spans():
+            shape = path.shape(self.sizes)
+            column = records[path.source.rpartition(".")[2]][path.name]
+            columns.append(column[:, : shape[0]] if shape else column)
+        return np.concatenate([each.reshape(len(each), -1) for each in columns], axis=1)
+
+    def _spans(self) -> Iterator[tuple[FieldPath, slice]]:
+        start = 0
+        for path in self.paths:
+            stop = start + int(np.prod(path.shape(self.sizes), dtype=int))
+            yield path, slice(start, stop)
+            start = stop
+
+
+def layout_of(paths: Sequence[FieldPath], sizes: Sizes, scenario: Any) -> FieldLayout:  # noqa: ANN401 of any task
+    """What each number of these fields is in a scenario."""
+    features = (each for path in paths for each in path.features(sizes, scenario))
+    return FieldLayout(features, paths, sizes)
+
+
+def spans_of(layout: FieldLayout, dtypes: Mapping[str, np.dtype[Any]]) -> Spans:
+    """Where the numbers of a layout lie in records of these types, in the order of `dtypes`."""
+    spans, names, to = [], list(dtypes), 0
+    for path in layout.paths:
+        name, *rest = path.source.split(".")
+        dtype, at = dtypes[name], 0
+        for each in (*rest, path.name):
+            dtype, begin = _field_of(dtype, each)
+            at += begin
+        if dtype.base != np.float32:
+            raise ConfigError(f"{path.source}.{path.name}: must be float32, to be observed")
+        n_records = layout.sizes[path.each] if path.each else 1
+        count = int(np.prod(path.shape(layout.sizes), dtype=int)) // n_records
+        for k in range(n_records):
+            spans.append((names.index(name), at // 4 + k * dtypes[name].itemsize // 4, count, to))
+            to += count
+    return _joined(spans)
+
+
+def _joined(spans: Sequence[tuple[int, int, int, int]]) -> Spans:
+    """Spans of which one goes on where the one before it ended are one."""
+    found: list[list[int]] = []
+    for source, at, count, to in spans:
+        before = found[-1] if found else None
+        if before and before[0] == source and before[1] + before[2] == at:
+            before[2] += count
+        else:
+            found.append([source, at, count, to])
+    return np.array(found, np.int64).reshape(-1, 4)
+
+
+def _field_of(dtype: np.dtype[Any], name: str) -> tuple[np.dtype[Any], int]:
+    """The type of a field of a record, and where it begins [bytes]."""
+    fields: Any = dtype.fields
+    return fields[name][0], int(fields[name][1])
+
+
+def words_of(records: Array) -> Words:
+    """Records of the robots of worlds as float32 words, in the same memory."""
+    return records.view(np.float32).reshape(len(records), -1)
+
+
+class FieldCopies:
+    """Copies fields between the records of a block of worlds and rows of numbers."""
+
+    def __init__(self, layout: FieldLayout) -> None:
+        """Of this layout; where the fields lie is found out at the first copy."""
+        self._layout = layout
+        self._names = list(dict.fromkeys(path.source.split(".")[0] for path in layout.paths))
+        self._spans: Spans | None = None
+
+    def read(self, world: Any, minds: Array, out: Float32[Array, "worlds robots n"]) -> None:  # noqa: ANN401 of any task
+        """Write the fields of all robots to the first numbers of rows, which may be longer."""
+        arrays, spans = self._arrays(world, minds)
+        copy_to_rows(tuple(map(words_of, arrays)), spans, out)
+
+    def write(
+        self,
+        world: Any,  # noqa: ANN401 of any task
+        minds: Array,
+        robots: Any,  # noqa: ANN401 a slice, or numbers
+        rows: Float32[Array, "worlds robots numbers"],
+    ) -> None:
+        """Write rows of numbers to the fields of some robots of every world."""
+        arrays, spans = self._arrays(world, minds)
+        for source, at, count, begin in spans.tolist():
+            words = words_of(arrays[source]).reshape(*arrays[source].shape[:2], -1)
+            words[:, robots, at : at + count] = rows[:, :, begin : begin + count]
+
+    def _arrays(self, world: Any, minds: Array) -> tuple[list[Array], Spans]:  # noqa: ANN401 of any task
+        arrays = [minds if name == "minds" else getattr(world, name) for name in self._names]
+        if self._spans is None:
+            dtypes = (each.dtype for each in arrays)
+            self._spans = spans_of(self._layout, dict(zip(self._names, dtypes, strict=True)))
+        return arrays, self._spans
+
+
+@inlined
+def copy_words(
+    source: Float32[Array, " words"], at: int, count: int, out: Float32[Array, " words"], to: int
+) -> None:
+    """Copy so many words from one row to another."""
+    for k in range(count):
+        out[to + k] = source[at + k]
+
+
+@entry_point
+def copy_to_rows(
+    sources: tuple[Words, ...], spans: Spans, out: Float32[Array, "worlds robots numbers"]
+) -> None:
+    """Write spans of the records of all robots to rows."""
+    n_worlds, n_robots, _ = out.shape
+    for s in range(spans.shape[0]):
+        words, at, count, to = sources[spans[s, 0]], spans[s, 1], spans[s, 2], spans[s, 3]
+        size = words.shape[1] // n_robots
+        for w in range(n_worlds):
+            for i in range(n_robots):
+                copy_words(words[w], i * size + at, count, out[w, i], to)
