@@ -130,6 +130,10 @@ class LayeredController:
             if hasattr(part, "check_usable"):
                 part.check_usable(scenario)
 
+    def assumed(self, scenario: Any) -> str:  # noqa: ANN401 of any task
+        """What is taken for granted of it in a scenario, in a line for its user; empty: nothing."""
+        return ""
+
     def supports(self, scenario: Any) -> bool:  # noqa: ANN401 of any task
         """Whether every layer is made for the world of this scenario."""
         return self._unsupported(scenario) is None

@@ -6,7 +6,7 @@ name: `save_policy_card("policy.pt", "es1", learn="motion", decision_period=5)`.
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -96,6 +96,21 @@ def card_from(text: str | bytes, where: str) -> PolicyCard:
             f"card {where}: {reason(error)}; take it away, and say what the policy was trained"
             " with, as in decision_period=5"
         ) from None
+
+
+def as_in_a_name(keywords: Mapping[str, Any]) -> str:
+    """Keywords as the name of a policy says them.
+
+    >>> as_in_a_name({"normalise": True, "discrete": (3, 5), "learn": "motion"})
+    'normalise=true, discrete=3x5, learn=motion'
+    """
+    said = {name: str(value) for name, value in keywords.items()}
+    for name, value in keywords.items():
+        if isinstance(value, tuple):
+            said[name] = "x".join(map(str, value))
+        elif isinstance(value, bool):
+            said[name] = said[name].lower()
+    return ", ".join(f"{name}={text}" for name, text in said.items())
 
 
 def with_card(space: Box, card: PolicyCard) -> Box:

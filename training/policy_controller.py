@@ -15,13 +15,15 @@ from baselines.controllers import SINGLE, SUBSUMPTION
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.controllers import find_controller, parse_controller
+from swarm_forage_env.envs.config import PolicyKeywords
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, RunningController
 from swarm_forage_env.parameters import Part, validated
+from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.task import task_of
 from training.policy import FunctionPolicy, Policy, Predict
-from training.policy_card import PolicyCard
+from training.policy_card import PolicyCard, as_in_a_name
 from training.running_policy import RunningPolicy, usable_rows
 
 
@@ -122,6 +124,22 @@ class PolicyController(LayeredController):
         if not self.is_everything:
             super().check_supports(scenario)
 
+    def assumed(self, scenario: Any) -> str:  # noqa: ANN401 of any task
+        """The keywords that a policy without a card is run under; empty for one with a card."""
+        if self.policy.card() is not None:
+            return ""
+        form = self.form(scenario)
+        terms = {name: getattr(form.config, name) for name in PolicyKeywords.model_fields}
+        terms["observation"] = self.policy.observation
+        first = "wheels" if form.config.residual else next(iter(form.task.steerings), "none")
+        terms["action"] = form.config.action or first
+        if not self.is_everything:
+            terms["controller"] = self._name_of_layers()
+        return (
+            f"policy {self.policy.source} has no card: assuming {as_in_a_name(terms)}; if it was"
+            f" trained with others, say so: {self.name}:{self.policy.source},decision_period=5"
+        )
+
     def form(self, scenario: Any) -> PolicyForm:  # noqa: ANN401 of any task
         """What the policy is shown and gives; ConfigError if its card says something else."""
         form = PolicyForm([scenario], self.policy.config())
@@ -166,6 +184,16 @@ class PolicyController(LayeredController):
                 f"policy {self.policy.source}: on its card is no controller to run it beside"
                 f" ({error}); name one, as in {self.name}:{self.policy.source},controller=ssgiff"
             ) from None
+
+    def _name_of_layers(self) -> str:
+        """The name of what does the rest; that of each layer where they have none together."""
+        layers = self.hand_written.layers
+        alike = (
+            each.name
+            for each in CONTROLLERS.loaded()
+            if isinstance(each, LayeredController) and each.layers == layers
+        )
+        return next(alike, "+".join(self.hand_written.layer_names.values()))
 
     def _beside(self, controller: str | Controller) -> "PolicyController":
         """The same beside the layers of another controller."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
+from baselines.evaluation.console import say
 from baselines.evaluation.error_messages import of_option
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
@@ -73,6 +74,8 @@ class EvaluateOptions:
         _check_different(configurations)
         for each in configurations:
             each.controller.check_usable(scenario)
+            if assumed := each.controller.assumed(scenario):
+                say(assumed)
         return configurations
 
     def seeds(self) -> range:

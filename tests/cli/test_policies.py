@@ -69,3 +69,28 @@ def test_a_model_that_does_not_fit_is_refused_before_anything_runs(command, mode
     assert status != 0
     assert "does not run on 'waypoints-05'" in err
     assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("said", "assumed"),
+    [("", "residual=false, action=drive, sharpest_turn=0.3, discrete=false, observation=layer,"
+          " normalise=true, stack=1, decision_period=10, controller=ssgikf;"),
+     (",decision_period=3,action=wheels,controller=ssgiff", "residual=false, action=wheels,"
+      " sharpest_turn=0.3, discrete=false, observation=layer, normalise=true, stack=1,"
+      " decision_period=3, controller=ssgiff;")],
+)  # fmt: skip
+def test_what_is_assumed_of_a_model_without_a_card_is_told_once(command, tmp_path, said, assumed):
+    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic")
+    made = PPO("MlpPolicy", env, seed=0, device="cpu")
+    del made.observation_space.policy_card
+    made.save(tmp_path / "bare.zip")
+    name = f"sb3:bare.zip{said}"
+    status, out, err = command("evaluate", "es1", "nc", name, *SHORT, "--format=json")
+    assert status == 0, err
+    assert len(json.loads(out)) == 4
+    (told,) = [line for line in err.splitlines() if "card" in line]
+    assert f"swarm-forage: policy bare.zip has no card: assuming learn=motion, {assumed}" in told
+
+
+def test_of_a_model_with_a_card_nothing_is_assumed(command, model):
+    assert "card" not in command("watch", "es1", model, "--seconds=1", "--html=a.html")[2]
