@@ -9,7 +9,6 @@ from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from baselines.evaluation.plot_style import FAINT, GRID, style_of
 from swarm_forage_env.arrays import Array, Float64
@@ -124,7 +123,6 @@ def finish_panel(
     set_limits = axes.set_xlim if is_across else axes.set_ylim
     highest = axes.dataLim.x1 if is_across else axes.dataLim.y1
     set_limits(0.0, None if highest > 0.0 else 1.0)
-    values.set_major_locator(MaxNLocator(nbins=n_ticks(axes) if is_across else 6))
     values.grid(visible=True, color=GRID, linewidth=0.7)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
@@ -135,12 +133,6 @@ def panel_width(axes: Axes) -> float:
     grid = axes.get_gridspec()
     columns = grid.ncols if grid is not None else 1
     return float(style_in_use().width / columns)
-
-
-def n_ticks(axes: Axes, letters: int = 5) -> int:
-    """How many intervals between ticks on x leave room for labels of so many letters."""
-    label = LETTER * style_in_use().points(TICK) * (letters + 3)
-    return max(2, min(8, int((panel_width(axes) - 0.6) / label)))
 
 
 def label_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
@@ -191,8 +183,8 @@ def draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) ->
     """Draw one legend above the panels, with every series once."""
     handles: dict[str, Any] = {}
     for axes in panels:
-        found, names = axes.get_legend_handles_labels()
-        handles |= dict(zip(names, found, strict=True))
+        of_panel, names = axes.get_legend_handles_labels()
+        handles |= dict(zip(names, of_panel, strict=True))
     shown = [name for name in order if name in handles]
     if not shown:
         return

@@ -83,7 +83,11 @@ def table_panels(
 def _shade(axes: Axes, cells: Sequence[Sequence[Estimate | None]]) -> None:
     means = np.array([[cell.value if cell else np.nan for cell in row] for row in cells])
     top = float(np.nanmax(means)) or 1.0
-    axes.imshow(means, cmap=SHADES, vmin=0.0, vmax=1.25 * top, aspect="auto")
+    centres = (np.arange(n) for n in means.shape[::-1])
+    axes.pcolormesh(
+        *centres, means, cmap=SHADES, vmin=0.0, vmax=1.25 * top, edgecolors="white", linewidth=2.0
+    )
+    axes.invert_yaxis()
     for (row, column), mean in np.ndenumerate(means):
         cell = cells[row][column]
         dark = mean / (1.25 * top) > DARK
@@ -92,10 +96,6 @@ def _shade(axes: Axes, cells: Sequence[Sequence[Estimate | None]]) -> None:
             fontsize=style_in_use().points(TICK),
             color="white" if dark else INK if cell else FAINT,
         )  # fmt: skip
-    axes.set_xticks(np.arange(means.shape[1] + 1) - 0.5, minor=True)
-    axes.set_yticks(np.arange(means.shape[0] + 1) - 0.5, minor=True)
-    axes.grid(which="minor", color="white", linewidth=2.0)
-    axes.tick_params(which="minor", length=0.0)
 
 
 def _cell_text(cell: Estimate | None) -> str:

@@ -15,7 +15,6 @@ from baselines.evaluation.figure_page import (
     Caption,
     finish_figure,
     finish_panel,
-    n_ticks,
     panel_grid,
     panel_width,
     spans_decades,
@@ -94,7 +93,6 @@ def band_panels(
         for name, means in series.items():
             draw_band(axes, name, means, styles[name])
         axes.set_xlim(left=0.0)
-        axes.xaxis.set_major_locator(MaxNLocator(nbins=n_ticks(axes)))
         finish_panel(axes, title, axes_names)
     return finish_figure(figure, all_axes, caption, styles)
 
@@ -141,8 +139,7 @@ def _number_axis(axes: Axes, every_x: Float64[Array, " points"], is_log: bool) -
     if len(places) <= FEW and np.all(np.diff(places) > room * (places[-1] - min(places[0], 0.0))):
         axes.set_xticks(places)
     else:
-        whole = not np.any(every_x % 1.0)
-        axes.xaxis.set_major_locator(MaxNLocator(nbins=n_ticks(axes), integer=whole))
+        axes.xaxis.set_major_locator(MaxNLocator("auto", integer=not np.any(every_x % 1.0)))
     if places[0] > 0.0:
         axes.set_xlim(left=0.0)
 

@@ -86,7 +86,7 @@ def styles_of(
     later one, or the one with parameters, takes the next. A series that is called otherwise than
     its controller stands in `controllers`.
     """
-    found: dict[str, SeriesStyle] = {}
+    styles: dict[str, SeriesStyle] = {}
     taken: set[int] = set()
     known = controllers or {}
     asked = {name: known.get(name, name) for name in names}
@@ -97,8 +97,8 @@ def styles_of(
                 each % len(MARKERS) for each in count(mark) if each % len(MARKERS) not in taken
             )
         taken.add(mark)
-        found[name] = _style(colour, mark)
-    return {name: found[name] for name in asked}
+        styles[name] = _style(colour, mark)
+    return {name: styles[name] for name in asked}
 
 
 def colour_of(controller: str) -> str:

@@ -176,7 +176,7 @@ def _interval(
         return None
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore", stats.DegenerateDataWarning)  # tested for below
-        found = stats.bootstrap(
+        ends = stats.bootstrap(
             samples,
             statistic,
             n_resamples=RESAMPLES,
@@ -187,5 +187,5 @@ def _interval(
             method="BCa",
             rng=np.random.default_rng(seed),
         ).confidence_interval
-    low, high = float(found.low), float(found.high)
+    low, high = float(ends.low), float(ends.high)
     return (low, high) if math.isfinite(low) and math.isfinite(high) else None

@@ -120,29 +120,29 @@ def scores(episodes: Sequence[Any]) -> list[float]:
     return [getattr(episode, kind_of_episode(episode).score) for episode in episodes]
 
 
-def _verdict(found: Comparison) -> tuple[str, str, str]:
-    p = NOT_APPLICABLE if found.p is None else p_value(found.p)
-    return _in_line(found.difference), _in_line(found.ratio), p
+def _verdict(comparison: Comparison) -> tuple[str, str, str]:
+    p = NOT_APPLICABLE if comparison.p is None else p_value(comparison.p)
+    return _in_line(comparison.difference), _in_line(comparison.ratio), p
 
 
 def _cell(episodes: Sequence[Any], metric: str, factor: float) -> Text:
     """A table cell: mean over interval, and the number of episodes if not all count."""
     values = [getattr(episode, metric) for episode in episodes]
-    found = mean_interval([factor * value for value in values if value is not None])
-    if found is None:
+    estimate = mean_interval([factor * value for value in values if value is not None])
+    if estimate is None:
         return Text(NOT_APPLICABLE)
-    number = _formatter(found.value)
-    interval = "-".join(map(number, found.interval)) if found.interval else NOT_APPLICABLE
-    partly = f"\nn = {found.n}" if found.n < len(values) else ""
-    return Text(number(found.value)).append(f"\n{interval}{partly}", style="dim")
+    number = _formatter(estimate.value)
+    interval = "-".join(map(number, estimate.interval)) if estimate.interval else NOT_APPLICABLE
+    partly = f"\nn = {estimate.n}" if estimate.n < len(values) else ""
+    return Text(number(estimate.value)).append(f"\n{interval}{partly}", style="dim")
 
 
-def _in_line(found: Estimate | None) -> str:
-    if found is None:
+def _in_line(estimate: Estimate | None) -> str:
+    if estimate is None:
         return NOT_APPLICABLE
-    number = _formatter(found.value)
-    interval = " to ".join(map(number, found.interval)) if found.interval else NOT_APPLICABLE
-    return f"{number(found.value)} ({interval})"
+    number = _formatter(estimate.value)
+    interval = " to ".join(map(number, estimate.interval)) if estimate.interval else NOT_APPLICABLE
+    return f"{number(estimate.value)} ({interval})"
 
 
 def _formatter(value: float) -> Callable[[float], str]:

@@ -8,7 +8,7 @@ from PIL import Image
 from baselines.evaluation.box_plots import box_panels
 from baselines.evaluation.figure_files import beside, check_plot, save_figure
 from baselines.evaluation.figure_page import Caption, draw_caption, page_style
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import UnknownNameError
 
 COMMAND = "swarm-forage evaluate es1 nc ssgikf --episodes=5"
 CAPTION = Caption("Round trips.", "n = 5 episodes each", COMMAND, ("0123abcd",))
@@ -122,19 +122,6 @@ def test_a_file_beside_the_figure_holds_the_parts_of_its_caption(tmp_path):
         "command": COMMAND,
         "code": ["0123abcd"],
     }
-
-
-def test_an_unknown_ending_is_refused(tmp_path):
-    with pytest.raises(ConfigError, match=r"must end in \.png, \.pdf, \.svg"):
-        check_plot(tmp_path / "trips.jpeg")
-
-
-def test_an_unwritable_file_is_refused(tmp_path):
-    (tmp_path / "taken").write_text("")
-    (tmp_path / "folder.png").mkdir()
-    for file in (tmp_path / "taken" / "x.png", tmp_path / "folder.png"):
-        with pytest.raises(ConfigError, match="cannot be written"):
-            check_plot(file)
 
 
 def test_the_check_leaves_no_file_and_keeps_an_old_one(tmp_path):

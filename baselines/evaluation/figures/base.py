@@ -36,8 +36,8 @@ class PlotOptions:
     """The whole caption is drawn."""
 
     @property
-    def given(self) -> dict[str, object]:
-        """The options that the user has given, by name."""
+    def choices(self) -> dict[str, object]:
+        """The options that the user has chosen, by name."""
         values = {
             "scenario": self.scenarios,
             "controller": self.controllers,
@@ -51,7 +51,7 @@ class PlotOptions:
     def command(self) -> str:
         """The command line that draws the same figure again."""
         words = ["swarm-forage", "plot", self.kind, *map(str, self.sources)]
-        for name, value in self.given.items():
+        for name, value in self.choices.items():
             values = value if isinstance(value, tuple) else (value,)
             words += [word for each in values for word in (f"--{name}", str(each))]
         words += [] if self.style == "screen" else ["--style", self.style]
@@ -64,24 +64,23 @@ class PlotOptions:
 
         ConfigError for sources that are no such datasets.
         """
-        found = read_groups(self.sources, self.scenarios, self.controllers)
-        if len({group.task.name for group in found}) > 1:
+        groups = read_groups(self.sources, self.scenarios, self.controllers)
+        if len({group.task.name for group in groups}) > 1:
             raise ConfigError(
                 f"{', '.join(self.sources)}: holds episodes of foraging and of waypoints; choose"
                 " with --scenario"
             )
-        return found
+        return groups
 
     @property
     def foraging_groups(self) -> list[EpisodeGroup]:
         """The episode groups, for figures of foraging; ConfigError for waypoints."""
-        found = self.groups
-        if found[0].task.name != "foraging":
+        if self.groups[0].task.name != "foraging":
             raise ConfigError(
                 f"{', '.join(self.sources)}: episodes of waypoints have no nest and prey, which"
                 f" '{self.kind}' shows; boxplot, curve and table do for them"
             )
-        return found
+        return self.groups
 
     @property
     def shown_metric(self) -> str:
@@ -117,7 +116,7 @@ SELECTION = frozenset({"scenario", "controller"})
 
 def check_options(options: PlotOptions) -> None:
     """Raise ConfigError for an option that the kind of figure does not have."""
-    for name in options.given:
+    for name in options.choices:
         if name not in FIGURES[options.kind].options:
             having = sorted(kind for kind in FIGURES if name in FIGURES[kind].options)
             raise ConfigError(

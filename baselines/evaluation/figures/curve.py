@@ -29,7 +29,7 @@ class MetricOverParameter:
 
     def draw(self, options: PlotOptions) -> Figure:
         """Draw a curve for each controller, a level line for one that does not have x."""
-        x = _named(options.x, options.groups) if options.x else _found(options.groups)
+        x = _named(options.x, options.groups) if options.x else _varied(options.groups)
         having = [group for group in options.groups if x in group.numbers]
         panels = _panels(options, having, x)
         ends = [float(group.numbers[x]) for group in having]
@@ -73,19 +73,19 @@ def _named(name: str, groups: Sequence[EpisodeGroup]) -> str:
     return resolve(name, known, "number behind these episodes")
 
 
-def _found(groups: Sequence[EpisodeGroup]) -> str:
+def _varied(groups: Sequence[EpisodeGroup]) -> str:
     """The one setting that varies while all else is the same; ConfigError if it is not one."""
     candidates = {name for group in groups for name in _numeric(group)}
     vary = {name for name in candidates if len({group.numbers.get(name) for group in groups}) > 1}
-    found = []
+    names = []
     for name in sorted(vary):
         having = [group for group in groups if name in group.numbers]
         if max(map(len, _series(having, name).values())) > 1:
-            found.append(name)
-    if len(found) == 1:
-        return found[0]
-    if found:
-        raise ConfigError(f"several numbers vary: choose one with --x {' or --x '.join(found)}")
+            names.append(name)
+    if len(names) == 1:
+        return names[0]
+    if names:
+        raise ConfigError(f"several numbers vary: choose one with --x {' or --x '.join(names)}")
     raise ConfigError(_too_few("number", groups))
 
 
@@ -135,11 +135,11 @@ def _level(options: PlotOptions, group: EpisodeGroup, ends: tuple[float, float])
 
 def _mean(options: PlotOptions, group: EpisodeGroup) -> tuple[float, float, float]:
     """Mean and interval, which is the mean itself where nothing varies; NaN for no value."""
-    found = mean_interval(sample(group, options.shown_metric))
-    if found is None:
+    estimate = mean_interval(sample(group, options.shown_metric))
+    if estimate is None:
         return np.nan, np.nan, np.nan
-    low, high = found.interval or (found.value, found.value)
-    return found.value, low, high
+    low, high = estimate.interval or (estimate.value, estimate.value)
+    return estimate.value, low, high
 
 
 def _axis(x: str, group: EpisodeGroup) -> str:

@@ -108,7 +108,7 @@ def _evaluated(options: PlotOptions) -> dict[str, Job]:
 def _asked(options: PlotOptions) -> dict[str, Job]:
     """The episodes that SCENARIO CONTROLLER... name, by title."""
     scenario, *controllers = options.sources
-    if not controllers or {"scenario", "controller"} & options.given.keys():
+    if not controllers or {"scenario", "controller"} & options.choices.keys():
         raise ConfigError(
             f"{' '.join(options.sources)}: must be the folder of a dataset, or a scenario and"
             " controllers without further choice, as in swarm-forage plot paths es1 nc ssgikf"
