@@ -13,7 +13,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations import random_draws
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.errors import ConfigError, shown
 
 
 class NoiseSource(IntEnum):
@@ -57,7 +57,7 @@ def checked_seed(seed: object) -> int:
         number = int(seed)
         if 0 <= number < 2**64:
             return number
-    raise ConfigError(f"seed={seed!r}: must be a whole number from 0 to 2^64 - 1")
+    raise ConfigError(f"seed={shown(seed)}: must be a whole number from 0 to 2^64 - 1")
 
 
 def drawn_seed(rng: np.random.Generator) -> int:

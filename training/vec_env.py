@@ -7,6 +7,7 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
 from swarm_forage_env.arrays import Array, Bool, Float32
+from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.device_env import DeviceArrayEnv, array_env
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.make import checked_parts
@@ -139,7 +140,7 @@ class SwarmVecEnv(SharedAttributesVecEnv):
 
     def step_async(self, actions: Array) -> None:
         """Store the actions of all learners; ConfigError if they do not fit the action space."""
-        given = np.asarray(actions)
+        given = as_array(actions)
         self._next = self.env.actions.rows(given)
         if isinstance(self._on, DeviceArrayEnv):  # which makes them what the layers take
             shape = self.env.n_worlds, len(self.env.learners), *self.env.action_shape

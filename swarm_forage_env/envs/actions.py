@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from itertools import product
 from typing import Any
 
@@ -11,7 +12,7 @@ from gymnasium.spaces import Box, Discrete
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, entry_point
 from swarm_forage_env.envs.config import EnvConfig, check_choices
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.spaces import Feature, Layout
@@ -212,17 +213,15 @@ class Actions:
     def _complaint_about(self, agent: str, action: Any) -> str:  # noqa: ANN401
         layout = self.form.layout
         if self.form.is_discrete:
-            n, found = len(self.form.choices), np.asarray(action)
-            if found.shape == () and found.dtype.kind in "iu" and 0 <= found < n:
-                return ""
-            return f"{action!r}: must be a whole number from 0 to {n - 1}"
+            return self._complaint_about_choice(action)
         try:
             if np.iscomplexobj(action):
                 raise TypeError
             given = np.asarray(action, dtype=np.float64)
+        except OverflowError:
+            return f"{shown(action)}: too large; clip it first, as numpy.clip does"
         except (TypeError, ValueError):
-            shown = " ".join(repr(action).split())
-            return f"{shown}: must be numbers, {', '.join(layout.names)}"
+            return f"{shown(action)}: must be numbers, {', '.join(layout.names)}"
         if given.shape != self._shape[1:]:
             return f"shape {given.shape}: must be {self._shape[1:]}, for {', '.join(layout.names)}"
         for feature, value, as_given in zip(layout, given, np.asarray(action), strict=True):
@@ -233,6 +232,22 @@ class Actions:
                     f" [{feature.unit}]; {advice}"
                 )
         return ""
+
+    def _complaint_about_choice(self, choice: Any) -> str:  # noqa: ANN401
+        n = len(self.form.choices)
+        with suppress(ValueError):  # of rows of several lengths
+            found = np.asarray(choice)
+            if found.shape == () and found.dtype.kind in "iu" and 0 <= found < n:
+                return ""
+        return f"{shown(choice)}: must be a whole number from 0 to {n - 1}"
+
+
+def as_array(actions: Any) -> Array:  # noqa: ANN401 whatever was passed
+    """Actions as one array; ConfigError where some have more numbers than others."""
+    try:
+        return np.asarray(actions)
+    except ValueError as error:
+        raise ConfigError(f"actions={shown(actions)}: {error}") from None
 
 
 def write_commands(rows: Float32[Array, "rows 2"], sharpest_turn: float) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int64
-from swarm_forage_env.envs.actions import Actions
+from swarm_forage_env.envs.actions import Actions, as_array
 from swarm_forage_env.envs.config import chosen_robots, n_steps
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.make import Parts, checked_parts
@@ -150,7 +150,7 @@ class ArrayEnv:
         `actions` have the shape (worlds, learners, numbers), or (worlds, learners) where they are
         choices. A refused action leaves everything as it was.
         """
-        given = np.asarray(actions)
+        given = as_array(actions)
         if given.shape[:2] != (self.n_worlds, len(self.learners)):
             raise ConfigError(
                 f"actions of shape {given.shape}: must be"

@@ -171,7 +171,8 @@ def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
     """A checked seed or None for each of n worlds, before anything is changed."""
     if seed is None:
         return [None] * n
-    if not isinstance(seed, Sequence | np.ndarray) or isinstance(seed, str):
+    is_single = isinstance(seed, np.ndarray) and seed.ndim == 0
+    if is_single or not isinstance(seed, Sequence | np.ndarray) or isinstance(seed, str):
         first = checked_seed(seed)
         return [checked_seed(first + world) for world in range(n)]
     if len(seed) != n:

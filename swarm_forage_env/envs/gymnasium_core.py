@@ -8,6 +8,7 @@ from gymnasium.error import ResetNeeded
 from gymnasium.spaces import Box, Discrete, MultiDiscrete
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
+from swarm_forage_env.envs.actions import as_array
 from swarm_forage_env.envs.array_env import ArrayEnv, Infos
 from swarm_forage_env.envs.episodes import parts_of
 from swarm_forage_env.envs.notebook import title_of
@@ -121,10 +122,7 @@ class JointEnvCore:
     def _as_rows(self, actions: Any) -> Array:  # noqa: ANN401 whatever was passed
         """A row for each learner; ConfigError for another shape."""
         shape = (self._n_worlds, *self.action_shape)
-        try:
-            given = np.asarray(actions)
-        except ValueError as error:
-            raise ConfigError(f"action={actions!r}: {error}") from None
+        given = as_array(actions)
         if given.shape[:1] != shape[:1]:
             raise ConfigError(
                 f"actions of shape {given.shape}: must be {shape}, one for each world"

@@ -14,7 +14,7 @@ from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import parts_of
 from swarm_forage_env.envs.notebook import title_of
 from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes
-from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.errors import UnknownNameError, shown
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.rendering.viewer import RENDER_MODES, check_render_mode
@@ -182,9 +182,11 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         """A picture of this moment and a table, for notebooks."""
         return self._screen.html(type(self).__name__)
 
-    def _space_of(self, agent: str, spaces: Mapping[str, Any]) -> Space[Any]:
+    def _space_of(self, agent: object, spaces: Mapping[str, Any]) -> Space[Any]:
+        if not isinstance(agent, str):
+            raise UnknownNameError("agent", shown(agent), spaces)
         if agent not in spaces:
-            raise UnknownNameError("agent", str(agent), spaces)
+            raise UnknownNameError("agent", agent, spaces)
         found: Space[Any] = spaces[agent]
         return found
 

@@ -102,6 +102,8 @@ GOOD = [0.1, 0.2]
         ({"epuck_0": [[0.0, 0.0]]}, ConfigError, r"epuck_0: shape \(1, 2\): must be \(2,\)"),
         ({"epuck_0": ["fast", "slow"]}, ConfigError, "epuck_0: .*: must be numbers, wheels.left"),
         ({"epuck_0": None}, ConfigError, "epuck_0: "),
+        ({"epuck_0": [10**400, 0.0]}, ConfigError, "epuck_0: .*: too large; clip it first"),
+        ({"epuck_0": 10**5000}, ConfigError, "epuck_0: <int of thousands of digits>: too large"),
         ({"epuck_0": [1j, 0.0]}, ConfigError, "epuck_0: .*: must be numbers, wheels.left"),
         ({"epuck_2": ...}, ConfigError, "epuck_2 has none; every agent needs one"),
         ({"epuck_3": GOOD}, UnknownNameError, "no agent named 'epuck_3', did you mean 'epuck_"),
@@ -162,6 +164,33 @@ def test_no_step_after_the_end(constant):
     assert len(short.agents) == 10
 
 
+RAGGED = [[0.0, 0.0], [0.0]]
+HUGE = [[10**400, 0.0]] * 6
+
+
+@pytest.mark.parametrize("actions", [RAGGED, [RAGGED] * 2, HUGE, [HUGE[:3]] * 2])
+@pytest.mark.parametrize("made", [ArrayEnv, SwarmVecEnv])
+def test_rows_that_are_no_array_of_numbers_are_refused_in_a_line(made, actions):
+    batch = made("es1", 2, **{"task.n_robots": 3})
+    batch.reset()
+    with pytest.raises(ConfigError, match=r"^action[^\n]*$"):
+        batch.step(actions)
+
+
+@pytest.mark.parametrize("choice", [[10**5000], RAGGED])
+def test_a_choice_that_is_no_number_is_refused(choice):
+    one = parallel_env("es1", discrete=True, **{"task.n_robots": 1})
+    one.reset(seed=0)
+    with pytest.raises(ConfigError, match=r"epuck_0: .*: must be a whole number from 0 to 4"):
+        one.step({"epuck_0": choice})
+
+
+@pytest.mark.parametrize("seed", [np.array(3), np.array(1.5)])
+def test_a_seed_of_several_worlds_that_is_none_is_refused(seed):
+    with pytest.raises(ConfigError, match=r"seed=.*: must be a whole number from 0"):
+        MISUSED["vector"]().reset(seed=seed)
+
+
 @pytest.mark.parametrize("seed", [-1, 1.5, 2**64, "one", True])
 def test_a_bad_seed_is_refused(seed, running):
     before = running.state()
@@ -209,6 +238,9 @@ def test_an_unknown_agent_has_no_space(running):
     for space in (running.observation_space, running.action_space):
         with pytest.raises(UnknownNameError, match="no agent named 'epuck_9'"):
             space("epuck_9")
+        for agent in ([], {}, None):
+            with pytest.raises(UnknownNameError, match="no agent named"):
+                space(agent)
 
 
 def test_nothing_is_drawn(running):

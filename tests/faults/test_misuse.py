@@ -27,11 +27,12 @@ KEYWORDS = ("learn", "controller", "action", "observation", "reward", "normalise
 JUNK = (
     None, 0, -1, 1, 2.5, 1e308, math.nan, math.inf, "", "x", "motion", "rigid", True, [], [0], [9],
     ["x"], {}, {"x": 1}, {"task.duration": (1, 2)}, (), (0, 1), b"x", object(), np.zeros(2), len,
-    2**70, "es1\n", {"radio.max_range": (0.3, 0.1)},
+    2**70, 10**400, [[0.0, 0.0], [0.0]], np.array(3), "es1\n",
+    {"radio.max_range": (0.3, 0.1)},
 )  # fmt: skip
 OPTIONS = (None, {}, 5, [], "x", {"x": 1}, {"task.area_distance": "far"}, {"task.n_robots": 5},
            {"scenario": 3})  # fmt: skip
-SEEDS = (None, 0, -1, 1.5, "x", 2**64, 2**70, True, [1, 2])
+SEEDS = (None, 0, -1, 1.5, "x", 2**64, 2**70, 10**400, True, [1, 2], np.array(3))
 
 
 def made(kind, options):
