@@ -93,6 +93,13 @@ class DamagedFileError(Exception):
     """A dataset file that is not the episode its name says."""
 
 
+def unread(what: str, reason: DamagedFileError | OSError) -> ConfigError:
+    """What is told of a file that cannot be read, or does not hold what it should."""
+    if isinstance(reason, OSError):
+        return ConfigError(f"{what}: cannot be read ({reason.strerror})")
+    return ConfigError(f"{what}: {reason}; remove it and run the command that made it again")
+
+
 def set_aside(
     file: Path, damage: DamagedFileError, rename: Callable[[Path, Path], object] = Path.replace
 ) -> None:

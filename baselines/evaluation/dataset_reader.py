@@ -18,6 +18,7 @@ from baselines.evaluation.dataset import (
     episode_of,
     read_table,
     schema,
+    unread,
     with_all_columns,
 )
 from baselines.evaluation.experiment_config import (
@@ -188,10 +189,7 @@ def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind, str | None]:
         table = read_table(file.read_bytes())
         name = asked_name(table)
     except (DamagedFileError, OSError) as damage:
-        raise ConfigError(
-            f"dataset file {file}: {getattr(damage, 'strerror', damage)}; remove it and run the"
-            " command that made the dataset again"
-        ) from None
+        raise unread(f"dataset file {file}", damage) from None
     for kind in _kinds():
         whole = with_all_columns(table, kind)
         if whole.schema.equals(schema(kind)) and whole.num_rows == 1:

@@ -15,7 +15,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from baselines.evaluation.dataset import DamagedFileError, Dataset, read_table, set_aside
+from baselines.evaluation.dataset import DamagedFileError, Dataset, read_table, set_aside, unread
 from baselines.evaluation.experiment_config import ExperimentConfig
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.atomic_write import write_atomically
@@ -193,10 +193,7 @@ def read_trajectory(file: Path) -> pa.Table:
     try:
         return read_table(file.read_bytes())
     except (DamagedFileError, OSError) as damage:
-        raise ConfigError(
-            f"trajectory {file}: {getattr(damage, 'strerror', damage)}; remove it, and run the"
-            " command that made it again"
-        ) from None
+        raise unread(f"trajectory {file}", damage) from None
 
 
 def _arrow(values: Array, column: TrajectoryColumn) -> pa.Array:

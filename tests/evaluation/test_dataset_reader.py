@@ -3,6 +3,7 @@
 import json
 import random
 from dataclasses import replace
+from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -10,6 +11,7 @@ import pytest
 
 from baselines.evaluation.dataset import Dataset, schema
 from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
+from baselines.evaluation.trajectories import read_trajectory
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 
@@ -123,6 +125,16 @@ def test_a_dataset_of_another_version_is_refused_by_what_differs(kept):
     pq.write_table(table.drop_columns(["lost_events"]), file)
     with pytest.raises(ConfigError, match=r"another version .*lacks lost_events.*evaluate again"):
         read_groups([str(kept.folder)])
+
+
+@pytest.mark.parametrize("read", [lambda file: read_groups([str(file.parents[2])]), read_trajectory])
+def test_a_file_that_may_not_be_read_is_not_to_be_removed(kept, monkeypatch, read):
+    def refuse(file):
+        raise PermissionError(13, "Permission denied", str(file))
+
+    monkeypatch.setattr(Path, "read_bytes", refuse)
+    with pytest.raises(ConfigError, match=r"parquet: cannot be read \(Permission denied\)$"):
+        read(files(kept)[0])
 
 
 def test_a_damaged_file_is_named(kept):
