@@ -108,7 +108,7 @@ class LocalisationErrorMeter:
         if not has_estimators(loop.controller.minds):
             return
         world, situation = loop.world, loop.situation
-        pose, known = world.state.pose, situation.known & self._is_meant
+        pose, known = world.state.pose, (situation.known > 0.0) & self._is_meant
         areas = nearest_areas(world.worlds, believed_places(pose, situation.areas, known))
         error = localisation_error(pose, situation.areas, known, areas)
         self._sum += error.reshape(len(self._sum), -1).sum(axis=1)

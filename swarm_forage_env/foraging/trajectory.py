@@ -30,7 +30,7 @@ def take(world: ForagingWorld, minds: Array) -> Mapping[str, Array]:
         "x": robots["pose"][:, :, 0],
         "y": robots["pose"][:, :, 1],
         "heading": robots["pose"][:, :, 2],
-        "goal": situation["goal"],
+        "goal": (situation["goal"] @ [0, 1, -1]).astype(np.int8),
         "known_nest": known[:, :, 0],
         "known_prey": known[:, :, 1],
         "p_nest": p[:, :, 0],

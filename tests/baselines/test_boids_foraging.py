@@ -26,6 +26,9 @@ TRUST = 10.0
 
 every_rule = pytest.mark.parametrize("gains", GAINS)
 
+ONE_OF = np.eye(3)
+"""A goal as layers see it: nest, prey, none."""
+
 
 class Robot:
     """A robot that knows both areas, heads for the prey, and hears others at these beams."""
@@ -37,7 +40,7 @@ class Robot:
         self.situation.areas[:] = rng.normal(size=(2, 2))
         self.situation.target[:] = self.situation.areas[PREY]
         self.situation.p[:] = rng.uniform(0.0, 15.0, 2)
-        self.situation.known[:], self.situation.goal = True, PREY
+        self.situation.known[:], self.situation.goal[:] = True, ONE_OF[PREY]
         self.heard.n = len(beams)
         for slot, beam in enumerate(beams):
             self.heard.range_bearing[slot] = beam
@@ -99,7 +102,7 @@ def test_neighbours_are_where_their_beams_come_from_and_go_where_the_bearings_sa
 @pytest.mark.parametrize(("goal", "share"), [(NEST, 0.2), (PREY, 0.7), (-1, 0.0)])
 def test_the_stimuli_are_the_neighbours_and_the_doubt_about_the_goal(boids, goal, share):
     robot = Robot(0)
-    robot.situation.goal, robot.situation.p[:] = goal, (2.0, 7.0)
+    robot.situation.goal[:], robot.situation.p[:] = ONE_OF[goal], (2.0, 7.0)
     stimuli = boids(robot, trust=TRUST)[1].stimuli
     assert_allclose(stimuli, [2 / SCENARIO.task.n_robots, share, 0.0], atol=1e-7)
 
@@ -136,7 +139,7 @@ def test_a_robot_that_talks_stands_still(boids, gains):
 def test_avoiding_and_the_random_walk_are_those_of_subsumption(boids, subsume, gains):
     blocked, lost = Robot(2), Robot(3)
     blocked.readings.proximity[0] = 0.9
-    lost.situation.goal = -1
+    lost.situation.goal[:] = ONE_OF[-1]
     for robot in (blocked, lost):
         assert_array_equal(boids(robot, gains=gains)[0], subsume(robot))
 

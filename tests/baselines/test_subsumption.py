@@ -52,7 +52,7 @@ class Walkers:
 
     def __call__(self, goal=-1, target=0.0, proximity=0.0, talking=False):
         """The wheels of every robot in a tick."""
-        self._situation.goal[:], self._situation.target[:] = goal, target
+        self._situation.goal[:], self._situation.target[:] = np.eye(3)[goal], target
         self._situation.is_talking[:] = talking
         self._readings.proximity[:] = proximity
         steer_all(

@@ -54,8 +54,8 @@ def test_a_row_is_a_robot_as_it_stood_after_a_tick(configure, dataset):
         assert rows.robot.tolist() == list(range(10))
         pose = rows[["x", "y", "heading"]].to_numpy()
         np.testing.assert_array_equal(pose, robots["pose"].astype(np.float32))
-        goals = [{"nest": 0, "prey": 1}.get(goal, -1) for goal in rows.goal]
-        assert goals == believed["goal"].tolist()
+        goals = [{"nest": 0, "prey": 1}.get(goal, 2) for goal in rows.goal]
+        assert goals == believed["goal"].argmax(axis=1).tolist()
         known = rows[["known_nest", "known_prey"]].to_numpy()
         np.testing.assert_array_equal(known, believed["known"] != 0)
         p = rows[["p_nest", "p_prey"]].to_numpy()

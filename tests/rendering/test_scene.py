@@ -85,8 +85,8 @@ def test_messages_are_pairs_of_sender_and_receiver_of_one_world(loop):
 
 def test_a_robot_is_doing_what_it_believes_to_do(loop):
     robots, situation = loop.world.robots[0], loop.controller.minds["estimator"]["situation"][0]
-    situation["goal"], situation["is_talking"] = -1, False
-    situation["goal"][:3], situation["is_talking"][2] = [0, 1, 1], True
+    situation["goal"], situation["is_talking"] = (0, 0, 1), False
+    situation["goal"][:3], situation["is_talking"][2] = np.eye(3)[[0, 1, 1]], True
     robots["lost_events"], robots["known"] = 0, 0
     robots["lost_events"][[3, 4, 0]] = 1
     robots["known"][4, 1] = 1

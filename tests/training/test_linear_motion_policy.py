@@ -121,10 +121,10 @@ def test_straight_runs_get_longer_or_shorter(told):
     loop = loop_with([1], w)
     for _ in range(20):
         loop.step()
-    memory, goal = rows(loop.controller.minds["motion"]), loop.situation.goal
+    memory, situation = rows(loop.controller.minds["motion"]), loop.situation
     memory.run = 1.0
     loop.step()
-    walks = (goal < 0) & (memory.run < 1.0)
+    walks = (situation.goal[:, 2] > 0) & (memory.run < 1.0)
     step = SCENARIO.robot.cruise_speed * SCENARIO.tick
     assert walks.any()
     assert_allclose(1.0 - memory.run[walks], step / 10.0 ** math.tanh(told), rtol=1e-6)

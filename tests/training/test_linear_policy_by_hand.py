@@ -28,7 +28,8 @@ N = len(FEATURES)
 
 def seen(goal, talking=False):
     """What a robot believes, feels and hears: one sender ahead, something close to its left."""
-    situation = one(Situation, target=(0.3, 0.4), p=(1.0, 3.0), goal=goal, is_talking=talking)
+    situation = one(Situation, target=(0.3, 0.4), p=(1.0, 3.0), is_talking=talking)
+    situation.goal[:] = np.eye(3)[goal]
     readings = one(Readings)
     readings.proximity[6] = 0.1
     heard = one(Heard, n=1, sizes={"slots": 4})
