@@ -17,7 +17,7 @@ from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, RunningController
 from swarm_forage_env.no_layers import has_estimators
-from swarm_forage_env.record import record_dtype
+from swarm_forage_env.record import offset_of, record_dtype
 from swarm_forage_env.task import task_of
 
 Team = list[int]
@@ -266,17 +266,14 @@ def _spans(
 ) -> Int64[Array, "parts 3"]:
     """The spans of an estimator's fields in two records that have them."""
     begins = [
-        [_offset(minds, "estimator") + _offset(minds["estimator"], name) for minds in (to, source)]
+        [
+            offset_of(minds, "estimator") + offset_of(minds["estimator"], name)
+            for minds in (to, source)
+        ]
         for name, _ in shown
     ]
     sizes = [kind.itemsize for _, kind in shown]
     return np.column_stack([begins, sizes]).astype(np.int64)
-
-
-def _offset(record: np.dtype[Any], name: str) -> int:
-    """Where a field begins [bytes]."""
-    fields: Any = record.fields
-    return int(fields[name][1])
 
 
 def _common(dtypes: Sequence[np.dtype[Any]]) -> list[tuple[str, np.dtype[Any]]]:

@@ -15,7 +15,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.compiler import entry_point, inlined
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.record import Field, Record
+from swarm_forage_env.record import Field, Record, offset_of
 from swarm_forage_env.spaces import Feature, Layout
 
 Sizes = Mapping[str, int]
@@ -103,10 +103,6 @@ class FieldLayout(Layout):
         """What makes the same layout again in another process."""
         return tuple(self), self.paths, self.sizes
 
-    def with_features(self, features: Iterable[Feature]) -> "FieldLayout":
-        """The same fields under other bounds."""
-        return FieldLayout(features, self.paths, self.sizes)
-
     def columns(self, part: str) -> dict[str, slice]:
         """The columns of each field of a part, by its name in the part."""
         return {path.shown_as: span for path, span in self._spans() if path.part == part}
@@ -117,12 +113,10 @@ class FieldLayout(Layout):
         `records["exchange"]` is what the weighting layer sees; fields that are not observed have
         their first value.
         """
-        matrix = np.asarray(rows, np.float32)
-        if matrix.ndim != 2 or matrix.shape[1] != len(self):
-            raise ConfigError(
-                f"observations of shape {matrix.shape}: must be (robots, {len(self)}), as"
-                " numpy.stack(list(observations.values())) gives"
-            )
+        matrix, n = np.asarray(rows, np.float32), len(self)
+        if matrix.ndim != 2 or matrix.shape[1] != n:
+            told = f"observations of shape {matrix.shape}: must be (robots, {n})"
+            raise ConfigError(f"{told}, as numpy.stack(list(observations.values())) gives")
         found: dict[str, Any] = {}
         for path, span in self._spans():
             name = path.source.rpartition(".")[2]
@@ -166,8 +160,8 @@ def spans_of(layout: FieldLayout, dtypes: Mapping[str, np.dtype[Any]]) -> Spans:
         name, *rest = path.source.split(".")
         dtype, at = dtypes[name], 0
         for each in (*rest, path.name):
-            dtype, begin = _field_of(dtype, each)
-            at += begin
+            at += offset_of(dtype, each)
+            dtype = dtype[each]
         if dtype.base != np.float32:
             raise ConfigError(f"{path.source}.{path.name}: must be float32, to be observed")
         n_records = layout.sizes[path.each] if path.each else 1
@@ -188,12 +182,6 @@ def _joined(spans: Sequence[tuple[int, int, int, int]]) -> Spans:
         else:
             found.append([source, at, count, to])
     return np.array(found, np.int64).reshape(-1, 4)
-
-
-def _field_of(dtype: np.dtype[Any], name: str) -> tuple[np.dtype[Any], int]:
-    """The type of a field of a record, and where it begins [bytes]."""
-    fields: Any = dtype.fields
-    return fields[name][0], int(fields[name][1])
 
 
 def words_of(records: Array) -> Words:

@@ -161,6 +161,12 @@ def record_dtype(columns: list[Any]) -> np.dtype[Any]:
     return _the_one(np.dtype(columns[::-1], align=True))
 
 
+def offset_of(record: np.dtype[Any], name: str) -> int:
+    """Where a field of a record begins [bytes]."""
+    fields: Any = record.fields
+    return int(fields[name][1])
+
+
 @cache
 def _the_one(dtype: np.dtype[Any]) -> np.dtype[Any]:
     """The first of all equal dtypes."""

@@ -13,7 +13,7 @@ from swarm_forage_env.envs.config import EnvConfig, n_steps
 from swarm_forage_env.envs.frames import Frames
 from swarm_forage_env.envs.observations import Observer, stacked
 from swarm_forage_env.errors import UnknownNameError
-from swarm_forage_env.observed_fields import FieldCopies
+from swarm_forage_env.observed_fields import FieldCopies, FieldLayout
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import task_of
 
@@ -40,7 +40,8 @@ class PolicyForm:
         self.max_cycles = n_steps(scenario, config)
         self.agents = self.task.agents(scenario.task.n_robots)
         layouts = [policy.layout(each) for each in scenarios]
-        shown = max(layouts, key=len).with_features(widest(layouts))
+        longest = max(layouts, key=len)
+        shown = FieldLayout(widest(layouts), longest.paths, longest.sizes)
         self.observe = Observer(
             policy, config.observation, shown, scenario, self.agents, config.normalise
         )
