@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float64
+from swarm_forage_env.arrays import Array, Bool, Float64, Int64
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.foraging.metrics import (
-    believed_places,
+    add_errors,
     is_sound,
     knows_both_areas_now,
     knows_both_areas_share,
-    localisation_error,
-    nearest_areas,
     recruited_at,
     recruitment_time,
     total,
@@ -97,22 +95,20 @@ class ForagingEpisode:
 class LocalisationErrorMeter:
     """The localisation error of each world, summed over robots, known areas and samples."""
 
-    def __init__(self, n_worlds: int, is_meant: Bool[Array, " rows"]) -> None:
+    def __init__(self, is_meant: Bool[Array, "worlds robots"]) -> None:
         """Nothing measured yet; only the robots that are meant count."""
-        self._is_meant = is_meant[:, None]
-        self._sum: Float64[Array, " worlds"] = np.zeros(n_worlds)
-        self._count: Float64[Array, " worlds"] = np.zeros(n_worlds)
+        self._is_meant = is_meant
+        self._sum: Float64[Array, " worlds"] = np.zeros(len(is_meant))
+        self._count: Int64[Array, " worlds"] = np.zeros(len(is_meant), np.int64)
 
     def sample(self, loop: Any) -> None:  # noqa: ANN401 a control loop
         """Compare what is believed now with what is true."""
-        if not has_estimators(loop.controller.minds):
-            return
-        world, situation = loop.world, loop.situation
-        pose, known = world.state.pose, (situation.known > 0.0) & self._is_meant
-        areas = nearest_areas(world.worlds, believed_places(pose, situation.areas, known))
-        error = localisation_error(pose, situation.areas, known, areas)
-        self._sum += error.reshape(len(self._sum), -1).sum(axis=1)
-        self._count += known.reshape(len(self._sum), -1).sum(axis=1)
+        world, minds = loop.world, loop.controller.minds
+        if has_estimators(minds):
+            situations = minds["estimator"]["situation"]
+            add_errors(
+                world.robots, situations, world.worlds, self._is_meant, self._sum, self._count
+            )
 
     def mean(self, world: int) -> float | None:
         """Mean error of one world [m]; None if nothing was known at any sample."""
@@ -145,7 +141,7 @@ class SoundMeter:
         """Of a loop of whose worlds some may have faulty robots."""
         self._loop = loop
         self._is_sound: Bool[Array, "worlds robots"] = is_sound(loop.world.robots["fault"]["kinds"])
-        self._error = LocalisationErrorMeter(loop.world.n_worlds, self._is_sound.reshape(-1))
+        self._error = LocalisationErrorMeter(self._is_sound)
 
     def sample(self) -> None:
         """Compare what sound robots believe now with what is true."""
@@ -177,8 +173,7 @@ class ForagingMeter:
         """Of a loop whose worlds are about to start."""
         self._loop = loop
         scenario = loop.world.scenario
-        n_worlds = loop.world.n_worlds
-        self._error = LocalisationErrorMeter(n_worlds, np.ones(loop.world.rows, np.bool_))
+        self._error = LocalisationErrorMeter(np.ones(loop.world.robots.shape, np.bool_))
         self._sound = SoundMeter(loop) if loop.world.worlds["has_faults"].any() else None
         self._path = OnPathMeter(scenario.n_ticks)
         self._period = max(1, round(SAMPLE_EVERY / scenario.tick))

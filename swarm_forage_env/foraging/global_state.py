@@ -12,7 +12,7 @@ from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.areas import MOST_AREAS
 from swarm_forage_env.foraging.fault_record import KINDS, N_KINDS
-from swarm_forage_env.foraging.floor import distance_to_kind
+from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.foraging.records import AREAS, PATH, PLACE, RobotState, Situation, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
@@ -192,10 +192,7 @@ def put_log(
     for area in range(2):
         if situation.known[area]:
             n_known += 1
-            ahead, left = situation.areas[area, 0], situation.areas[area, 1]
-            dx, dy = to_outer(ahead, left, robot.heading[0], robot.heading[1])
-            x, y = robot.pose[0] + dx, robot.pose[1] + dy
-            error += distance_to_kind(x, y, area, world)
+            error += localisation_error(robot, situation, area, world)
     put_counts(robot, row)
     row[4] = n_known
     row[5] = error / max(n_known, 1)

@@ -1,11 +1,16 @@
 """What an episode is judged by: pure functions of the state, one number for each world.
 
-Each takes arrays over all rows and the number of worlds W; robots of a world are consecutive.
+Each takes arrays over all rows and the number of worlds W, robots of a world being consecutive; the
+localisation error, which is sampled all the time, goes by records.
 """
 
 import numpy as np
 
 from swarm_forage_env.arrays import NEST, PREY, Array, Bool, Float32, Float64, Int8, Int32, Int64
+from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.equations.geometry import to_outer
+from swarm_forage_env.foraging.floor import distance_to_kind
+from swarm_forage_env.foraging.records import RobotState, Situation, WorldState
 
 
 def total(count: Int32[Array, " rows"], n_worlds: int) -> Int64[Array, " worlds"]:
@@ -100,15 +105,33 @@ def nearest_areas(
     return found.reshape(places.shape)
 
 
+@kernel
 def localisation_error(
-    pose: Float64[Array, "rows 3"],
-    believed: Float32[Array, "rows areas 2"],
-    known: Bool[Array, "rows areas"],
-    areas: Float64[Array, "areas 2"],
-) -> Float64[Array, "rows areas"]:
-    """Distance between where a robot believes an area to be and where it is [m].
+    robot: RobotState, situation: Situation, area: int, world: WorldState
+) -> float:
+    """Distance from where a robot believes an area to be to the nearest one of that kind [m]."""
+    ahead, left = situation.areas[area, 0], situation.areas[area, 1]
+    dx, dy = to_outer(ahead, left, robot.heading[0], robot.heading[1])
+    return distance_to_kind(robot.pose[0] + dx, robot.pose[1] + dy, area, world)
 
-    `believed` is in the body frame of the robot at its true pose; 0 where `known` is false.
+
+@entry_point
+def add_errors(
+    robots: Array,
+    situations: Array,
+    worlds: Array,
+    is_meant: Bool[Array, "worlds robots"],
+    out_sum: Float64[Array, " worlds"],
+    out_count: Int64[Array, " worlds"],
+) -> None:
+    """Add to the sums of the worlds the localisation error of each area that a robot knows of.
+
+    Only robots that are meant count.
     """
-    away = believed_places(pose, believed, known) - areas
-    return np.where(known, np.hypot(away[:, :, 0], away[:, :, 1]), 0.0)
+    for w in range(is_meant.shape[0]):
+        for i in range(is_meant.shape[1]):
+            robot, situation = robots[w, i], situations[w, i]
+            for area in range(2):
+                if is_meant[w, i] and situation.known[area]:
+                    out_sum[w] += localisation_error(robot, situation, area, worlds[w])
+                    out_count[w] += 1

@@ -8,12 +8,12 @@ import pytest
 from baselines.estimators.area_memory import NEST_BELOW, PREY_BELOW, area_under
 from baselines.estimators.belief import NOWHERE
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
+from tests.beliefs import localisation_error
 
 AXLE = 0.053
 
@@ -204,9 +204,7 @@ def test_exact_encoders_find_a_centre_that_is_headed_for_within_a_tick(area):
     action.motion[:], action.wheels[:] = REPLACE, 1.0
     while not beliefs.known[0, area]:
         loop.step()
-    seen = loop.situation
-    error = localisation_error(loop.world.state.pose, seen.areas, seen.known, loop.world.areas)
-    assert error[0, area] <= scenario.robot.cruise_speed * scenario.tick + 1e-6
+    assert localisation_error(loop)[0, area] <= scenario.robot.cruise_speed * scenario.tick + 1e-6
 
 
 def test_exact_encoders_keep_what_was_found():
@@ -234,9 +232,7 @@ def test_with_exact_encoders_wanderers_know_an_area_to_less_than_its_size():
     for tick in range(6000):
         loop.step()
         if tick % 500 == 0:
-            seen = loop.situation
-            pose, areas = loop.world.state.pose, loop.world.areas
-            errors.extend(localisation_error(pose, seen.areas, seen.known, areas)[seen.known > 0])
+            errors.extend(localisation_error(loop)[loop.situation.known > 0.0])
     assert len(errors) > 50
     assert max(errors) < 2.0 * scenario.task.area_radius
     assert np.median(errors) < scenario.task.area_radius

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from swarm_forage_env.foraging.global_state import INFOS
-from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.swarm_forage_v0 import parallel_env
+from tests.beliefs import localisation_error
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def test_the_state_holds_the_beliefs_in_the_world_frame(busy, constant):
     while env.array_env.loop.situation.known.mean() < 0.5:
         env.step(constant(env, 0.5, 0.5))
     state, beliefs = named(env), env.array_env.loop.situation
-    error = localisation_error(env.world.state.pose, beliefs.areas, beliefs.known, env.world.areas)
+    error = localisation_error(env.array_env.loop)
     assert not beliefs.known.all()
     for k in range(10):
         for area, name in enumerate(("nest", "prey")):
@@ -61,7 +61,7 @@ def test_the_state_holds_the_beliefs_in_the_world_frame(busy, constant):
 def test_infos_are_what_the_world_knows(after_a_while):
     env, (*_, infos) = after_a_while
     state, beliefs = env.world.state, env.array_env.loop.situation
-    error = localisation_error(state.pose, beliefs.areas, beliefs.known, env.world.areas)
+    error = localisation_error(env.array_env.loop)
     for k, info in enumerate(infos.values()):
         known = beliefs.known[k].sum()
         assert info == {

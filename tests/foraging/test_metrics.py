@@ -2,15 +2,16 @@
 
 import numpy as np
 
+from swarm_forage_env.foraging.episode import LocalisationErrorMeter
 from swarm_forage_env.foraging.metrics import (
     believed_places,
     knows_both_areas_now,
     knows_both_areas_share,
-    localisation_error,
     recruited_at,
     recruitment_time,
     total,
 )
+from tests.beliefs import localisation_error
 
 
 def test_a_total_sums_the_robots_of_each_world():
@@ -75,21 +76,19 @@ def test_recruits_are_told_in_the_order_in_which_they_had_visited_both_areas():
     np.testing.assert_allclose(recruited_at(first_visit, 0.1), [0.6, 4.0])
 
 
-def test_the_localisation_error_is_the_distance_from_the_true_area():
-    # The robot looks north from (1, 1): 2 m ahead of it is (1, 3), 1 m to its right (2, 1).
-    pose = np.array([[1.0, 1.0, np.pi / 2]])
-    believed = np.array([[[2.0, 0.0], [0.0, -1.0]]], np.float32)
-    areas = np.array([[1.0, 3.0], [2.0, 1.5]])
-    error = localisation_error(pose, believed, np.array([[True, True]]), areas)
-    np.testing.assert_allclose(error, [[0.0, 0.5]], atol=1e-9)
-
-
-def test_what_is_not_known_has_no_error():
-    pose = np.array([[1.0, 1.0, 0.0]])
-    believed = np.ones((1, 2, 2), np.float32)
-    error = localisation_error(pose, believed, np.array([[False, True]]), np.zeros((2, 2)))
-    assert error[0, 0] == 0.0
-    assert error[0, 1] > 0.0
+def test_the_localisation_error_is_that_of_the_robots_that_are_meant_about_what_they_know(running):
+    loop = running("two-nests", [0, 1], "kinematic", "ssgikf")
+    is_meant = np.random.default_rng(5).random(loop.world.robots.shape) < 0.7
+    meter, errors, known = LocalisationErrorMeter(is_meant), np.zeros(2), np.zeros(2)
+    for _ in range(1500):
+        loop.step()
+        meter.sample(loop)
+        mask = is_meant.reshape(-1, 1)
+        errors += (localisation_error(loop) * mask).reshape(2, -1).sum(axis=1)
+        known += (loop.situation.known & mask).reshape(2, -1).sum(axis=1)
+    assert (known > 1000).all()
+    means = [meter.mean(w) for w in range(2)]
+    np.testing.assert_allclose(means, errors / known, rtol=1e-12)
 
 
 def test_a_believed_place_is_turned_with_the_robot_into_the_world_frame():

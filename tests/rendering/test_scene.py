@@ -5,7 +5,6 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
@@ -17,6 +16,7 @@ from swarm_forage_env.scene import (
     TO_THE_PREY,
 )
 from swarm_forage_env.task import stage_of
+from tests.beliefs import localisation_error
 
 
 @pytest.fixture
@@ -55,7 +55,7 @@ def test_a_scene_is_the_truth_about_its_own_world(loop):
 
 def test_beliefs_are_as_far_off_as_the_localisation_error_says(loop):
     beliefs, world = loop.situation, loop.world
-    error = localisation_error(world.state.pose, beliefs.areas, beliefs.known, world.areas)
+    error = localisation_error(loop)
     known = np.concatenate([scene.known for scene in scenes(loop)])
     believed = np.concatenate([scene.believed for scene in scenes(loop)])
     off = np.hypot(*(believed - world.areas).transpose(2, 0, 1))
