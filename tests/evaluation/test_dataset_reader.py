@@ -127,7 +127,9 @@ def test_a_dataset_of_another_version_is_refused_by_what_differs(kept):
         read_groups([str(kept.folder)])
 
 
-@pytest.mark.parametrize("read", [lambda file: read_groups([str(file.parents[2])]), read_trajectory])
+@pytest.mark.parametrize(
+    "read", [lambda file: read_groups([str(file.parents[2])]), read_trajectory]
+)
 def test_a_file_that_may_not_be_read_is_not_to_be_removed(kept, monkeypatch, read):
     def refuse(file):
         raise PermissionError(13, "Permission denied", str(file))
