@@ -19,15 +19,13 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.policies import ActorCriticPolicy
-from stable_baselines3.common.utils import set_random_seed
 
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env import array_env
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
-from training.sb3_setup import PPOHyperparameters
-from training.tensor_ppo import TensorPPO
-from training.tensor_rows import TensorRows
+from training.ppo_learner import PPOHyperparameters, PPOLearner
+from training.tensor_vec_env import TensorVecEnv
 from training.vec_env import SwarmVecEnv
 
 TERMS = PPOHyperparameters(
@@ -47,7 +45,7 @@ SEEDS = range(1000, 1030)
 """Of the worlds that a policy is scored in."""
 
 
-def make_learner(device: str, n_worlds: int, shaping: float, seed: int) -> TensorPPO:
+def make_learner(device: str, n_worlds: int, shaping: float, seed: int) -> PPOLearner:
     """PPO on es1 and a new policy, on one device."""
     env = array_env(
         "es1",
@@ -59,15 +57,15 @@ def make_learner(device: str, n_worlds: int, shaping: float, seed: int) -> Tenso
         discount=TERMS.discount,
         shaping=shaping,
     )
-    rows = TensorRows([env])
-    set_random_seed(seed)
+    tensors = TensorVecEnv([env])
+    torch.manual_seed(seed)
     policy = ActorCriticPolicy(
-        rows.observation_space,
-        rows.action_space,
+        tensors.observation_space,
+        tensors.action_space,
         lambda _: TERMS.learning_rate,
         log_std_init=TERMS.log_std,
     )
-    return TensorPPO(rows, policy, TERMS)
+    return PPOLearner(tensors, policy, TERMS)
 
 
 def save(policy: ActorCriticPolicy, file: Path) -> None:
@@ -105,11 +103,11 @@ def main(arguments: Sequence[str] | None = None) -> list[float]:
     scores, training_s, begin = [], 0.0, time.perf_counter()
     for interval in range(chosen.intervals):
         start = time.perf_counter()
-        learner.learn(decisions, TERMS.learning_rate, seed=chosen.seed + interval)
+        learner.learn(decisions, TERMS.learning_rate, None if interval else chosen.seed)
         training_s += time.perf_counter() - start
         save(learner.policy, file)
         scores.append(round_trips(file, chosen.scored))
-        steps = learner.num_timesteps * TERMS.decision_period
+        steps = learner.n_decisions * TERMS.decision_period
         print(
             f"{steps:14,} robot-steps, {training_s:6.1f} s of training,"
             f" {time.perf_counter() - begin:6.1f} s in all: {scores[-1]:6.1f} round trips",

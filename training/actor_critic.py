@@ -6,13 +6,11 @@ deviation), so the policy gradient is zero there.
 """
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, cast
+from typing import ClassVar, cast
 
 import torch
-from stable_baselines3.common.distributions import DiagGaussianDistribution, Distribution
-from stable_baselines3.common.policies import ActorCriticPolicy
-from stable_baselines3.common.type_aliases import Schedule
 from torch import Tensor, nn
+from torch.distributions import Normal
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.observed_fields import FieldLayout
@@ -25,7 +23,7 @@ from training.learned_motion import (
     wheel_speeds,
 )
 from training.learned_weighting import ENCOUNTER_NETWORK, HIDDEN
-from training.policy_file import LayerName, Shapes, Weights
+from training.policy_file import LayerName, Shapes, Weights, action_features
 from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK
 
 LOG_STD_WITHOUT_EFFECT = -5.0
@@ -192,58 +190,50 @@ class WeightingCritic(NamedNetwork):
         return cast(Tensor, dense_layer(arrays, "value", hidden))
 
 
-ACTORS: Mapping[LayerName, Any] = {"weighting": WeightingActor, "motion": MotionActor}
-CRITICS: Mapping[LayerName, Any] = {"weighting": WeightingCritic, "motion": MotionCritic}
+ACTORS: Mapping[LayerName, type[WeightingActor | MotionActor]] = {
+    "weighting": WeightingActor,
+    "motion": MotionActor,
+}
+CRITICS: Mapping[LayerName, type[WeightingCritic | MotionCritic]] = {
+    "weighting": WeightingCritic,
+    "motion": MotionCritic,
+}
 
 
-class LayerNetworks(nn.Module):
-    """The actors of all learned layers, and one critic for all of them."""
+class LayerPolicy(nn.Module):
+    """The actors of all learned layers, one critic, and Gaussian noise: what PPO trains."""
 
-    def __init__(self, layout: FieldLayout, layers: tuple[LayerName, ...]) -> None:
-        """Make the networks of layers in the order of their actions, with the last one's critic."""
+    def __init__(self, layout: FieldLayout, layers: tuple[LayerName, ...], log_std: float) -> None:
+        """Make new networks; actions are those of the layers in this order."""
         super().__init__()
         self.actors = nn.ModuleDict({layer: ACTORS[layer](layout) for layer in layers})
         self.critic = CRITICS[layers[-1]](layout)
+        n_actions = sum(len(action_features(layer)) for layer in layers)
+        self.log_std = nn.Parameter(torch.full((n_actions,), log_std))
 
-    def forward(self, observed: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the outputs of the actors and of the critic."""
-        return self.forward_actor(observed), self.forward_critic(observed)
+    def forward(self, observed: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Draw actions; return them, the state values and the log probability of each row."""
+        gaussian = self.distribution(observed)
+        actions = gaussian.rsample()
+        return actions, self.critic(observed), _log_probs(gaussian, actions)
 
-    def forward_actor(self, observed: Tensor) -> Tensor:
-        """Return all actions, followed by 1 for each action that has an effect, else 0."""
-        means, effects = zip(*(actor(observed) for actor in self.actors.values()), strict=True)
-        return torch.cat([*means, *effects], 1)
+    def evaluate_actions(self, observed: Tensor, actions: Tensor) -> tuple[Tensor, Tensor, None]:
+        """Return the state values and the log probabilities of actions; the entropy is left out."""
+        log_probs = _log_probs(self.distribution(observed), actions)
+        return self.critic(observed), log_probs, None
 
-    def forward_critic(self, observed: Tensor) -> Tensor:
+    def predict_values(self, observed: Tensor) -> Tensor:
         """Return the state value of each row."""
         return cast(Tensor, self.critic(observed))
 
-
-class LayerActorCriticPolicy(ActorCriticPolicy):
-    """A stable-baselines3 policy that replaces one layer of the controller, or several."""
-
-    def __init__(
-        self,
-        *spaces: Any,  # noqa: ANN401 spaces and schedule, as SB3 passes them
-        layout: FieldLayout,
-        layers: tuple[LayerName, ...],
-        **options: Any,  # noqa: ANN401 those of SB3
-    ) -> None:
-        """Make a policy for observations of this layout."""
-        self._layout = layout
-        self._layers = layers
-        super().__init__(*spaces, **options)
-
-    def _build(self, lr_schedule: Schedule) -> None:
-        self.mlp_extractor = LayerNetworks(self._layout, self._layers)  # type: ignore[assignment]
-        self.action_net = nn.Identity()
-        self.value_net = nn.Identity()  # type: ignore[assignment]
-        size = self.action_space.shape or (0,)
-        self.log_std = nn.Parameter(torch.full(size, self.log_std_init))
-        self.optimizer = torch.optim.Adam(self.parameters(), lr_schedule(1), eps=1e-5)
-
-    def _get_action_dist_from_latent(self, latent_pi: Tensor) -> Distribution:
-        means, effects = latent_pi.chunk(2, dim=1)
+    def distribution(self, observed: Tensor) -> Normal:
+        """Distribution of all actions; of those without effect it depends on no parameter."""
+        outputs = [actor(observed) for actor in self.actors.values()]
+        means, effects = (torch.cat(each, 1) for each in zip(*outputs, strict=True))
         log_std = torch.where(effects > 0.0, self.log_std, LOG_STD_WITHOUT_EFFECT)
-        gaussian = cast(DiagGaussianDistribution, self.action_dist)
-        return gaussian.proba_distribution(means, log_std)
+        return Normal(means, log_std.exp(), validate_args=False)
+
+
+def _log_probs(gaussian: Normal, actions: Tensor) -> Tensor:
+    """Log probability of the actions of each row."""
+    return cast(Tensor, gaussian.log_prob(actions).sum(1))  # type: ignore[no-untyped-call]

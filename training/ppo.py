@@ -4,30 +4,28 @@ Training runs in intervals. Each resets the worlds with seeds of its own and end
 evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from the last
 interval and ends with the same result. The first interval of a motion trains the critic alone:
 the motion starts as a clone of the controller's own, which an untrained critic would undo.
-On a GPU the worlds go on from one interval to the next, and the checkpoint holds how they stand.
 
-Source: Schulman2017, Proximal Policy Optimization Algorithms (stable-baselines3).
+Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
 
 import math
 import time
-from collections.abc import Callable
-from typing import Any, cast
+from collections.abc import Callable, Mapping
+from typing import cast
 
 import numpy as np
 import torch
-from stable_baselines3.common.utils import set_random_seed
 
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.envs.device_env import array_env
 from swarm_forage_env.loop import Loop
-from training.actor_critic import LayerNetworks, MotionActor, NamedNetwork
+from training.actor_critic import LayerPolicy, MotionActor, NamedNetwork
 from training.behaviour_cloning import clone_behaviour, record_demonstrations
 from training.checkpoint import (
     BEST_POLICY,
     CHECKPOINT,
     evaluation_point,
-    not_writable,
     policy_card,
     read_checkpoint,
     write_checkpoint,
@@ -44,22 +42,26 @@ from training.policy_file import (
     layer_card,
     save_policy,
 )
+from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.progress import ProgressLogger
-from training.sb3_setup import (
-    HYPERPARAMETERS,
-    Learner,
-    SB3Learner,
-    model_state,
-    restore_model,
-)
-from training.tensor_ppo import make_tensor_ppo
+from training.tensor_vec_env import TensorVecEnv
 from training.training_loop import run
+
+EVERY_TICK = PPOHyperparameters(decision_period=1, discount=0.999, log_std=-2.0)
+"""Hyperparameters for a decision in every tick: an exchange is observed for one tick only."""
+
+HYPERPARAMETERS: Mapping[str, PPOHyperparameters] = {
+    "weighting": EVERY_TICK,
+    "motion": PPOHyperparameters(),
+    "both": EVERY_TICK,
+}
+"""Hyperparameters for each choice of the trained layer."""
 
 LATEST = "latest.safetensors"
 """File of the policy of the last interval."""
 
-BEST, WORLDS = "best.", "worlds."
-"""What the names of those arrays of a checkpoint begin with."""
+BEST = "best."
+"""What the names of the best policy's arrays begin with in a checkpoint."""
 
 DEMONSTRATORS = 80
 """Number of robots of each scenario that behaviour cloning records, about."""
@@ -80,34 +82,35 @@ class PPOTraining:
         """Start a training, or resume it from the checkpoint in the experiment's folder."""
         self._experiment = experiment
         torch.set_num_threads(experiment.workers)
-        self._hyperparameters = HYPERPARAMETERS[experiment.layer]
-        make: Any = SB3Learner if experiment.device == "cpu" else make_tensor_ppo
-        try:
-            self._learner: Learner = make(experiment, self._hyperparameters)
-        except OSError as error:  # of the logs, which come first
-            raise not_writable(experiment.out, error) from None
+        torch.manual_seed(experiment.seed)
+        self._hyperparameters = terms = HYPERPARAMETERS[experiment.layer]
+        self._env = make_env(experiment, terms)
+        layout = self._env.observation_layout
+        self._policy = LayerPolicy(layout, experiment.layers, terms.log_std)
+        self._learner = PPOLearner(self._env, self._policy, terms)
         self._file = experiment.out / CHECKPOINT
         self.curve: list[CurvePoint] = []
         self._best = self._weights
         if self._file.exists():
             wanted = {name: array.shape for name, array in self._state.items()}
             self.curve, arrays = read_checkpoint(self._file, experiment.identity, wanted)
-            restore_model(self._learner, arrays)
-            self._learner.restore_worlds(arrays_under(WORLDS, arrays))
+            self._learner.restore(arrays)
             self._best = arrays_under(BEST, arrays)
+        else:
+            self._save()
 
     @property
     def done(self) -> int:
         """Robot steps (control ticks of single robots) completed so far."""
-        return self._learner.num_timesteps * self._hyperparameters.decision_period
+        return self._learner.n_decisions * self._hyperparameters.decision_period
 
     def warm_start(self) -> str:
         """Clone the controller's own motion, if the motion is learned; return a line to print."""
         actor, experiment = self._actors.get("motion"), self._experiment
         if not isinstance(actor, MotionActor):
             return "starting from nothing"
-        set_random_seed(experiment.seed)
-        pairs, layout = [], self._learner.observation_layout
+        torch.manual_seed(experiment.seed)
+        pairs, layout = [], self._env.observation_layout
         for scenario in experiment.scenarios_by_name.values():
             n_worlds = max(1, DEMONSTRATORS // scenario.task.n_robots)
             seeds = experiment.training_seeds(0, n_worlds)
@@ -119,7 +122,7 @@ class PPOTraining:
     def advance(self, progress: ProgressLogger) -> str:
         """Train for one interval in new worlds, and return a line on its speed."""
         experiment, learner, before = self._experiment, self._learner, self.done
-        begin, stepping = time.perf_counter(), learner.stepping_s
+        begin, stepping = time.perf_counter(), self._env.stepping_s
         left = max(0.0, 1.0 - before / experiment.budget)
         self._set_trainable(learn=len(self.curve) > 1 or "motion" not in self._actors)
         decisions = math.ceil(experiment.every / self._hyperparameters.decision_period)
@@ -127,9 +130,9 @@ class PPOTraining:
         learner.learn(decisions, rate, step_seed(experiment.seed, len(self.curve)))
         wall = time.perf_counter() - begin
         speed = (self.done - before) / wall
-        share = (learner.stepping_s - stepping) / wall
-        numbers = {"speed/robot_steps_per_s": speed, "speed/environment_share": share}
-        progress.log_scalars(self.done, {**numbers, **learner.told})
+        share = (self._env.stepping_s - stepping) / wall
+        speeds = {"speed/robot_steps_per_s": speed, "speed/environment_share": share}
+        progress.log_scalars(self.done, {**speeds, **learner.diagnostics})
         return f"{speed:,.0f} robot steps/s, {share:.0%} of the time in the environment"
 
     def evaluate(self) -> CurvePoint:
@@ -141,7 +144,7 @@ class PPOTraining:
         if all(point.value > each.value for each in self.curve):
             self._best = weights
         self.curve.append(point)
-        write_checkpoint(self._file, experiment.identity, self.curve, self._state)
+        self._save()
         self.save_best()
         return point
 
@@ -160,25 +163,26 @@ class PPOTraining:
         episodes = run_episodes(scenario, controller, seeds, experiment.physics)
         return np.array([each.round_trips for each in episodes])
 
+    def _save(self) -> None:
+        write_checkpoint(self._file, self._experiment.identity, self.curve, self._state)
+
     @property
     def _state(self) -> dict[str, Array]:
-        """All arrays of a checkpoint: the learner, the best policy, and worlds that go on."""
-        worlds, best = self._learner.worlds_state(), self._best
-        kept = {**model_state(self._learner), **{BEST + name: best[name] for name in best}}
-        return kept | {WORLDS + name: worlds[name] for name in worlds}
+        """All arrays of a checkpoint: the learner and the best policy."""
+        best = {BEST + name: array for name, array in self._best.items()}
+        return self._learner.state() | best
 
     @property
     def _simulated_s(self) -> float:
         """Simulated time so far, summed over worlds [s]."""
         n_worlds = worlds_per_scenario(self._experiment)
-        ticks = self.done / self._learner.n_rows
+        ticks = self.done / self._env.n_rows
         scenarios = self._experiment.scenarios_by_name.items()
         return ticks * sum(n_worlds[name] * each.tick for name, each in scenarios)
 
     @property
     def _actors(self) -> dict[LayerName, NamedNetwork]:
-        actors = cast(LayerNetworks, self._learner.policy.mlp_extractor).actors
-        return cast(dict[LayerName, NamedNetwork], dict(actors.items()))
+        return cast(dict[LayerName, NamedNetwork], dict(self._policy.actors.items()))
 
     @property
     def _weights(self) -> dict[str, Float32[Array, "..."]]:
@@ -191,7 +195,7 @@ class PPOTraining:
 
     def _set_trainable(self, learn: bool) -> None:
         """Train the actors and the critic (`learn`), or the critic alone."""
-        self._learner.policy.log_std.requires_grad_(learn)
+        self._policy.log_std.requires_grad_(learn)
         for actor in self._actors.values():
             actor.requires_grad_(learn)
 
@@ -202,4 +206,26 @@ class PPOTraining:
             layer: layer_card(layer, scenario, actor.network, actor.sizes)
             for layer, actor in self._actors.items()
         }
-        return policy_card(experiment, layers, ("stable-baselines3", "torch"), self.curve, score)
+        return policy_card(experiment, layers, ("torch",), self.curve, score)
+
+
+def make_env(experiment: Experiment, hyperparameters: PPOHyperparameters) -> TensorVecEnv:
+    """Make the robots of all scenarios of an experiment, on its device."""
+    return TensorVecEnv(
+        [
+            array_env(
+                experiment.scenarios_by_name[name],
+                device=experiment.device,
+                n_worlds=n_worlds,
+                controller=experiment.base_controller,
+                learn=experiment.layer,
+                action="wheels",
+                normalise=False,
+                physics=experiment.physics,
+                decision_period=hyperparameters.decision_period,
+                discount=hyperparameters.discount,
+                shaping=hyperparameters.shaping,
+            )
+            for name, n_worlds in worlds_per_scenario(experiment).items()
+        ]
+    )

@@ -21,49 +21,7 @@ from training.policy_card import card_of, with_card
 Infos = list[dict[str, Any]]
 
 
-class SharedAttributesVecEnv(VecEnv):
-    """A vector environment whose environments share all attributes and methods."""
-
-    def close(self) -> None:
-        """Close the environments; there is nothing to release."""
-
-    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
-        """Return an attribute, once for each environment asked for."""
-        return [getattr(self, attr_name) for _ in self._get_indices(indices)]
-
-    def set_attr(
-        self,
-        attr_name: str,
-        value: Any,  # noqa: ANN401 whatever the attribute holds
-        indices: int | Iterable[int] | None = None,
-    ) -> None:
-        """Refuse: what the worlds are was fixed when they were made."""
-        raise ConfigError(
-            f"set_attr('{attr_name}'): the environments share one block of worlds, whose options"
-            f" are fixed; make a new one with {attr_name}={value!r}"
-        )
-
-    def env_method(
-        self,
-        method_name: str,
-        *method_args: Any,  # noqa: ANN401 the method's
-        indices: int | Iterable[int] | None = None,
-        **method_kwargs: Any,  # noqa: ANN401 the method's
-    ) -> list[Any]:
-        """Call a method once, and return its result once for each environment asked for."""
-        result = getattr(self, method_name)(*method_args, **method_kwargs)
-        return [result for _ in self._get_indices(indices)]
-
-    def env_is_wrapped(
-        self,
-        wrapper_class: Any,  # noqa: ANN401 a type
-        indices: int | Iterable[int] | None = None,
-    ) -> list[bool]:
-        """Return False for each environment: none is wrapped individually."""
-        return [False for _ in self._get_indices(indices)]
-
-
-class SwarmVecEnv(SharedAttributesVecEnv):
+class SwarmVecEnv(VecEnv):
     """W worlds of N robots as W * N environments: parameter sharing, one policy for all robots.
 
     Environment k is learner k % L of world k // L, where L robots of a world learn: all, unless
@@ -78,7 +36,7 @@ class SwarmVecEnv(SharedAttributesVecEnv):
     With `device="cuda"` the worlds run on a GPU, under what `DeviceArrayEnv` refuses. Trainers of
     stable-baselines3 want NumPy: every step copies all actions to the GPU, and all observations
     and rewards back, and makes a dictionary for each row on the CPU. Thousands of worlds pay with
-    a trainer that stays on the GPU: `training.tensor_ppo`, TorchRL.
+    a trainer that stays on the GPU: `training.ppo_learner`, TorchRL.
 
     A model trained on it keeps the keywords: `swarm-forage evaluate es1 sb3:model.zip` runs what
     `model.save("model.zip")` wrote.
@@ -183,6 +141,41 @@ class SwarmVecEnv(SharedAttributesVecEnv):
     def close(self) -> None:
         """Close the window, if there is one."""
         self._screen.close()
+
+    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
+        """Return an attribute, once for each environment asked for."""
+        return [getattr(self, attr_name) for _ in self._get_indices(indices)]
+
+    def set_attr(
+        self,
+        attr_name: str,
+        value: Any,  # noqa: ANN401 whatever the attribute holds
+        indices: int | Iterable[int] | None = None,
+    ) -> None:
+        """Refuse: what the worlds are was fixed when they were made."""
+        raise ConfigError(
+            f"set_attr('{attr_name}'): the environments share one block of worlds, whose options"
+            f" are fixed; make a new one with {attr_name}={value!r}"
+        )
+
+    def env_method(
+        self,
+        method_name: str,
+        *method_args: Any,  # noqa: ANN401 the method's
+        indices: int | Iterable[int] | None = None,
+        **method_kwargs: Any,  # noqa: ANN401 the method's
+    ) -> list[Any]:
+        """Call a method once, and return its result once for each environment asked for."""
+        result = getattr(self, method_name)(*method_args, **method_kwargs)
+        return [result for _ in self._get_indices(indices)]
+
+    def env_is_wrapped(
+        self,
+        wrapper_class: Any,  # noqa: ANN401 a type
+        indices: int | Iterable[int] | None = None,
+    ) -> list[bool]:
+        """Return False for each environment: none is wrapped individually."""
+        return [False for _ in self._get_indices(indices)]
 
     def _follow(self) -> None:
         """Show the worlds in the window, if there is one."""

@@ -58,9 +58,9 @@ def break_headings(page: str) -> str:
     """The HTML of a page of the reference whose long names in headings break at their marks.
 
     >>> break_headings(
-    ...     '<span class="doc doc-object-name">training.tensor_ppo.hyperparameters</span>'
+    ...     '<span class="doc doc-object-name">training.ppo_learner.hyperparameters</span>'
     ... )
-    '<span class="doc doc-object-name">training.<wbr>tensor_<wbr>ppo.<wbr>hyperparameters</span>'
+    '<span class="doc doc-object-name">training.<wbr>ppo_<wbr>learner.<wbr>hyperparameters</span>'
     """
     return HEADING.sub(lambda match: match[1] + _word(match[2]), page)
 

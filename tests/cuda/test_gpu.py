@@ -237,17 +237,16 @@ def test_ppo_in_tensors_learns_on_the_gpu():
     policies = pytest.importorskip("stable_baselines3.common.policies")
     if not torch.cuda.is_available():
         pytest.skip("torch is built for a CPU")
-    from training.sb3_setup import PPOHyperparameters
-    from training.tensor_ppo import TensorPPO
-    from training.tensor_rows import TensorRows
+    from training.ppo_learner import PPOHyperparameters, PPOLearner
+    from training.tensor_vec_env import TensorVecEnv
 
     terms = {"physics": "kinematic", "max_cycles": 20, "stagger": True, "shaping": 1.0}
-    rows = TensorRows([array_env("es1", device="cuda", n_worlds=64, **terms)])
-    policy = policies.ActorCriticPolicy(rows.observation_space, rows.action_space, lambda _: 3e-4)
-    learner = TensorPPO(rows, policy, PPOHyperparameters(n_steps=32))
+    env = TensorVecEnv([array_env("es1", device="cuda", n_worlds=64, **terms)])
+    policy = policies.ActorCriticPolicy(env.observation_space, env.action_space, lambda _: 3e-4)
+    learner = PPOLearner(env, policy, PPOHyperparameters(n_steps=32))
     before = [each.clone() for each in learner.policy.parameters()]
-    learner.learn(2 * 32 * rows.n_rows, 3e-4, seed=0)
-    assert learner.num_timesteps == 2 * 32 * rows.n_rows
+    learner.learn(2 * 32 * env.n_rows, 3e-4, seed=0)
+    assert learner.n_decisions == 2 * 32 * env.n_rows
     for old, new in zip(before, learner.policy.parameters(), strict=True):
         assert new.is_cuda
         assert torch.isfinite(new).all()

@@ -87,7 +87,7 @@ TORCH = (
     + """
 from types import SimpleNamespace
 import torch
-from training.tensor_rows import TensorRows
+from training.tensor_vec_env import TensorVecEnv
 from training.torchrl_env import SwarmTorchEnv
 
 def in_stream(address):
@@ -95,11 +95,11 @@ def in_stream(address):
     torch.cuda.current_stream = lambda gpu: SimpleNamespace(cuda_stream=address)
 
 options = {"n_worlds": 2, "physics": "kinematic", "max_cycles": 2, "task.n_robots": 2}
-rows = TensorRows([array_env("es1", device="cuda", **options)])
+tensors = TensorVecEnv([array_env("es1", device="cuda", **options)])
 envs = SwarmTorchEnv("es1", device="cuda", return_state=False, **options)
 print(streams()[0])
 for begin, step in (
-    (lambda: rows.reset(), lambda: rows.step(torch.zeros((4, 2)))),
+    (lambda: tensors.reset(), lambda: tensors.step(torch.zeros((4, 2)))),
     (lambda: envs.reset(), lambda: envs.rand_step(envs.reset())),
 ):
     in_stream(5)

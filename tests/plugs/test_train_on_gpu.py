@@ -25,7 +25,7 @@ def test_the_saved_model_is_what_was_learned(example, one_thread, tmp_path):
     module = example("train_on_gpu")
     learner = module.make_learner("cpu", 2, 1.0, seed=0)
     module.save(learner.policy, tmp_path / "model.zip")
-    seen = learner.rows.reset().numpy()
+    seen = learner.env.reset().numpy()
     wanted, _ = learner.policy.predict(seen, deterministic=True)
     given, _ = PPO.load(tmp_path / "model.zip", device="cpu").predict(seen, deterministic=True)
     assert_array_equal(given, wanted)

@@ -1,15 +1,11 @@
 """Actors in PyTorch: how their networks begin, and the distribution of an action."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 import torch
-from gymnasium.spaces import Box
-from stable_baselines3.common.distributions import DiagGaussianDistribution
 
 from swarm_forage_env.scenarios import find_scenario
-from training.actor_critic import ACTORS, CRITICS, LayerActorCriticPolicy, NamedNetwork
+from training.actor_critic import ACTORS, CRITICS, LayerPolicy, NamedNetwork
 from training.learned_motion import SIZES
 from training.policy_file import observation_layout
 
@@ -41,14 +37,20 @@ def test_arrays_of_a_network_are_copies_and_can_be_set_by_name():
 
 
 def test_an_action_without_effect_hardly_varies_and_depends_on_no_parameter():
-    log_std = torch.zeros(2, requires_grad=True)
-    policy = SimpleNamespace(log_std=log_std, action_dist=DiagGaussianDistribution(2))
-    latent = torch.tensor([[0.5, 0.0, 1.0, 0.0]])  # two means, and whether each has an effect
-    found = LayerActorCriticPolicy._get_action_dist_from_latent(policy, latent).distribution
-    assert found.mean.tolist() == [[0.5, 0.0]]
-    assert found.stddev.tolist()[0] == pytest.approx([1.0, 0.006737947])  # exp(0), exp(-5)
-    found.stddev.sum().backward()
-    assert log_std.grad.tolist() == [1.0, 0.0]
+    layout = observation_layout("motion", find_scenario("es1"))
+    policy = LayerPolicy(layout, ("motion",), -1.5)
+    assert policy.log_std.tolist() == [-1.5, -1.5]
+    outputs = torch.tensor([[0.5, 0.0]]), torch.tensor([[1.0, 0.0]])  # means, and their effects
+    policy.actors["motion"].forward = lambda observed: outputs
+    torch.nn.init.zeros_(policy.log_std)
+    seen = torch.zeros(1, len(layout))
+    gaussian = policy.distribution(seen)
+    assert gaussian.mean.tolist() == [[0.5, 0.0]]
+    assert gaussian.stddev.tolist()[0] == pytest.approx([1.0, 0.006737947])  # exp(0), exp(-5)
+    actions, _, log_probs = policy(seen)
+    assert log_probs.tolist() == pytest.approx(gaussian.log_prob(actions).sum(1).tolist())
+    gaussian.stddev.sum().backward()
+    assert policy.log_std.grad.tolist() == [1.0, 0.0]
 
 
 @pytest.mark.parametrize("layer", ["weighting", "motion"])
@@ -66,16 +68,3 @@ def test_actions_begin_near_zero_and_values_at_the_scale_of_rewards(layer):
     else:
         assert not actor["output.weight"].any()
         assert (np.abs(actor["hidden.weight"]) > 0.0).any()
-
-
-def test_a_policy_of_layers_is_trained_by_the_adam_of_stable_baselines3():
-    layout = observation_layout("motion", find_scenario("es1"))
-    n, spaces = len(layout), []
-    for size in (n, 2):
-        spaces.append(Box(-np.inf, np.inf, (size,), np.float32))
-    policy = LayerActorCriticPolicy(
-        *spaces, lambda left: 0.25 * left, layout=layout, layers=("motion",), log_std_init=-1.5
-    )
-    ours = policy.optimizer.defaults
-    assert (ours["lr"], ours["eps"]) == (0.25, 1e-5)
-    assert policy.log_std.tolist() == [-1.5, -1.5]

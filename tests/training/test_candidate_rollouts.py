@@ -1,4 +1,4 @@
-"""How the worlds of many candidates are shared out, and the losses and numbers of PPO, by hand."""
+"""How the worlds of many candidates are shared out, and how a motion is copied, by hand."""
 
 from types import SimpleNamespace
 
@@ -10,8 +10,6 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
 from training import behaviour_cloning, candidate_rollouts
 from training.candidate_rollouts import CandidateRollouts
-from training.sb3_setup import EVERY_TICK, HYPERPARAMETERS, PPOHyperparameters
-from training.tensor_ppo import MINIBATCH, Rollout, TensorPPO, advantages, clipped_loss
 
 
 def rollouts(workers=2, device="cpu", **scenarios):
@@ -90,42 +88,6 @@ def test_the_simulated_time_is_that_of_all_worlds_of_all_scenarios():
     assert made.simulated_s(4) == pytest.approx(4 * 150.0)
 
 
-def test_the_clipped_loss_by_hand():
-    # Advantages 1, 2, 3 and 6 have the mean 3 and the deviation sqrt(14 / 3).
-    ratio = torch.tensor([1.0, 1.5, 0.5, 1.5])
-    normal = (torch.tensor([1.0, 2.0, 3.0, 6.0]) - 3.0) / (14.0 / 3.0) ** 0.5
-    # A worse action counts whole, however likely it became; a better one up to 1.2 times.
-    expected = -(normal[0] + 1.5 * normal[1] + 0.0 + 1.2 * normal[3]) / 4.0
-    assert clipped_loss(ratio, torch.tensor([1.0, 2.0, 3.0, 6.0])) == pytest.approx(float(expected))
-    # And one that became unlikely counts as 0.8 of a worse action.
-    found = clipped_loss(torch.tensor([0.5, 0.5]), torch.tensor([-1.0, 1.0]))
-    assert found == pytest.approx(float(-(0.8 * -(0.5**0.5) + 0.5 * 0.5**0.5) / 2.0))
-    assert clipped_loss(torch.ones(3), torch.full((3,), 2.0)) == 0.0
-
-
-def test_advantages_are_discounted_and_end_with_their_episode():
-    rewards = torch.tensor([[1.0, 0.0], [2.0, 0.0], [4.0, 1.0]])
-    values = torch.tensor([[0.5, 1.0], [1.0, 1.0], [2.0, 1.0], [3.0, 1.0]])
-    begins = torch.tensor([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]])
-    nothing = torch.zeros(3, 2)
-    found = advantages(Rollout(nothing, nothing, nothing, values, rewards, begins), 0.5, 0.8)
-    # Row 0: 4 + 0.5 x 3 - 2 = 3.5; 2 + 0.5 x 2 - 1 + 0.4 x 3.5 = 3.4; 1 + 0.5 - 0.5 + 0.4 x 3.4
-    # Row 1: 1 + 0.5 - 1 = 0.5; 0.5 - 1 + 0.4 x 0.5 = -0.3; an episode begins then: 0 - 1
-    expected = torch.tensor([[2.36, -1.0], [3.4, -0.3], [3.5, 0.5]])
-    torch.testing.assert_close(found, expected)
-
-
-def test_a_decision_of_a_motion_is_held_for_two_ticks_and_of_a_weighting_for_one():
-    plain = PPOHyperparameters()
-    assert (plain.decision_period, plain.discount, plain.log_std) == (2, 0.998, -1.2)
-    assert (plain.gae_lambda, plain.shaping, plain.learning_rate) == (0.98, 1.0, 4e-4)
-    assert (plain.n_steps, plain.n_minibatches, plain.n_epochs) == (256, 4, 4)
-    assert (EVERY_TICK.decision_period, EVERY_TICK.discount, EVERY_TICK.log_std) == (1, 0.999, -2.0)
-    assert {name: each is EVERY_TICK for name, each in HYPERPARAMETERS.items()} == {
-        "weighting": True, "motion": False, "both": True,
-    }  # fmt: skip
-
-
 class Line(torch.nn.Module):
     """A network of one weight, and what it was shown."""
 
@@ -156,17 +118,6 @@ def test_a_copy_is_fitted_in_twenty_epochs_of_batches_of_512(monkeypatch):
         )
     assert still.sizes == [400, 200] * 20
     assert half == pytest.approx(0.125)  # the mean of 0.25 and 0
-
-
-@pytest.mark.parametrize(
-    ("n_rows", "n_steps"),
-    [(1, 256), (4096, 256), (4097, 255), (8192, 128), (2**16, 16), (2**16 + 1, 16), (2**20, 16)],
-)
-def test_a_rollout_is_a_million_decisions_and_sixteen_of_each_row_at_least(n_rows, n_steps):
-    learner = TensorPPO.__new__(TensorPPO)
-    learner.rows, learner._hyperparameters = SimpleNamespace(n_rows=n_rows), PPOHyperparameters()
-    assert learner.n_steps == n_steps
-    assert MINIBATCH == 32_768
 
 
 def test_every_scenario_is_compiled_before_workers_start(monkeypatch):

@@ -15,14 +15,14 @@ from training.ladder.rungs import Rung
 from training.ladder.runs import Job, Run
 from training.ladder.summary import Row
 from training.policy_file import Policy
-from training.sb3_setup import PPOHyperparameters
-from training.tensor_ppo import Rollout
-from training.tensor_rows import Step
+from training.ppo_learner import PPOHyperparameters, Rollout
+from training.tensor_vec_env import Step
 
 RECORDS = {
     CandidateMotion: "policy", CandidateRollouts: "physics", CandidateWeighting: "network",
     Experiment: "seed", Job: "seed", PPOHyperparameters: "discount", Policy: "source",
-    Rollout: "seen", RolloutJob: "seeds", Row: "seeds", Run: "seed", Rung: "name", Step: "seen",
+    Rollout: "rewards", RolloutJob: "seeds", Row: "seeds", Run: "seed", Rung: "name",
+    Step: "rewards",
 }  # fmt: skip
 
 

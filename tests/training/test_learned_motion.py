@@ -20,7 +20,7 @@ from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from tests.outside import OutsideMotion, exchanges, motion_inputs
-from training.actor_critic import LayerActorCriticPolicy, MotionActor, WeightingActor
+from training.actor_critic import LayerPolicy, MotionActor, WeightingActor
 from training.learned_motion import (
     NEAR,
     LearnedMotion,
@@ -164,10 +164,8 @@ def test_the_weighting_that_is_trained_is_the_one_that_runs():
 def test_acts_without_effect_teach_the_actor_nothing(learn):
     layers = ("weighting", "motion") if learn == "both" else (learn,)
     env = environment(learn, [1])
-    layout, space = env.observation_layout, env.action_layout.box()
-    policy = LayerActorCriticPolicy(
-        layout.box(), space, lambda _: 1e-3, layout=layout, layers=layers
-    )
+    layout = env.observation_layout
+    policy = LayerPolicy(layout, layers, -1.2)
     idle = torch.from_numpy(env.reset([1])[0][0])
     names = list(layout.names)
     if "motion" in layers:
@@ -175,7 +173,7 @@ def test_acts_without_effect_teach_the_actor_nothing(learn):
     actions = policy(idle)[0].detach()
     _, log_prob, _ = policy.evaluate_actions(idle, actions)
     log_prob.sum().backward()
-    parameters = [*policy.mlp_extractor.actors.parameters(), policy.log_std]
+    parameters = [*policy.actors.parameters(), policy.log_std]
     assert all(each.grad is None or not each.grad.any() for each in parameters)
 
 

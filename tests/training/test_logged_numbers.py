@@ -17,7 +17,7 @@ from training.dagger import DAggerTraining
 from training.experiment import step_seed
 from training.folder_lock import LOCK, lock_folder
 from training.ppo import PPOTraining
-from training.sb3_setup import PPOHyperparameters
+from training.ppo_learner import PPOHyperparameters
 
 TICKS = {"a": SimpleNamespace(n_ticks=10, tick=0.5), "b": SimpleNamespace(n_ticks=100, tick=0.1)}
 """Two scenarios: episodes of 5 s and of 10 s."""
@@ -105,17 +105,18 @@ def test_an_interval_learns_from_its_decisions_at_a_rate_that_falls_to_zero(
     monkeypatch, clock, before, every, rate, decisions
 ):
     training, log, learned = PPOTraining.__new__(PPOTraining), Logged(), []
-    learner = SimpleNamespace(num_timesteps=before, stepping_s=10.0, told={"train/std": 0.5})
+    learner = SimpleNamespace(n_decisions=before, diagnostics={"train/std": 0.5})
+    training._env = SimpleNamespace(stepping_s=10.0)
 
     def learn(*given):
         learned.append(given)
-        learner.num_timesteps, learner.stepping_s = before + 800, 11.0
+        learner.n_decisions, training._env.stepping_s = before + 800, 11.0
 
     learner.learn = learn
     training._learner, training.curve = learner, ["one"]
     training._experiment = SimpleNamespace(budget=1000, every=every, seed=3)
     training._hyperparameters = PPOHyperparameters()
-    monkeypatch.setattr(PPOTraining, "done", property(lambda self: learner.num_timesteps))
+    monkeypatch.setattr(PPOTraining, "done", property(lambda self: learner.n_decisions))
     monkeypatch.setattr(PPOTraining, "_actors", {"weighting": None})
     trainable = []
     monkeypatch.setattr(PPOTraining, "_set_trainable", lambda self, learn: trainable.append(learn))
@@ -128,29 +129,9 @@ def test_an_interval_learns_from_its_decisions_at_a_rate_that_falls_to_zero(
     assert trainable == [True]
 
 
-@pytest.mark.parametrize(
-    ("n_points", "actors", "learns"),
-    [(1, ("motion",), False), (2, ("motion",), True), (1, ("weighting",), True),
-     (1, ("weighting", "motion"), False), (3, ("weighting", "motion"), True)],
-)  # fmt: skip
-def test_a_motion_learns_once_its_critic_has_had_an_interval(
-    monkeypatch, clock, n_points, actors, learns
-):
-    training, trainable = PPOTraining.__new__(PPOTraining), []
-    training._learner = SimpleNamespace(stepping_s=0.0, learn=lambda *given: None, told={})
-    training.curve = ["point"] * n_points
-    training._experiment = SimpleNamespace(budget=1000, every=10, seed=3)
-    training._hyperparameters = PPOHyperparameters()
-    monkeypatch.setattr(PPOTraining, "done", 0)
-    monkeypatch.setattr(PPOTraining, "_actors", dict.fromkeys(actors))
-    monkeypatch.setattr(PPOTraining, "_set_trainable", lambda self, learn: trainable.append(learn))
-    training.advance(Logged())
-    assert trainable == [learns]
-
-
 def test_the_simulated_time_of_ppo_is_that_of_all_its_worlds(monkeypatch):
     training = PPOTraining.__new__(PPOTraining)
-    training._learner = SimpleNamespace(n_rows=50)
+    training._env = SimpleNamespace(n_rows=50)
     training._experiment = SimpleNamespace(scenarios_by_name=TICKS)
     monkeypatch.setattr(PPOTraining, "done", 1000)
     monkeypatch.setattr(ppo, "worlds_per_scenario", lambda experiment: {"a": 4, "b": 10})
@@ -184,7 +165,7 @@ def test_the_policy_kept_is_the_first_one_of_the_highest_value(
     training._experiment = SimpleNamespace(
         out=tmp_path, identity={}, scenarios_by_name={}, held_back_seeds=range(2)
     )
-    training._file, training._learner = tmp_path / "file", None
+    training._file = tmp_path / "file"
     training._actor = SimpleNamespace(to_numpy=lambda: {"weights": "now"})
     training._rollouts = SimpleNamespace(round_trips=lambda numbers, seeds: {})
     monkeypatch.setattr(kind, "done", 5, raising=False)

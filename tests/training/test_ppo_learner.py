@@ -1,0 +1,116 @@
+"""PPO in tensors: it learns what stable-baselines3 learns, on rows of any blocks of worlds."""
+
+from copy import deepcopy
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+from numpy.testing import assert_allclose
+from stable_baselines3 import PPO
+from stable_baselines3.common.policies import ActorCriticPolicy
+
+from swarm_forage_env import ArrayEnv, ConfigError
+from training import ppo_learner, tensor_vec_env
+from training.ppo_learner import PPOHyperparameters, PPOLearner
+from training.tensor_vec_env import TensorVecEnv
+from training.vec_env import SwarmVecEnv
+
+WORLDS = {"n_worlds": 2, "physics": "kinematic", "task.n_robots": 4, "max_cycles": 6,
+          "decision_period": 10, "shaping": 1.0, "stagger": True}  # fmt: skip
+"""Eight rows, whose episodes end within a rollout at two different times."""
+
+TERMS = PPOHyperparameters(
+    discount=0.9, gae_lambda=0.8, n_steps=12, n_minibatches=3, n_epochs=4, learning_rate=3e-3
+)
+
+
+def learner_of(terms=TERMS, policy=None, **changes):
+    """A learner on those worlds, of a policy of stable-baselines3."""
+    env = TensorVecEnv([ArrayEnv("es1", **WORLDS | changes)])
+    if policy is None:
+        policy = ActorCriticPolicy(env.observation_space, env.action_space, lambda _: 1e-3)
+    return PPOLearner(env, policy, terms)
+
+
+def test_rollout_advantages_and_update_are_those_of_stable_baselines3(monkeypatch):
+    reference = PPO(
+        "MlpPolicy", SwarmVecEnv("es1", **WORLDS), n_steps=12, batch_size=32, n_epochs=4,
+        learning_rate=3e-3, gamma=0.9, gae_lambda=0.8, seed=0, device="cpu",
+    )  # fmt: skip
+    start = deepcopy(reference.policy)
+    own, found = learner_of(policy=deepcopy(start)), []
+    minibatches = [torch.randperm(96) for _ in range(4)]
+    by_decision, by_row = iter(minibatches), (n % 8 * 12 + n // 8 for n in minibatches)
+    monkeypatch.setattr(torch, "randperm", lambda n, device: next(by_decision))
+    monkeypatch.setattr(np.random, "permutation", lambda n: next(by_row).numpy())
+    advantages = ppo_learner.advantages
+    monkeypatch.setattr(
+        ppo_learner, "advantages", lambda *given: found.append(advantages(*given)) or found[0]
+    )
+    own.learn(96, learning_rate=3e-3, seed=5)
+    torch.manual_seed(5)
+    reference.env.seed(5)
+    reference.learn(96)
+    assert_allclose(found[0].T.flatten(), reference.rollout_buffer.advantages.ravel(), atol=1e-5)
+    assert own.diagnostics["train/clip_fraction"] > 0.0
+    names = dict(start.named_parameters())
+    for name, parameter in reference.policy.named_parameters():
+        learned = own.policy.get_parameter(name).detach()
+        assert_allclose(learned, parameter.detach(), atol=1e-5, err_msg=name)
+        assert (learned != names[name]).any(), name
+
+
+def test_worlds_go_on_from_one_call_to_the_next_until_a_seed_resets_them():
+    learner, found = learner_of(replace(TERMS, n_steps=4), stagger=False), []
+    for seed, decisions in ((None, 1), (None, 33), (0, 32), (7, 1)):
+        learner.learn(decisions, 1e-4, seed)
+        episodes = learner.env.blocks[0].episodes
+        next_seed = deepcopy(episodes.generators[0]).integers(2**32)
+        found.append((episodes.steps.tolist(), learner.n_decisions, next_seed))
+    steps, decisions, seeds = zip(*found, strict=True)
+    assert steps == ([4, 4], [0, 0], [4, 4], [4, 4])  # twelve decisions are two episodes
+    assert decisions == (32, 96, 128, 160)
+    assert seeds[0] == seeds[2] != seeds[3]
+
+
+@pytest.mark.parametrize(
+    ("n_rows", "n_steps"), [(1, 256), (4096, 256), (4097, 255), (2**16, 16), (2**20, 16)]
+)
+def test_a_rollout_is_a_million_decisions_and_sixteen_of_each_row_at_least(n_rows, n_steps):
+    learner = PPOLearner.__new__(PPOLearner)
+    learner.env, learner._hyperparameters = SimpleNamespace(n_rows=n_rows), PPOHyperparameters()
+    assert learner.n_steps == n_steps
+
+
+def test_long_rollouts_have_many_minibatches(monkeypatch):
+    monkeypatch.setattr(ppo_learner, "MIN_MINIBATCH", 20)
+    learner, sizes = learner_of(), []
+    evaluate = learner.policy.evaluate_actions
+    monkeypatch.setattr(
+        learner.policy,
+        "evaluate_actions",
+        lambda seen, actions: sizes.append(len(seen)) or evaluate(seen, actions),
+    )
+    learner.learn(1, 1e-4)
+    assert sizes == [24] * 4 * TERMS.n_epochs
+
+
+def test_choices_are_refused():
+    with pytest.raises(ConfigError, match="discrete: PPO in tensors gives numbers"):
+        learner_of(discrete=True, policy=torch.nn.Linear(1, 1))
+
+
+def test_blocks_of_several_scenarios_are_joined_and_their_time_is_counted(monkeypatch):
+    seconds = iter((5.0, 9.0, 9.0))
+    timer = SimpleNamespace(perf_counter=lambda: next(seconds))
+    monkeypatch.setattr(tensor_vec_env, "time", timer)
+    sizes = {"n_worlds": 2, "task.n_robots": 6}, {"n_worlds": 1, "task.n_robots": 10}
+    env = TensorVecEnv([ArrayEnv("es1", **WORLDS | each) for each in sizes])
+    env.seed(0)
+    assert env.reset().shape == (22, len(env.observation_layout))
+    assert env.step(torch.zeros(22, 2)).rewards.shape == (22,)
+    assert env.stepping_s == 4.0
+    with pytest.raises(ConfigError, match="nan"):
+        env.step(torch.full((22, 2), float("nan")))

@@ -1,0 +1,107 @@
+"""TensorVecEnv: all learners of blocks of worlds as rows of tensors, on a CPU or a GPU."""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.device_env import DeviceArrayEnv
+from swarm_forage_env.envs.episodes import checked_seeds
+from swarm_forage_env.observed_fields import FieldLayout
+from training.tensors import array_for, follow_stream, tensor_of, torch_device
+
+Block = ArrayEnv | DeviceArrayEnv
+
+
+@dataclass(frozen=True)
+class Step:
+    """What a decision of all rows leads to."""
+
+    observations: Tensor
+    """Rows by numbers; of a world that was reset, the first ones of its new episode."""
+    rewards: Tensor
+    """In single precision, one for each row."""
+    final_observations: Tensor
+    """As `observations`, but of an episode that ended its last ones."""
+    ended: Tensor
+    """Numbers of the rows whose episodes ended."""
+
+
+class TensorVecEnv:
+    """The learners of blocks of worlds, block after block and world after world, one row each.
+
+        env = TensorVecEnv([array_env("es1", device="cuda", n_worlds=4096, physics="kinematic")])
+        env.seed(0)
+        observations = env.reset()
+        step = env.step(actions)
+
+    The blocks observe and act alike, and are on one device, on which all tensors stay. A world
+    whose episode ends is reset at once. `stepping_s` is the wall time of all steps [s].
+    """
+
+    def __init__(self, blocks: Sequence[Block]) -> None:
+        """Join blocks of any numbers of worlds and robots."""
+        self.blocks = list(blocks)
+        first = self.blocks[0]
+        self.device = torch_device("cuda" if isinstance(first, DeviceArrayEnv) else "cpu")
+        self.observation_space, self.action_space = first.observation_space, first.action_space
+        self.observation_layout = cast(FieldLayout, first.observation_layout)
+        self._n_learners = [len(each.learners) for each in self.blocks]
+        self._n_rows = [n * each.n_worlds for n, each in self._with_learners()]
+        self.n_rows: int = sum(self._n_rows)
+        self.stepping_s = 0.0
+
+    def seed(self, seed: int) -> None:
+        """Seed the sequences from which resets draw the seeds of the worlds, as `SwarmVecEnv`."""
+        for block in self.blocks:
+            episodes = host_of(block).episodes
+            for world, own in enumerate(checked_seeds(seed, block.n_worlds)):
+                episodes.generators[world] = np.random.default_rng(own)
+
+    def reset(self) -> Tensor:
+        """Reset all worlds; return the observation of every row."""
+        self._follow_stream()
+        return _rows([tensor_of(block.reset()[0]) for block in self.blocks])
+
+    def step(self, actions: Tensor) -> Step:
+        """One decision of all rows; ConfigError for an action that is out of bounds."""
+        begin = time.perf_counter()
+        self._follow_stream()
+        observations, final, rewards, ended = [], [], [], []
+        shares = torch.split(actions, self._n_rows)
+        for (n_learners, block), share in zip(self._with_learners(), shares, strict=True):
+            shaped = share.reshape(block.n_worlds, n_learners, *host_of(block).action_shape)
+            after, earned, *_ = block.step(array_for(block, shaped))
+            final.append(tensor_of(after))
+            rewards.append(tensor_of(earned).float().flatten())
+            ended.append(np.repeat(block.is_over, n_learners))
+            if block.is_over.any():
+                after, _ = block.reset(worlds=block.is_over)
+            observations.append(tensor_of(after))
+        rows = torch.from_numpy(np.flatnonzero(np.concatenate(ended))).to(self.device)
+        self.stepping_s += time.perf_counter() - begin
+        return Step(_rows(observations), torch.cat(rewards), _rows(final), rows)
+
+    def _follow_stream(self) -> None:
+        """Run in the order of torch's current stream."""
+        for block in self.blocks:
+            follow_stream(block)
+
+    def _with_learners(self) -> Iterator[tuple[int, Block]]:
+        """Each block, after its number of learners in a world."""
+        return zip(self._n_learners, self.blocks, strict=True)
+
+
+def host_of(block: Block) -> ArrayEnv:
+    """The environment on the CPU with the names and the episodes of a block."""
+    return block.host if isinstance(block, DeviceArrayEnv) else block
+
+
+def _rows(observations: Sequence[Tensor]) -> Tensor:
+    """Observations of all blocks, a row for each learner."""
+    return torch.cat([each.flatten(0, 1) for each in observations])
