@@ -63,32 +63,3 @@ def checked_seed(seed: object) -> int:
 def drawn_seed(rng: np.random.Generator) -> int:
     """The seed of an episode for which none was given: the next of a sequence."""
     return int(rng.integers(2**63))
-
-
-LAST_64 = 2**64 - 1
-
-
-def words_of(rng: np.random.Generator) -> UInt64[Array, "6"]:
-    """Where a generator of `numpy.random.default_rng` stands, in six words."""
-    state = rng.bit_generator.state
-    numbers = state["state"]["state"], state["state"]["inc"]
-    halves = [number >> shift & LAST_64 for number in numbers for shift in (64, 0)]
-    return np.array([*halves, state["has_uint32"], state["uinteger"]], np.uint64)
-
-
-def generator_at(words: UInt64[Array, "6"]) -> np.random.Generator:
-    """The generator that stands where `words_of` was told.
-
-    >>> rng = generator_at(words_of(np.random.default_rng(1)))
-    >>> drawn_seed(rng) == drawn_seed(np.random.default_rng(1))
-    True
-    """
-    high, low, inc_high, inc_low, has_half, half = map(int, words)
-    rng = np.random.default_rng()
-    rng.bit_generator.state = {
-        "bit_generator": "PCG64",
-        "state": {"state": high << 64 | low, "inc": inc_high << 64 | inc_low},
-        "has_uint32": has_half,
-        "uinteger": half,
-    }
-    return rng

@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind_grid
-from swarm_forage_env.device_loop import CHANGED, DeviceLoop
+from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.device_actions import DeviceActions, DeviceChoices, DeviceNumbers
@@ -15,7 +14,6 @@ from swarm_forage_env.envs.device_observer import DeviceObserver, DeviceRewards
 from swarm_forage_env.envs.device_stepping import DeviceExchanges, DeviceStepper, DeviceTicks
 from swarm_forage_env.envs.episodes import Seeds
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.random_streams import generator_at, words_of
 
 DEVICES = "cpu", "cuda"
 """Where the worlds of an environment can run."""
@@ -163,42 +161,6 @@ class DeviceArrayEnv:
         self.loop.check()
         self.loop.download()
         return self._host
-
-    def records(self) -> dict[str, Array]:
-        """All that the next steps depend on beside the numbers of scenarios, by name.
-
-        Copies in the memory of the CPU, records as bytes; ConfigError under `randomise`, whose
-        numbers are not among them. Raises what went wrong on the GPU before.
-        """
-        self.loop.check()
-        episodes, read = self._host.episodes, self.loop.memory.read
-        if episodes.drawn:
-            raise ConfigError("records(): what `randomise` has drawn is not kept; leave it out")
-        generators = np.array([words_of(each) for each in episodes.generators])
-        of_episodes = {"steps": episodes.steps.copy(), "ends": episodes.ends.copy()}
-        kept = {name: read(each) for name, each in self._kept().items()}
-        as_bytes = {k: v if v.dtype.names is None else v.view(np.uint8) for k, v in kept.items()}
-        return as_bytes | of_episodes | {"generators": generators}
-
-    def take_records(self, records: Mapping[str, Array]) -> None:
-        """Go on as when `records` of an environment of the same options gave them, bit for bit."""
-        episodes = self._host.episodes
-        for name, each in self._kept().items():
-            self.loop.memory.write(each, records[name].view(each.dtype))
-        episodes.steps[:], episodes.ends[:] = records["steps"], records["ends"]
-        episodes.generators[:] = [generator_at(words) for words in records["generators"]]
-        self._is_new = self.loop.memory.to_device(np.zeros(self.n_worlds, np.int8))
-        self._drawn = {}
-
-    def _kept(self) -> dict[str, Any]:
-        """The arrays of the GPU that the next steps depend on."""
-        own = {
-            "raw": self._actions.raw,
-            "potentials": self._rewards.potentials,
-            "frames": self._observe.frames,
-        }
-        found = {name: self.loop.arrays[name] for name in CHANGED} | own
-        return {name: each for name, each in found.items() if each.size}
 
     def _infos(self, unshaped: Any) -> Told:  # noqa: ANN401 an array of the GPU
         """What is told beside: the reward, whose action counts, and what was drawn."""

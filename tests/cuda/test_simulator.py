@@ -163,41 +163,6 @@ print(int(acts), steps)
 )
 
 
-RECORDS = (
-    STEPS.partition("options = {")[0]
-    + """
-options = {
-    "device": "cuda", "n_worlds": 2, "physics": "kinematic", "max_cycles": 4, "task.n_robots": 3,
-    "stagger": True, "shaping": 0.5, "stack": 3,
-    "observation": ["layer", "previous_action", "time_left"],
-}
-rng = np.random.default_rng(1)
-actions = rng.uniform(-0.5, 0.5, (5, 2, 3, 2)).astype(np.float32)
-
-def go_on(env, actions):
-    told = []
-    for each in actions:
-        told.append(env.step(env.loop.memory.to_device(each)))
-        if env.is_over.any():
-            told.append(env.reset(worlds=env.is_over))
-    return told
-
-first, other = array_env("es1", **options), array_env("es1", **options)
-first.reset(seed=5)
-go_on(first, actions[:1])
-records = first.records()
-mine = go_on(first, actions[1:])
-other.take_records(records)
-for one, another in zip(mine, go_on(other, actions[1:]), strict=True):
-    same([on_cpu(each) for each in one[:-1]] + [one[-1]], another)
-try:
-    array_env("es1", **options, randomise={"radio.max_range": (0.1, 0.2)}).records()
-except ValueError as error:
-    print(len(mine), error)
-"""
-)
-
-
 ADDED = ["time_left", "robot_id", "one_hot", "previous_action"]
 
 
@@ -290,12 +255,6 @@ def test_an_environment_on_the_grid_is_that_of_a_cpu(options):
 )
 def test_worlds_that_have_exchanged_stand_still_until_all_others_have(reach, told):
     assert run(EXCHANGES, reach).strip() == told
-
-
-def test_an_environment_goes_on_from_the_records_of_another():
-    told, refusal = run(RECORDS).split(maxsplit=1)
-    assert told == "6"  # of them two resets
-    assert refusal.startswith("records(): what `randomise` has drawn is not kept")
 
 
 def test_worlds_that_no_cpu_has_made_are_those_of_their_seeds():
