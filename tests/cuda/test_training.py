@@ -12,7 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 import numpy as np
 import baselines.controllers
-from tests.columns import check_same_bits
 from training.experiment import Experiment
 
 layer, folder = sys.argv[1], Path(sys.argv[2])
