@@ -17,6 +17,7 @@ from torch import Tensor
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
+from training.ppo_equations import Rollout, advantages, clipped_loss, policy_change
 from training.tensor_vec_env import TensorVecEnv
 
 if TYPE_CHECKING:
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 
     from training.actor_critic import LayerPolicy
 
-CLIP_RANGE, VALUE_WEIGHT, MAX_GRADIENT_NORM = 0.2, 0.5, 0.5
-"""Clipping of the ratio, weight of the critic's loss, clipping of the gradient: as SB3."""
+VALUE_WEIGHT, MAX_GRADIENT_NORM = 0.5, 0.5
+"""Weight of the critic's loss, clipping of the gradient: as SB3."""
 
 ADAM_EPSILON = 1e-5
 """Of Adam's denominator: as SB3."""
@@ -63,21 +64,6 @@ class PPOHyperparameters:
     """Initial learning rate; it falls linearly to zero over the budget."""
     log_std: float = -1.2
     """Initial logarithm of the standard deviation of the actions."""
-
-
-@dataclass(frozen=True)
-class Rollout:
-    """Transitions of a rollout, decisions by rows."""
-
-    observations: Tensor
-    actions: Tensor
-    log_probs: Tensor
-    values: Tensor
-    """Of the observations; one decision more than the others."""
-    rewards: Tensor
-    """At the end of an episode with the discounted value of its last observation."""
-    ends: Tensor
-    """1 where an episode ends with the decision, else 0."""
 
 
 class PPOLearner:
@@ -216,7 +202,7 @@ class PPOLearner:
             "train/value_loss": critic_loss.item(),
             "train/std": torch.exp(policy.log_std).mean().item(),
             "train/reward": rollout.rewards.mean().item(),
-            **_changes(log_ratio.detach()),
+            **policy_change(log_ratio.detach()),
         }
 
     def _descend(self, loss: Tensor) -> None:
@@ -225,41 +211,3 @@ class PPOLearner:
         loss.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(self.policy.parameters(), MAX_GRADIENT_NORM)
         self._optimizer.step()
-
-
-def advantages(rollout: Rollout, discount: float, gae_lambda: float) -> Tensor:
-    """Generalised advantage estimates, decisions by rows.
-
-        delta_t = r_t + discount v_{t+1} - v_t
-        A_t     = delta_t + discount lambda A_{t+1}
-
-    where v_{t+1} and A_{t+1} are 0 if an episode ends at t.
-
-    Source: Schulman2016, Eq. 16.
-    """
-    out = torch.empty_like(rollout.rewards)
-    later = torch.zeros_like(rollout.rewards[0])
-    for k in reversed(range(len(out))):
-        decay = discount * (1.0 - rollout.ends[k])
-        delta = rollout.rewards[k] + decay * rollout.values[k + 1] - rollout.values[k]
-        out[k] = later = delta + decay * gae_lambda * later
-    return out
-
-
-def clipped_loss(ratio: Tensor, gains: Tensor) -> Tensor:
-    """The clipped surrogate loss of a minibatch, whose advantages are normalised.
-
-    Source: Schulman2017, Eq. 7.
-    """
-    normal = (gains - gains.mean()) / (gains.std() + 1e-8)
-    clipped = torch.clamp(ratio, 1.0 - CLIP_RANGE, 1.0 + CLIP_RANGE)
-    return -torch.min(normal * ratio, normal * clipped).mean()
-
-
-def _changes(log_ratio: Tensor) -> dict[str, float]:
-    """How far an update moved the policy, from log probabilities after less those before."""
-    ratio = torch.exp(log_ratio)
-    return {
-        "train/approx_kl": (ratio - 1.0 - log_ratio).mean().item(),
-        "train/clip_fraction": ((ratio - 1.0).abs() > CLIP_RANGE).float().mean().item(),
-    }

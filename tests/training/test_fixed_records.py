@@ -15,7 +15,8 @@ from training.ladder.rungs import Rung
 from training.ladder.runs import Job, Run
 from training.ladder.summary import Row
 from training.policy_file import Policy
-from training.ppo_learner import PPOHyperparameters, Rollout
+from training.ppo_equations import Rollout
+from training.ppo_learner import PPOHyperparameters
 from training.tensor_vec_env import Step
 
 RECORDS = {
