@@ -90,10 +90,17 @@ class EpisodeGroup:
     def configuration(self) -> ExperimentConfig:
         """The same configuration on the present code.
 
-        UnknownNameError or ConfigError if this code has no such controller or scenario.
+        UnknownNameError or ConfigError if this code has no such controller or scenario, or if the
+        dataset asks to run the code in a file: only who runs a command can say that it is trusted.
         """
-        named = find_layered_controller(self.controller)
-        controller = named.with_parameters(json.loads(self.parameters))
+        parameters = json.loads(self.parameters)
+        if parameters.get("policy.trust"):
+            raise ConfigError(
+                f"dataset of '{self.label()}': asks to trust {parameters.get('policy.file')!r},"
+                " whose code would be run; plot what needs no policy, as boxplot, or the"
+                " trajectories that evaluate --trajectories keeps"
+            )
+        controller = find_layered_controller(self.controller).with_parameters(parameters)
         return ExperimentConfig(self.label(), self.model(), controller, self.physics)
 
     def model(self) -> Any:  # noqa: ANN401 of its task

@@ -218,3 +218,10 @@ def test_a_file_outside_of_the_folders_of_names_is_refused(kept):
     stray.write_bytes(files(kept)[0].read_bytes())
     with pytest.raises(ConfigError, match=r"stray\.parquet: not in a folder scenario="):
         read_groups([str(kept.folder)])
+
+
+def test_a_dataset_cannot_say_that_a_file_is_trusted(kept):
+    group = read_groups([str(kept.folder)])[0]
+    said = json.dumps({"policy.file": "model.zip", "policy.trust": True})
+    with pytest.raises(ConfigError, match=r"asks to trust 'model.zip', whose code would be run"):
+        replace(group, controller="sb3", parameters=said).configuration()
