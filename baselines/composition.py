@@ -9,7 +9,7 @@ import numpy as np
 from baselines.settings import LAYERS, Crew, Layers, Members
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.control import observe
+from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.interface import EstimatorLayer, MotionLayer, WeightingLayer
 
 
@@ -64,13 +64,13 @@ def check_alike(controllers: Sequence[Sequence[Any]], crew: Crew) -> None:
                     )
 
 
-def check_on_grid(name: str, estimator: EstimatorLayer, has_rules: bool, n_squads: int) -> None:
+def check_on_gpu(name: str, estimator: EstimatorLayer, has_rules: bool, n_squads: int) -> None:
     """ConfigError for a controller that runs on a CPU only, with the reason."""
     reasons = {
         "a layer of it is a rule in NumPy": has_rules,
         "its robots have several compositions": n_squads > 1,
         "its estimator keeps something of each pair of robots": estimator.shared is not None,
-        "its estimator takes in with a template of its own": estimator.observe is not observe,
+        "its estimator takes in with a template of its own": estimator.observe is not observe_world,
     }
     for reason, holds in reasons.items():
         if holds:

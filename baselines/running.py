@@ -8,27 +8,28 @@ decides for them. All robots of one controller are a team of one squad.
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from baselines.composition import (
     check_alike,
-    check_on_grid,
+    check_on_gpu,
     crew_of,
     is_numpy_motion,
     set_no_stream,
     set_stream,
     squads_of,
 )
-from baselines.settings import LAYERS, Crew, Members, settings_of, without_repeats
+from baselines.settings import LAYERS, Crew, Members, settings_of
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind
-from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import KEEP, RULE, GridLayers, MotionLayer
+from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, Kernel, MotionLayer
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import copied_rows, record_dtype
 from swarm_forage_env.task import task_of
+from swarm_forage_env.ticks import DECIDE, OBSERVE, run_ticks
 
 
 @dataclass
@@ -40,8 +41,8 @@ class Squad:
     """The minds of their team, with their own memory of the motion."""
 
     settings: Array
-    decide: Any
-    """The second half of a tick, compiled with their functions."""
+    functions: Mapping[str, Kernel]
+    """What the templates of a tick have free names for."""
 
     motion: MotionLayer
     weigh: Any
@@ -52,6 +53,17 @@ class Squad:
 
     is_last: bool
     """No other robots of their team are decided after them."""
+
+    @cached_property
+    def decide(self) -> Kernel:
+        """The second half of the control alone, compiled with their functions."""
+        kernel: Kernel = bind(run_ticks, {**self.functions, **DECIDE})
+        return kernel
+
+    @property
+    def memories(self) -> Array:
+        """What their motion remembers of each robot."""
+        return self.minds["motion"]
 
     def reset(self, world: int, seed: int) -> None:
         """Forget the motion of one world, and draw from this seed from now on."""
@@ -103,7 +115,6 @@ class RunningLayers:
         self._allocate(crew[0])
         team: Members = np.any(squads, axis=0)
         self._settings = settings_of(crew, ("estimator",), team)
-        self._observe = bind(self.estimator.observe, self.estimator.kernels)
         self._squads = [
             self._squad(controllers[0], crew, members, members is squads[-1], seeds)
             for members in squads
@@ -114,11 +125,33 @@ class RunningLayers:
         """A layer is a rule in NumPy, which is asked about all worlds at once."""
         return any(squad.steer is not None or squad.weigh is not None for squad in self._squads)
 
+    @property
+    def compiled(self) -> CompiledLayers | None:
+        """All that it does between two cuts, for one call; None for robots of several squads."""
+        if len(self._squads) > 1:
+            return None
+        squad, n_robots = self._squads[0], self._world.n_robots
+        motion = squad.motion
+        firsts = (
+            self.estimator.mind.array((1,), robots=n_robots),
+            motion.memory.array((1,), robots=n_robots),
+        )
+        arrays = self._estimators, squad.memories, self.shared, squad.settings
+        return CompiledLayers(squad.functions, arrays, firsts, int(motion.noise))
+
+    @cached_property
+    def _observe(self) -> Kernel:
+        """The first half of the control alone."""
+        functions = {**self.estimator.kernels, "observe_world": self.estimator.observe, **OBSERVE}
+        kernel: Kernel = bind(run_ticks, functions)
+        return kernel
+
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
-        self._observe(
-            self._world.records, self._estimators, self.shared, self._settings, first, last
-        )
+        memories = self._squads[0].memories
+        arrays = self._estimators, memories, self.shared, self._settings
+        world = self._world
+        self._observe(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
 
     def consult(self) -> None:
         """Ask the rules written in NumPy; where a learner acts already they are not heard."""
@@ -135,13 +168,12 @@ class RunningLayers:
     def decide(self, first: int, last: int) -> None:
         """Write the next commands of the worlds first .. last - 1, and merge what was heard.
 
-        ConfigError for a command or a weight that is not finite.
+        A command or a weight that is not finite is noted in the world.
         """
-        records = self._world.records
+        world = self._world
         for squad in self._squads:
-            at_fault = squad.decide(records, squad.minds, self.shared, squad.settings, first, last)
-            if at_fault is not None and at_fault >= 0:
-                raise self._not_finite(*divmod(at_fault, self._world.n_robots))
+            arrays = self._estimators, squad.memories, self.shared, squad.settings
+            squad.decide(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
 
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world, and draw from this seed from now on."""
@@ -186,44 +218,16 @@ class RunningLayers:
         for squad, motion in zip(self._squads, deepcopy(kept["motions"]), strict=True):
             squad.steer = motion
 
-    def grid_layers(self) -> GridLayers:
-        """What a GPU runs; ConfigError for layers that run on a CPU only."""
+    def check_on_gpu(self) -> None:
+        """ConfigError for layers that run on a CPU only."""
         name = self._controllers[0][0].name
-        check_on_grid(name, self.estimator, self.has_rules, len(self._squads))
-        motion, n_robots = self._squads[0].motion, self._world.n_robots
-        has_stream = "stream" in motion.memory.fields
-        functions = {
-            "gain": self.weighting.gain,
-            "steer": motion.steer,
-            "set_stream": set_stream if has_stream else set_no_stream,
-        }
-        return GridLayers(
-            {**self.estimator.kernels, **functions},
-            self._estimators,
-            self.minds["motion"],
-            self.shared,
-            without_repeats(self._settings),
-            without_repeats(self._squads[0].settings),
-            self.estimator.mind.array((1,), robots=n_robots),
-            motion.memory.array((1,), robots=n_robots),
-            int(motion.noise),
-        )
+        check_on_gpu(name, self.estimator, self.has_rules, len(self._squads))
 
     def _motion_inputs(self) -> Iterator[Any]:
         """Copies of what the motion layer sees, in the order in which `steer` takes it."""
         yield copied_rows(self._estimators, ("situation",))
         for path in (*self._task.steered_by, f"robots.command.{self._task.commanded}"):
             yield copied_rows(self._world.robots, path.split(".")[1:])
-
-    def _not_finite(self, world: int, robot: int) -> ConfigError:
-        """The error that names the controller, the tick and the robot."""
-        command = self._world.robots["command"][self._task.commanded][world, robot]
-        return ConfigError(
-            f"controller '{self._controllers[world][robot].name}', tick"
-            f" {self._world.worlds['ticks'][world] + 1}, robot {robot}: its"
-            f" {self._task.commanded} {command.tolist()} or its weights are not finite; a number"
-            " of its layers or of its policy is too large"
-        )
 
     @property
     def _all_settings(self) -> list[Array]:
@@ -271,7 +275,15 @@ class RunningLayers:
         """The robots of a squad: what they are, and their half of a tick, compiled."""
         leader = int(np.argmax(members))
         controller, (_, weighting, motion) = controllers[leader], crew[0][leader]
-        functions = {**self.estimator.kernels, "gain": weighting.gain, "steer": motion.steer}
+        memory = motion.memory
+        functions = {
+            **self.estimator.kernels,
+            "gain": weighting.gain,
+            "steer": motion.steer,
+            "observe_world": self.estimator.observe,
+            "decide_world": self._task.decide,
+            "set_stream": set_stream if "stream" in memory.fields else set_no_stream,
+        }
         steer = None
         if is_numpy_motion(motion):
             steer = controller.motion.start(self._world.scenario, seeds)
@@ -279,7 +291,7 @@ class RunningLayers:
             members,
             self._minds_with(motion.memory.dtype(robots=len(members))),
             settings_of(crew, LAYERS, members, is_last),
-            bind(self._task.decide, functions),
+            functions,
             motion,
             _rule(controller.weighting, self, self._world),
             steer,

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.lib.stride_tricks import as_strided
 
 from swarm_forage_env.arrays import Array, Bool
 from swarm_forage_env.interface import EstimatorLayer, KernelNumbers, MotionLayer, WeightingLayer
@@ -29,28 +28,20 @@ def settings_of(crew: Crew, parts: Sequence[str], members: Members, is_last: boo
     Of a robot that is none only the estimator's numbers are written. `is_last` tells that no
     other robots of the same estimator are decided after these.
 
-    Robots that all have the same numbers share one record. It is a view with gaps or with steps
-    of zero in either case, so that a kernel is compiled once for both.
+    Robots that all have the same numbers share one column.
     """
     n_worlds, n_robots = len(crew), len(members)
     some = crew[0][int(np.argmax(members))]
     kinds = [(part, numbers_record(**numbers)) for part, numbers in _numbers_of(some, parts)]
     dtype = record_dtype([("is_member", np.bool_), ("is_last", np.bool_), *kinds])
     different = list({id(row): row for row in crew}.values())
-    if all(layers is row[0] for row in different for layers in row):
-        one = np.zeros((n_worlds, 1), dtype)
-        found = as_strided(one, (n_worlds, n_robots), (one.strides[0], 0))
-    else:
-        found = np.zeros((n_worlds, n_robots, 2), dtype)[:, :, 0]
-    found["is_member"], found["is_last"] = members, is_last
+    is_shared = all(layers is row[0] for row in different for layers in row)
+    n_columns = 1 if is_shared else n_robots
+    settings = np.zeros((n_worlds, n_columns), dtype)
+    settings["is_member"], settings["is_last"] = members[:n_columns], is_last
     for first, last in consecutive(range(n_worlds), crew):
-        _write(found[first:last], crew[first], parts, members)
-    return found
-
-
-def without_repeats(settings: Array) -> Array:
-    """The same records, those that all robots share once: one column."""
-    return settings[:, :1] if settings.strides[1] == 0 else settings
+        _write(settings[first:last], crew[first][:n_columns], parts, members[:n_columns])
+    return settings
 
 
 def _write(out: Array, row: Sequence[Any], parts: Sequence[str], members: Members) -> None:

@@ -31,6 +31,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
 from swarm_forage_env.fingerprint import fingerprint
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
+from swarm_forage_env.lanes import ON_CPU, on_gpu
 from swarm_forage_env.lean import Lean, lean
 from swarm_forage_env.templates import Parts, parts_of, with_parts
 
@@ -82,16 +83,39 @@ def bind(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any
     Functions that the template does not name are let be. The same template and functions, in
     another process too, share their machine code on disk.
     """
-    return _bound(template, parts_of(template, functions))
+    return _bound(template, parts_of(template, {**_lanes_on_cpu(), **functions}))
+
+
+@cache
+def _lanes_on_cpu() -> dict[str, Callable[..., Any]]:
+    return {name: inlined(each) for name, each in ON_CPU.items()}
+
+
+@cache
+def _lanes_on_gpu() -> dict[str, Callable[..., Any]]:
+    functions = on_gpu(_SimulatedThread() if is_simulated() else gpu())
+    return {name: inlined(each) for name, each in functions.items()}
+
+
+class _SimulatedThread:
+    """What `cuda` is to a thread of numba's simulator, in any function that it runs."""
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 as of numba's module for GPUs
+        """An attribute of `cuda`, as the kernel that is running has it."""
+        from numba.cuda.simulator.kernel import _get_kernel_context
+
+        return getattr(_get_kernel_context(), name)
 
 
 def bind_grid(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel
-    """Compile a template for a GPU: its free name `cuda` stands for the threads that run it.
+    """Compile a template for a GPU, whose threads are the lanes of its worlds.
 
     The same template and functions share their machine code within a process. ConfigError where
     numba-cuda is missing.
     """
-    return _bound_grid(template, parts_of(template, {**functions, "cuda": gpu()}))
+    return _bound_grid(
+        template, parts_of(template, {**_lanes_on_gpu(), **functions, "cuda": gpu()})
+    )
 
 
 @cache
@@ -181,8 +205,8 @@ def _plain(function: Callable[..., Any]) -> FunctionType:
 def _with_attributes(argument: Any) -> Any:  # noqa: ANN401 whatever was passed
     if isinstance(argument, tuple):
         return tuple(map(_with_attributes, argument))
-    simulated = getattr(argument, "_item", None)  # an array in numba's simulator of a GPU
-    if simulated is not None:
+    simulated = getattr(argument, "_item", argument)  # an array in numba's simulator of a GPU
+    if hasattr(simulated, "_ary"):
         return _with_attributes(simulated._ary)
     if isinstance(argument, np.ndarray) and argument.dtype.names is not None:
         return argument.view(np.recarray)

@@ -1,13 +1,12 @@
-"""The worlds of a loop on a GPU: a CPU makes them, the GPU runs them and starts them anew.
+"""The worlds of a loop on a GPU: a CPU makes them, the GPU runs them and resets them.
 
-    decide -> tick -> observe -> [the cut] -> decide ...
-
-Each is one kernel over all worlds. The records stay in the memory of the GPU; what is asked for is
-copied back. A kernel cannot raise: what goes wrong is noted, and raised by `check`.
+Ticks are the same text as on a CPU, `run_ticks`, in one launch. The records stay in the memory of
+the GPU; what is asked for is copied back. A kernel cannot raise: what goes wrong is noted, and
+raised by `check`.
 """
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -16,18 +15,12 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind_grid
 from swarm_forage_env.device_memory import DeviceMemory, Grid
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import (
-    NO_ROOM,
-    NOT_FINITE,
-    REFUSED,
-    TOO_MANY_NEAR,
-    GridLayers,
-    GridTemplates,
-)
+from swarm_forage_env.interface import CompiledLayers, GpuTask
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import FieldLayout, spans_of
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.task import World, checked_worlds, consecutive
+from swarm_forage_env.ticks import BEGINS, DECIDE, OBSERVE, TICK, begin_worlds, run_ticks
 
 MOST_THREADS = 128
 """Threads of a block, at most: so many that each may have all registers that one can have."""
@@ -42,25 +35,16 @@ class DeviceLoop:
 
     def __init__(self, loop: Loop) -> None:
         """Bring the worlds of a loop to the GPU, as they stand."""
-        self._layers, self._templates = _layers_of(loop)
+        self.layers, self.task = _layers_of(loop)
         self.loop, self.memory = loop, DeviceMemory()
-        functions, templates = self._layers.functions, self._templates
-        self.driving = driving = self._layers.templates or templates.layers
-        """The templates of what drives the robots."""
-        self.potential = templates.potential
-        """The function of the potential of one robot."""
-        self._decide, self._tick, self._observe = (
-            bind_grid(template, functions)
-            for template in (driving.decide, templates.tick, driving.observe)
-        )
+        self._functions = {
+            **loop.world.functions, **self.layers.functions, **self.task.functions
+        }  # fmt: skip
+        self._run = bind_grid(run_ticks, self._functions)
         shape = loop.world.robots.shape
         self.grid = grid_of(*shape)
         """Blocks, and threads of a block: robots by worlds."""
-        self.trouble = self.memory.to_device(np.zeros(4, np.int64))
-        self.earned = self.memory.to_device(np.zeros(shape))
-        """What each robot earned since somebody set it to 0."""
-        self._crowded = self.memory.to_device(np.zeros(shape[0], np.int8))
-        self._everywhere = self.memory.to_device(np.ones(shape[0], np.int8))
+        self._modes = self.memory.to_device(loop.world.modes)
         self._upload_all()
         self._prepare_resets()
 
@@ -75,17 +59,38 @@ class DeviceLoop:
         return self.memory.launch(self.grid)
 
     @property
-    def stages(self) -> dict[str, Callable[[], None]]:
-        """The kernels of a tick of every world, in their order."""
-        return {name: partial(run, self._everywhere) for name, run in self._stages.items()}
+    def earned(self) -> Any:  # noqa: ANN401 an array of the GPU
+        """What each robot earned since somebody set it to 0."""
+        return self.arrays["earned"]
 
-    def step(self, runs: Any = None) -> None:  # noqa: ANN401 an array of the GPU
-        """One tick of every world, or of those that `runs`, of which nothing is copied back.
+    def run(self, n_ticks: int, modes: Any = None) -> None:  # noqa: ANN401 as above
+        """Some ticks of every world in one launch, of which nothing is copied back.
 
-        `runs` is a number for each world, int8: 0 for one that stands still.
+        `modes` is a number for each world, int8: STANDS, RUNS, or BEGINS.
         """
-        for run in self._stages.values():
-            run(self._everywhere if runs is None else runs)
+        self._launch(self._run, n_ticks, self._modes if modes is None else modes)
+
+    def step(self, modes: Any = None) -> None:  # noqa: ANN401 as above
+        """One tick of every world, or of those that run."""
+        self.run(1, modes)
+
+    @cached_property
+    def stages(self) -> dict[str, Callable[[], None]]:
+        """The stages of a tick of every world, each a kernel of its own, to be timed."""
+        return {
+            name: partial(
+                self._launch, bind_grid(run_ticks, {**self._functions, **alone}), 1, self._modes
+            )
+            for name, alone in {"decide": DECIDE, "tick": TICK, "observe": OBSERVE}.items()
+        }
+
+    def _launch(self, kernel: Any, n_ticks: int, modes: Any) -> None:  # noqa: ANN401 as above
+        world, layers = self._of(WORLD), self._of(LAYERS)
+        n_worlds = self.world.n_worlds
+        kernel[self.launch](world, layers, modes, self.trouble, 0, n_worlds, n_ticks)
+
+    def _of(self, names: Sequence[str]) -> tuple[Any, ...]:
+        return tuple(self.arrays[name] for name in names)
 
     @property
     def traffic(self) -> dict[str, int]:
@@ -110,7 +115,7 @@ class DeviceLoop:
         which = checked_worlds(worlds, self.world.n_worlds)
         now = [self.world.scenarios[w] for w in which] if scenarios is None else scenarios
         different = {id(scenario): scenario for scenario in now}.values()
-        if not all(map(self._templates.restarts, different)):
+        if not all(map(self.task.restarts, different)):
             self.loop.reset(seeds, which, scenarios)
             self.upload(which)
             return
@@ -123,16 +128,15 @@ class DeviceLoop:
 
     def fields(self, layout: FieldLayout) -> tuple[Any, Any, int, Any]:
         """The words of robots and minds, how many robots a world has, and the spans of a layout."""
-        at, own = self.arrays, self._layers.minds.dtype
-        is_estimator = self._layers.templates is None
-        minds = np.dtype([("estimator", own)]) if is_estimator else own
+        at, own = self.arrays, self.layers.arrays[0].dtype
+        minds = np.dtype([("estimator", own)]) if self.layers.has_beliefs else own
         spans = spans_of(layout, {"robots": self.world.robots.dtype, "minds": minds})
         words = (at[name].view(np.float32) for name in ("robots", "minds"))
         return (*words, self.world.n_robots, self.memory.to_device(spans))
 
     def upload(self, which: Sequence[int], names: Sequence[str] | None = None) -> None:
         """Bring these worlds to the GPU as they stand on the CPU, or arrays of these names."""
-        host = self._host()
+        host = {name: own for name, own in self._host().items() if name != "earned"}
         if any(self.arrays[name].shape != own.shape for name, own in host.items()):
             raise ConfigError(
                 "device='cuda': the scenario of an episode has more obstacles or wider neighbours"
@@ -157,91 +161,59 @@ class DeviceLoop:
         there was no room for all neighbours.
         """
         trouble = self.memory.read(self.trouble)
-        if not trouble.any():
-            return
-        self.memory.write(self.trouble, np.zeros_like(trouble))
-        if trouble[REFUSED]:
-            raise ConfigError(
-                f"actions of world {trouble[REFUSED] - 1}: must be finite and within the action"
-                " space; clip them first, as torch.clamp does"
-            )
-        if trouble[NOT_FINITE]:
-            raise ConfigError(
-                f"world {trouble[NOT_FINITE] - 1}: a command or a weight is not finite; a number of"
-                " a layer or of a policy is too large"
-            )
-        if trouble[NO_ROOM]:
-            raise ConfigError(
-                f"world {trouble[NO_ROOM] - 1}: the robots found no place in the start circle;"
-                " enlarge task.start_radius"
-            )
-        raise RuntimeError(
-            f"world {trouble[TOO_MANY_NEAR] - 1}: a robot has more neighbours than discs of its"
-            " radius can be without overlapping: contacts were not resolved"
-        )
+        if trouble[-1]:
+            self.memory.write(self.trouble, np.zeros_like(trouble))
+            self.download()
+            self.world.trouble[...] = trouble
+            self.loop.check()
 
     def _mask(self, which: Sequence[int]) -> Array:
-        """These worlds, as a number for each."""
-        mask = np.zeros(self.world.n_worlds, np.int8)
-        mask[which] = True
-        return mask
+        """These worlds begin; a number for each."""
+        modes = np.zeros(self.world.n_worlds, np.int8)
+        modes[which] = BEGINS
+        return modes
 
     def _prepare_resets(self) -> None:
-        """Bring to the GPU what worlds start from, and compile what starts them."""
-        layers, templates, shape = self._layers, self._templates, self.world.robots.shape
-        memory = self.memory
-        self._place, self._forget, self._sense_first = (
-            bind_grid(template, layers.functions)
-            for template in (templates.place, self.driving.forget, templates.sense_first)
-        )
+        """Bring to the GPU what worlds start from."""
+        memory, shape = self.memory, self.world.robots.shape
+        self._begin = bind_grid(begin_worlds, {**self._functions, "place_world": self.task.place})
         robot = np.zeros(1, self.world.robots.dtype)
-        templates.robot.restart(robot)
-        self._first_robot = memory.to_device(robot)
-        self._firsts = memory.to_device(layers.first_mind), memory.to_device(layers.first_memory)
+        self.task.robot.restart(robot)
+        self._firsts = tuple(map(memory.to_device, (robot, *self.layers.firsts)))
         self._places = memory.empty(shape, np.uint64), memory.empty((*shape, 3), np.float64)
 
-    def _restart(self, seeds: Any, is_new: Any) -> None:  # noqa: ANN401 arrays of the GPU
-        at, on, trouble = self.arrays, self.launch, self.trouble
-        robots, worlds, firsts = at["robots"], at["worlds"], self._firsts
-        self._place[on](robots, worlds, self._first_robot, seeds, is_new, *self._places, trouble)
-        self._forget[on](at["minds"], at["memories"], *firsts, seeds, is_new, self._layers.noise)
-        self._sense_first[on](robots, worlds, at["near"], at["obstacles"], is_new, trouble)
-        self._observe_in(is_new)
-
-    @property
-    def _stages(self) -> dict[str, Callable[[Any], None]]:
-        return {"decide": self._decide_in, "tick": self._tick_in, "observe": self._observe_in}
-
-    def _decide_in(self, runs: Any) -> None:  # noqa: ANN401 an array of the GPU
-        self._decide[self.launch](*self._handed("decide"), self.trouble, runs)
-
-    def _tick_in(self, runs: Any) -> None:  # noqa: ANN401 as above
-        handed = self._handed("tick")
-        self._tick[self.launch](*handed, self._crowded, self.earned, self.trouble, runs)
-
-    def _observe_in(self, runs: Any) -> None:  # noqa: ANN401 as above
-        self._observe[self.launch](*self._handed("observe"), runs)
-
-    def _handed(self, stage: str) -> list[Any]:
-        return [self.arrays[name] for name in HANDED[stage]]
+    def _restart(self, seeds: Any, modes: Any) -> None:  # noqa: ANN401 arrays of the GPU
+        starts = *self._firsts, seeds, *self._places
+        world, layers = self._of(WORLD), self._of(LAYERS)
+        noise = self.layers.noise
+        self._begin[self.launch](world, layers, starts, noise, modes, self.trouble)
+        self.run(1, modes)
 
     def _upload_all(self) -> None:
         self.arrays = {name: self.memory.to_device(own) for name, own in self._host().items()}
+        self.trouble = self.memory.to_device(self.world.trouble)
+        """What went wrong in each world since `check` was called."""
 
     def _host(self) -> dict[str, Array]:
         """The arrays on the CPU, as views."""
-        world, layers = self.loop.world, self._layers
-        tables = {name: getattr(world, name) for name in ("robots", "worlds", "near", "obstacles")}
-        names = "minds", "memories", "shared", "told", "settings"
-        return tables | {name: getattr(layers, name) for name in names}
+        world, layers = self.loop.world, self.layers
+        arrays = dict(zip(WORLD, world.arrays, strict=True))
+        arrays["cells"] = np.zeros((world.n_worlds, 0), np.int32)  # neighbours are found without
+        return arrays | dict(zip(LAYERS, layers.arrays, strict=True))
 
+
+WORLD = "robots", "worlds", "near", "cells", "obstacles", "earned"
+"""Arrays of the world that templates are handed."""
+
+LAYERS = "minds", "memories", "shared", "settings"
+"""Arrays of the controller that templates are handed."""
 
 HANDED = {
     "decide": ("robots", "minds", "memories", "shared", "settings"),
     "tick": ("robots", "worlds", "near", "obstacles"),
-    "observe": ("robots", "minds", "shared", "told"),
+    "observe": ("robots", "minds", "shared", "settings"),
 }
-"""Arrays that the kernel of each stage is handed first."""
+"""Arrays that each stage of a tick reads."""
 
 WRITTEN = {
     "decide": ("robots", "minds", "memories"),
@@ -253,7 +225,7 @@ WRITTEN = {
 CHANGED = "robots", "worlds", "minds", "memories"
 """Arrays of which a tick goes on: what it reads and what ticks before it have written."""
 
-NUMBERS = "worlds", "obstacles", "told", "settings"
+NUMBERS = "worlds", "obstacles", "settings"
 """Arrays that hold the numbers of a scenario."""
 
 
@@ -270,19 +242,16 @@ def grid_of(n_worlds: int, n_robots: int) -> Grid:
     return -(-n_worlds // worlds), (robots, worlds)
 
 
-def _layers_of(loop: Loop) -> tuple[GridLayers, GridTemplates]:
+def _layers_of(loop: Loop) -> tuple[CompiledLayers, GpuTask]:
     """How a GPU runs a loop's controller and worlds; ConfigError for what a CPU runs only."""
-    if loop.task.grid is None:
+    if loop.task.gpu is None:
         raise ConfigError(f"device='cuda': the task {loop.task.name} runs on a CPU only")
     if loop.physics != "kinematic":
         raise ConfigError(
             f"device='cuda': the engine {loop.physics} runs on a CPU only, as it asks a library;"
             " take physics='kinematic'"
         )
-    ask = getattr(loop.controller, "grid_layers", None)
-    if ask is None:
-        raise ConfigError(
-            "device='cuda': robots of several teams run on a CPU only; take one controller of"
-            " three layers, as ssgikf, or a policy that is everything"
-        )
-    return ask(), loop.task.grid
+    loop.controller.check_on_gpu()
+    layers = loop.controller.compiled
+    assert layers is not None  # check_on_gpu refuses it
+    return layers, loop.task.gpu

@@ -24,10 +24,6 @@ Kernel = Callable[..., Any]
 KernelNumbers = Mapping[str, Any]
 
 
-TOO_MANY_NEAR, NOT_FINITE, REFUSED, NO_ROOM = range(4)
-"""What goes wrong on a GPU, as columns of `trouble`: in which world, counted from 1; or 0."""
-
-
 class NoMemory(Record):
     """The memory of a layer that remembers nothing; numba knows no record without a field."""
 
@@ -73,11 +69,11 @@ class EstimatorLayer:
     """Its parameters, one record a world."""
 
     kernels: Mapping[str, Kernel]
-    """The functions that the templates `observe` and `decide` of the task name. Of robots that
-    forage they include `falsify` and `repeat` if faults can change the messages."""
+    """The functions that the templates of the task name. Of robots that forage they include
+    `falsify` and `repeat` if faults can change the messages."""
 
     observe: Kernel
-    """The template of the first half of a tick, before the cut."""
+    """The row template `observe_world`: the first half of the control, before the cut."""
 
     shared: tuple[int, ...] | None = None
     """Shape of what it keeps for each pair of robots; None: nothing."""
@@ -109,77 +105,48 @@ class MotionLayer:
 
 
 @dataclass(frozen=True)
-class GridLayers:
-    """The layers of all robots of a block, as a GPU runs them."""
+class CompiledLayers:
+    """The layers of all robots of a block as `run_ticks` runs them, in one call with the world."""
 
     functions: Mapping[str, Kernel]
-    """What the templates of a grid have free names for."""
+    """What the templates of a tick have free names for: `observe_world`, `decide_world`, and the
+    functions that these name."""
 
-    minds: Array
-    """What the estimator keeps of each robot."""
+    arrays: tuple[Array, Array, Array, Array]
+    """What the estimator keeps of each robot, what the motion remembers of it, what the estimator
+    keeps of each pair, and parameters, in one column for robots that share them."""
 
-    memories: Array
-    """What the motion remembers of each robot."""
-
-    shared: Array
-    """What the estimator keeps of each pair of robots, which is nothing."""
-
-    told: Array
-    """The numbers of each robot's estimator; one column for robots that share them."""
-
-    settings: Array
-    """The numbers of all its layers, likewise."""
-
-    first_mind: Array
-    """One record of what the estimator keeps before anything has happened."""
-
-    first_memory: Array
-    """One of what the motion remembers then."""
+    firsts: tuple[Array, Array]
+    """One record each of what estimator and motion keep before anything has happened."""
 
     noise: int
     """What the motion draws for from the stream in its memory."""
 
-    templates: "LayerTemplates | None" = None
-    """Templates in the place of the task's, which run layers; None: the task's."""
+    has_beliefs: bool = True
+    """There is an estimator, whose beliefs can be logged."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class LayerTemplates:
-    """How a GPU runs what drives robots: templates over a grid of threads, one for each robot."""
+class GpuTask:
+    """What a GPU needs of a task beside the templates that it shares with a CPU."""
 
-    decide: Kernel
-    observe: Kernel
-
-    forget: Kernel
-    """Lets the robots of new worlds forget everything."""
-
-    log: Kernel
-    """Writes what is logged of each learner."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class GridTemplates:
-    """How a GPU runs the worlds of a task: templates over a grid of threads, one for each robot."""
-
-    tick: Kernel
+    functions: Mapping[str, Kernel]
+    """Bound to free names of the task's templates in the place of the CPU's."""
 
     place: Kernel
-    """Puts the robots of new worlds at their starting places."""
-
-    sense_first: Kernel
-    """Senses in new worlds before the first tick."""
+    """The row template `place_world`: puts the robots of a new world at their starting places."""
 
     restarts: Callable[[Any], bool]
-    """Whether a GPU starts worlds of a scenario anew; a CPU does it for others."""
+    """Whether a GPU resets worlds of a scenario; a CPU does it for others."""
 
     robot: type[Record]
     """What a robot is."""
 
-    layers: LayerTemplates
-    """How robots with layers run; a controller may have others."""
+    log: Mapping[bool, Kernel]
+    """Row functions that write what is logged of a robot: with beliefs, and without."""
 
     potential: Kernel
-    """The potential of one robot, for shaping; of the robot and its world. No template."""
+    """The potential of one robot, for shaping; of the robot and its world."""
 
 
 class WeightingRule(Protocol):
@@ -220,6 +187,15 @@ class RunningController(Protocol):
     @property
     def has_rules(self) -> bool:
         """A layer is a rule in NumPy, which is asked about all worlds at once."""
+        ...
+
+    @property
+    def compiled(self) -> CompiledLayers | None:
+        """All that it does between two cuts, for one call; None: stage by stage only."""
+        ...
+
+    def check_on_gpu(self) -> None:
+        """ConfigError for layers that run on a CPU only, with the reason."""
         ...
 
     def observe(self, first: int, last: int) -> None:

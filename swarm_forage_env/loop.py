@@ -9,18 +9,27 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
+from swarm_forage_env.compiler import bind
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Controller, RunningController
-from swarm_forage_env.mixed import MixedController
+from swarm_forage_env.interface import Controller, Kernel, RunningController
+from swarm_forage_env.mixed import MixedController, members_of
 from swarm_forage_env.no_layers import estimators_of
 from swarm_forage_env.record import copied_rows
 from swarm_forage_env.scene import Scene
-from swarm_forage_env.task import World, check_fit, checked_worlds, consecutive, one_task
+from swarm_forage_env.task import (
+    World,
+    check_fit,
+    checked_worlds,
+    consecutive,
+    one_task,
+    trouble_in,
+)
+from swarm_forage_env.ticks import run_ticks
 
 
 @dataclass(frozen=True)
@@ -68,10 +77,12 @@ class Loop:
         controllers = _one_each(controller, seeds)
         mixed = (each for each in controllers if isinstance(each, MixedController))
         leader = next(mixed, controllers[0])
-        self._controllers, self._name, build = controllers, str(leader.name), leader.build
+        self.controllers, self._name, build = controllers, str(leader.name), leader.build
         self.controller: RunningController = build(self.world, seeds, controllers)
         self.threads = checked_threads(threads)
         self._chunks = chunks(self.world.n_worlds, self.threads)
+        self._compiled = self.controller.compiled
+        self._whole = self._bound()
         self._begin(range(self.world.n_worlds), seeds)
 
     def reset(
@@ -125,12 +136,23 @@ class Loop:
 
         Afterwards `exchange` and `situation` are what either layer is shown next.
         """
-        self.controller.consult()
-        self._run(self._step)
+        self.run(1)
+
+    def run(self, n_ticks: int) -> None:
+        """Some ticks of every world, in one compiled call where no Python must come in between.
+
+        ConfigError for a command or a weight that is not finite.
+        """
+        at_once = 1 if self._whole is None or self.controller.has_rules else n_ticks
+        for _ in range(n_ticks // at_once):
+            self.controller.consult()
+            self._on_all_threads(partial(self._advance, at_once))
+            self.check()
 
     def step_worlds(self, first: int, last: int) -> None:
         """One tick of the worlds first .. last - 1 alone, in which no rule in NumPy is asked."""
-        self._step(first, last)
+        self._advance(1, first, last)
+        self.check()
 
     def snapshot(self) -> Snapshot:
         """All that the next ticks depend on, to be restored any number of times."""
@@ -151,7 +173,7 @@ class Loop:
 
     def __getstate__(self) -> dict[str, Any]:
         """What makes the same loop again, and how it stands."""
-        made_by = self._controllers, self.physics, self.threads
+        made_by = self.controllers, self.physics, self.threads
         return {"made_by": made_by, "snapshot": self.snapshot()}
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
@@ -187,17 +209,41 @@ class Loop:
 
     def _begin(self, which: Sequence[int], seeds: Sequence[int]) -> None:
         """Let the controller forget some worlds, and take in what is sensed first."""
+        self.check()
         for world, seed in zip(which, seeds, strict=True):
             self.controller.reset(world, seed)
         for first, last in consecutive(which):
             self.controller.observe(first, last)
 
-    def _step(self, first: int, last: int) -> None:
-        self.controller.decide(first, last)
-        self.world.tick(first, last)
-        self.controller.observe(first, last)
+    def _bound(self) -> Kernel | None:
+        """Ticks of world and controller in one compiled call; None if it runs by stages only."""
+        if self._compiled is None or not self.world.is_compiled:
+            return None
+        kernel: Kernel = bind(run_ticks, {**self.world.functions, **self._compiled.functions})
+        return kernel
 
-    def _run(self, work: Callable[[int, int], None]) -> None:
+    def _advance(self, n_ticks: int, first: int, last: int) -> None:
+        """Some ticks of the worlds first .. last - 1, or one, stage by stage."""
+        world = self.world
+        if self._whole is not None and self._compiled is not None:
+            layers = self._compiled.arrays
+            self._whole(world.arrays, layers, world.modes, world.trouble, first, last, n_ticks)
+            return
+        self.controller.decide(first, last)
+        if not world.trouble[-1]:
+            world.tick(first, last)
+            self.controller.observe(first, last)
+
+    def check(self) -> None:
+        """Raise what went wrong in a tick, once."""
+        if self.world.trouble[-1]:
+            raise trouble_in(self.world, self._name_of)
+
+    def _name_of(self, w: int, robot: int) -> str:
+        """The name of the controller of a robot."""
+        return str(members_of(self.controllers[w], self.world.n_robots)[robot].name)
+
+    def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
         """Do a piece of work on all worlds, one chunk of them on each thread.
 
         The thread that asks does the first chunk itself: waking another costs tens of us.

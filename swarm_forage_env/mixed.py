@@ -195,6 +195,17 @@ class RunningTeams:
         """A layer is a rule in NumPy, which is asked about all worlds at once."""
         return any(each.has_rules for each in self._running)
 
+    @property
+    def compiled(self) -> None:
+        """Teams run stage by stage."""
+
+    def check_on_gpu(self) -> None:
+        """ConfigError: teams run stage by stage, on a CPU."""
+        raise ConfigError(
+            "device='cuda': robots of several teams run on a CPU only; take one controller of"
+            " three layers, as ssgikf, or a policy that is everything"
+        )
+
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
         for each in self._running:

@@ -6,43 +6,56 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool
-from swarm_forage_env.compiler import bind
+from swarm_forage_env.arrays import Array, Int64
+from swarm_forage_env.compiler import bind, kernel
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import GridLayers, Kernel, LayerTemplates, refuse_falsifying
+from swarm_forage_env.interface import CompiledLayers, Kernel, NoMemory, refuse_falsifying
 from swarm_forage_env.observed_fields import Sizes
-from swarm_forage_env.record import Record
+from swarm_forage_env.record import Record, field
+from swarm_forage_env.templates import row_template
+from swarm_forage_env.ticks import DECIDE, OBSERVE, Arrays, run_ticks
 
+lane: Kernel
+lanes: Kernel
 carry_out: Kernel
 hear_words: Kernel
-"""Free names of the templates: functions of the task."""
+"""Free names of the templates: lanes, and functions of the task."""
 
 
-def carry_out_all(
-    robots: Array, minds: Array, is_member: Bool[Array, " robots"], first: int, last: int
+@row_template
+def carry_out_world(
+    world_arrays: Arrays,
+    layer_arrays: Arrays,
+    trouble: Int64[Array, " worlds_and_one"],
+    w: int,
+    n_robots: int,
 ) -> None:
-    """Command what the policies of the members say, in the worlds first .. last - 1.
-
-    Free name: carry_out.
-    """
-    for w in range(first, last):
-        for i in range(robots.shape[1]):
-            if is_member[i]:
-                carry_out(robots[w, i], minds[w, i])
+    """Command what the policies of a world's members say. Free names: carry_out, lane, lanes."""
+    robots, minds, settings = world_arrays[0], layer_arrays[0], layer_arrays[3]
+    for i in range(lane(), n_robots, lanes()):
+        if settings[w, i].is_member:
+            carry_out(robots[w, i], minds[w, i])
 
 
-def hear_all(
-    records: Any,  # noqa: ANN401 an array, or a tuple of arrays
-    minds: Array,
-    is_member: Bool[Array, " robots"],
-    first: int,
-    last: int,
-) -> None:
-    """Write what the members are told, in the worlds first .. last - 1. Free name: hear_words."""
-    for w in range(first, last):
-        for i in range(minds.shape[1]):
-            if is_member[i]:
-                hear_words(records, minds, w, i)
+@kernel
+def set_no_stream(memory: NoMemory, word: np.uint64) -> None:
+    """Nothing is drawn."""
+
+
+class Membership(Record):
+    """Whether a robot has the policy."""
+
+    is_member: bool = field(np.bool_)
+    is_last: bool = field(np.bool_)
+
+
+@row_template
+def hear_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
+    """Write what the members of a world are told. Free names: hear_words, lane, lanes."""
+    minds, settings = layer_arrays[0], layer_arrays[3]
+    for i in range(lane(), n_robots, lanes()):
+        if settings[w, i].is_member:
+            hear_words(world_arrays, minds, w, i)
 
 
 def has_estimators(minds: Array) -> bool:
@@ -72,13 +85,10 @@ class NoLayers:
     """Commands what the action says; of one robot and what it said."""
 
     hear_words: Kernel
-    """Writes what a robot is told; of the world's records, what all said, world and robot."""
+    """Writes what a robot is told; of the world's arrays, what all said, world and robot."""
 
     sizes: Callable[[Any], Sizes]
     """Sizes of the named axes of what is said in a scenario."""
-
-    on_grid: LayerTemplates | None = None
-    """How a GPU runs it; None: a CPU runs it only."""
 
     name: str = "policy"
 
@@ -120,26 +130,46 @@ class RunningPolicy:
     ) -> None:
         """Nobody has said anything yet; these robots have the policy."""
         self._policy, self._world = policy, world
-        self._is_member = np.isin(range(world.n_robots), robots)
-        self._carry_out = bind(carry_out_all, {"carry_out": policy.carry_out})
-        self._hear = bind(hear_all, {"hear_words": policy.hear_words})
-        self.minds: Array = self._said((world.n_worlds, world.n_robots))
+        shape = world.n_worlds, world.n_robots
+        self.minds: Array = self._said(shape)
+        self._nothing = NoMemory.array(shape), np.zeros((*shape, 0)), Membership.array(shape)
+        self._nothing[2]["is_member"] = np.isin(range(world.n_robots), robots)
+        self._functions: dict[str, Kernel] = {
+            "carry_out": policy.carry_out,
+            "hear_words": policy.hear_words,
+            "decide_world": carry_out_world,
+            "observe_world": hear_world,
+            "set_stream": set_no_stream,
+        }
+        self._decide = bind(run_ticks, {**self._functions, **DECIDE})
+        self._observe = bind(run_ticks, {**self._functions, **OBSERVE})
 
     @property
     def has_rules(self) -> bool:
         """There are none."""
         return False
 
+    @property
+    def compiled(self) -> CompiledLayers:
+        """All that it does between two cuts."""
+        firsts = self._said((1,)), NoMemory.array((1,))
+        arrays = self.minds, *self._nothing
+        return CompiledLayers(self._functions, arrays, firsts, 0, has_beliefs=False)
+
     def observe(self, first: int, last: int) -> None:
         """Write what the robots of the worlds first .. last - 1 are told."""
-        self._hear(self._world.records, self.minds, self._is_member, first, last)
+        self._run(self._observe, first, last)
 
     def consult(self) -> None:
         """There are no rules."""
 
     def decide(self, first: int, last: int) -> None:
         """Command what the action says, in the worlds first .. last - 1."""
-        self._carry_out(self._world.robots, self.minds, self._is_member, first, last)
+        self._run(self._decide, first, last)
+
+    def _run(self, stage: Kernel, first: int, last: int) -> None:
+        world, arrays = self._world, (self.minds, *self._nothing)
+        stage(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
 
     def numbers_in(self, world: int, scenario: Any) -> None:  # noqa: ANN401 of its task
         """There are no numbers; ConfigError where faults falsify messages."""
@@ -160,19 +190,9 @@ class RunningPolicy:
         """Go on from what was said then."""
         self.minds[...] = kept
 
-    def grid_layers(self) -> GridLayers:
-        """What a GPU runs; ConfigError where the task says nothing of it."""
-        if self._policy.on_grid is None:
-            raise ConfigError(
-                "device='cuda': policies that are everything run on a CPU only in this task"
-            )
-        nothing = np.zeros((*self.minds.shape, 1), np.int8)
-        first, functions = self._said((1,)), {"hear_words": self._policy.hear_words}
-        return GridLayers(
-            functions, self.minds, nothing, nothing, nothing, nothing, first, nothing[0, 0], 0,
-            self._policy.on_grid,
-        )  # fmt: skip
-
     def _said(self, shape: tuple[int, ...]) -> Array:
         """Records of what is said, with room for all that a robot may be told."""
         return self._policy.said.array(shape, **self._policy.sizes(self._world.scenario))
+
+    def check_on_gpu(self) -> None:
+        """A GPU runs it."""

@@ -8,21 +8,34 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
+from functools import cached_property
 from operator import attrgetter
 from typing import Any, Protocol
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float64
+from swarm_forage_env.arrays import Array, Bool, Float64, Int8, Int64
+from swarm_forage_env.compiler import bind
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Controller, GridTemplates, Kernel
+from swarm_forage_env.interface import Controller, GpuTask, Kernel
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.record import Record, rows, under_the_one_dtype
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.scene import Scene, Stage
+from swarm_forage_env.ticks import (
+    BEGINS,
+    N_TROUBLES,
+    NO_ROOM,
+    NO_TROUBLE,
+    REFUSED,
+    RUNS,
+    TICK,
+    TOO_MANY_NEAR,
+    run_ticks,
+)
 from swarm_forage_env.trajectory import TrajectoryKind
 
 
@@ -43,9 +56,27 @@ class World(Protocol):
         """The scenario of the first world."""
         ...
 
+    earned: Float64[Array, "worlds robots"]
+    """What each robot has earned since somebody set it to 0."""
+    trouble: Int64[Array, " worlds_and_one"]
+    """What went wrong in each world, as `ticks.note` says."""
+    modes: Int8[Array, " worlds"]
+    """What each world does in a call of `run_ticks`: it runs."""
+
     @property
-    def records(self) -> Any:  # noqa: ANN401 an array, or a tuple of arrays
-        """What the templates `observe` and `decide` are handed first."""
+    def arrays(self) -> tuple[Array, ...]:
+        """What the templates of a tick are handed: robots, and all that stands in the worlds."""
+        ...
+
+    @property
+    def functions(self) -> Mapping[str, Kernel]:
+        """What `run_ticks` has free names for: the task's `tick_world`, the engine's
+        `move_world`, and the functions that these name."""
+        ...
+
+    @property
+    def is_compiled(self) -> bool:
+        """Nothing outside compiled code moves the robots."""
         ...
 
     @property
@@ -95,6 +126,49 @@ class Block(ABC):
         """One world for each seed, of one scenario each; all have the same number of robots."""
         self.scenarios = tuple(scenarios)
         self.n_worlds, self.n_robots = len(seeds), _n_robots(scenarios)
+        self.earned: Float64[Array, "worlds robots"] = np.zeros((self.n_worlds, self.n_robots))
+        self.trouble: Int64[Array, " worlds_and_one"] = np.zeros(self.n_worlds + 1, np.int64)
+        self.modes: Int8[Array, " worlds"] = np.full(self.n_worlds, RUNS, np.int8)
+        self._beginning: Int8[Array, " worlds"] = np.full(self.n_worlds, BEGINS, np.int8)
+
+    @property
+    @abstractmethod
+    def arrays(self) -> tuple[Array, ...]:
+        """What the templates of a tick are handed: robots, and all that stands in the worlds."""
+
+    @property
+    @abstractmethod
+    def functions(self) -> Mapping[str, Kernel]:
+        """What `run_ticks` has free names for: the task's `tick_world`, the engine's
+        `move_world`, and the functions that these name."""
+
+    @property
+    def is_compiled(self) -> bool:
+        """Nothing outside compiled code moves the robots."""
+        return True
+
+    def move(self, first: int, last: int) -> None:  # noqa: B027 most worlds move in compiled code
+        """Let an engine outside compiled code move the robots of the worlds first .. last - 1."""
+
+    def tick(self, first: int, last: int) -> None:
+        """Carry out the commands in the worlds first .. last - 1: move, score, sense, hear."""
+        self.move(first, last)
+        self._tick_in(self.modes, first, last)
+
+    def sense_first(self, first: int = 0, last: int | None = None) -> None:
+        """Sense before the first tick, in the worlds first .. last - 1."""
+        self._tick_in(self._beginning, first, self.n_worlds if last is None else last)
+
+    def _tick_in(self, modes: Int8[Array, " worlds"], first: int, last: int) -> None:
+        self._tick(self.arrays, (), modes, self.trouble, first, last, 1)
+        if self.trouble[-1]:
+            raise trouble_in(self, lambda w, robot: "")
+
+    @cached_property
+    def _tick(self) -> Kernel:
+        """The tick alone, without a controller."""
+        kernel: Kernel = bind(run_ticks, {**TICK, **self.functions})
+        return kernel
 
     @property
     def scenario(self) -> Any:  # noqa: ANN401 of its task
@@ -166,10 +240,6 @@ class Block(ABC):
         """Put the robots of the worlds first .. last - 1, of one scenario, at their starting
         places, and the streams of each world at its seed."""
 
-    @abstractmethod
-    def sense_first(self, first: int = 0, last: int | None = None) -> None:
-        """Sense before the first tick, in the worlds first .. last - 1."""
-
     def snapshot(self) -> dict[str, Any]:
         """All that the next ticks depend on: copies of all arrays, and the scenarios."""
         arrays = {name: each.copy() for name, each in self._arrays().items()}
@@ -185,6 +255,10 @@ class Block(ABC):
             else:
                 setattr(self, name, copy(each))
 
+    def __getstate__(self) -> dict[str, Any]:
+        """All but the compiled tick."""
+        return {name: each for name, each in vars(self).items() if name != "_tick"}
+
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         """Arrays of records have the one dtype again that kernels know."""
         vars(self).update(state)
@@ -193,6 +267,37 @@ class Block(ABC):
 
     def _arrays(self) -> dict[str, Array]:
         return {name: each for name, each in vars(self).items() if isinstance(each, np.ndarray)}
+
+
+def trouble_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
+    """What went wrong first in a block of worlds, as an error to raise; it is forgotten.
+
+    `name_of` gives the name of the controller of a robot of a world.
+    """
+    w = int(np.flatnonzero(world.trouble[:-1])[0])
+    robot, kind = divmod(int(world.trouble[w]), N_TROUBLES)
+    world.trouble[...] = NO_TROUBLE
+    if kind == TOO_MANY_NEAR:
+        return RuntimeError(
+            f"world {w}: a robot has {robot} neighbours, more than discs of its radius can be"
+            " without overlapping: contacts were not resolved"
+        )
+    if kind == NO_ROOM:
+        return ConfigError(
+            f"world {w}: the robots found no place in the start circle; enlarge task.start_radius"
+        )
+    if kind == REFUSED:
+        return ConfigError(
+            f"actions of world {w}: must be finite and within the action space; clip them first,"
+            " as torch.clamp does"
+        )
+    commanded = task_of(world.scenario).commanded
+    command = world.robots["command"][commanded][w, robot].tolist()
+    return ConfigError(
+        f"controller '{name_of(w, robot)}', tick {world.worlds['ticks'][w] + 1}, robot {robot}: its"
+        f" {commanded} {command} or its weights are not finite; a number of its layers or of its"
+        " policy is too large"
+    )
 
 
 def _n_robots(scenarios: Sequence[Any]) -> int:
@@ -278,7 +383,7 @@ class Task:
     """Makes a block of worlds from a scenario and a seed for each, and the engine's name."""
 
     decide: Kernel
-    """Template of the second half of a tick, after the cut."""
+    """The row template `decide_world`: the second half of the control, after the cut."""
 
     physics: str
     """Engine where none is asked for."""
@@ -315,8 +420,8 @@ class Task:
     is_joint: bool = False
     """Robots correct their estimates jointly, so that all of a swarm need the same estimator."""
 
-    grid: GridTemplates | None = None
-    """How a GPU runs it; None: a CPU only."""
+    gpu: GpuTask | None = None
+    """What a GPU needs to run it; None: a CPU only."""
 
     no_layers: Controller | None = None
     """What runs where a policy is everything; None: the task has no such policy."""

@@ -1,7 +1,7 @@
 """Templates: functions with free names, which are bound to the functions of chosen parts.
 
-A template of a block goes over worlds and robots; it may name templates of one robot, which are
-bound with it. So one text of what a robot does serves several ways to go over the robots.
+A template of a block goes over worlds; it may name row templates, of one world or of one robot,
+which are bound with it. So one text of what a world does serves several ways to run worlds.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -17,14 +17,14 @@ Parts = tuple[tuple[str, Function], ...]
 
 
 def row_template(template: FunctionT) -> FunctionT:
-    """Mark a template of one robot: it is bound with the template that names it."""
+    """Mark a template of one world or robot: it is bound with the template that names it."""
     cast(Any, template).is_row_template = True
     return template
 
 
 def parts_of(template: Function, functions: Mapping[str, Function]) -> Parts:
     """Those functions that the template, or a template that it names, has a free name for."""
-    names = set(_free_names(template))
+    names = set(_free_names(template, functions))
     used = ((name, each) for name, each in functions.items() if name in names)
     return tuple(sorted(used, key=lambda part: part[0]))
 
@@ -34,25 +34,27 @@ def with_parts(
 ) -> Function:
     """A template as a function whose free names are these parts.
 
-    `compiled` makes a compiled function of each template of one robot that it names.
+    `compiled` makes a compiled function of each row template that it names, or that is a part.
     """
-    rows = {name: compiled(each, parts) for name, each in _row_templates(template).items()}
-    names = {**cast(Any, template).__globals__, **rows, **dict(parts)}
+    rows = _row_templates(template, dict(parts))
+    bound_rows = {name: compiled(each, parts) for name, each in rows.items()}
+    names = {**cast(Any, template).__globals__, **dict(parts), **bound_rows}
     bound = FunctionType(cast(Any, template).__code__, names, template.__name__)
     bound.__module__, bound.__qualname__ = template.__module__, template.__qualname__
     bound.__doc__ = template.__doc__
     return bound
 
 
-def _row_templates(template: Function) -> dict[str, Function]:
-    """The templates of one robot that a template names."""
+def _row_templates(template: Function, parts: Mapping[str, Function]) -> dict[str, Function]:
+    """The row templates that a template names, itself or by a free name that is a part."""
     function = cast(Any, template)
-    named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
+    known: dict[str, Any] = {**function.__globals__, **parts}
+    named = {name: known[name] for name in function.__code__.co_names if name in known}
     return {name: each for name, each in named.items() if hasattr(each, "is_row_template")}
 
 
-def _free_names(template: Function) -> Iterator[str]:
-    """The names in a template and in those that it names."""
+def _free_names(template: Function, parts: Mapping[str, Function]) -> Iterator[str]:
+    """The names in a template and in the row templates that it names."""
     yield from cast(Any, template).__code__.co_names
-    for each in _row_templates(template).values():
-        yield from _free_names(each)
+    for each in _row_templates(template, parts).values():
+        yield from _free_names(each, parts)

@@ -10,7 +10,14 @@ from gymnasium.spaces import Box
 from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE, RunningController
+from swarm_forage_env.interface import (
+    CORRECT,
+    KEEP,
+    REPLACE,
+    RULE,
+    CompiledLayers,
+    RunningController,
+)
 from training.foreign_file import reason
 from training.policy import Predict
 
@@ -39,6 +46,17 @@ class RunningPolicy:
         self._frames = form.frames(world.n_worlds)
         self._held = np.zeros((*world.robots.shape, len(form.policy.action)), np.float32)
         self._own: dict[str, Bool[Array, "worlds robots"]] | None = None
+
+    @property
+    def compiled(self) -> CompiledLayers | None:
+        """What does the rest, for one call a tick: the policy is asked before."""
+        return self._inner.compiled
+
+    def check_on_gpu(self) -> None:
+        """ConfigError: the policy is asked by a CPU."""
+        raise ConfigError(
+            "device='cuda': policies of other trainers run on a CPU only; take device='cpu'"
+        )
 
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""

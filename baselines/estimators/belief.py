@@ -110,6 +110,9 @@ class SocialMind(Record):
     belief: Belief = field(Belief)
     message: Message = field(Message)
 
+    is_heard: bool = field(np.bool_)
+    """Somebody listens to its message, which is to be composed. Writer: observe."""
+
     is_composed: bool = field(np.bool_)
     """The message is that of this tick: it is composed only when somebody listens."""
 

@@ -22,7 +22,7 @@ from baselines.estimators.path_covariance import take_in
 from baselines.estimators.sikf import CovarianceFilterParameters
 from baselines.estimators.social_odometry import KERNELS as SOCIAL_KERNELS
 from baselines.weighting.covariance import Covariance
-from swarm_forage_env.foraging.control import observe
+from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 
@@ -49,4 +49,4 @@ class CovarianceParameters(CovarianceFilterParameters):
         """The records and functions of the estimator, with its numbers in a scenario."""
         own = Covariance().layer(scenario)
         numbers = {**self.numbers(scenario), "intersects": 0.0}
-        return EstimatorLayer(EllipseMind, numbers, KERNELS, observe, own_weighting=own)
+        return EstimatorLayer(EllipseMind, numbers, KERNELS, observe_world, own_weighting=own)

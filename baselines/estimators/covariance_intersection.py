@@ -20,7 +20,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, Record, field
-from swarm_forage_env.waypoints.control import observe
+from swarm_forage_env.waypoints.control import observe_world
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 
@@ -223,7 +223,11 @@ class CovarianceIntersection(Localisation):
     def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
         """Poses that are fused with what the neighbours believe of them."""
         return EstimatorLayer(
-            IntersectionMind, self.numbers(scenario), KERNELS, observe, own_weighting=OWN_WEIGHTING
+            IntersectionMind,
+            self.numbers(scenario),
+            KERNELS,
+            observe_world,
+            own_weighting=OWN_WEIGHTING,
         )
 
     def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task

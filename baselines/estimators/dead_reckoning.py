@@ -15,7 +15,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers
-from swarm_forage_env.waypoints.control import observe
+from swarm_forage_env.waypoints.control import observe_world
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 
@@ -40,7 +40,9 @@ class DeadReckoning(Localisation):
     def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
         """Poses that wheels and gyro reckon, corrected at home alone."""
         numbers = self.numbers(scenario)
-        return EstimatorLayer(PoseMind, numbers, KERNELS, observe, own_weighting=OWN_WEIGHTING)
+        return EstimatorLayer(
+            PoseMind, numbers, KERNELS, observe_world, own_weighting=OWN_WEIGHTING
+        )
 
     def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task
         """Social odometry of robots that do not speak."""

@@ -32,7 +32,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers
-from swarm_forage_env.waypoints.control import observe
+from swarm_forage_env.waypoints.control import observe_world
 from swarm_forage_env.waypoints.records import SPEED, Readings, Sighting
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
@@ -162,7 +162,7 @@ class DecentralisedEKF(Localisation):
             AuthorsMind if is_authors else FilterMind,
             self.numbers(scenario),
             AUTHORS_KERNELS if is_authors else KERNELS,
-            observe,
+            observe_world,
             shared=(2, 3, 3) if is_authors else (3, 3),
             own_weighting=OWN_WEIGHTING,
         )

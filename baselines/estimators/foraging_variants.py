@@ -24,7 +24,7 @@ from baselines.estimators.sikf import CovarianceFilterParameters
 from baselines.estimators.social_odometry import KERNELS
 from baselines.weighting.sgikf import SGIKF
 from baselines.weighting.sikf import SIKF
-from swarm_forage_env.foraging.control import observe
+from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 
@@ -34,7 +34,7 @@ def dead_reckoning(scenario: Scenario) -> EstimatorLayer:
     numbers = CovarianceFilterParameters(speaks=False).numbers(scenario)
     kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in}
     own = SGIKF().layer(scenario)
-    return EstimatorLayer(CovarianceMind, numbers, kernels, observe, own_weighting=own)
+    return EstimatorLayer(CovarianceMind, numbers, kernels, observe_world, own_weighting=own)
 
 
 def covariance_intersection(scenario: Scenario) -> EstimatorLayer:

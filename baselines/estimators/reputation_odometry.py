@@ -32,7 +32,7 @@ from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.differential_drive import path_length
-from swarm_forage_env.foraging.control import observe
+from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.foraging.records import Exchange, Heard, Readings
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
@@ -142,4 +142,4 @@ class ReputationOdometryParameters(ScepticalOdometryParameters):
         names = ("weighs_unknown", "slack", "drift", "sure_within", "remembers_within")
         numbers = {**self.numbers(scenario), **{name: getattr(self, name) for name in names}}
         numbers["agreement"] = self.agreement
-        return EstimatorLayer(ReputationMind, numbers, KERNELS, observe, own_weighting=own)
+        return EstimatorLayer(ReputationMind, numbers, KERNELS, observe_world, own_weighting=own)

@@ -26,7 +26,7 @@ from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.foraging.control import observe
+from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.foraging.records import Heard
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
@@ -110,4 +110,4 @@ class ScepticalOdometryParameters(SocialOdometryParameters):
         """The records and functions of the estimator, with its numbers in a scenario."""
         own = SGIKF().layer(scenario)
         numbers = {**self.numbers(scenario), "agreement": self.agreement}
-        return EstimatorLayer(ScepticalMind, numbers, KERNELS, observe, own_weighting=own)
+        return EstimatorLayer(ScepticalMind, numbers, KERNELS, observe_world, own_weighting=own)

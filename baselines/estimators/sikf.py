@@ -36,7 +36,7 @@ from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.foraging.control import observe
+from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers
@@ -120,4 +120,4 @@ class SIKFParameters(CovarianceFilterParameters):
         """The records and functions of the estimator, with its numbers in a scenario."""
         own = SGIKF().layer(scenario)
         numbers = self.numbers(scenario)
-        return EstimatorLayer(CovarianceMind, numbers, KERNELS, observe, own_weighting=own)
+        return EstimatorLayer(CovarianceMind, numbers, KERNELS, observe_world, own_weighting=own)

@@ -38,7 +38,7 @@ from baselines.estimators.message_exchange import (
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.foraging.control import observe
+from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.foraging.records import Readings
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
@@ -122,7 +122,7 @@ class SocialOdometryParameters(Part):
         """The records and functions of the estimator, with its numbers in a scenario."""
         own = SGIKF().layer(scenario)
         return EstimatorLayer(
-            SocialMind, self.numbers(scenario), KERNELS, observe, own_weighting=own
+            SocialMind, self.numbers(scenario), KERNELS, observe_world, own_weighting=own
         )
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:

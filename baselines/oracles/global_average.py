@@ -37,6 +37,8 @@ from swarm_forage_env.foraging.records import RADIO, Readings, RobotState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, field
+from swarm_forage_env.templates import row_template
+from swarm_forage_env.ticks import Arrays
 
 
 class GroupBelief(Belief):
@@ -161,20 +163,21 @@ def average(swarm: Array, crowd: Array, numbers: Numbers) -> None:
             average_robot(swarm, crowd, i, numbers)
 
 
-def observe_group(
-    robots: Array, minds: Array, shared: Array, settings: Array, first: int, last: int
-) -> None:
+@row_template
+def observe_group(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
     """Take in what was sensed, and average with everyone; there are no exchanges of two.
 
     Free names: take_in, average, describe.
     """
-    for w in range(first, last):
-        swarm, crowd = robots[w], minds[w]
-        for i in range(swarm.shape[0]):
-            take_in(crowd[i], shared[w, i], swarm[i].readings, settings[w, i].estimator)
+    swarm = world_arrays[0][w]
+    minds, _, shared, settings = layer_arrays
+    crowd, last = minds[w], settings.shape[1] - 1
+    for i in range(n_robots):
+        take_in(crowd[i], shared[w, i], swarm[i].readings, settings[w, min(i, last)].estimator)
+    if n_robots > 0:
         average(swarm, crowd, settings[w, 0].estimator)
-        for i in range(swarm.shape[0]):
-            describe(crowd[i], swarm[i].report)
+    for i in range(n_robots):
+        describe(crowd[i], swarm[i].report)
 
 
 class GlobalAverage(SocialOdometryParameters):

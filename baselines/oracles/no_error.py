@@ -29,14 +29,16 @@ from baselines.estimators.message_exchange import (
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
-from swarm_forage_env.compiler import bind, kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.differential_drive import path_length
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
-from swarm_forage_env.foraging.control import observe
+from swarm_forage_env.foraging.control import observe_world as observe_all
 from swarm_forage_env.foraging.records import Heard, Readings
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, field
+from swarm_forage_env.templates import row_template
+from swarm_forage_env.ticks import Arrays
 
 
 class ExactBelief(Belief):
@@ -117,18 +119,17 @@ def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
     return end_in_time(belief, numbers)
 
 
-def observe_truth(
-    robots: Array, minds: Array, shared: Array, settings: Array, first: int, last: int
-) -> None:
+@row_template
+def observe_truth(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
     """Tell every robot its true pose, then take in what was sensed and heard.
 
-    Free name: observe.
+    Free names: those of observe_world.
     """
-    for w in range(first, last):
-        for i in range(robots.shape[1]):
-            true_pose, told = robots[w, i].pose, minds[w, i].belief.true_pose
-            told[0], told[1], told[2] = true_pose[0], true_pose[1], true_pose[2]
-    observe(robots, minds, shared, settings, first, last)
+    robots, minds = world_arrays[0], layer_arrays[0]
+    for i in range(n_robots):
+        true_pose, own = robots[w, i].pose, minds[w, i].belief.true_pose
+        own[0], own[1], own[2] = true_pose[0], true_pose[1], true_pose[2]
+    observe_all(world_arrays, layer_arrays, w, n_robots)
 
 
 class PerfectOdometry(SocialOdometryParameters):
@@ -148,7 +149,6 @@ class PerfectOdometry(SocialOdometryParameters):
         kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in}
         if self.exact_beam:
             kernels["listen"] = listen
-        kernels["observe"] = bind(observe, kernels)
         own = SGIKF().layer(scenario)
         return EstimatorLayer(
             ExactMind, self.numbers(scenario), kernels, observe_truth, own_weighting=own

@@ -7,6 +7,7 @@ import numpy as np
 
 from swarm_forage_env.compiler import bind_grid
 from swarm_forage_env.device_loop import DeviceLoop
+from swarm_forage_env.envs import grid
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.envs.device_actions import DeviceActions, DeviceChoices, DeviceNumbers
@@ -73,13 +74,13 @@ class DeviceArrayEnv:
         self._actions: DeviceActions
         self._actions = (DeviceChoices if is_discrete else DeviceNumbers)(host, loop)
         self._observe = DeviceObserver(host, loop)
-        self._rewards = DeviceRewards(host, loop.potential, loop)
+        self._rewards = DeviceRewards(host, loop.task.potential, loop)
         self._stepper: DeviceStepper
         by_exchange = host.config.step_on == "exchange"
         self._stepper = (DeviceExchanges if by_exchange else DeviceTicks)(host, loop)
         self._numbers = loop.memory.to_device(host.learner_numbers)
         self._never = loop.memory.to_device(np.zeros(self.n_worlds, np.bool_))
-        self._log = bind_grid(loop.driving.log, {})
+        self._log = bind_grid(grid.write_log, {"log": loop.task.log[loop.layers.has_beliefs]})
 
     @property
     def is_over(self) -> Any:  # noqa: ANN401 an array

@@ -34,8 +34,7 @@ class DeviceTicks:
 
     def run(self) -> None:
         """Run, and count the step."""
-        for _ in range(self._n_ticks):
-            self._loop.step()
+        self._loop.run(self._n_ticks)
         self._episodes.steps += 1
 
     def acts(self) -> None:

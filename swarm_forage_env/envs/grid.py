@@ -3,8 +3,6 @@
 Templates over the same grid as those of the worlds. An action of the caller's is read only.
 """
 
-from typing import Any
-
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
@@ -12,15 +10,21 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.envs.frames import fill_frames, push_frame
 from swarm_forage_env.envs.observations import normalise_row, write_direction
 from swarm_forage_env.envs.rewards import mean_of, shaping
-from swarm_forage_env.interface import REFUSED, Kernel
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import Spans, Words, copy_words
+from swarm_forage_env.record import Numbers
+from swarm_forage_env.ticks import REFUSED, note
 
-cuda: Any
+lane: Kernel
+lanes: Kernel
+barrier: Kernel
+first_world: Kernel
 command: Kernel
 put: Kernel
 potential: Kernel
-"""Free names of the templates: threads of the GPU, a form of steering, functions of an addition to
-an observation, and of a task."""
+log: Kernel
+"""Free names of the templates: lanes, a form of steering, functions of an addition to an
+observation, and of a task."""
 
 HALF, ONE = np.float32(0.5), np.float32(1.0)
 
@@ -35,29 +39,29 @@ def check_actions(
     given: Float32[Array, "worlds learners numbers"],
     low: Float32[Array, " numbers"],
     high: Float32[Array, " numbers"],
-    trouble: Int64[Array, "4"],
+    trouble: Int64[Array, " worlds_and_one"],
 ) -> None:
     """Note a world in which a number of an action is not within its bounds; NaN is not.
 
-    Free name: cuda.
+    Free names: lanes.
     """
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    w = first_world(0)
     n = given.shape[1] if w < given.shape[0] else 0
-    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+    for learner in range(lane(), n, lanes()):
         for k in range(given.shape[2]):
             if not low[k] <= given[w, learner, k] <= high[k]:
-                cuda.atomic.max(trouble, REFUSED, w + 1)
+                note(trouble, w, REFUSED, 0)
 
 
 def check_choices(
-    given: Int64[Array, "worlds learners"], n_choices: int, trouble: Int64[Array, "4"]
+    given: Int64[Array, "worlds learners"], n_choices: int, trouble: Int64[Array, " worlds_and_one"]
 ) -> None:
-    """Note a world in which there is no such choice. Free name: cuda."""
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    """Note a world in which there is no such choice. Free names: lanes."""
+    w = first_world(0)
     n = given.shape[1] if w < given.shape[0] else 0
-    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+    for learner in range(lane(), n, lanes()):
         if not 0 <= given[w, learner] < n_choices:
-            cuda.atomic.max(trouble, REFUSED, w + 1)
+            note(trouble, w, REFUSED, 0)
 
 
 @kernel
@@ -102,10 +106,10 @@ def take_choices(  # noqa: PLR0913 what an action is, and where it goes
     choices: Float32[Array, "choices numbers"],
     raw: Float32[Array, "worlds learners numbers"],
 ) -> None:
-    """Write the actions that the learners have chosen. Free name: cuda."""
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    """Write the actions that the learners have chosen. Free names: lanes."""
+    w = first_world(0)
     n = given.shape[1] if w < given.shape[0] else 0
-    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+    for learner in range(lane(), n, lanes()):
         row, chosen = raw[w, learner], given[w, learner]
         for k in range(row.shape[0]):
             row[k] = choices[chosen, k]
@@ -127,11 +131,11 @@ def take_actions(  # noqa: PLR0913 what an action is, and where it goes
     """Write the actions of the learners.
 
     The first `n_symmetric` numbers are weights in [-1, 1]; those from `steers_at` on, if it is not
-    negative, steer. Free names: cuda, command.
+    negative, steer. Free names: lanes, command.
     """
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    w = first_world(0)
     n = given.shape[1] if w < given.shape[0] else 0
-    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+    for learner in range(lane(), n, lanes()):
         row = raw[w, learner]
         for k in range(given.shape[2]):
             number = given[w, learner, k]
@@ -152,13 +156,14 @@ def stop_at_exchanges(
 ) -> None:
     """Let the worlds stand whose time is up, or in which a learner has just ended an exchange.
 
-    `ticks` is how many each world has behind it. Free name: cuda.
+    `ticks` is how many each world has behind it. Free names: lanes.
     """
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    w = first_world(0)
     n = learners.shape[0] if w < runs.shape[0] and runs[w] else 0
-    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
-        ticks[w] = worlds[w].ticks
-        if worlds[w].ticks >= ends[w] or minds[w, learners[learner]].exchange.is_valid:
+    for learner in range(lane(), n, lanes()):
+        world: Numbers = worlds[w]
+        ticks[w] = world.ticks
+        if world.ticks >= ends[w] or minds[w, learners[learner]].exchange.is_valid:
             runs[w] = 0
 
 
@@ -169,11 +174,11 @@ def write_acts(
 ) -> None:
     """Write 1 for a learner whose next action counts, as it has just ended an exchange; else 0.
 
-    Free name: cuda.
+    Free names: lanes.
     """
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    w = first_world(0)
     n = out.shape[1] if w < out.shape[0] else 0
-    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+    for learner in range(lane(), n, lanes()):
         out[w, learner] = minds[w, learners[learner]].exchange.is_valid
 
 
@@ -186,11 +191,11 @@ def begin(
 ) -> None:
     """Forget the last actions in new worlds, and note the potential of every robot.
 
-    Free names: cuda, potential.
+    Free names: lanes, potential.
     """
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    w = first_world(0)
     is_world = w < robots.shape[0]
-    first, step = cuda.threadIdx.x, cuda.blockDim.x
+    first, step = lane(), lanes()
     for learner in range(first, raw.shape[1] if is_world and is_new[w] else 0, step):
         for k in range(raw.shape[2]):
             raw[w, learner, k] = 0.0
@@ -213,11 +218,11 @@ def credit(  # noqa: PLR0913 what was earned, what is given for it, and to whom
     """Write what every learner is given, its own or its team's mean: unshaped, then shaped.
 
     What was earned is forgotten, and the potential noted from which the next step begins.
-    Free names: cuda, potential.
+    Free names: lanes, potential.
     """
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    w = first_world(0)
     is_world = w < robots.shape[0]
-    first, step = cuda.threadIdx.x, cuda.blockDim.x
+    first, step = lane(), lanes()
     for i in range(first, robots.shape[1] if is_world else 0, step):
         shaped[0, w, i] = shaped[1, w, i] = earned[w, i]
         earned[w, i] = 0.0
@@ -225,7 +230,7 @@ def credit(  # noqa: PLR0913 what was earned, what is given for it, and to whom
             after = potential(robots[w, i], worlds[w])
             shaped[1, w, i] += shaping(potentials[w, i], after, discount, weight)
             potentials[w, i] = after
-    cuda.syncthreads()
+    barrier()
     for learner in range(first, learners.shape[0] if is_world else 0, step):
         for k in range(2):
             own = shaped[k, w, learners[learner]]
@@ -244,11 +249,11 @@ def show_layer(  # noqa: PLR0913 what an observation is written from, and where 
     """Write what the layer of every learner is shown.
 
     `direction` is where the observed target starts, or -1, and where its direction goes.
-    Free name: cuda.
+    Free names: lanes.
     """
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    w = first_world(0)
     n = out.shape[1] if w < out.shape[0] else 0
-    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+    for learner in range(lane(), n, lanes()):
         row = out[w, learner]
         read_fields(robots[w], minds[w], n_robots, learners[learner], spans, row)
         if direction[0] >= 0:
@@ -266,11 +271,11 @@ def add_part(  # noqa: PLR0913 what an addition is written from, and where it go
 ) -> None:
     """Write an addition to what every learner observes, in the columns first .. last - 1.
 
-    Free names: cuda, put.
+    Free names: lanes, put.
     """
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    w = first_world(0)
     n = out.shape[1] if w < out.shape[0] else 0
-    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+    for learner in range(lane(), n, lanes()):
         row = out[w, learner, first:last]
         put(learners[learner], n_robots, time_left[w], raw[w, learner], row)
 
@@ -280,10 +285,10 @@ def normalise(
     squashes: Array,
     out: Float32[Array, "worlds learners numbers"],
 ) -> None:
-    """Normalise what every learner observes. Free name: cuda."""
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    """Normalise what every learner observes. Free names: lanes."""
+    w = first_world(0)
     n = out.shape[1] if w < out.shape[0] else 0
-    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+    for learner in range(lane(), n, lanes()):
         normalise_row(out[w, learner], bound, squashes)
 
 
@@ -296,11 +301,11 @@ def stack_frames(
 ) -> None:
     """Write the last observations of every learner.
 
-    A step adds one in every world; without one, it is all of them in new worlds. Free name: cuda.
+    A step adds one in every world; without one, it is all of them in new worlds. Free names: lanes.
     """
-    w = cuda.blockIdx.x * cuda.blockDim.y + cuda.threadIdx.y
+    w = first_world(0)
     n = out.shape[1] if w < out.shape[0] else 0
-    for learner in range(cuda.threadIdx.x, n, cuda.blockDim.x):
+    for learner in range(lane(), n, lanes()):
         frames = kept[w, learner]
         if is_step:
             push_frame(frames, seen[w, learner])
@@ -309,3 +314,18 @@ def stack_frames(
         for frame in range(frames.shape[0]):
             for k in range(frames.shape[1]):
                 out[w, learner, frame * frames.shape[1] + k] = frames[frame, k]
+
+
+def write_log(
+    robots: Array,
+    minds: Array,
+    worlds: Array,
+    learners: Int64[Array, " learners"],
+    out: Float64[Array, "worlds learners infos"],
+) -> None:
+    """Write what is logged of each learner. Free names: lanes, log."""
+    w = first_world(0)
+    n = out.shape[1] if w < out.shape[0] else 0
+    for learner in range(lane(), n, lanes()):
+        i = learners[learner]
+        log(robots[w, i], minds[w, i], worlds[w], out[w, learner])

@@ -92,19 +92,22 @@ class EarnedInTick:
             self._events = task.events.array(world.robots.shape)
             self._before = world.robots.copy()
 
-    def remember(self) -> None:
-        """Keep the records of the robots before a tick, if anybody asks for them."""
-        if self._own is not None:
-            self._before[...] = self._world.robots
+    @property
+    def is_own(self) -> bool:
+        """The reward is the user's own: it is asked in Python after each tick."""
+        return self._own is not None
 
-    def add_to(self, total: Float64[Array, "worlds robots"]) -> None:
-        """Add what every robot earned in the tick since `remember`."""
-        if self._own is None or self._task.write_events is None:
-            total += self._world.robots["reward"]
-            return
+    def remember(self) -> None:
+        """Keep the records of the robots before a tick."""
+        self._before[...] = self._world.robots
+
+    def in_tick(self) -> Float64[Array, "worlds robots"]:
+        """What every robot earned in the tick since `remember`, by the user's own reward."""
+        assert self._own is not None
+        assert self._task.write_events is not None
         self._task.write_events(self._world, self._before, self._events)
-        found = self._own(self._before, self._world.robots, self._events)
-        total += _checked(found, self._world.robots.shape)
+        rewards = self._own(self._before, self._world.robots, self._events)
+        return _checked(rewards, self._world.robots.shape)
 
 
 def _callable(reward: Any, task: Task) -> Callable[[Array, Array, Array], Any]:  # noqa: ANN401

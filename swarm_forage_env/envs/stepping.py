@@ -39,14 +39,20 @@ class Ticks:
 
     def run(self, earned: EarnedInTick) -> Earned:
         """Run, count the step, and return what every robot earned in these ticks."""
-        total = np.zeros(self._loop.world.robots.shape)
-        for _ in range(self._n_ticks):
-            earned.remember()
-            self._loop.step()
-            earned.add_to(total)
+        world = self._loop.world
+        total = world.earned
+        total[...] = 0.0
+        if earned.is_own:
+            total = np.zeros(world.robots.shape)
+            for _ in range(self._n_ticks):
+                earned.remember()
+                self._loop.step()
+                total += earned.in_tick()
+        else:
+            self._loop.run(self._n_ticks)
         self._episodes.steps += 1
-        self.ticks += self._n_ticks * len(total)
-        return total
+        self.ticks += self._n_ticks * world.n_worlds
+        return total.copy()
 
     def acts(self) -> Bool[Array, "worlds robots"] | None:
         """Everybody's action counts."""

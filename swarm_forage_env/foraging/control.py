@@ -1,8 +1,8 @@
-"""The control of one robot in a tick: what its estimator does before the cut, and what follows it.
+"""The control of robots in a tick: what estimators do before the cut, and what follows it.
 
 Templates whose free names are bound to the functions of the chosen layers: those of one robot, and
-`observe` and `decide`, which run them over worlds and robots. At the cut between the two a learner,
-or a rule written in NumPy, writes the actions that take the place of a layer.
+`observe_world` and `decide_world`, which run them over the robots of a world. At the cut between
+the two a learner, or a rule written in NumPy, writes the actions that replace a layer.
 
 A layer's functions receive records of the robot's interface only: never its pose. Every robot has
 its own numbers; robots of another controller, which are not `is_member`, are left alone.
@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.foraging.fault_effects import is_lying, is_stale
 from swarm_forage_env.foraging.fault_record import Lie
@@ -22,7 +22,11 @@ from swarm_forage_env.foraging.records import Action, Exchange, RobotState
 from swarm_forage_env.interface import CORRECT, KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
+from swarm_forage_env.ticks import NOT_FINITE, Arrays, note
 
+lane: Kernel
+lanes: Kernel
+barrier: Kernel
 is_listening: Kernel
 compose: Kernel
 take_in: Kernel
@@ -32,7 +36,7 @@ steer: Kernel
 gain: Kernel
 merge: Kernel
 has_something_to_say: Kernel
-"""Free names of the templates: functions of the chosen layers."""
+"""Free names of the templates: lanes, and functions of the chosen layers."""
 
 Mind = Any
 """What the chosen estimator keeps of a robot: a record."""
@@ -74,7 +78,6 @@ def compose_message(robot: RobotState, mind: Mind, numbers: Numbers) -> None:
         repeat(mind)
     if is_lying(robot):
         falsify(mind, robot.fault.lie)
-    mind.is_composed = True
 
 
 @row_template
@@ -91,26 +94,42 @@ def take_in_all(swarm: Array, crowd: Array, i: int, shared: Array, numbers: Numb
     describe(mind, swarm[i].report)
 
 
-def observe(
-    robots: Array, minds: Array, shared: Array, settings: Array, first: int, last: int
-) -> None:
-    """Take in what was sensed and heard, in the worlds first .. last - 1.
+@row_template
+def mark_heard(swarm: Array, crowd: Array, i: int, settings: Array) -> None:
+    """Mark the messages that robot i listens to, of those who have its estimator.
 
-    A message is composed when somebody listens to it, before anybody's estimate moves. That of a
-    robot with another estimator is never composed, and so tells nothing.
-    Free names: is_listening; those of compose_message and of take_in_all.
+    Free name: is_listening.
     """
-    for w in range(first, last):
-        swarm, crowd, own = robots[w], minds[w], settings[w]
-        for i in range(swarm.shape[0]):
-            if own[i].is_member and is_listening(crowd[i]):
-                for slot in range(swarm[i].heard.n):
-                    j = swarm[i].heard.sender[slot]
-                    if own[j].is_member and not crowd[j].is_composed:
-                        compose_message(swarm[j], crowd[j], own[j].estimator)
-        for i in range(swarm.shape[0]):
-            if own[i].is_member:
-                take_in_all(swarm, crowd, i, shared[w, i], own[i].estimator)
+    last = settings.shape[0] - 1
+    if settings[min(i, last)].is_member and is_listening(crowd[i]):
+        for slot in range(swarm[i].heard.n):
+            j = swarm[i].heard.sender[slot]
+            if settings[min(j, last)].is_member and not crowd[j].is_composed:
+                crowd[j].is_heard = True
+
+
+@row_template
+def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
+    """Take in what was sensed and heard in a world.
+
+    Messages to which somebody listens are composed before anybody's estimate moves. Robots that
+    have the same numbers share the one column of `settings`.
+    Free names: lane, lanes, barrier; those of mark_heard, compose_message and take_in_all.
+    """
+    minds, _, shared, settings = layer_arrays
+    swarm, crowd, own, last = world_arrays[0][w], minds[w], settings[w], settings.shape[1] - 1
+    for i in range(lane(), n_robots, lanes()):
+        mark_heard(swarm, crowd, i, own)
+    barrier()
+    for i in range(lane(), n_robots, lanes()):
+        if crowd[i].is_heard:
+            compose_message(swarm[i], crowd[i], own[min(i, last)].estimator)
+            crowd[i].is_heard, crowd[i].is_composed = False, True
+    barrier()
+    for i in range(lane(), n_robots, lanes()):
+        numbers = own[min(i, last)]
+        if numbers.is_member:
+            take_in_all(swarm, crowd, i, shared[w, i], numbers.estimator)
 
 
 @row_template
@@ -138,21 +157,25 @@ def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: 
     return is_finite
 
 
-def decide(robots: Array, minds: Array, shared: Array, layers: Array, first: int, last: int) -> int:
-    """Steer, merge what was heard, and choose whether to speak, in the worlds first .. last - 1.
+@row_template
+def decide_world(
+    world_arrays: Arrays,
+    layer_arrays: Arrays,
+    trouble: Int64[Array, " worlds_and_one"],
+    w: int,
+    n_robots: int,
+) -> None:
+    """Steer, merge what was heard, and choose whether to speak, in a world.
 
-    Returns a robot whose wheels or weights are not finite, as world * robots + robot, or else -1.
-    Free names: those of act.
+    A robot whose wheels or weights are not finite is noted. Free names: lane, lanes; those of act.
     """
-    at_fault = -1
-    for w in range(first, last):
-        for i in range(robots.shape[1]):
-            if not layers[w, i].is_member:
-                continue
-            mind = minds[w, i]
-            if not act(robots[w, i], mind.estimator, mind.motion, shared[w, i], layers[w, i]):
-                at_fault = w * robots.shape[1] + i
-    return at_fault
+    robots = world_arrays[0]
+    minds, memories, shared, settings = layer_arrays
+    last = settings.shape[1] - 1
+    for i in range(lane(), n_robots, lanes()):
+        own = settings[w, min(i, last)]
+        if own.is_member and not act(robots[w, i], minds[w, i], memories[w, i], shared[w, i], own):
+            note(trouble, w, NOT_FINITE, i)
 
 
 @kernel

@@ -22,6 +22,7 @@ from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.observed_fields import FieldPath, layout_of, paths
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.spaces import Feature, Layout
+from swarm_forage_env.ticks import Arrays
 
 _ENCOUNTER = paths(
     "encounter",
@@ -138,9 +139,9 @@ def carry_out(robot: RobotState, said: Said) -> None:
 
 
 @kernel
-def hear_words(robots: Array, minds: Array, w: int, i: int) -> None:
+def hear_words(world_arrays: Arrays, minds: Array, w: int, i: int) -> None:
     """Write the words in each message slot of robot i of world w; zeros in an empty one."""
-    messages, heard = robots[w, i].heard, minds[w, i].heard
+    messages, heard = world_arrays[0][w, i].heard, minds[w, i].heard
     for slot in range(heard.shape[0]):
         for k in range(WORDS):
             heard[slot, k] = 0.0

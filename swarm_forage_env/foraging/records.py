@@ -116,6 +116,9 @@ class WorldState(Record):
     has_faults: bool = field(np.bool_)
     """Some robots may be faulty."""
 
+    is_crowded: bool = field(np.bool_)
+    """Robots overlapped in this tick, or obstacles stand: contacts were resolved. Writer: tick."""
+
 
 class Readings(Record):
     """What the robot's own sensors say after a tick. Writer: tick."""

@@ -13,6 +13,12 @@ from swarm_forage_env.equations.contacts import (
 )
 from swarm_forage_env.equations.neighbours import EMPTY, cell_of, cells_of
 from swarm_forage_env.foraging.records import WorldState
+from swarm_forage_env.interface import Kernel
+from swarm_forage_env.templates import row_template
+
+lane: Kernel
+lanes: Kernel
+"""Free names of the row templates."""
 
 COUNT, NEXT, FIRST = 0, 1, 2
 """Columns of a robot's row of `near`: how many neighbours it has, the next robot in its cell,
@@ -66,6 +72,80 @@ def find_neighbours(
         cells[cx * n_y + cy] = EMPTY
         most = max(most, near[i, COUNT])
         near[i, COUNT] = min(near[i, COUNT], near.shape[1] - FIRST)
+    return most
+
+
+@kernel
+def cell_at(swarm: Array, i: int, world: WorldState) -> int:
+    """The number of the cell of the grid over the arena in which robot i is."""
+    n_x, n_y = cells_of(world.arena[0], world.reach), cells_of(world.arena[1], world.reach)
+    k_x = cell_of(swarm[i].pose[0], world.arena[0], world.reach, n_x)
+    k_y = cell_of(swarm[i].pose[1], world.arena[1], world.reach, n_y)
+    return k_x * n_y + k_y
+
+
+@kernel
+def is_within_reach(swarm: Array, i: int, j: int, world: WorldState) -> bool:
+    """Two robots are neighbours."""
+    dx, dy = swarm[j].pose[0] - swarm[i].pose[0], swarm[j].pose[1] - swarm[i].pose[1]
+    return bool(dx * dx + dy * dy < world.reach * world.reach)
+
+
+@kernel
+def find_neighbours_of(
+    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
+) -> int:
+    """Write the row of robot i as `find_neighbours` does; how many neighbours it has.
+
+    Those with lower numbers cell by cell, the highest number of a cell first; then those with
+    higher ones. All other robots are looked at, which needs no list of cells to be shared.
+    """
+    n_near, room = 0, near.shape[1] - FIRST
+    for j in range(i):
+        if is_within_reach(swarm, i, j, world):
+            at = min(n_near, room - 1)
+            cell = cell_at(swarm, j, world)
+            while at > 0 and cell_at(swarm, near[i, FIRST + at - 1], world) >= cell:
+                near[i, FIRST + at] = near[i, FIRST + at - 1]
+                at -= 1
+            near[i, FIRST + at] = j
+            n_near += 1
+    for j in range(i + 1, swarm.shape[0]):
+        if is_within_reach(swarm, i, j, world):
+            if n_near < room:
+                near[i, FIRST + n_near] = j
+            n_near += 1
+    near[i, COUNT] = min(n_near, room)
+    return n_near
+
+
+@row_template
+def list_by_cells(
+    swarm: Array,
+    near: Int32[Array, "robots columns"],
+    cells: Int32[Array, " cells"],
+    world: WorldState,
+    n_robots: int,
+) -> int:
+    """List the neighbours of all robots in one lane: quickest on a CPU. The most that one has."""
+    return find_neighbours(swarm, near, cells, world) if n_robots > 0 else 0
+
+
+@row_template
+def list_by_robots(
+    swarm: Array,
+    near: Int32[Array, "robots columns"],
+    cells: Int32[Array, " cells"],
+    world: WorldState,
+    n_robots: int,
+) -> int:
+    """List the neighbours of each robot by itself: what lanes can share.
+
+    The most that a robot of this lane has. Free names: lane, lanes.
+    """
+    most = 0
+    for i in range(lane(), n_robots, lanes()):
+        most = max(most, find_neighbours_of(swarm, i, near, world))
     return most
 
 

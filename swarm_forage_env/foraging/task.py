@@ -1,12 +1,11 @@
 """The task of foraging, as the rest of the code knows it."""
 
-from swarm_forage_env.foraging.control import decide
+from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.events import Events, write_events
 from swarm_forage_env.foraging.global_state import ForagingState
-from swarm_forage_env.foraging.grid_without_layers import WITHOUT_LAYERS
-from swarm_forage_env.foraging.on_grid import ON_GRID
+from swarm_forage_env.foraging.on_gpu import ON_GPU
 from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS, carry_out, hear_words, slots
 from swarm_forage_env.foraging.potential import ForagingPotential, most_shaping
 from swarm_forage_env.foraging.records import Said
@@ -20,7 +19,7 @@ FORAGING = Task(
     name="foraging",
     scenario=Scenario,
     world=ForagingWorld,
-    decide=decide,
+    decide=decide_world,
     physics="rigid",
     controller="ssgikf",
     agent="epuck",
@@ -31,8 +30,8 @@ FORAGING = Task(
     fixed=("task.n_robots", "radio.slots"),
     replaced=lambda scenario: {"task.area_distance": "task.areas"} if scenario.task.areas else {},
     residuals=("motion", "both"),
-    grid=ON_GRID,
-    no_layers=NoLayers(Said, carry_out, hear_words, slots, WITHOUT_LAYERS),
+    gpu=ON_GPU,
+    no_layers=NoLayers(Said, carry_out, hear_words, slots),
     potential=ForagingPotential,
     most_shaping=most_shaping,
     global_state=ForagingState,

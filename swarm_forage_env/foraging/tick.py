@@ -2,8 +2,9 @@
 
 import math
 
-from swarm_forage_env.arrays import Array, Float64, Int32
-from swarm_forage_env.compiler import entry_point, inlined, kernel
+from swarm_forage_env.arrays import Array, Float64, Int32, Int64
+from swarm_forage_env.compiler import inlined, kernel
+from swarm_forage_env.equations.contacts import keep_inside
 from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
 from swarm_forage_env.foraging.fault_effects import update_faults
 from swarm_forage_env.foraging.fault_record import DEAD
@@ -18,7 +19,16 @@ from swarm_forage_env.foraging.sensors import (
     read_ground,
     read_proximity,
 )
-from swarm_forage_env.foraging.surroundings import COUNT, find_neighbours, resolve_contacts
+from swarm_forage_env.foraging.surroundings import COUNT, FIRST, resolve_contacts
+from swarm_forage_env.interface import Kernel
+from swarm_forage_env.templates import row_template
+from swarm_forage_env.ticks import TOO_MANY_NEAR, Arrays, note
+
+lane: Kernel
+lanes: Kernel
+barrier: Kernel
+list_neighbours: Kernel
+"""Free names of the templates: lanes, and a way to list neighbours."""
 
 
 @kernel
@@ -49,75 +59,116 @@ def face(robot: RobotState) -> None:
 
 
 @kernel
-def update_all_faults(swarm: Array, world: WorldState) -> None:
-    """Let the faults of all robots of a world begin whose time has come."""
-    for i in range(swarm.shape[0]):
-        update_faults(swarm[i], world)
+def is_overlapping(
+    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
+) -> bool:
+    """Robot i may overlap a neighbour with a lower number."""
+    apart = 2.0 * world.radius * 1.000001
+    for k in range(FIRST, FIRST + near[i, COUNT]):
+        j = near[i, k]
+        if j > i:
+            break
+        dx, dy = swarm[j].pose[0] - swarm[i].pose[0], swarm[j].pose[1] - swarm[i].pose[1]
+        if dx * dx + dy * dy < apart * apart:
+            return True
+    return False
 
 
-@entry_point
-def tick(  # noqa: PLR0913 a block of worlds, its tables, and which of them
-    robots: Array,
-    worlds: Array,
-    near: Int32[Array, "worlds robots columns"],
-    cells: Int32[Array, "worlds cells"],
-    obstacles: Float64[Array, "worlds obstacles 5"],
-    first: int,
-    last: int,
-) -> int:
-    """One tick of the worlds first .. last - 1; the most neighbours that any robot has."""
-    most = 0
-    for w in range(first, last):
-        world, swarm = worlds[w], robots[w]
-        standing = obstacles[w, : world.n_obstacles]
+@row_template
+def keep_apart(
+    swarm: Array,
+    near: Int32[Array, "robots columns"],
+    world: WorldState,
+    obstacles: Float64[Array, "obstacles 5"],
+    n_robots: int,
+) -> None:
+    """Keep robots inside the walls, apart from each other and out of obstacles.
+
+    Contacts are resolved one after the other, by the first lane, and only in a world in which
+    robots overlap or obstacles stand. Free names: lane, lanes, barrier.
+    """
+    leads = n_robots > 0 and lane() == 0
+    if leads:
+        world.is_crowded = world.n_obstacles > 0
+    for i in range(lane(), n_robots, lanes()):
+        keep_inside(swarm[i].pose, world.arena, world.radius)
+    barrier()
+    for i in range(lane(), n_robots, lanes()):
+        if is_overlapping(swarm, i, near, world):
+            world.is_crowded = True
+    barrier()
+    if leads and world.is_crowded:
+        if world.n_obstacles == 0:
+            resolve_contacts(swarm, near, world)
+        else:
+            resolve_contacts_among(swarm, near, world, obstacles)
+    barrier()
+
+
+@row_template
+def move_all(swarm: Array, world: WorldState, n_moving: int) -> None:
+    """Begin a tick: areas move, then robots as their wheels turn, unless an engine moved them.
+
+    Free names: lane, lanes, barrier.
+    """
+    leads = n_moving > 0 and lane() == 0
+    if leads:
         world.ticks += 1
         move_areas(world)
-        if not world.has_moved:
-            for i in range(swarm.shape[0]):
-                set_wheels(swarm[i], world)
-                drive(swarm[i], world)
+    if not world.has_moved:
+        for i in range(lane(), n_moving, lanes()):
+            set_wheels(swarm[i], world)
+            drive(swarm[i], world)
+    barrier()
+    if leads:
         world.has_moved = False
-        most = max(most, find_neighbours(swarm, near[w], cells[w], world))
-        if world.n_obstacles == 0:
-            resolve_contacts(swarm, near[w], world)
+
+
+@row_template
+def score_all(
+    swarm: Array, world: WorldState, earned: Float64[Array, " robots"], n: int, n_moving: int
+) -> None:
+    """Score the robots that moved; those of a world that begins have heard nobody yet.
+
+    Free names: lane, lanes.
+    """
+    for i in range(lane(), n, lanes()):
+        robot = swarm[i]
+        face(robot)
+        if n_moving > 0:
+            score(robot, world)
+            count_reports(robot, world)
+            earned[i] += robot.reward
         else:
-            resolve_contacts_among(swarm, near[w], world, standing)
-        for i in range(swarm.shape[0]):
-            face(swarm[i])
-            score(swarm[i], world)
-            count_reports(swarm[i], world)
+            robot.heard.n = 0
         if world.has_faults:
-            update_all_faults(swarm, world)
-        for i in range(swarm.shape[0]):
-            sense(swarm, i, near[w], world, standing)
+            update_faults(robot, world)
+
+
+@row_template
+def tick_world(
+    world_arrays: Arrays, trouble: Int64[Array, " worlds_and_one"], w: int, n: int, n_moving: int
+) -> None:
+    """One tick of the n robots of a world: all move, are scored, sense and hear.
+
+    None are moving in a world that begins: all sense, and nobody has spoken yet.
+    Free names: list_neighbours, lane, lanes, barrier; those of the row templates above.
+    """
+    robots, worlds, near, cells, obstacles, earned = world_arrays
+    swarm, world = robots[w], worlds[w]
+    standing = obstacles[w, : world.n_obstacles]
+    move_all(swarm, world, n_moving)
+    most = list_neighbours(swarm, near[w], cells[w], world, n)
+    if most > near.shape[2] - FIRST:
+        note(trouble, w, TOO_MANY_NEAR, most)
+    barrier()
+    keep_apart(swarm, near[w], world, standing, n_moving)
+    score_all(swarm, world, earned[w], n, n_moving)
+    barrier()
+    for i in range(lane(), n, lanes()):
+        sense(swarm, i, near[w], world, standing)
+        if n_moving > 0:
             hear(swarm, i, near[w], world, standing)
-    return most
-
-
-@entry_point
-def sense_first(  # noqa: PLR0913 a block of worlds, its tables, and which of them
-    robots: Array,
-    worlds: Array,
-    near: Int32[Array, "worlds robots columns"],
-    cells: Int32[Array, "worlds cells"],
-    obstacles: Float64[Array, "worlds obstacles 5"],
-    first: int,
-    last: int,
-) -> int:
-    """What is sensed before the first tick, when nobody has spoken yet."""
-    most = 0
-    for w in range(first, last):
-        world, swarm = worlds[w], robots[w]
-        standing = obstacles[w, : world.n_obstacles]
-        most = max(most, find_neighbours(swarm, near[w], cells[w], world))
-        for i in range(swarm.shape[0]):
-            face(swarm[i])
-            swarm[i].heard.n = 0
-        if world.has_faults:
-            update_all_faults(swarm, world)
-        for i in range(swarm.shape[0]):
-            sense(swarm, i, near[w], world, standing)
-    return most
 
 
 @inlined

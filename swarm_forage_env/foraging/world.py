@@ -18,11 +18,14 @@ from swarm_forage_env.foraging.fault_draws import draw_faults
 from swarm_forage_env.foraging.obstacles import capsules_of
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.surroundings import FIRST
-from swarm_forage_env.foraging.tick import sense_first, tick
+from swarm_forage_env.foraging.surroundings import FIRST, list_by_cells
+from swarm_forage_env.foraging.tick import tick_world
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.physics import ENGINES
+from swarm_forage_env.physics.kinematic import Kinematic
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.task import Block
+from swarm_forage_env.ticks import nothing
 
 SLACK = 0.02
 """Neighbours are listed this much beyond the reach [m], so that resolving contacts adds none."""
@@ -36,6 +39,13 @@ SOURCES = (
     NoiseSource.RADIO,
 )
 """What each column of a robot's streams is for."""
+
+FUNCTIONS: Mapping[str, Kernel] = {
+    "tick_world": tick_world,
+    "list_neighbours": list_by_cells,
+    "move_world": nothing,
+}
+"""What `run_ticks` has free names for, on a CPU."""
 
 place_in_circle = entry_point(scoring.place_in_circle)
 cells_of = entry_point(neighbours.cells_of)
@@ -69,11 +79,6 @@ class ForagingWorld(Block):
         self.take_over(range(self.n_worlds), scenarios)
         self._physics = ENGINES[physics](scenarios)
         self.reset(seeds)
-
-    @property
-    def records(self) -> Array:
-        """What a controller is handed: the robots, of which a layer sees its own records."""
-        return self.robots
 
     @property
     def areas(self) -> Float64[Array, "areas 2"]:
@@ -111,19 +116,24 @@ class ForagingWorld(Block):
         for w in range(first, last):
             self._physics.reset(w, scenario)
 
-    def sense_first(self, first: int = 0, last: int | None = None) -> None:
-        """Sense before the first tick, in the worlds first .. last - 1."""
-        last = self.n_worlds if last is None else last
-        most = sense_first(
-            self.robots, self.worlds, self.near, self._cells, self.obstacles, first, last
-        )
-        self._check_room(most)
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """The arrays that the templates of a tick are handed."""
+        return self.robots, self.worlds, self.near, self._cells, self.obstacles, self.earned
 
-    def tick(self, first: int, last: int) -> None:
-        """Carry out the commands in the worlds first .. last - 1: move, score, sense, hear."""
+    @property
+    def functions(self) -> Mapping[str, Kernel]:
+        """What `run_ticks` has free names for."""
+        return FUNCTIONS
+
+    @property
+    def is_compiled(self) -> bool:
+        """Nothing outside compiled code moves the robots."""
+        return isinstance(self._physics, Kinematic)
+
+    def move(self, first: int, last: int) -> None:
+        """Let the engine move the robots of the worlds first .. last - 1."""
         self._physics.move(self.robots, self.worlds, self.near, self.obstacles, first, last)
-        most = tick(self.robots, self.worlds, self.near, self._cells, self.obstacles, first, last)
-        self._check_room(most)
 
     def snapshot(self) -> dict[str, Any]:
         """All that the next ticks depend on: arrays, scenarios, and what the engine remembers."""
@@ -133,13 +143,6 @@ class ForagingWorld(Block):
         """Go on as when that snapshot was taken."""
         super().restore({name: each for name, each in kept.items() if name != "_physics"})
         self._physics.restore(kept["_physics"], self.scenarios)
-
-    def _check_room(self, most: int) -> None:
-        if most > self.near.shape[2] - FIRST:
-            raise RuntimeError(
-                f"a robot has {most} neighbours, more than discs of its radius can be without"
-                f" overlapping ({self.near.shape[2] - FIRST}): contacts were not resolved"
-            )
 
 
 def _widened(table: Array, width: int, fill: int, axis: int = -1) -> Array:

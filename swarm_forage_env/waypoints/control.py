@@ -1,6 +1,6 @@
 """The control of the robots of a world: what estimators do before the cut, and what follows it.
 
-Two templates whose free names are bound to the functions of the chosen layers. At the cut between
+Row templates whose free names are bound to the functions of the chosen layers. At the cut between
 them a learner, or a rule written in NumPy, writes the actions that take the place of a layer.
 
 A layer's functions receive records of the robot's interface only: never its pose. Every robot has
@@ -9,11 +9,15 @@ estimator is that of the whole swarm, as robots correct their estimates jointly.
 """
 
 import math
+from typing import Any
 
-from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.interface import KEEP, Kernel
-from swarm_forage_env.waypoints.records import Action
+from swarm_forage_env.record import Numbers, Record
+from swarm_forage_env.templates import row_template
+from swarm_forage_env.ticks import NOT_FINITE, Arrays, note
+from swarm_forage_env.waypoints.records import Action, RobotState
 
 take_in: Kernel
 describe: Kernel
@@ -22,73 +26,80 @@ gain: Kernel
 merge: Kernel
 """Free names of the templates: functions of the chosen layers."""
 
-Records = tuple[Array, Array]
-"""Robots, worlds by robots, and sightings, worlds by robots by robots."""
+Mind = Any
+"""What the chosen estimator keeps of a robot: a record."""
 
 
-def observe(
-    records: Records, minds: Array, shared: Array, settings: Array, first: int, last: int
-) -> None:
-    """Take in what was sensed, in the worlds first .. last - 1, and describe what was seen.
+@row_template
+def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
+    """Take in what was sensed in a world, and describe what was seen.
 
     Free names: take_in, describe.
     """
-    robots, sightings = records
-    for w in range(first, last):
-        swarm, crowd = robots[w], minds[w]
-        for i in range(swarm.shape[0]):
-            take_in(crowd[i], shared[w, i], swarm[i].readings, settings[w, i].estimator)
-        for i in range(swarm.shape[0]):
-            numbers = settings[w, i].estimator
-            describe(crowd, i, sightings[w], swarm[i].readings, numbers)
+    swarm, sightings = world_arrays[0][w], world_arrays[1][w]
+    minds, _, shared, settings = layer_arrays
+    crowd, last = minds[w], settings.shape[1] - 1
+    for i in range(n_robots):
+        take_in(crowd[i], shared[w, i], swarm[i].readings, settings[w, min(i, last)].estimator)
+    for i in range(n_robots):
+        numbers = settings[w, min(i, last)].estimator
+        describe(crowd, i, sightings, swarm[i].readings, numbers)
 
 
-def decide(
-    records: Records, minds: Array, shared: Array, layers: Array, first: int, last: int
-) -> int:
-    """Steer, claim, and correct the estimates of all robots, in the worlds first .. last - 1.
+@row_template
+def act(robot: RobotState, mind: Mind, memory: Record, settings: Numbers) -> bool:
+    """Steer a robot, claim, and weigh what it saw; are all its numbers finite?
+
+    Free names: steer, gain.
+    """
+    situation, exchange, action = mind.situation, mind.exchange, robot.action
+    acceleration = robot.command.acceleration
+    if action.motion == KEEP:
+        steer(situation, robot.readings, acceleration, memory, settings.motion)
+    take_acceleration(action, acceleration)
+    robot.command.claim = situation.has_arrived > 0.0
+    if exchange.is_valid:
+        if action.weighting == KEEP:
+            exchange.weight[0] = gain(exchange, 0, settings.weighting)
+        else:
+            exchange.weight[0] = action.weight[0]
+        return are_finite(acceleration) and are_finite(exchange.weight)
+    return are_finite(acceleration)
+
+
+@row_template
+def decide_world(
+    world_arrays: Arrays,
+    layer_arrays: Arrays,
+    trouble: Int64[Array, " worlds_and_one"],
+    w: int,
+    n_robots: int,
+) -> None:
+    """Steer, claim, and correct the estimates of all robots of a world.
 
     Accelerations are decided before the merge: both layers go by what one observation shows. Of
     robots that differ in their layers those that are decided last bring about the merge of all.
-    Returns a robot whose acceleration or weight is not finite, as world * robots + robot, or else
-    -1.
-    Free names: steer, gain, merge.
+    A robot whose acceleration or weight is not finite is noted. Free names: merge; those of act.
     """
-    robots, sightings = records
-    at_fault = -1
-    for w in range(first, last):
-        n_exchanges = 0
-        for i in range(robots.shape[1]):
-            settings = layers[w, i]
-            n_exchanges += minds[w, i].estimator.exchange.is_valid > 0.0
-            if not settings.is_member:
-                continue
-            robot, mind, memory = robots[w, i], minds[w, i].estimator, minds[w, i].motion
-            situation, exchange, action = mind.situation, mind.exchange, robot.action
-            acceleration = robot.command.acceleration
-            if action.motion == KEEP:
-                steer(situation, robot.readings, acceleration, memory, settings.motion)
-            take_acceleration(action, acceleration)
-            at_fault = check_finite(acceleration, at_fault, w * robots.shape[1] + i)
-            robot.command.claim = situation.has_arrived > 0.0
-            if exchange.is_valid:
-                if action.weighting == KEEP:
-                    exchange.weight[0] = gain(exchange, 0, settings.weighting)
-                else:
-                    exchange.weight[0] = action.weight[0]
-                at_fault = check_finite(exchange.weight, at_fault, w * robots.shape[1] + i)
-        if n_exchanges > 0 and layers[w, 0].is_last:
-            merge(minds[w].estimator, shared[w], sightings[w], layers[w, 0].estimator)
-    return at_fault
+    robots, sightings = world_arrays[0], world_arrays[1]
+    minds, memories, shared, settings = layer_arrays
+    n_exchanges, last = 0, settings.shape[1] - 1
+    for i in range(n_robots):
+        own = settings[w, min(i, last)]
+        n_exchanges += minds[w, i].exchange.is_valid > 0.0
+        if own.is_member and not act(robots[w, i], minds[w, i], memories[w, i], own):
+            note(trouble, w, NOT_FINITE, i)
+    if n_exchanges > 0 and settings[w, 0].is_last:
+        merge(minds[w], shared[w], sightings[w], settings[w, 0].estimator)
 
 
 @kernel
-def check_finite(numbers: Float32[Array, " numbers"], at_fault: int, robot: int) -> int:
-    """The robot, if one of its numbers is not finite; else who was at fault before."""
+def are_finite(numbers: Float32[Array, " numbers"]) -> bool:
+    """Every number is finite."""
+    total = 0.0
     for k in range(numbers.shape[0]):
-        if not math.isfinite(numbers[k]):
-            return robot
-    return at_fault
+        total += abs(numbers[k])
+    return math.isfinite(total)
 
 
 @kernel

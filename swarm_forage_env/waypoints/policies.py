@@ -10,6 +10,7 @@ from swarm_forage_env.equations.steering import drive_to_pull
 from swarm_forage_env.observed_fields import FieldPath, layout_of, paths
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.spaces import Feature, Layout
+from swarm_forage_env.ticks import Arrays
 from swarm_forage_env.waypoints.records import (
     WORDS,
     Action,
@@ -123,9 +124,9 @@ def carry_out(robot: RobotState, said: Said) -> None:
 
 
 @kernel
-def hear_words(records: tuple[Array, Array], minds: Array, w: int, i: int) -> None:
+def hear_words(world_arrays: Arrays, minds: Array, w: int, i: int) -> None:
     """Write what the robots that robot i of world w sees say; zeros of others."""
-    sightings, heard = records[1], minds[w, i].heard
+    sightings, heard = world_arrays[1], minds[w, i].heard
     for j in range(heard.shape[0]):
         for k in range(WORDS):
             heard[j, k] = minds[w, j].words[k] if sightings[w, i, j].seen else 0.0

@@ -2,7 +2,7 @@
 
 from swarm_forage_env.no_layers import NoLayers
 from swarm_forage_env.task import TASKS, Task
-from swarm_forage_env.waypoints.control import decide
+from swarm_forage_env.waypoints.control import decide_world
 from swarm_forage_env.waypoints.drawing import scene_of, stage_of
 from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
 from swarm_forage_env.waypoints.events import Events, write_events
@@ -18,7 +18,7 @@ WAYPOINTS = Task(
     name="waypoints",
     scenario=WaypointsScenario,
     world=WaypointsWorld,
-    decide=decide,
+    decide=decide_world,
     physics=PHYSICS,
     controller="boids-adaptive",
     agent="create",

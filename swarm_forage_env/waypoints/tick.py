@@ -1,7 +1,9 @@
 """The tick of the waypoints world: claims are judged, everyone moves, senses and sees."""
 
-from swarm_forage_env.arrays import Array, UInt64
+from swarm_forage_env.arrays import Array, Int64, UInt64
 from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.templates import row_template
+from swarm_forage_env.ticks import Arrays
 from swarm_forage_env.waypoints.dynamics import draw_devices, drive, judge_claim, place_at_home
 from swarm_forage_env.waypoints.records import RobotState
 from swarm_forage_env.waypoints.sensors import (
@@ -12,18 +14,26 @@ from swarm_forage_env.waypoints.sensors import (
 )
 
 
-@entry_point
-def tick(robots: Array, sightings: Array, worlds: Array, first: int, last: int) -> None:
-    """One tick of the worlds first .. last - 1."""
-    for w in range(first, last):
-        world, swarm = worlds[w], robots[w]
+@row_template
+def tick_world(
+    world_arrays: Arrays, trouble: Int64[Array, " worlds_and_one"], w: int, n: int, n_moving: int
+) -> None:
+    """One tick of the n robots of a world; where none are moving it begins, and all sense only."""
+    robots, sightings, worlds, earned = world_arrays
+    swarm, world = robots[w], worlds[w]
+    if n_moving > 0:
         world.ticks += 1
-        for i in range(swarm.shape[0]):
-            judge_claim(swarm[i], world)
-            drive(swarm[i], world)
-            measure_motion(swarm[i])
-            fix_at_home(swarm[i], world)
-            read_goal(swarm[i])
+    for i in range(n_moving):
+        judge_claim(swarm[i], world)
+        earned[w, i] += swarm[i].reward
+        drive(swarm[i], world)
+        measure_motion(swarm[i])
+        fix_at_home(swarm[i], world)
+        read_goal(swarm[i])
+    for i in range(n - n_moving):
+        read_start(swarm[i])
+        read_goal(swarm[i])
+    if n > 0:
         see_each_other(swarm, sightings[w], world)
 
 
@@ -48,17 +58,6 @@ def start_at_home(
     for i in range(swarm.shape[0]):
         place_at_home(swarm[i], world, places, i)
         draw_devices(swarm[i], world, devices, i)
-
-
-@entry_point
-def sense_first(robots: Array, sightings: Array, worlds: Array, first: int, last: int) -> None:
-    """What is sensed before the first tick: an exact fix, no motion, and each other."""
-    for w in range(first, last):
-        swarm = robots[w]
-        for i in range(swarm.shape[0]):
-            read_start(swarm[i])
-            read_goal(swarm[i])
-        see_each_other(swarm, sightings[w], worlds[w])
 
 
 @kernel

@@ -1,17 +1,19 @@
 """WaypointsWorld: a block of worlds in which robots visit waypoints, as structured arrays."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float32, UInt64
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.task import Block
+from swarm_forage_env.ticks import nothing
 from swarm_forage_env.waypoints.records import RobotState, Sighting, WorldState
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
-from swarm_forage_env.waypoints.tick import judge_claims, sense_first, start_at_home, tick
+from swarm_forage_env.waypoints.tick import judge_claims, start_at_home, tick_world
 
 PHYSICS = "kinematic"
 """The one engine of a world without contacts."""
@@ -50,9 +52,14 @@ class WaypointsWorld(Block):
         self.reset(seeds)
 
     @property
-    def records(self) -> tuple[Array, Array]:
-        """What a controller is handed: robots, of whose records a layer sees its own; sightings."""
-        return self.robots, self.sightings
+    def arrays(self) -> tuple[Array, ...]:
+        """What the templates of a tick are handed."""
+        return self.robots, self.sightings, self.worlds, self.earned
+
+    @property
+    def functions(self) -> Mapping[str, Kernel]:
+        """What `run_ticks` has free names for."""
+        return {"tick_world": tick_world, "move_world": nothing}
 
     def take_numbers(self, first: int, last: int) -> None:
         """Write the numbers of these worlds' scenario."""
@@ -74,15 +81,6 @@ class WaypointsWorld(Block):
         for k, which in enumerate(range(first, last)):
             start_at_home(self.robots, self.worlds, which, places[k], devices[k])
         self.worlds["ticks"][first:last] = 0
-
-    def sense_first(self, first: int = 0, last: int | None = None) -> None:
-        """Sense before the first tick, in the worlds first .. last - 1."""
-        last = self.n_worlds if last is None else last
-        sense_first(self.robots, self.sightings, self.worlds, first, last)
-
-    def tick(self, first: int, last: int) -> None:
-        """Carry out the commands in the worlds first .. last - 1: judge, move, sense, see."""
-        tick(self.robots, self.sightings, self.worlds, first, last)
 
     def judge(self, claim: Bool[Array, " rows"]) -> Float32[Array, " rows"]:
         """Book claims and hand out new goals; goals rightly claimed by each robot.

@@ -22,10 +22,6 @@ COMPILED = (
 )  # fmt: skip
 """Controllers among which every function of those occurs; they differ in more than numbers."""
 
-LAYERS = "minds", "memories", "shared", "told", "settings"
-TABLES = "robots", "worlds", "near", "obstacles"
-"""Arrays of a controller and of its worlds that a GPU has a copy of."""
-
 CAPABILITY = 9, 0
 """The GPU that is compiled for: NVIDIA H100 and H200."""
 
@@ -69,11 +65,15 @@ def widened(loop, n_worlds):
     def wide(records):
         return np.repeat(np.ascontiguousarray(records), n_worlds, axis=0)
 
-    layers, world = loop.controller.grid_layers(), loop.world
-    kept = {name: wide(getattr(layers, name)) for name in LAYERS}
-    tables = {name: wide(getattr(world, name)) for name in TABLES}
-    many = SimpleNamespace(**tables, n_worlds=n_worlds, scenarios=world.scenarios * n_worlds)
-    controller = SimpleNamespace(grid_layers=lambda: replace(layers, **kept))
+    layers, world = loop.controller.compiled, loop.world
+    layers = replace(layers, arrays=tuple(map(wide, layers.arrays)))
+    arrays = tuple(map(wide, world.arrays))
+    many = SimpleNamespace(
+        arrays=arrays, robots=arrays[0], functions=world.functions, modes=wide(world.modes),
+        trouble=np.zeros(n_worlds + 1, np.int64), n_worlds=n_worlds,
+        scenarios=world.scenarios * n_worlds,
+    )  # fmt: skip
+    controller = SimpleNamespace(compiled=layers, check_on_gpu=lambda: None)
     return SimpleNamespace(task=loop.task, physics=loop.physics, world=many, controller=controller)
 
 

@@ -23,8 +23,6 @@ from swarm_forage_env.envs.added_observations import (
 )
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.grid import tick_on_grid
-from swarm_forage_env.foraging.on_grid import ON_GRID as ON_GRID_OF_FORAGING
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.potential import potential
 from swarm_forage_env.foraging.task import FORAGING
@@ -32,11 +30,12 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import words_of
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.ticks import begin_worlds, run_ticks
 from tests.cuda.conftest import COMPILED, ON_GRID
 
 pytestmark = pytest.mark.cuda
 
-TROUBLE = np.zeros(4, np.int64)
+TROUBLE = np.zeros(3, np.int64)
 
 PACKAGES = (
     swarm_forage_env.equations,
@@ -47,9 +46,8 @@ PACKAGES = (
 )
 
 ON_CPU = {
-    "tick": "the loop over worlds of a CPU, with its own list of neighbours",
-    "find_neighbours note_neighbour update_all_faults": "part of that loop",
-    "sense_first seed_streams": "a reset, by a loop of a CPU",
+    "find_neighbours note_neighbour": "the list of neighbours of a CPU",
+    "seed_streams": "a reset of a CPU",
     "write_rows area_under is_touching is_touching_obstacle": "events for rewards in NumPy",
     "repeat falsify": "in the place of what an estimator has not",
     "write_state put_truth put_areas put_faults": "the state, which a CPU writes",
@@ -84,39 +82,19 @@ def loop_of(controller, n_worlds=2):
 
 
 def kernels_of(controller):
-    """The three kernels of a controller, and what each is handed."""
+    """The kernels of worlds and a controller, and what each is handed."""
     loop = loop_of(controller)
-    world, layers = loop.world, loop.controller.grid_layers()
-    driving = layers.templates or ON_GRID_OF_FORAGING.layers
-    records = world.robots, *map(np.ascontiguousarray, (layers.minds, layers.memories))
-    told, settings = map(np.ascontiguousarray, (layers.told, layers.settings))
+    world, layers, task = loop.world, loop.controller.compiled, FORAGING.gpu
+    functions = {**world.functions, **layers.functions, **task.functions}
+    arrays = world.arrays, tuple(map(np.ascontiguousarray, layers.arrays))
     n_worlds, n_robots = world.robots.shape
-    crowded, earned = np.zeros(n_worlds, np.int8), np.zeros((n_worlds, n_robots))
-    is_new, seeds = np.zeros(n_worlds, np.int8), np.zeros(n_worlds, np.uint64)
-    places, poses = np.zeros(world.robots.shape, np.uint64), np.zeros((*world.robots.shape, 3))
-    tables = world.worlds, world.near, world.obstacles, crowded, earned, TROUBLE, is_new
+    places = np.zeros((n_worlds, n_robots), np.uint64), np.zeros((n_worlds, n_robots, 3))
+    starts = world.robots[0], *layers.firsts, np.zeros(n_worlds, np.uint64), *places
+    modes, trouble = world.modes, world.trouble
+    begin = bind_grid(begin_worlds, {**functions, "place_world": task.place})
     return {
-        "tick": (bind_grid(tick_on_grid, {}), (world.robots, *tables)),
-        "observe": (
-            bind_grid(driving.observe, layers.functions),
-            (records[0], records[1], layers.shared, told, is_new),
-        ),
-        "place": (
-            bind_grid(ON_GRID_OF_FORAGING.place, {}),
-            (records[0], world.worlds, records[0][0], seeds, is_new, places, poses, TROUBLE),
-        ),
-        "forget": (
-            bind_grid(driving.forget, layers.functions),
-            (*records[1:], layers.first_mind, layers.first_memory, seeds, is_new, 64),
-        ),
-        "sense_first": (
-            bind_grid(ON_GRID_OF_FORAGING.sense_first, {}),
-            (world.robots, world.worlds, world.near, world.obstacles, is_new, TROUBLE),
-        ),
-        "decide": (
-            bind_grid(driving.decide, layers.functions),
-            (*records, layers.shared, settings, TROUBLE, is_new),
-        ),
+        "run": (bind_grid(run_ticks, functions), (*arrays, modes, trouble, 0, n_worlds, 10)),
+        "begin": (begin, (*arrays, starts, 64, modes, trouble)),
     }
 
 
@@ -132,29 +110,18 @@ def called_by(function, found):
     return found
 
 
-@pytest.mark.parametrize("controller", COMPILED)
-def test_observe_and_decide_compile_for_a_gpu(ptx, controller):
-    kernels = kernels_of(controller)
-    for name in ("observe", "decide"):
-        kernel, arguments = kernels[name]
-        text = ptx(kernel, *arguments)
-        assert ".target sm_90" in text, name
-        assert name == "decide" or "bar.sync" in text
-
-
-def test_the_tick_compiles_for_a_gpu(ptx):
-    kernel, arguments = kernels_of("nc")["tick"]
+@pytest.mark.parametrize("controller", [*COMPILED, "policy"])
+def test_ticks_compile_for_a_gpu(ptx, controller):
+    kernel, arguments = kernels_of(controller)["run"]
     text = ptx(kernel, *arguments)
-    assert text.count("bar.sync") == 6
-    assert "atom" in text
+    assert ".target sm_90" in text
+    assert text.count("bar.sync") == (12 if controller != "policy" else 10)
 
 
-@pytest.mark.parametrize("controller", ["ssgikf", "covariance"])
+@pytest.mark.parametrize("controller", ["ssgikf", "covariance", "policy"])
 def test_a_reset_compiles_for_a_gpu(ptx, controller):
-    kernels = kernels_of(controller)
-    for name in ("place", "forget", "sense_first"):
-        kernel, arguments = kernels[name]
-        assert ".entry" in ptx(kernel, *arguments), name
+    kernel, arguments = kernels_of(controller)["begin"]
+    assert ".entry" in ptx(kernel, *arguments)
 
 
 @pytest.mark.parametrize("learn", ["weighting", "motion", "both", "everything"])
@@ -162,7 +129,7 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     policy = LEARNABLE[learn]
     loop = loop_of("policy" if learn == "everything" else "nc")
     robots, worlds = loop.world.robots, loop.world.worlds
-    minds = np.ascontiguousarray(loop.controller.grid_layers().minds)
+    minds = np.ascontiguousarray(loop.controller.compiled.arrays[0])
     learners, choices = np.arange(10), np.zeros((2, 10), np.int64)
     actions = np.zeros((2, 10, len(policy.action)), np.float32)
     seen, row, per_robot = np.zeros((2, 10, 60), np.float32), np.zeros(60, np.float32), np.zeros(10)
@@ -194,18 +161,11 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
 @pytest.mark.parametrize("controller", ["nc", "policy"])
 def test_the_log_compiles_for_a_gpu(ptx, controller):
     loop = loop_of(controller)
-    layers = loop.controller.grid_layers()
-    minds = np.ascontiguousarray(layers.minds)
-    driving = layers.templates or ON_GRID_OF_FORAGING.layers
+    layers = loop.controller.compiled
+    minds = np.ascontiguousarray(layers.arrays[0])
     arguments = loop.world.robots, minds, loop.world.worlds, np.arange(10), np.zeros((2, 10, 6))
-    assert ".entry" in ptx(bind_grid(driving.log, {}), *arguments)
-
-
-def test_robots_whose_policy_is_everything_compile_for_a_gpu(ptx):
-    kernels = kernels_of("policy")
-    for name in ("observe", "decide", "forget"):
-        kernel, arguments = kernels[name]
-        assert ".entry" in ptx(kernel, *arguments), name
+    log = FORAGING.gpu.log[layers.has_beliefs]
+    assert ".entry" in ptx(bind_grid(grid.write_log, {"log": log}), *arguments)
 
 
 def test_the_compiled_controllers_call_all_that_any_does():
@@ -240,7 +200,7 @@ def test_few_worlds_are_launched_in_silence_and_other_peoples_kernels_are_not():
     from numba import cuda
 
     on = grid_of(2, 10)  # warnings are errors
-    assert kernels_of("nc")["tick"][0][on].griddim == (1, 1, 1)
+    assert kernels_of("nc")["run"][0][on].griddim == (1, 1, 1)
     with pytest.warns(Warning, match="under-utilization"):
         cuda.jit(lambda out: None)[on]
 
@@ -251,4 +211,4 @@ def test_few_worlds_are_launched_in_silence_and_other_peoples_kernels_are_not():
 )
 def test_what_does_not_run_on_a_gpu_is_refused_by_name(controller, reason):
     with pytest.raises(ConfigError, match=f"'{controller}' runs on a CPU only.*{reason}"):
-        loop_of(controller).controller.grid_layers()
+        loop_of(controller).controller.check_on_gpu()

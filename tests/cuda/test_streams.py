@@ -118,10 +118,9 @@ def test_every_launch_and_copy_is_in_the_stream_that_was_chosen():
     asked, _, names = later.partition("] [")
     assert asked == "[77"
     for each in (
-        "check_actions", "take_actions", "decide_on_grid", "tick_on_grid", "observe_on_grid",
-        "credit", "show_layer", "add_part", "normalise", "stack_frames", "log_on_grid", "begin",
-        "place_on_grid", "forget_on_grid", "sense_first_on_grid", "to_device", "device_array",
-        "copy_to_host", "copy_to_device",
+        "check_actions", "take_actions", "run_ticks", "credit", "show_layer", "add_part",
+        "normalise", "stack_frames", "write_log", "begin", "begin_worlds", "to_device",
+        "device_array", "copy_to_host", "copy_to_device",
     ):  # fmt: skip
         assert f"'{each}'" in names, each
     assert changes == "[('after', 0), ('goes on', 77), ('after', 77)] 77"

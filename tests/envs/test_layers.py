@@ -4,11 +4,9 @@ The proof: the baseline's own rule, driven from outside through `env.step` from 
 alone, reproduces the built-in run bit for bit.
 """
 
-from dataclasses import replace
 from itertools import product
 from typing import Literal, get_args, get_origin
 
-import numba
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
@@ -20,8 +18,6 @@ from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.rows import RowWeighting
 from baselines.weighting.sgikf import SGIKF
-from swarm_forage_env.compiler import kernel
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import take_wheels
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.records import WORDS, Action
@@ -64,19 +60,6 @@ def motion_of(part, scenario):
     """A motion as a function of the records that an observation shows."""
     motion = OutsideMotion(part.layer(scenario), scenario, [SEED])
     return lambda seen: motion(*motion_inputs(seen))
-
-
-@kernel
-def by_odometry(situation, readings, heard, wheels, memory, numbers):
-    """A motion that goes by a reading which `MotionInput` does not show."""
-    wheels[0] = readings.odometry[0]
-
-
-@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="plain Python refuses it when it runs")
-def test_a_motion_that_goes_by_what_is_not_shown_is_refused_and_reads_no_zeros(busy):
-    layer = replace(SubsumptionParameters().layer(busy), steer=by_odometry)
-    with pytest.raises(ConfigError, match="goes by 'odometry', which MotionInput does not show"):
-        FORAGING.array_motion(layer, busy, [SEED])
 
 
 def assert_same_run(learn, scenario, recipe, decide, residual=False):

@@ -6,19 +6,24 @@ import pytest
 import baselines.controllers  # noqa: F401
 import swarm_forage_env.foraging.named
 import swarm_forage_env.foraging.task  # noqa: F401 all three enter their parts
-from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.compiler import bind, entry_point
 from swarm_forage_env.equations.neighbours import EMPTY, cells_of
-from swarm_forage_env.foraging.grid import list_neighbours
 from swarm_forage_env.foraging.obstacle_contacts import resolve_contacts_among
 from swarm_forage_env.foraging.records import RobotState, WorldState
-from swarm_forage_env.foraging.surroundings import FIRST, find_neighbours, resolve_contacts
-from swarm_forage_env.foraging.tick import hear, sense_first
-from swarm_forage_env.foraging.world import SOURCES, write_numbers
+from swarm_forage_env.foraging.surroundings import (
+    FIRST,
+    find_neighbours,
+    find_neighbours_of,
+    resolve_contacts,
+)
+from swarm_forage_env.foraging.tick import hear
+from swarm_forage_env.foraging.world import FUNCTIONS, SOURCES, write_numbers
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.ticks import BEGINS, TICK, run_ticks
 from tests.columns import columns
 
 
@@ -37,7 +42,7 @@ def look_around_each(robots, worlds, near):
     most = 0
     for w in range(worlds.shape[0]):
         for i in range(robots.shape[1]):
-            most = max(most, list_neighbours(robots[w], i, near[w], worlds[w]))
+            most = max(most, find_neighbours_of(robots[w], i, near[w], worlds[w]))
     return most
 
 
@@ -121,7 +126,10 @@ class Block:
 
     def sense(self):
         """What the robots' own sensors read."""
-        sense_first(*self.tables, 0, len(self.worlds))
+        n_worlds, earned = len(self.worlds), np.zeros(self.robots.shape)
+        modes, trouble = np.full(n_worlds, BEGINS, np.int8), np.zeros(n_worlds + 1, np.int64)
+        tick = bind(run_ticks, {**TICK, **FUNCTIONS})
+        tick((*self.tables, earned), (), modes, trouble, 0, n_worlds, 1)
         return self.state.readings
 
     def listen(self):

@@ -177,7 +177,7 @@ def test_kernels_know_the_records_of_a_copy_at_once(copied):
         assert not np.shares_memory(mine, copied_one)
     assert other.task is loop.task
     mine, copied_ones = loop.controller._squads, other.controller._squads
-    assert [each.decide for each in copied_ones] == [each.decide for each in mine]
+    assert [each.functions for each in copied_ones] == [each.functions for each in mine]
 
 
 GO_ON = """

@@ -82,8 +82,8 @@ class ForagingLoop(Loop):
         compose = self.controller.estimator.kernels["compose"]
         self._compose_all = bind(compose_all, {"compose": compose})
 
-    def _step(self, first: int, last: int) -> None:
-        """A tick; every message is composed in it, also one that nobody will hear."""
+    def _advance(self, n_ticks: int, first: int, last: int) -> None:
+        """A tick, stage by stage, in which messages are composed that nobody will hear."""
         running = self.controller
         running.decide(first, last)
         self._compose_all(running.minds["estimator"], running._settings)
@@ -97,7 +97,7 @@ def compose_all(minds: Array, settings: Array) -> None:
     """Write the messages of all robots. Free name: compose."""
     for w in range(minds.shape[0]):
         for i in range(minds.shape[1]):
-            compose(minds[w, i], settings[w, i].estimator)
+            compose(minds[w, i], settings[w, min(i, settings.shape[1] - 1)].estimator)
 
 
 def words_of(messages: Any) -> Any:

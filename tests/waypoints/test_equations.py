@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy import stats
 
+from swarm_forage_env.compiler import bind
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.steering import seek
 from swarm_forage_env.record import rows as as_rows
+from swarm_forage_env.ticks import BEGINS, TICK, nothing, run_ticks
 from swarm_forage_env.waypoints.dynamics import (
     draw_devices,
     drive,
@@ -31,7 +33,7 @@ from swarm_forage_env.waypoints.records import (
 )
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.sensors import fix_at_home, measure_motion
-from swarm_forage_env.waypoints.tick import sense_first
+from swarm_forage_env.waypoints.tick import tick_world
 from swarm_forage_env.waypoints.world import write_numbers
 
 
@@ -150,7 +152,10 @@ def sights(pose, n_robots, streams, **numbers):
         found[name] = 1
     worlds = WorldState.array((len(robots),))
     worlds[:] = np.array(world_with(**numbers))
-    sense_first(robots, found, worlds, 0, len(robots))
+    modes, trouble = np.full(len(robots), BEGINS, np.int8), np.zeros(len(robots) + 1, np.int64)
+    arrays = robots, found, worlds, np.zeros(robots.shape)
+    tick = bind(run_ticks, {**TICK, "tick_world": tick_world, "move_world": nothing})
+    tick(arrays, (), modes, trouble, 0, len(robots), 1)
     streams[:] = robots["streams"][..., LIDAR].reshape(-1)
     shape = len(pose), n_robots
     return tuple(found[name].reshape(shape) for name in ("seen", "range", "bearing"))

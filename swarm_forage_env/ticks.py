@@ -1,0 +1,113 @@
+"""Ticks: what worlds do between two cuts of a learner, one text for CPU and GPU.
+
+    decide -> move -> tick -> observe -> [the cut] -> decide ...
+
+Worlds are independent of each other, so that several ticks run in one compiled call, world by
+world, or in one launch, in which a block of threads holds whole worlds.
+"""
+
+from typing import Any
+
+from swarm_forage_env.arrays import Array, Int8, Int64
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.random_draws import first_word
+from swarm_forage_env.interface import Kernel
+
+lane: Kernel
+lanes: Kernel
+barrier: Kernel
+first_world: Kernel
+end_world: Kernel
+decide_world: Kernel
+move_world: Kernel
+tick_world: Kernel
+observe_world: Kernel
+place_world: Kernel
+set_stream: Kernel
+"""Free names of the templates: lanes, and row templates of a task, an engine and a controller."""
+
+STANDS, RUNS, BEGINS = range(3)
+"""What a world does in a call: nothing; ticks; or it senses and observes before its first tick."""
+
+NO_TROUBLE, TOO_MANY_NEAR, NOT_FINITE, REFUSED, NO_ROOM = range(5)
+"""What can go wrong in a world, which a compiled function notes and Python raises."""
+
+N_TROUBLES = 5
+
+Arrays = tuple[Any, ...]
+"""Arrays of all worlds, as a task or a controller keeps them."""
+
+
+@kernel
+def note(trouble: Int64[Array, " worlds_and_one"], w: int, kind: int, robot: int) -> None:
+    """Note what went wrong in a world, with which robot; the last number tells that it did."""
+    trouble[w] = kind + N_TROUBLES * robot
+    trouble[trouble.shape[0] - 1] = 1
+
+
+def run_ticks(  # noqa: PLR0913 what runs, how, which worlds, how long
+    world_arrays: Arrays,
+    layer_arrays: Arrays,
+    modes: Int8[Array, " worlds"],
+    trouble: Int64[Array, " worlds_and_one"],
+    first: int,
+    last: int,
+    n_ticks: int,
+) -> None:
+    """Run some ticks of the worlds first .. last - 1, each as its mode says.
+
+    A world in which a decision cannot be carried out stands from then on. All lanes of a block come
+    to every barrier, also those of worlds without robots to run.
+    """
+    for each in range(first_world(first), end_world(last)):
+        w = min(each, last - 1)
+        n_robots = world_arrays[0].shape[1] if each < last and modes[w] != STANDS else 0
+        for _ in range(n_ticks):
+            n_moving = 0 if modes[w] == BEGINS else n_robots
+            decide_world(world_arrays, layer_arrays, trouble, w, n_moving)
+            barrier()
+            if trouble[w] % N_TROUBLES == NOT_FINITE:
+                n_robots = n_moving = 0
+            move_world(world_arrays, w, n_moving)
+            barrier()
+            tick_world(world_arrays, trouble, w, n_robots, n_moving)
+            barrier()
+            observe_world(world_arrays, layer_arrays, w, n_robots)
+            barrier()
+
+
+def begin_worlds(
+    world_arrays: Arrays,
+    layer_arrays: Arrays,
+    starts: Arrays,
+    noise: int,
+    modes: Int8[Array, " worlds"],
+    trouble: Int64[Array, " worlds_and_one"],
+) -> None:
+    """Put the robots of worlds that begin at their starting places, and let their layers forget.
+
+    `starts` are first records of a robot, of what its estimator and its motion keep, the seed of
+    every world, and room for places; `noise` is what motions draw for.
+    Free names: first_world, end_world, lane, lanes, place_world, set_stream.
+    """
+    robots, minds, memories = world_arrays[0], layer_arrays[0], layer_arrays[1]
+    first_robot, first_mind, first_memory, seeds, places, poses = starts
+    last = robots.shape[0]
+    for each in range(first_world(0), end_world(last)):
+        w = min(each, last - 1)
+        n = robots.shape[1] if each < last and modes[w] == BEGINS else 0
+        place_world(world_arrays, first_robot[0], seeds[w], places[w], poses[w], trouble, w, n)
+        for i in range(lane(), n, lanes()):
+            minds[w, i], memories[w, i] = first_mind[0], first_memory[0]
+            set_stream(memories[w, i], first_word(seeds[w], i, noise))
+
+
+@kernel
+def nothing(*arrays: Any) -> None:  # noqa: ANN401 whatever the stage in whose place it is gets
+    """Do nothing: stands for a stage of a tick that is not to be run."""
+
+
+DECIDE = {"move_world": nothing, "tick_world": nothing, "observe_world": nothing}
+TICK = {"decide_world": nothing, "observe_world": nothing}
+OBSERVE = {"decide_world": nothing, "move_world": nothing, "tick_world": nothing}
+"""What stands in the places of the other stages, where one is run alone."""
