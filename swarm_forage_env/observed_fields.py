@@ -5,6 +5,7 @@ numbers of a robot are copied between its records and a row of an observation or
 of float32 words, alike on a CPU and on a GPU.
 """
 
+import operator
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle, product
@@ -12,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32, Int64
-from swarm_forage_env.compiler import entry_point, inlined
+from swarm_forage_env.arrays import Array, Float32, UInt64
+from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.record import Field, Record, offset_of
 from swarm_forage_env.spaces import Feature, Layout
@@ -24,9 +25,10 @@ Sizes = Mapping[str, int]
 Words = Float32[Array, "worlds words"]
 """Records of the robots of some worlds as float32 words."""
 
-Spans = Int64[Array, "spans 4"]
+Spans = UInt64[Array, "spans 4"]
 """Which array of records, the first word in a robot's, how many, and the first number of the row
-that they are copied to or from."""
+that they are copied to or from. Unsigned: a signed index costs a check that it is not negative,
+and copies five times the time."""
 
 
 @dataclass(frozen=True)
@@ -181,7 +183,7 @@ def _joined(spans: Sequence[tuple[int, int, int, int]]) -> Spans:
             before[2] += count
         else:
             found.append([source, at, count, to])
-    return np.array(found, np.int64).reshape(-1, 4)
+    return np.array(found, np.uint64).reshape(-1, 4)
 
 
 def words_of(records: Array) -> Words:
@@ -196,12 +198,12 @@ class FieldCopies:
         """Of this layout; where the fields lie is found out at the first copy."""
         self._layout = layout
         self._names = list(dict.fromkeys(path.source.split(".")[0] for path in layout.paths))
-        self._spans: Spans | None = None
+        self._arrays: list[Array] = []
 
     def read(self, world: Any, minds: Array, out: Float32[Array, "worlds robots n"]) -> None:  # noqa: ANN401 of any task
         """Write the fields of all robots to the first numbers of rows, which may be longer."""
-        arrays, spans = self._arrays(world, minds)
-        copy_to_rows(tuple(map(words_of, arrays)), spans, out)
+        self._look_at(world, minds)
+        copy_to_rows(self._words, self._spans, out)
 
     def write(
         self,
@@ -211,26 +213,26 @@ class FieldCopies:
         rows: Float32[Array, "worlds robots numbers"],
     ) -> None:
         """Write rows of numbers to the fields of some robots of every world."""
-        arrays, spans = self._arrays(world, minds)
-        for source, at, count, begin in spans.tolist():
-            words = words_of(arrays[source]).reshape(*arrays[source].shape[:2], -1)
-            words[:, robots, at : at + count] = rows[:, :, begin : begin + count]
+        self._look_at(world, minds)
+        for fields, begin, end in self._fields:
+            fields[:, robots] = rows[:, :, begin:end]
 
-    def _arrays(self, world: Any, minds: Array) -> tuple[list[Array], Spans]:  # noqa: ANN401 of any task
+    def _look_at(self, world: Any, minds: Array) -> None:  # noqa: ANN401 of any task
+        """Take views of the arrays, if they are others than before."""
         arrays = [minds if name == "minds" else getattr(world, name) for name in self._names]
-        if self._spans is None:
-            dtypes = (each.dtype for each in arrays)
-            self._spans = spans_of(self._layout, dict(zip(self._names, dtypes, strict=True)))
-        return arrays, self._spans
-
-
-@inlined
-def copy_words(
-    source: Float32[Array, " words"], at: int, count: int, out: Float32[Array, " words"], to: int
-) -> None:
-    """Copy so many words from one row to another."""
-    for k in range(count):
-        out[to + k] = source[at + k]
+        if len(self._arrays) and all(map(operator.is_, arrays, self._arrays)):
+            return
+        dtypes = (each.dtype for each in arrays)
+        self._arrays, self._words = arrays, tuple(map(words_of, arrays))
+        self._spans = spans_of(self._layout, dict(zip(self._names, dtypes, strict=True)))
+        robots = [
+            words.reshape(*each.shape[:2], -1)
+            for words, each in zip(self._words, arrays, strict=True)
+        ]
+        self._fields = [
+            (robots[source][:, :, at : at + count], to, to + count)
+            for source, at, count, to in self._spans.tolist()
+        ]
 
 
 @entry_point
@@ -238,10 +240,11 @@ def copy_to_rows(
     sources: tuple[Words, ...], spans: Spans, out: Float32[Array, "worlds robots numbers"]
 ) -> None:
     """Write spans of the records of all robots to rows."""
-    n_worlds, n_robots, _ = out.shape
+    n_worlds, n_robots = np.uint64(out.shape[0]), np.uint64(out.shape[1])
     for s in range(spans.shape[0]):
         words, at, count, to = sources[spans[s, 0]], spans[s, 1], spans[s, 2], spans[s, 3]
-        size = words.shape[1] // n_robots
+        size = np.uint64(words.shape[1]) // n_robots
         for w in range(n_worlds):
             for i in range(n_robots):
-                copy_words(words[w], i * size + at, count, out[w, i], to)
+                for k in range(count):
+                    out[w, i, to + k] = words[w, i * size + at + k]

@@ -11,7 +11,7 @@ from swarm_forage_env.envs.frames import fill_frames, push_frame
 from swarm_forage_env.envs.observations import normalise_row, write_direction
 from swarm_forage_env.envs.rewards import mean_of, shaping
 from swarm_forage_env.interface import Kernel
-from swarm_forage_env.observed_fields import Spans, Words, copy_words
+from swarm_forage_env.observed_fields import Spans, Words
 from swarm_forage_env.record import Numbers
 from swarm_forage_env.ticks import REFUSED, note
 
@@ -76,8 +76,10 @@ def write_fields(
     """Write an action to the records of robot i of a world."""
     for s in range(spans.shape[0]):
         words = minds if spans[s, 0] else robots
-        at = i * (words.shape[0] // n_robots) + spans[s, 1]
-        copy_words(row, spans[s, 3], spans[s, 2], words, at)
+        size = np.uint64(words.shape[0]) // np.uint64(n_robots)
+        at = np.uint64(i) * size + spans[s, 1]
+        for k in range(spans[s, 2]):
+            words[at + k] = row[spans[s, 3] + k]
 
 
 @kernel
@@ -92,8 +94,10 @@ def read_fields(
     """Write the fields of robot i of a world to an observation."""
     for s in range(spans.shape[0]):
         words = minds if spans[s, 0] else robots
-        at = i * (words.shape[0] // n_robots) + spans[s, 1]
-        copy_words(words, at, spans[s, 2], row, spans[s, 3])
+        size = np.uint64(words.shape[0]) // np.uint64(n_robots)
+        at = np.uint64(i) * size + spans[s, 1]
+        for k in range(spans[s, 2]):
+            row[spans[s, 3] + k] = words[at + k]
 
 
 def take_choices(  # noqa: PLR0913 what an action is, and where it goes

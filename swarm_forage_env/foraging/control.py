@@ -88,8 +88,6 @@ def take_in_all(swarm: Array, crowd: Array, i: int, shared: Array, numbers: Numb
     """
     mind = crowd[i]
     take_in(mind, shared, swarm[i].readings, numbers)
-    if mind.exchange.is_valid:
-        clear_exchange(mind.exchange)
     mind.exchange.is_valid = listen(crowd, i, swarm[i].heard, numbers)
     describe(mind, swarm[i].report)
 
@@ -152,6 +150,7 @@ def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: 
         take_weights(action, exchange)
         is_finite = is_finite and has_finite_weights(exchange)
         merge(mind, shared, settings.weighting.heard_p_share, settings.estimator)
+        clear_exchange(exchange)
     robot.command.is_speaking = has_something_to_say(mind, settings.estimator)
     mind.is_composed = False
     return is_finite

@@ -16,7 +16,9 @@ def goal_of(goal: Float32[Array, "3"]) -> int:
 @kernel
 def write_goal(area: int, goal: Float32[Array, "3"]) -> None:
     """Write the area that a robot is heading for, -1 for none, as one of three."""
-    goal[0], goal[1], goal[2] = area == 0, area == 1, area < 0
+    for k in range(3):
+        goal[k] = 0.0
+    goal[area] = 1.0  # none is the last
 
 
 @kernel
@@ -33,10 +35,8 @@ def clear_exchange(exchange: Exchange) -> None:
 
 
 @kernel
-def mark_messages(heard: Heard, n: int) -> None:
-    """Set how many messages were heard; flags follow, and slots that were used before are zeros."""
-    for slot in range(heard.n, n):
-        heard.is_valid[slot] = 1.0
+def keep_slots(heard: Heard, n: int) -> None:
+    """Keep the first n message slots, and clear those after them that were used before."""
     for slot in range(n, heard.n):
         heard.is_valid[slot] = heard.n_averaged[slot] = 0.0
         for k in range(3):

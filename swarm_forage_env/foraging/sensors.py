@@ -20,7 +20,7 @@ from swarm_forage_env.equations.radio import loss, mean_board_range, mean_error
 from swarm_forage_env.equations.random_draws import below, symmetric, unit
 from swarm_forage_env.foraging.fault_record import BLIND, DEAF, WORN
 from swarm_forage_env.foraging.floor import kind_at
-from swarm_forage_env.foraging.inputs import mark_messages
+from swarm_forage_env.foraging.inputs import keep_slots
 from swarm_forage_env.foraging.records import (
     ENCODER,
     GROUND,
@@ -146,7 +146,7 @@ def is_on_air(sender: RobotState) -> bool:
 def listen(swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState) -> None:
     """Receive the messages that reach robot i; none reach a deaf one."""
     if swarm[i].fault.active[DEAF]:
-        mark_messages(swarm[i].heard, 0)
+        keep_slots(swarm[i].heard, 0)
     else:
         receive_messages(swarm, i, near, world)
 
@@ -178,7 +178,7 @@ def receive_messages(
         arrived += 1
         if slot < world.slots:
             robot.heard.sender[slot] = near[i, k]
-    mark_messages(robot.heard, min(arrived, world.slots))
+    keep_slots(robot.heard, min(arrived, world.slots))
     robot.messages += robot.heard.n
     for slot in range(robot.heard.n):
         measure_range_bearing(robot, swarm[robot.heard.sender[slot]], slot, world)
@@ -208,4 +208,4 @@ def measure_range_bearing(
     noise = world.bearing_noise
     measured[slot, 1] = wrap(bearing + mean_error(robot.streams, RADIO, frames, noise))
     measured[slot, 2] = wrap(back + mean_error(robot.streams, RADIO, frames, noise))
-    robot.heard.n_averaged[slot] = frames
+    robot.heard.n_averaged[slot], robot.heard.is_valid[slot] = frames, 1.0

@@ -135,7 +135,7 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     seen, row, per_robot = np.zeros((2, 10, 60), np.float32), np.zeros(60, np.float32), np.zeros(10)
     is_new, pair = np.zeros(2, np.int8), np.zeros((2, 2, 10))
     functions = {"command": drive_to_wheels, "potential": potential}
-    fields = words_of(robots), words_of(minds), 10, np.zeros((3, 4), np.int64)
+    fields = words_of(robots), words_of(minds), 10, np.zeros((3, 4), np.uint64)
     steps = {
         grid.check_actions: (actions, row, row, TROUBLE),
         grid.take_actions: (*fields, learners, actions, actions, 0, 0, 0.3),
