@@ -138,7 +138,7 @@ def test_both_layers_from_outside_are_those_inside(estimator, setting):
 def test_no_weight_is_another_run_than_the_full_one():
     recipe = inside("adaptive", "decentralised_ekf", "corrected")
     with pytest.raises(AssertionError, match="they part at tick"):
-        assert_same_run("weighting", recipe, lambda _, matrix: np.zeros((10, 1), np.float32))
+        assert_same_run("weighting", recipe, lambda seen: np.zeros((10, 1), np.float32))
 
 
 def full(env):
