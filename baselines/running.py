@@ -29,7 +29,7 @@ from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, Kernel, Motio
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import copied_rows, record_dtype
 from swarm_forage_env.task import task_of
-from swarm_forage_env.ticks import DECIDE, OBSERVE, run_ticks
+from swarm_forage_env.ticks import only, run_ticks
 
 
 @dataclass
@@ -57,7 +57,7 @@ class Squad:
     @cached_property
     def decide(self) -> Kernel:
         """The second half of the control alone, compiled with their functions."""
-        kernel: Kernel = bind(run_ticks, {**self.functions, **DECIDE})
+        kernel: Kernel = bind(run_ticks, {**self.functions, **only("decide")})
         return kernel
 
     @property
@@ -142,7 +142,11 @@ class RunningLayers:
     @cached_property
     def _observe(self) -> Kernel:
         """The first half of the control alone."""
-        functions = {**self.estimator.kernels, "observe_world": self.estimator.observe, **OBSERVE}
+        functions = {
+            **self.estimator.kernels,
+            "observe_world": self.estimator.observe,
+            **only("observe"),
+        }
         kernel: Kernel = bind(run_ticks, functions)
         return kernel
 

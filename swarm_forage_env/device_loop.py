@@ -20,7 +20,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import FieldLayout, spans_of
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.task import World, checked_worlds, consecutive
-from swarm_forage_env.ticks import BEGINS, DECIDE, OBSERVE, TICK, begin_worlds, run_ticks
+from swarm_forage_env.ticks import BEGINS, begin_worlds, only, run_ticks
 
 MOST_THREADS = 128
 """Threads of a block, at most: so many that each may have all registers that one can have."""
@@ -77,12 +77,8 @@ class DeviceLoop:
     @cached_property
     def stages(self) -> dict[str, Callable[[], None]]:
         """The stages of a tick of every world, each a kernel of its own, to be timed."""
-        return {
-            name: partial(
-                self._launch, bind_grid(run_ticks, {**self._functions, **alone}), 1, self._modes
-            )
-            for name, alone in {"decide": DECIDE, "tick": TICK, "observe": OBSERVE}.items()
-        }
+        kernels = {name: bind_grid(run_ticks, {**self._functions, **only(name)}) for name in HANDED}
+        return {name: partial(self._launch, each, 1, self._modes) for name, each in kernels.items()}
 
     def _launch(self, kernel: Any, n_ticks: int, modes: Any) -> None:  # noqa: ANN401 as above
         world, layers = self._of(WORLD), self._of(LAYERS)

@@ -8,6 +8,10 @@ from typing import Any, Protocol
 class EpisodeMeter(Protocol):
     """Measures a block of worlds while it runs."""
 
+    def next_sample(self, tick: int) -> int:
+        """The next tick after this one with which something is to be measured."""
+        ...
+
     def sample(self, tick: int) -> None:
         """Look at the worlds after this tick, 1 being the first."""
         ...

@@ -13,7 +13,7 @@ from swarm_forage_env.interface import CompiledLayers, Kernel, NoMemory, refuse_
 from swarm_forage_env.observed_fields import Sizes
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.templates import row_template
-from swarm_forage_env.ticks import DECIDE, OBSERVE, Arrays, run_ticks
+from swarm_forage_env.ticks import Arrays, only, run_ticks
 
 lane: Kernel
 lanes: Kernel
@@ -141,8 +141,8 @@ class RunningPolicy:
             "observe_world": hear_world,
             "set_stream": set_no_stream,
         }
-        self._decide = bind(run_ticks, {**self._functions, **DECIDE})
-        self._observe = bind(run_ticks, {**self._functions, **OBSERVE})
+        self._decide = bind(run_ticks, {**self._functions, **only("decide")})
+        self._observe = bind(run_ticks, {**self._functions, **only("observe")})
 
     @property
     def has_rules(self) -> bool:

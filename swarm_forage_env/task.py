@@ -32,8 +32,8 @@ from swarm_forage_env.ticks import (
     NO_TROUBLE,
     REFUSED,
     RUNS,
-    TICK,
     TOO_MANY_NEAR,
+    only,
     run_ticks,
 )
 from swarm_forage_env.trajectory import TrajectoryKind
@@ -167,7 +167,7 @@ class Block(ABC):
     @cached_property
     def _tick(self) -> Kernel:
         """The tick alone, without a controller."""
-        kernel: Kernel = bind(run_ticks, {**TICK, **self.functions})
+        kernel: Kernel = bind(run_ticks, {**only("engine", "tick"), **self.functions})
         return kernel
 
     @property

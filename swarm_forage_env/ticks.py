@@ -107,7 +107,15 @@ def nothing(*arrays: Any) -> None:  # noqa: ANN401 whatever the stage in whose p
     """Do nothing: stands for a stage of a tick that is not to be run."""
 
 
-DECIDE = {"move_world": nothing, "tick_world": nothing, "observe_world": nothing}
-TICK = {"decide_world": nothing, "observe_world": nothing}
-OBSERVE = {"decide_world": nothing, "move_world": nothing, "tick_world": nothing}
-"""What stands in the places of the other stages, where one is run alone."""
+STAGES = {
+    "decide": "decide_world",
+    "engine": "move_world",
+    "tick": "tick_world",
+    "observe": "observe_world",
+}
+"""The row template of each stage of a tick, in their order."""
+
+
+def only(*stages: str) -> dict[str, Kernel]:
+    """What stands in the places of the other stages, where some are run alone."""
+    return {template: nothing for stage, template in STAGES.items() if stage not in stages}

@@ -123,6 +123,11 @@ class OnPathMeter:
         self._n_ticks = n_ticks
         self._samples: list[Float64[Array, " worlds"]] = []
 
+    def next_sample(self, tick: int) -> int:
+        """The next tick after this one with which a hundredth of the episode ends."""
+        hundredths = tick * SERIES_LENGTH // self._n_ticks
+        return -(-(hundredths + 1) * self._n_ticks // SERIES_LENGTH)
+
     def sample(self, loop: Any, tick: int) -> None:  # noqa: ANN401 a control loop
         """Take a sample if a hundredth of the episode ends with this tick."""
         if tick * SERIES_LENGTH // self._n_ticks > (tick - 1) * SERIES_LENGTH // self._n_ticks:
@@ -177,6 +182,11 @@ class ForagingMeter:
         self._sound = SoundMeter(loop) if loop.world.worlds["has_faults"].any() else None
         self._path = OnPathMeter(scenario.n_ticks)
         self._period = max(1, round(SAMPLE_EVERY / scenario.tick))
+
+    def next_sample(self, tick: int) -> int:
+        """The next tick after this one with which something is to be measured."""
+        next_error: int = (tick // self._period + 1) * self._period
+        return min(next_error, self._path.next_sample(tick))
 
     def sample(self, tick: int) -> None:
         """Measure what is over with this tick."""

@@ -154,7 +154,7 @@ def tick_world(
     None are moving in a world that begins: all sense, and nobody has spoken yet.
     Free names: list_neighbours, lane, lanes, barrier; those of the row templates above.
     """
-    robots, worlds, near, cells, obstacles, earned = world_arrays
+    robots, worlds, near, cells, obstacles, earned = world_arrays[:6]
     swarm, world = robots[w], worlds[w]
     standing = obstacles[w, : world.n_obstacles]
     move_all(swarm, world, n_moving)

@@ -22,7 +22,7 @@ from swarm_forage_env.foraging.surroundings import FIRST, list_by_cells
 from swarm_forage_env.foraging.tick import tick_world
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.physics.kinematic import Kinematic
+from swarm_forage_env.physics.base import PythonPhysics
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.task import Block
 from swarm_forage_env.ticks import nothing
@@ -43,7 +43,6 @@ SOURCES = (
 FUNCTIONS: Mapping[str, Kernel] = {
     "tick_world": tick_world,
     "list_neighbours": list_by_cells,
-    "move_world": nothing,
 }
 """What `run_ticks` has free names for, on a CPU."""
 
@@ -119,21 +118,25 @@ class ForagingWorld(Block):
     @property
     def arrays(self) -> tuple[Array, ...]:
         """The arrays that the templates of a tick are handed."""
-        return self.robots, self.worlds, self.near, self._cells, self.obstacles, self.earned
+        own = self.robots, self.worlds, self.near, self._cells, self.obstacles, self.earned
+        return own if isinstance(self._physics, PythonPhysics) else (*own, *self._physics.arrays)
 
     @property
     def functions(self) -> Mapping[str, Kernel]:
         """What `run_ticks` has free names for."""
-        return FUNCTIONS
+        engine = self._physics
+        move = nothing if isinstance(engine, PythonPhysics) else engine.move_world
+        return {**FUNCTIONS, "move_world": move}
 
     @property
     def is_compiled(self) -> bool:
         """Nothing outside compiled code moves the robots."""
-        return isinstance(self._physics, Kinematic)
+        return not isinstance(self._physics, PythonPhysics)
 
     def move(self, first: int, last: int) -> None:
-        """Let the engine move the robots of the worlds first .. last - 1."""
-        self._physics.move(self.robots, self.worlds, self.near, self.obstacles, first, last)
+        """Let an engine in Python move the robots of the worlds first .. last - 1."""
+        if isinstance(self._physics, PythonPhysics):
+            self._physics.move(self.robots, self.worlds, self.near, self.obstacles, first, last)
 
     def snapshot(self) -> dict[str, Any]:
         """All that the next ticks depend on: arrays, scenarios, and what the engine remembers."""

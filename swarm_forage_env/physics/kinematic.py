@@ -8,7 +8,9 @@ from collections.abc import Sequence
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.physics.base import ENGINES
+from swarm_forage_env.ticks import nothing
 
 
 @ENGINES.register("kinematic")
@@ -18,10 +20,15 @@ class Kinematic:
     def __init__(self, scenarios: Sequence[Scenario]) -> None:
         """Nothing is kept."""
 
-    def move(
-        self, robots: Array, worlds: Array, near: Array, obstacles: Array, first: int, last: int
-    ) -> None:
-        """Leave the motion to the kernel."""
+    @property
+    def move_world(self) -> Kernel:
+        """Leaves the motion to the tick."""
+        return nothing
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """There are none."""
+        return ()
 
     def reset(self, world: int, scenario: Scenario) -> None:
         """There is nothing to forget."""

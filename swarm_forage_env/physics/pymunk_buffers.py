@@ -11,7 +11,7 @@ import numpy as np
 from pymunk._chipmunk import ffi
 
 from swarm_forage_env.arrays import Array, Float64, Int32
-from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.obstacles import from_axis
@@ -20,6 +20,7 @@ from swarm_forage_env.foraging.surroundings import COUNT, FIRST
 from swarm_forage_env.foraging.tick import set_wheels
 from swarm_forage_env.physics.chipmunk_functions import each_body, step_space
 from swarm_forage_env.record import Record, field
+from swarm_forage_env.ticks import Arrays
 
 SUBSTEPS = 2
 
@@ -148,35 +149,16 @@ def read_bodies(swarm: Array, space: SpaceMemory) -> None:
 
 
 @kernel
-def move_world(
-    swarm: Array,
-    world: WorldState,
-    near: Int32[Array, "robots columns"],
-    obstacles: Float64[Array, "obstacles 5"],
-    space: SpaceMemory,
-) -> None:
+def move_world(world_arrays: Arrays, w: int, n_robots: int) -> None:
     """Turn the wheels; where bodies may touch in this tick, let Chipmunk move the robots."""
-    for i in range(swarm.shape[0]):
+    robots, worlds, near, _, obstacles, _, spaces = world_arrays
+    swarm, world, space = robots[w], worlds[w], spaces[w]
+    for i in range(n_robots):
         set_wheels(swarm[i], world)
-    if may_touch(swarm, near, world, obstacles):
+    standing = obstacles[w, : world.n_obstacles]
+    if n_robots > 0 and may_touch(swarm, near[w], world, standing):
         write_bodies(swarm, world, space)
         for _ in range(SUBSTEPS):
             step_space(space.at, world.dt / SUBSTEPS)
         read_bodies(swarm, space)
         world.has_moved = True
-
-
-@entry_point
-def move_worlds(  # noqa: PLR0913 a block of worlds, their spaces, and which of them
-    robots: Array,
-    worlds: Array,
-    near: Int32[Array, "worlds robots columns"],
-    obstacles: Float64[Array, "worlds obstacles 5"],
-    spaces: Array,
-    first: int,
-    last: int,
-) -> None:
-    """Move the worlds first .. last - 1 by one tick."""
-    for w in range(first, last):
-        world = worlds[w]
-        move_world(robots[w], world, near[w], obstacles[w, : world.n_obstacles], spaces[w])

@@ -10,10 +10,11 @@ from pymunk.batch import BodyFields
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.foraging.obstacles import capsules_of
 from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.physics.base import ENGINES
 from swarm_forage_env.physics.chipmunk_functions import address_of
 from swarm_forage_env.physics.contact_memory import ContactMemory, recall, remembered
-from swarm_forage_env.physics.pymunk_buffers import SpaceMemory, move_worlds
+from swarm_forage_env.physics.pymunk_buffers import SpaceMemory, move_world
 
 MASS = 0.15
 """Mass of an e-puck [kg]. GCtronic e-puck specification."""
@@ -29,7 +30,7 @@ class Rigid:
     """Bodies push, slide and turn each other where they touch, by pymunk, one space a world.
 
     In a tick in which no body of a world can reach another, a wall or an obstacle, its space would
-    only carry each robot along its chord; that is left to the kernel `tick`.
+    only carry each robot along its chord; that is left to the tick.
     """
 
     def __init__(self, scenarios: Sequence[Scenario]) -> None:
@@ -42,11 +43,15 @@ class Rigid:
         for w, scenario in enumerate(scenarios):
             self.reset(w, scenario)
 
-    def move(
-        self, robots: Array, worlds: Array, near: Array, obstacles: Array, first: int, last: int
-    ) -> None:
-        """Move the worlds in which bodies may touch."""
-        move_worlds(robots, worlds, near, obstacles, self._memory, first, last)
+    @property
+    def move_world(self) -> Kernel:
+        """Moves the robots of a world in which bodies may touch."""
+        return move_world
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """The spaces of all worlds."""
+        return (self._memory,)
 
     def reset(self, world: int, scenario: Scenario) -> None:
         """Start from a new space: the old one keeps the impulses of its last contacts."""

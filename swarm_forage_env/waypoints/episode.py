@@ -86,6 +86,10 @@ class WaypointMeter:
         is_measured = has_estimators(loop.controller.minds)
         self._error = WaypointErrorMeter(loop.world.n_worlds) if is_measured else None
 
+    def next_sample(self, tick: int) -> int:
+        """Every tick is measured."""
+        return tick + 1
+
     def sample(self, tick: int) -> None:
         """Measure every tick."""
         if self._error is not None:

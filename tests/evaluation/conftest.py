@@ -61,11 +61,11 @@ def measures():
     """What the bench may have found."""
     from baselines.evaluation.bench.budgets import check
     from baselines.evaluation.bench.cases import all_cases
-    from baselines.evaluation.bench.stages import STAGES
+    from baselines.evaluation.bench.stages import SHARES
 
     speeds = {"rigid": 1e6, "kinematic": 1e6, "bare_pymunk": 2e6, "rigid_over_bare": 2.0}
     cases = [{"case": case.name, "rows": case.rows, **speeds} for case in all_cases()]
-    shares = dict.fromkeys(STAGES, 1.0 / len(STAGES))
+    shares = dict.fromkeys(SHARES, 1.0 / len(SHARES))
     found = {
         "quick": True,
         "machine": {"python": "3.11", "cores": 2},

@@ -22,7 +22,7 @@ from baselines.evaluation.bench.cases import (
     uniform_poses,
 )
 from baselines.evaluation.bench.speed import case_speeds, seconds_per_tick, thread_gain
-from baselines.evaluation.bench.stages import STAGES, stage_shares
+from baselines.evaluation.bench.stages import SHARES, stage_shares
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.scenarios import find_scenario
@@ -36,7 +36,7 @@ def case():
 @pytest.mark.parametrize("physics", ["rigid", "kinematic"])
 def test_the_stages_make_up_the_tick(case, physics):
     shares = stage_shares(case, physics, quick=True)
-    assert tuple(shares) == STAGES
+    assert tuple(shares) == SHARES
     assert sum(shares.values()) == pytest.approx(1.0, abs=1e-3)
     for stage in ("decide", "engine", "tick", "observe"):
         assert shares[stage] > 0.0, "each stage is still where the clock is put"

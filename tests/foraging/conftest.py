@@ -23,7 +23,7 @@ from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.ticks import BEGINS, TICK, run_ticks
+from swarm_forage_env.ticks import BEGINS, only, run_ticks
 from tests.columns import columns
 
 
@@ -128,7 +128,7 @@ class Block:
         """What the robots' own sensors read."""
         n_worlds, earned = len(self.worlds), np.zeros(self.robots.shape)
         modes, trouble = np.full(n_worlds, BEGINS, np.int8), np.zeros(n_worlds + 1, np.int64)
-        tick = bind(run_ticks, {**TICK, **FUNCTIONS})
+        tick = bind(run_ticks, {**only("tick"), **FUNCTIONS})
         tick((*self.tables, earned), (), modes, trouble, 0, n_worlds, 1)
         return self.state.readings
 

@@ -4,8 +4,10 @@ import numpy as np
 from numpy.testing import assert_array_equal
 from scipy import stats
 
+from swarm_forage_env.compiler import bind
 from swarm_forage_env.physics.pymunk_buffers import SUBSTEPS
 from swarm_forage_env.physics.rigid import Rigid
+from swarm_forage_env.ticks import only, run_ticks
 
 SEEDS = range(24)
 DURATION = 600.0
@@ -51,10 +53,11 @@ def test_rigid_moves_robots_as_pymunk_moves_bodies(running):
     world = running("es1", [3], "rigid", start_radius=0.15).world
     engine, rng, touching = world._physics, np.random.default_rng(4), 0
     (space,) = Rigid(world.scenarios)._spaces.values()
+    move = bind(run_ticks, {**world.functions, **only("engine")})
     for _ in range(100):
         world.worlds["has_moved"] = False
         world.robots["command"]["wheels"] = rng.uniform(-1.0, 1.0, (1, world.n_robots, 2))
-        engine.move(world.robots, world.worlds, world.near, world.obstacles, 0, 1)
+        move(world.arrays, (), world.modes, world.trouble, 0, 1, 1)
         if world.worlds["has_moved"]:
             poses = moved_by_pymunk(space, engine._memory["written"][0], world.scenario.tick)
             assert_array_equal(engine._memory["read"][0, : world.n_robots], poses)

@@ -13,7 +13,7 @@ from swarm_forage_env.compiler import bind
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.steering import seek
 from swarm_forage_env.record import rows as as_rows
-from swarm_forage_env.ticks import BEGINS, TICK, nothing, run_ticks
+from swarm_forage_env.ticks import BEGINS, only, run_ticks
 from swarm_forage_env.waypoints.dynamics import (
     draw_devices,
     drive,
@@ -154,7 +154,7 @@ def sights(pose, n_robots, streams, **numbers):
     worlds[:] = np.array(world_with(**numbers))
     modes, trouble = np.full(len(robots), BEGINS, np.int8), np.zeros(len(robots) + 1, np.int64)
     arrays = robots, found, worlds, np.zeros(robots.shape)
-    tick = bind(run_ticks, {**TICK, "tick_world": tick_world, "move_world": nothing})
+    tick = bind(run_ticks, {**only("tick"), "tick_world": tick_world})
     tick(arrays, (), modes, trouble, 0, len(robots), 1)
     streams[:] = robots["streams"][..., LIDAR].reshape(-1)
     shape = len(pose), n_robots

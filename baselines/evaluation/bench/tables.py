@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from baselines.evaluation.bench.budgets import MILLION
-from baselines.evaluation.bench.stages import STAGES
+from baselines.evaluation.bench.stages import SHARES
 
 
 def report(found: Mapping[str, Any]) -> Group:
@@ -43,9 +43,9 @@ def _speeds(found: Mapping[str, Any]) -> Table:
 
 
 def _stages(found: Mapping[str, Any]) -> Table:
-    table = _table("", "engine", *STAGES)
+    table = _table("", "engine", *SHARES)
     for row in found["stages"]:
-        shares = (f"{100.0 * row['shares'][stage]:.0f}" for stage in STAGES)
+        shares = (f"{100.0 * row['shares'][stage]:.0f}" for stage in SHARES)
         table.add_row(row["case"], row["physics"], *shares)
     return table
 
