@@ -78,15 +78,13 @@ def test_the_actions_of_learners_are_left_as_they_were(learns):
     action = np.zeros((1, 3), [("wheels", np.float64, 2), ("weight", np.float64)])
     action["wheels"], action["weight"] = 1.0, 2.0
 
-    def act(world, inner, robots, held):
+    def act(world, minds, robots, held):
         action["wheels"][:, robots] = held
         action["weight"][:, robots] = 5.0
 
-    form = SimpleNamespace(
-        policy=SimpleNamespace(act=act), task=SimpleNamespace(commanded="wheels")
-    )
+    form = SimpleNamespace(act=act, task=SimpleNamespace(commanded="wheels"))
     policy = SimpleNamespace(
-        _world=SimpleNamespace(robots={"action": action}), _inner=None, _form=form,
+        _world=SimpleNamespace(robots={"action": action}), minds=None, _form=form,
         _robots=np.arange(2), _held=np.full((1, 3, 2), 9.0, np.float32),
     )  # fmt: skip
     own = np.array([[True, not learns, False]])
