@@ -111,14 +111,13 @@ WORLD = Path(swarm_forage_env.__file__).parent
     ("edited", "controller", "is_same"),
     [
         ("device_loop.py", "ssgikf", True),
-        ("foraging/grid.py", "ssgikf", True),
         ("envs/device_stepping.py", "ssgikf", True),
         ("envs/observations.py", "ssgikf", True),
         ("envs/observations.py", "callable:numpy:zeros_like", False),
         ("envs/actions.py", "callable:numpy:zeros_like", False),
         ("equations/odometry.py", "ssgikf", False),
         ("foraging/tick.py", "ssgikf", False),
-        ("foraging/views.py", "ssgikf", False),
+        ("foraging/inputs.py", "ssgikf", False),
         ("loop.py", "ssgikf", False),
     ],
 )
@@ -145,7 +144,7 @@ def imported(file):
             yield from (name + end for name in names for end in ("", ".py"))
 
 
-ASSEMBLES = {"__init__.py", "task.py", "errors.py", "extras.py", "scene.py"}
+ASSEMBLES = {"__init__.py", "task.py", "errors.py", "extras.py", "scene.py", "on_gpu.py"}
 """May name what is not hashed, or be named: lists of all parts, refusals, types of pictures."""
 
 
