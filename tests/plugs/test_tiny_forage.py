@@ -1,0 +1,39 @@
+"""The swarm in one file goes through the poses of the core."""
+
+import platform
+import re
+from pathlib import Path
+
+import numba
+import pytest
+
+from swarm_forage_env import find_scenario
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.loop import Loop
+
+SEED, TICKS = 8, 2000
+"""Robots copy an estimate, blend two, get lost and make round trips."""
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="math.hypot rounds otherwise than C")
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="products and sums may be fused")
+def test_the_swarm_in_one_file_goes_through_the_same_poses_bit_for_bit(example):
+    tiny = example("tiny_forage")
+    loop = Loop(find_scenario("es1"), find_controller("ssgikf"), [SEED], "kinematic")
+    world = tiny.World(SEED)
+    for k in range(TICKS):
+        poses = [[robot.at.real, robot.at.imag, robot.heading] for robot in world.robots]
+        assert poses == loop.world.robots["pose"][0].tolist(), f"tick {k}"
+        loop.step()
+        tiny.tick(world)
+    trips = [robot.round_trips for robot in world.robots]
+    assert sum(trips) > 0
+    assert trips == loop.world.robots["round_trips"][0].tolist()
+
+
+def test_it_names_files_that_there_are(example):
+    tiny = example("tiny_forage")
+    root = Path(tiny.__file__).parents[1]
+    names = re.findall(r"[\w/]+\.py", tiny.__doc__)
+    assert names
+    assert [name for name in names if not (root / name).is_file()] == []
