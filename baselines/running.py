@@ -24,7 +24,7 @@ from baselines.composition import (
 )
 from baselines.settings import LAYERS, Crew, Members, settings_of
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.compiler import bind
+from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, Kernel, MotionLayer
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import copied_rows, record_dtype
@@ -57,8 +57,7 @@ class Squad:
     @cached_property
     def decide(self) -> Kernel:
         """The second half of the control alone, compiled with their functions."""
-        kernel: Kernel = bind(run_ticks, {**self.functions, **only("decide")})
-        return kernel
+        return typed_once(bind(run_ticks, {**self.functions, **only("decide")}))
 
     @property
     def memories(self) -> Array:

@@ -86,6 +86,26 @@ def bind(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any
     return _bound(template, parts_of(template, {**_lanes_on_cpu(), **functions}))
 
 
+def typed_once(kernel: Callable[..., Any]) -> Callable[..., Any]:
+    """The kernel for arguments of the types of its first call: later ones must have the same.
+
+    Numba looks at the types of all arguments in every call, which takes it a microsecond for each
+    array of records in a tuple.
+    """
+    if config.DISABLE_JIT:
+        return kernel
+    machine_code: list[Callable[..., Any]] = []
+
+    def call(*arguments: Any) -> Any:  # noqa: ANN401 whatever the kernel takes
+        if not machine_code:
+            signature = tuple(map(numba.typeof, arguments))
+            cast(Any, kernel).compile(signature)
+            machine_code.append(cast(Any, kernel).get_overload(signature))
+        return machine_code[0](*arguments)
+
+    return call
+
+
 @cache
 def _lanes_on_cpu() -> dict[str, Callable[..., Any]]:
     return {name: inlined(each) for name, each in ON_CPU.items()}

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.compiler import bind
+from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, Kernel, RunningController
 from swarm_forage_env.mixed import MixedController, members_of
@@ -219,8 +219,7 @@ class Loop:
         """Ticks of world and controller in one compiled call; None if it runs by stages only."""
         if self._compiled is None or not self.world.is_compiled:
             return None
-        kernel: Kernel = bind(run_ticks, {**self.world.functions, **self._compiled.functions})
-        return kernel
+        return typed_once(bind(run_ticks, {**self.world.functions, **self._compiled.functions}))
 
     def _advance(self, n_ticks: int, first: int, last: int) -> None:
         """Some ticks of the worlds first .. last - 1, or one, stage by stage."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Int64
-from swarm_forage_env.compiler import bind, kernel
+from swarm_forage_env.compiler import bind, kernel, typed_once
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CompiledLayers, Kernel, NoMemory, refuse_falsifying
 from swarm_forage_env.observed_fields import Sizes
@@ -141,8 +141,8 @@ class RunningPolicy:
             "observe_world": hear_world,
             "set_stream": set_no_stream,
         }
-        self._decide = bind(run_ticks, {**self._functions, **only("decide")})
-        self._observe = bind(run_ticks, {**self._functions, **only("observe")})
+        self._decide = typed_once(bind(run_ticks, {**self._functions, **only("decide")}))
+        self._observe = typed_once(bind(run_ticks, {**self._functions, **only("observe")}))
 
     @property
     def has_rules(self) -> bool:

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float64, Int8, Int64
-from swarm_forage_env.compiler import bind
+from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, GpuTask, Kernel
@@ -167,8 +167,7 @@ class Block(ABC):
     @cached_property
     def _tick(self) -> Kernel:
         """The tick alone, without a controller."""
-        kernel: Kernel = bind(run_ticks, {**only("engine", "tick"), **self.functions})
-        return kernel
+        return typed_once(bind(run_ticks, {**self.functions, **only("engine", "tick")}))
 
     @property
     def scenario(self) -> Any:  # noqa: ANN401 of its task

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from swarm_forage_env.foraging.surroundings import FIRST, list_by_cells
 from swarm_forage_env.foraging.tick import tick_world
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.physics.base import PythonPhysics
+from swarm_forage_env.physics.base import CompiledPhysics, PythonPhysics, moves_in_python
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.task import Block
 from swarm_forage_env.ticks import nothing
@@ -119,24 +119,30 @@ class ForagingWorld(Block):
     def arrays(self) -> tuple[Array, ...]:
         """The arrays that the templates of a tick are handed."""
         own = self.robots, self.worlds, self.near, self._cells, self.obstacles, self.earned
-        return own if isinstance(self._physics, PythonPhysics) else (*own, *self._physics.arrays)
+        return own if self._compiled is None else (*own, *self._compiled.arrays)
 
     @property
     def functions(self) -> Mapping[str, Kernel]:
         """What `run_ticks` has free names for."""
-        engine = self._physics
-        move = nothing if isinstance(engine, PythonPhysics) else engine.move_world
+        move = nothing if self._compiled is None else self._compiled.move_world
         return {**FUNCTIONS, "move_world": move}
 
     @property
     def is_compiled(self) -> bool:
         """Nothing outside compiled code moves the robots."""
-        return not isinstance(self._physics, PythonPhysics)
+        return self._compiled is not None
+
+    @property
+    def _compiled(self) -> CompiledPhysics | None:
+        """The engine, if it is compiled."""
+        is_python = moves_in_python(type(self._physics))
+        return None if is_python else cast(CompiledPhysics, self._physics)
 
     def move(self, first: int, last: int) -> None:
         """Let an engine in Python move the robots of the worlds first .. last - 1."""
-        if isinstance(self._physics, PythonPhysics):
-            self._physics.move(self.robots, self.worlds, self.near, self.obstacles, first, last)
+        if self._compiled is None:
+            engine = cast(PythonPhysics, self._physics)
+            engine.move(self.robots, self.worlds, self.near, self.obstacles, first, last)
 
     def snapshot(self) -> dict[str, Any]:
         """All that the next ticks depend on: arrays, scenarios, and what the engine remembers."""

@@ -1,7 +1,8 @@
 """Engines: what moves the robots of the foraging world."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, runtime_checkable
+from functools import cache
+from typing import Any, Protocol
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.foraging.scenario import Scenario
@@ -30,7 +31,6 @@ class Physics(Protocol):
         ...
 
 
-@runtime_checkable
 class PythonPhysics(Physics, Protocol):
     """An engine in Python: ticks of its worlds run one by one, as it comes in between."""
 
@@ -56,6 +56,12 @@ class CompiledPhysics(Physics, Protocol):
     def arrays(self) -> tuple[Array, ...]:
         """Arrays of its own, which follow those of the world."""
         ...
+
+
+@cache
+def moves_in_python(engine: type) -> bool:
+    """Whether engines of a class are in Python: whether they have a method `move`."""
+    return hasattr(engine, "move")
 
 
 Engine = Callable[[Sequence[Scenario]], PythonPhysics | CompiledPhysics]
