@@ -117,7 +117,8 @@ class WorldState(Record):
     """Some robots may be faulty."""
 
     is_crowded: bool = field(np.bool_)
-    """Robots overlapped in this tick, or obstacles stand: contacts were resolved. Writer: tick."""
+    """Robots overlap or obstacles stand, so that contacts are to be resolved; false between ticks.
+    Writer: tick."""
 
 
 class Readings(Record):

@@ -102,6 +102,8 @@ def keep_apart(
             resolve_contacts(swarm, near, world)
         else:
             resolve_contacts_among(swarm, near, world, obstacles)
+    if leads:
+        world.is_crowded = False
     barrier()
 
 

@@ -10,11 +10,11 @@ import training.controllers  # noqa: F401 the kinds of policies, also where no p
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controllers
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.metrics import believed_places, localisation_error, nearest_areas
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
+from tests.beliefs import localisation_error
 from training.policy_controller import policy_controller
 
 MODULE = """
@@ -96,11 +96,9 @@ def test_in_a_mixed_swarm_errors_are_those_of_the_robots_that_believe_something(
 
     def look(loop):
         if (tick := loop.world.worlds["ticks"][0]) and tick % 10 == 0:
-            seen, pose = loop.situation, loop.world.state.pose
-            assert not seen.known[::2].any()
-            areas = nearest_areas(loop.world.worlds, believed_places(pose, seen.areas, seen.known))
-            off = localisation_error(pose, seen.areas, seen.known, areas)
-            errors.extend(off[1::2][seen.known[1::2] > 0])
+            known = loop.situation.known > 0.0
+            assert not known[::2].any()
+            errors.extend(localisation_error(loop)[known])
 
     (episode,) = run_episodes(scenario, mixture, [1], "kinematic", observer=look)
     assert episode.localisation_error_m == pytest.approx(np.mean(errors), rel=1e-6)

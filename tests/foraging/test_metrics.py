@@ -85,7 +85,7 @@ def test_the_localisation_error_is_that_of_the_robots_that_are_meant_about_what_
         meter.sample(loop)
         mask = is_meant.reshape(-1, 1)
         errors += (localisation_error(loop) * mask).reshape(2, -1).sum(axis=1)
-        known += (loop.situation.known & mask).reshape(2, -1).sum(axis=1)
+        known += ((loop.situation.known > 0.0) & mask).reshape(2, -1).sum(axis=1)
     assert (known > 1000).all()
     means = [meter.mean(w) for w in range(2)]
     np.testing.assert_allclose(means, errors / known, rtol=1e-12)

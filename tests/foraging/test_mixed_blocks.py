@@ -90,7 +90,7 @@ def test_all_messages_are_shown_in_a_mixed_block(world_of):
     for _ in range(300):
         block.step()
         heard = block.world.state.heard
-        np.testing.assert_array_equal(block.situation.heard.sum(axis=1), heard.n)
+        np.testing.assert_array_equal(heard.is_valid.sum(axis=1), heard.n)
 
 
 def test_one_scenario_or_controller_for_each_world_is_asked_for(world_of):

@@ -254,5 +254,5 @@ def test_the_threads_that_go_on_are_awaited_when_one_fails():
         done.append(first)
 
     with pytest.raises(RuntimeError, match="mine"):
-        loop._run(work)
+        loop._on_all_threads(work)
     assert sorted(done) == [1, 2]

@@ -1,4 +1,4 @@
-"""The control of patrol: two templates, a layer of each kind, and a controller that has them."""
+"""The control of patrol: row templates, a layer of each kind, and a controller that has them."""
 
 from typing import ClassVar
 
@@ -15,6 +15,7 @@ from swarm_forage_env.interface import KEEP, EstimatorLayer, MotionLayer, Weight
 from swarm_forage_env.parameters import Part, Positive, Share
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.templates import row_template
 
 SCALE = 5.0
 """Usual distance to a place [m]."""
@@ -32,27 +33,27 @@ class Mind(Record):
     situation = field(Situation)
 
 
-def observe(robots, minds, shared, settings, first, last):
+@row_template
+def observe_world(world_arrays, layer_arrays, w, n_robots):
     """Take in what was sensed. Free name: take_in."""
-    for w in range(first, last):
-        for i in range(robots.shape[1]):
-            if settings[w, i].is_member:
-                take_in(minds[w, i], robots[w, i].readings, settings[w, i].estimator)
+    robots, (minds, _, _, settings) = world_arrays[0], layer_arrays
+    for i in range(n_robots):
+        own = settings[w, min(i, settings.shape[1] - 1)]
+        if own.is_member:
+            take_in(minds[w, i], robots[w, i].readings, own.estimator)
 
 
-def decide(robots, minds, shared, layers, first, last):
+@row_template
+def decide_world(world_arrays, layer_arrays, trouble, w, n_robots):
     """Steer, or do as the action says. Free name: steer."""
-    for w in range(first, last):
-        for i in range(robots.shape[1]):
-            if not layers[w, i].is_member:
-                continue
-            mind, action = minds[w, i], robots[w, i].action
-            readings, wheels = robots[w, i].readings, robots[w, i].command.wheels
-            if action.motion == KEEP:
-                situation = mind.estimator.situation
-                steer(situation, readings, wheels, mind.motion, layers[w, i].motion)
-            else:
-                wheels[0], wheels[1] = action.wheels[0], action.wheels[1]
+    robots, (minds, memories, _, settings) = world_arrays[0], layer_arrays
+    for i in range(n_robots):
+        own, robot = settings[w, min(i, settings.shape[1] - 1)], robots[w, i]
+        wheels = robot.command.wheels
+        if own.is_member and robot.action.motion == KEEP:
+            steer(minds[w, i].situation, robot.readings, wheels, memories[w, i], own.motion)
+        elif own.is_member:
+            wheels[0], wheels[1] = robot.action.wheels[0], robot.action.wheels[1]
 
 
 @kernel
@@ -84,7 +85,7 @@ class Mean(Part):
     share: Share = Field(0.5, description="Of a new reading in the mean (chosen)")
 
     def layer(self, scenario):
-        return EstimatorLayer(Mind, {"share": self.share}, {"take_in": take_in}, observe)
+        return EstimatorLayer(Mind, {"share": self.share}, {"take_in": take_in}, observe_world)
 
 
 @WEIGHTING_RULES.register("patrol_alone")

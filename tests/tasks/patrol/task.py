@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from patrol.control import SCALE, Situation, decide
+from patrol.control import SCALE, Situation, decide_world
 from patrol.scenario import PatrolScenario
 from patrol.world import Action, PatrolWorld
 from swarm_forage_env.episode import EpisodeKind
@@ -36,8 +36,12 @@ class PatrolMeter:
     def __init__(self, loop):
         self._world = loop.world
 
-    def sample(self, tick):
+    def next_sample(self, tick):
         """There is nothing to measure on the way."""
+        return tick + 1_000_000
+
+    def sample(self, tick):
+        """The end is read in `results`."""
 
     def results(self):
         visits = self._world.robots["visits"].mean(axis=1)
@@ -73,7 +77,7 @@ PATROL = Task(
     name="patrol",
     scenario=PatrolScenario,
     world=PatrolWorld,
-    decide=decide,
+    decide=decide_world,
     physics="kinematic",
     controller="patrol-ahead",
     agent="guard",

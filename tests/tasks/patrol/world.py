@@ -11,6 +11,8 @@ from swarm_forage_env.equations.random_draws import normal, symmetric
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.task import Block
+from swarm_forage_env.templates import row_template
+from swarm_forage_env.ticks import nothing
 
 PLACE, SENSOR = range(2)
 """Columns of a robot's random streams."""
@@ -94,14 +96,17 @@ def drive(robot, world):
         robot.goal = (robot.goal + 1) % N_PLACES
 
 
-@entry_point
-def tick(robots, worlds, first, last):
-    """One tick of the worlds first .. last - 1."""
-    for w in range(first, last):
+@row_template
+def tick_world(world_arrays, trouble, w, n, n_moving):
+    """One tick of the n robots of a world; where none are moving it begins, and all sense only."""
+    robots, worlds, earned = world_arrays
+    if n_moving > 0:
         worlds[w].ticks += 1
-        for i in range(robots.shape[1]):
-            drive(robots[w, i], worlds[w])
-            sense(robots[w, i], worlds[w])
+    for i in range(n_moving):
+        drive(robots[w, i], worlds[w])
+        earned[w, i] += robots[w, i].reward
+    for i in range(n):
+        sense(robots[w, i], worlds[w])
 
 
 @entry_point
@@ -110,14 +115,6 @@ def start(robots, which):
     for i in range(robots.shape[1]):
         for k in range(3):
             robots[which, i].pose[k] = 0.1 * symmetric(robots[which, i].streams, PLACE)
-
-
-@entry_point
-def sense_all(robots, worlds, first, last):
-    """What is sensed before the first tick."""
-    for w in range(first, last):
-        for i in range(robots.shape[1]):
-            sense(robots[w, i], worlds[w])
 
 
 class PatrolWorld(Block):
@@ -131,8 +128,12 @@ class PatrolWorld(Block):
         self.reset(seeds)
 
     @property
-    def records(self):
-        return self.robots
+    def arrays(self):
+        return self.robots, self.worlds, self.earned
+
+    @property
+    def functions(self):
+        return {"tick_world": tick_world, "move_world": nothing}
 
     def take_numbers(self, first, last):
         world, scenario = self.worlds[first:last], self.scenarios[first]
@@ -150,9 +151,3 @@ class PatrolWorld(Block):
             swarms["streams"][:, :, column] = words.reshape(swarms.shape)
         for which in range(first, last):
             start(self.robots, which)
-
-    def sense_first(self, first=0, last=None):
-        sense_all(self.robots, self.worlds, first, self.n_worlds if last is None else last)
-
-    def tick(self, first, last):
-        tick(self.robots, self.worlds, first, last)
