@@ -52,7 +52,7 @@ ON_CPU = {
     "repeat falsify": "in the place of what an estimator has not",
     "write_state put_truth put_areas put_faults": "the state, which a CPU writes",
     "write_log": "the loop over worlds of the log",
-    "write_all": "the loop over worlds of observations",
+    "add_errors": "the meter of an evaluation",
     "write_potentials": "the loop over worlds of a CPU",
 }
 """Functions of foraging that no kernel of the grid calls, and why."""
@@ -66,9 +66,8 @@ NOT_OF_E_PUCKS = (
 `device="cuda"` refuses them."""
 
 OF_STEPS = (
-    "put_goal put_range_bearing put_sensors put_exchange put_situation show_exchange show_situation"
-    " show_both put_weights put_wheels put_weights_and_wheels show_readings put_everything"
-    " drive_to_wheels put_log put_counts distance_to_kind potential farthest"
+    "drive_to_wheels log_beliefs log_counts put_log put_counts localisation_error distance_to_kind"
+    " potential farthest"
 )
 """Functions of an environment's step, which have a test of their own."""
 

@@ -36,7 +36,7 @@ def test_a_cpu_is_the_usual_device():
         ({"device": "cuda", "physics": "rigid"}, "engine rigid runs on a CPU only"),
         ({**GPU, "observation": ["layer", Heading]}, "observation: Heading is written in NumPy"),
         ({**GPU, "reward": lambda before, after, events: events["trip"]}, "reward=.*CPU only"),
-        ({**GPU, "scenario": "waypoints-05"}, "learn='motion': runs on a CPU only in this task"),
+        ({**GPU, "scenario": "waypoints-05"}, "the task waypoints runs on a CPU only"),
         ({**GPU, "controller": "boids-goal"}, "'boids-goal' runs on a CPU only"),
         ({**GPU, "controller": ["ssgikf"] * 5 + ["sikf"] * 5}, "several teams"),
     ],
