@@ -156,11 +156,10 @@ class DeviceLoop:
         ConfigError for a command, a weight or an action that cannot be used, RuntimeError where
         there was no room for all neighbours.
         """
-        trouble = self.memory.read(self.trouble)
-        if trouble[-1]:
-            self.memory.write(self.trouble, np.zeros_like(trouble))
+        if self.memory.read(self.trouble[-1:])[0]:
+            self.world.trouble[...] = self.memory.read(self.trouble)
+            self.memory.write(self.trouble, np.zeros_like(self.world.trouble))
             self.download()
-            self.world.trouble[...] = trouble
             self.loop.check()
 
     def _mask(self, which: Sequence[int]) -> Array:

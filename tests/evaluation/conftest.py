@@ -75,7 +75,7 @@ def measures():
             {"physics": "kinematic", "threads": 2, "gain": 1.8},
             {"physics": "rigid", "threads": 2, "gain": 1.2},
         ],
-        "start_up_s": {"import": 0.5, "help": 0.5, "list": 3.0},
+        "start_up_s": {"import": 0.2, "help": 0.5, "list": 3.0},
         "memory": {"ticks": 1000, "peak_mb": 200.0, "growth_mb": 0.0},
         "peak_memory_mb": 300.0,
     }

@@ -21,8 +21,8 @@ class Verdict:
 SPEEDS = {
     "es1 x 30": {"kinematic": 4.0, "rigid": 1.2},
     "es3": {"kinematic": 3.0, "rigid": 1.0},
-    "es1": {"kinematic": 1.5, "rigid": 0.4},
-    "es1 x 64, arrays": {"kinematic": 3.0, "rigid": 1.0},
+    "es1, ten ticks a call": {"kinematic": 2.5, "rigid": 0.4},
+    "es1 x 64, arrays": {"kinematic": 4.0, "rigid": 1.0},
     "es1, dicts": {"kinematic": 0.2, "rigid": 0.15},
 }
 """Least robot-steps per second of a case under each engine [10^6 / s]: of blocks of worlds, of the
@@ -34,7 +34,7 @@ GAIN_PER_THREAD = 0.9
 COST_RATIO = 1.5
 """Most that a robot among 10,000 may cost, against one among 100 at the same density."""
 
-START_UP = {"import": 0.5, "first_run": 60.0, "help": 1.0, "list": 1.0}
+START_UP = {"import": 0.3, "first_run": 30.0, "help": 1.0, "list": 1.0}
 """Most that each may take [s]."""
 
 START_UP_NAMES = {

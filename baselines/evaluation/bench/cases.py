@@ -3,10 +3,12 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import find_layered_controller
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.foraging.scenario import Scenario
@@ -19,7 +21,7 @@ HELD = 20
 """Ticks for which a random action is held, so that robots get about."""
 
 Tick = Callable[[], object]
-"""Something that is timed: one tick of a block."""
+"""A call that is timed: a tick of a block, or several."""
 
 
 @dataclass(frozen=True)
@@ -33,15 +35,23 @@ class Case:
     """Robots are placed all over the arena, not in the start circle."""
     warm_up: int = 3000
     """Ticks before the clock starts, in which robots spread, find the areas and talk."""
+    n_ticks: int = 1
+    """Ticks of a call that is timed."""
 
     @property
     def rows(self) -> int:
         """Number of robots in the block."""
         return self.n_worlds * self.scenario.task.n_robots
 
+    @property
+    def robot_steps(self) -> int:
+        """Robot-steps of a call that is timed."""
+        return self.rows * self.n_ticks
+
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
         """Run the warm-up and return what is timed."""
-        return self.start(physics, quick, threads).step
+        loop = self.start(physics, quick, threads)
+        return partial(loop.run, self.n_ticks)
 
     def start(self, physics: str, quick: bool, threads: int = 1) -> Loop:
         """Run the warm-up and return the loop whose ticks are timed."""
@@ -58,6 +68,18 @@ class Case:
     def n_warm_up(self, quick: bool) -> int:
         """Ticks of the warm-up, a fifth of them for a quick run."""
         return self.warm_up // 5 if quick else self.warm_up
+
+
+class EpisodeCase(Case):
+    """A case in which whole episodes are evaluated: worlds made, run and measured."""
+
+    def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
+        """Return what evaluates an episode in every world."""
+        scenario = find_scenario(
+            self.scenario, {"task.duration": self.n_ticks * self.scenario.tick}
+        )
+        controller = find_layered_controller(CONTROLLER)
+        return partial(run_episodes, scenario, controller, range(self.n_worlds), physics, threads)
 
 
 class BatchCase(Case):
@@ -130,6 +152,8 @@ def all_cases() -> list[Case]:
         Case("es1", es1),
         Case("es1 x 30", es1, n_worlds=30),
         Case("es1 x 64", es1, n_worlds=64),
+        Case("es1, ten ticks a call", es1, n_ticks=10),
+        EpisodeCase("es1 x 30, episodes", es1, n_worlds=30, n_ticks=3000),
         BatchCase("es1 x 64, arrays", es1, n_worlds=64),
         DictionaryCase("es1, dicts", es1),
         Case("es2", find_scenario("es2")),

@@ -29,10 +29,10 @@ def case_speeds(case: Case, quick: bool) -> dict[str, Any]:
     return {
         "case": case.name,
         "rows": case.rows,
-        "rigid": case.rows / rigid,
-        "kinematic": case.rows / kinematic,
+        "rigid": case.robot_steps / rigid,
+        "kinematic": case.robot_steps / kinematic,
         "bare_pymunk": case.rows / bare,
-        "rigid_over_bare": rigid / bare,
+        "rigid_over_bare": rigid / case.n_ticks / bare,
     }
 
 
