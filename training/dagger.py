@@ -113,8 +113,8 @@ class DAggerTraining:
         numbers["speed/episodes_per_s"] = sum(self._n_worlds.values()) / wall
         numbers["speed/simulated_s_per_s"] = self._simulated_s / self.done / wall
         progress.log_scalars(self.done, numbers)
-        told = ", ".join(f"{name} {share:.0%}" for name, share in shares.items())
-        return f"round {self.done}: of what an oracle gains at an exchange, {told}"
+        gains = ", ".join(f"{name} {share:.0%}" for name, share in shares.items())
+        return f"round {self.done}: gain per exchange as a share of the oracle's: {gains}"
 
     def evaluate(self) -> CurvePoint:
         """Evaluate the network on the held-back seeds, and save it if it is the best."""

@@ -82,7 +82,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     backend: BackendOption = BackendName.JOBLIB,
     address: AddressOption = None,
 ) -> None:
-    """Hold this implementation against a paper: its claims as a table, its figures, a page.
+    """Check this implementation against the claims of a paper: a table, its figures, a page.
 
     **social-odometry**: the technical report of social odometry (Gutiérrez et al. 2009).
 

@@ -52,7 +52,7 @@ def test_a_round_of_imitation_logs_its_shares_and_speeds(monkeypatch, clock):
     )
     monkeypatch.setattr(DAggerTraining, "_save", lambda self: saved.append(self.done))
     told = training.advance(log)
-    assert told == "round 3: of what an oracle gains at an exchange, a 25%, b 50%"
+    assert told == "round 3: gain per exchange as a share of the oracle's: a 25%, b 50%"
     # A round simulates 3 x 5 s and 1 x 10 s.
     assert log.steps == {3: {"share/a": 0.25, "share/b": 0.5, "speed/episodes_per_s": 1.0,
                              "speed/simulated_s_per_s": 6.25}}  # fmt: skip

@@ -102,7 +102,7 @@ class _Watcher(Callback):  # type: ignore[misc]
 
 
 def _acting(policy: Any, group: str) -> Act:  # noqa: ANN401 a TensorDictModule
-    """The policy without its chance."""
+    """The policy, acting deterministically."""
 
     def act(observations: Array) -> Array:
         worlds, robots = observations.shape[:2]

@@ -40,7 +40,7 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
 
 
 def _acting(policy: Any) -> Act:  # noqa: ANN401 a policy of any kind
-    """The policy without its chance."""
+    """The policy, acting deterministically."""
 
     def act(observations: Array) -> Array:
         rows = observations.reshape(-1, observations.shape[-1])
