@@ -54,8 +54,11 @@ class WeightingLayer:
 
     @property
     def all_numbers(self) -> KernelNumbers:
-        """The record that kernels are handed: the share of the heard p, and the parameters."""
-        return {"heard_p_share": self.heard_p_share, **self.numbers}
+        """The record that kernels are handed: the parameters, and the share of the heard p.
+
+        The share is added last, and so lies in front: see `record_dtype`.
+        """
+        return {**self.numbers, "heard_p_share": self.heard_p_share}
 
 
 @dataclass(frozen=True)

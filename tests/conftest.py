@@ -65,13 +65,16 @@ PASSES = 1e-4
 
 @pytest.fixture
 def interruptible():
-    """Processes that a test starts hear Ctrl-C, which a job in the background ignores for them.
+    """Processes that a test starts hear Ctrl-C and SIGHUP, which a job in the background ignores.
 
     `preexec_fn` would do it too, but can block for ever where the tests have threads.
     """
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    before = {signal.SIGINT: signal.signal(signal.SIGINT, signal.default_int_handler)}
+    if hasattr(signal, "SIGHUP"):
+        before[signal.SIGHUP] = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture(autouse=True)
