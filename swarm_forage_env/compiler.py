@@ -133,9 +133,7 @@ def bind_grid(template: Callable[..., Any], functions: Mapping[str, Callable[...
     The same template and functions share their machine code within a process. ConfigError where
     numba-cuda is missing.
     """
-    return _bound_grid(
-        template, parts_of(template, {**_lanes_on_gpu(), **functions, "cuda": gpu()})
-    )
+    return _bound_grid(template, parts_of(template, {**_lanes_on_gpu(), **functions}))
 
 
 @cache
