@@ -120,11 +120,6 @@ def set_stream(memory: Any, word: np.uint64) -> None:  # noqa: ANN401 of any mot
     memory.stream[0] = word
 
 
-@kernel
-def set_no_stream(memory: Any, word: np.uint64) -> None:  # noqa: ANN401 of any motion
-    """A motion that draws nothing has no stream."""
-
-
 def layers_of(controller: Any, scenario: Any) -> Layers:  # noqa: ANN401 of any task
     """The three layers of a controller in a scenario."""
     estimator = controller.estimator.layer(scenario)

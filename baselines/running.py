@@ -18,7 +18,6 @@ from baselines.composition import (
     check_on_gpu,
     crew_of,
     is_numpy_motion,
-    set_no_stream,
     set_stream,
     squads_of,
 )
@@ -26,6 +25,7 @@ from baselines.settings import LAYERS, Crew, Members, settings_of
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, Kernel, MotionLayer
+from swarm_forage_env.no_layers import set_no_stream
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import copied_rows, record_dtype
 from swarm_forage_env.task import task_of
@@ -141,13 +141,8 @@ class RunningLayers:
     @cached_property
     def _observe(self) -> Kernel:
         """The first half of the control alone."""
-        functions = {
-            **self.estimator.kernels,
-            "observe_world": self.estimator.observe,
-            **only("observe"),
-        }
-        kernel: Kernel = bind(run_ticks, functions)
-        return kernel
+        functions = {**self.estimator.kernels, "observe_world": self.estimator.observe}
+        return typed_once(bind(run_ticks, {**functions, **only("observe")}))
 
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""

@@ -143,7 +143,8 @@ class Loop:
 
         ConfigError for a command or a weight that is not finite.
         """
-        at_once = 1 if self._whole is None or self.controller.has_rules else n_ticks
+        is_stepped = self._whole is None or self.controller.has_rules
+        at_once = 1 if is_stepped else max(n_ticks, 1)
         for _ in range(n_ticks // at_once):
             self.controller.consult()
             self._on_all_threads(partial(self._advance, at_once))

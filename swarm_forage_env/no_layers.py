@@ -39,7 +39,7 @@ def carry_out_world(
 
 @kernel
 def set_no_stream(memory: NoMemory, word: np.uint64) -> None:
-    """Nothing is drawn."""
+    """A motion that draws nothing has no stream."""
 
 
 class Membership(Record):
