@@ -140,7 +140,7 @@ def bind_grid(template: Callable[..., Any], functions: Mapping[str, Callable[...
 def _bound_grid(template: Callable[..., Any], parts: Parts) -> Any:  # noqa: ANN401 a kernel
     function = _function_of(template, parts)
     if config.ENABLE_CUDASIM:
-        return gpu().jit(_simulated(function))
+        return gpu().jit(_plain(function))
     compiled = gpu().jit(function)
     compiled.configure = _without_size_warning(compiled.configure)
     return compiled
@@ -162,12 +162,6 @@ def _without_size_warning(configure: Callable[..., Any]) -> Callable[..., Any]:
                 config.CUDA_LOW_OCCUPANCY_WARNINGS = warns
 
     return configured
-
-
-def _simulated(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function for numba's simulator, which replaces `cuda` among its global names."""
-    run = _plain(function)
-    return FunctionType(run.__code__, cast(Any, function).__globals__, closure=run.__closure__)
 
 
 def gpu() -> Any:  # noqa: ANN401 numba's module for GPUs
