@@ -46,7 +46,6 @@ class Membership(Record):
     """Whether a robot has the policy."""
 
     is_member: bool = field(np.bool_)
-    is_last: bool = field(np.bool_)
 
 
 @row_template
