@@ -54,10 +54,7 @@ class WeightingLayer:
 
     @property
     def all_numbers(self) -> KernelNumbers:
-        """The record that kernels are handed: the parameters, and the share of the heard p.
-
-        The share is added last, and so lies in front: see `record_dtype`.
-        """
+        """The record that kernels are handed: the parameters, and the share of the heard p."""
         return {**self.numbers, "heard_p_share": self.heard_p_share}
 
 

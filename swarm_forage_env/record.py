@@ -179,9 +179,13 @@ def under_the_one_dtype(records: Array) -> Array:
 
 
 def numbers_record(**numbers: Any) -> np.dtype[Any]:  # noqa: ANN401 floats or arrays of them
-    """The dtype of a record of parameters: float64, each in the shape of its value."""
+    """The dtype of a record of parameters: float64, each in the shape of its value.
+
+    Its last column says where it ends, so that no such record begins with all of another's columns:
+    numba would take it for a subtype, and warn of it.
+    """
     columns = [(name, np.float64, np.shape(value)) for name, value in numbers.items()]
-    return record_dtype(columns or [("none", np.float64, ())])
+    return _the_one(np.dtype([*columns, ("end", np.int8)], align=True))
 
 
 def one_record(numbers: Mapping[str, Any]) -> Array:
