@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import product
 from typing import Any
 
 from tests.golden import readout
@@ -24,10 +25,32 @@ BUSY_STEPS = 1000
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
 """Fast robots and near areas: round trips and exchanges within a minute."""
 
-ARENAS: dict[str, tuple[str, Mapping[str, float]]] = {
+ARENAS: dict[str, tuple[str, Mapping[str, Any]]] = {
     **{name: (name, MINUTE) for name in ("es1", "real", "ants2008", "es2", "es3")},
     "es1-busy": ("es1", {**MINUTE, **BUSY}),
 }
+FAULTY: dict[str, Any] = {
+    **{f"faults.{kind}.share": 0.2 for kind in ("worn", "deaf", "mute", "blind", "liar", "stale")},
+    "faults.dead.robots": (3,),
+    "faults.dead.at": 20.0,
+    "faults.liar.conspire": "turn",
+}
+"""Robots with faults of every kind."""
+
+NEAR_PREY = {"kind": "prey", "centre": (0.35, 0.0), "moves_at": 30.0, "moves_to": (0.0, 0.4)}
+AREAS: dict[str, Any] = {
+    "task.start_radius": 0.2,
+    "task.areas": ({"kind": "nest", "centre": (-0.35, 0.0)}, NEAR_PREY, {"centre": (0.9, 0.6)}),
+}
+"""Areas of which one moves in mid-episode."""
+
+WORLDS: dict[str, tuple[str, Mapping[str, Any]]] = {
+    "es1-faulty": ("es1", {**MINUTE, "robot.cruise_speed": 0.12, **FAULTY}),
+    "mg1-square": ("mg1-square", {**MINUTE, "robot.cruise_speed": 0.12}),
+    "mg1-dodecagon-shadowed": ("mg1-dodecagon", {**MINUTE, "radio.is_shadowed": True}),
+    "two-prey-moving": ("two-prey", {**MINUTE, "robot.cruise_speed": 0.12, **AREAS}),
+}
+"""Worlds with faults, obstacles, and more areas than two."""
 FIELDS = ("waypoints-05", "waypoints-25", "waypoints-05-authors", "waypoints-25-authors")
 ESTIMATORS = ("dead_reckoning", "covariance_intersection", "decentralised_ekf")
 LAYERS = ("weighting", "motion", "both", "everything")
@@ -46,7 +69,7 @@ class Case:
 
 def all_cases() -> dict[str, Case]:
     """Every case by name."""
-    cases = [*arena_cases(), *field_cases(), *environment_cases()]
+    cases = [*arena_cases(), *world_cases(), *field_cases(), *environment_cases()]
     return {case.name: case for case in cases}
 
 
@@ -59,6 +82,15 @@ def arena_cases() -> Iterator[Case]:
             for engine in ENGINES:
                 play = partial(_ticks, scenario, controller, engine, overrides)
                 yield Case(f"{arena}/{engine}/{controller}", "foraging", TICKS, play)
+
+
+def world_cases() -> Iterator[Case]:
+    """What no arena of the papers has: faults, obstacles, and areas that move."""
+    for name, (scenario, overrides) in WORLDS.items():
+        for controller in ("ssgikf", "dsgiff-penalised", "ssgikf-sceptical", "learned-both"):
+            for engine in ENGINES:
+                play = partial(_ticks, scenario, controller, engine, overrides)
+                yield Case(f"{name}/{engine}/{controller}", "foraging", TICKS, play)
 
 
 def field_cases() -> Iterator[Case]:
@@ -78,12 +110,11 @@ def field_cases() -> Iterator[Case]:
 
 def environment_cases() -> Iterator[Case]:
     """Environments: every layer to learn under its terms, and controllers beside it."""
-    for engine in ENGINES:
-        for numbers in ({}, BUSY):
-            for options in (*_terms(), *_residual()):
-                yield _environment("parallel", "es1", options | {"physics": engine} | numbers)
-            for options in _alone():
-                yield _environment("learner", "es1", options | {"physics": engine} | numbers)
+    for engine, numbers in product(({"physics": engine} for engine in ENGINES), ({}, BUSY)):
+        for options in (*_terms(), *_residual(), *(_worlds() if numbers else ())):
+            yield _environment("parallel", "es1", options | engine | numbers)
+        for options in _alone():
+            yield _environment("learner", "es1", options | engine | numbers)
     for options in _beside():
         yield _environment("parallel", "es1", options | {"physics": "kinematic"} | BUSY)
     for options in _terms():
@@ -120,6 +151,16 @@ def _beside() -> Iterator[dict[str, Any]]:
     for controller in ("dsgiff-frequent", "sikf", "covariance", "boids-adaptive"):
         for learn in ("weighting", "motion", "both"):
             yield {"learn": learn, "controller": controller}
+
+
+def _worlds() -> Iterator[dict[str, Any]]:
+    """Mixed swarms, of several teams and squads, and numbers drawn anew for each episode."""
+    mixed = ["ssgikf", "ssgikf", "ssgiff", "dsgikf", "nc", "learned-motion", "covariance"]
+    drawn = {"sensors.wheel_noise": (0.0, 0.2), "radio.max_range": (0.1, 0.3)}
+    for learn in ("weighting", "motion"):
+        yield {"learn": learn, "controller": [*mixed, *["ssgikf"] * 3], "learners": [0, 2, 9]}
+        yield {"learn": learn, "randomise": drawn}
+    yield {"learn": "everything", "learners": [0, 4, 5]}
 
 
 def _environment(kind: str, scenario: str, options: dict[str, Any]) -> Case:

@@ -25,10 +25,13 @@ SHORT = {
     **{name: 40 for name in CASES if name.startswith(("parallel/waypoints", "learner/waypoints"))},
     **{name: 200 for name in CASES if "es1-busy/learn=" in name and "controller" not in name},
     **{name: 200 for name in CASES if name.startswith("es1-busy/")},
+    **{name: 200 for name in CASES if name.startswith(("es1-faulty/", "two-prey-moving/"))},
+    **{name: 100 for name in CASES if name.startswith("mg1-")},
+    **{name: 100 for name in CASES if "learners=" in name or "randomise=" in name},
     "es3/rigid/ssgikf": 100,
     "es3/kinematic/ssgikf": 100,
 }
-"""The first ticks of some cases: each controller, engine, estimator and layer to learn."""
+"""The first ticks of some cases: each controller, engine, estimator, layer to learn and fault."""
 
 
 def compare(name, length=None):
