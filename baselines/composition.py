@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 
 from baselines.settings import LAYERS, Crew, Layers, Members
+from baselines.weighting.base import no_gain
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.interface import EstimatorLayer, MotionLayer, WeightingLayer
+from swarm_forage_env.ticks import nothing
 
 
 def crew_of(controllers: Sequence[Sequence[Any]], scenarios: Sequence[Any]) -> Crew:
@@ -70,7 +72,8 @@ def check_on_gpu(name: str, estimator: EstimatorLayer, has_rules: bool, n_squads
         "a layer of it is a rule in NumPy": has_rules,
         "its robots have several compositions": n_squads > 1,
         "its estimator keeps something of each pair of robots": estimator.shared is not None,
-        "its estimator takes in with a template of its own": estimator.observe is not observe_world,
+        "its estimator takes in with a template of its own": estimator.observe
+        not in (observe_world, nothing),
     }
     for reason, holds in reasons.items():
         if holds:
@@ -101,12 +104,6 @@ def functions_of(layer: Any) -> list[Any]:  # noqa: ANN401 any of the three
     numbers = ("numbers", "heard_p_share", "own_weighting")
     kept = [getattr(layer, each.name) for each in fields(layer) if each.name not in numbers]
     return [*kept, sorted((name, np.shape(value)) for name, value in layer.numbers.items())]
-
-
-@kernel
-def no_gain(*seen: Any) -> float:  # noqa: ANN401 of any task
-    """Nothing is taken over: the weight of a rule written in NumPy comes as an action."""
-    return 0.0
 
 
 @kernel

@@ -151,8 +151,8 @@ class LayeredController:
 
     def _unsupported(self, scenario: Any) -> str | None:  # noqa: ANN401 of any task
         """The first layer that is not made for the world of this scenario."""
-        task = task_of(scenario).name
+        task = task_of(scenario)
         for layer, part in self.layers.items():
-            if task not in getattr(part, "tasks", ("foraging",)):
+            if not {task.name, task.family} & {*getattr(part, "tasks", ("foraging",))}:
                 return layer
         return None

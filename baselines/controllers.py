@@ -9,11 +9,13 @@ from baselines.controller import LayeredController
 from baselines.estimators import ESTIMATORS
 from baselines.estimators.covariance import CovarianceParameters
 from baselines.estimators.decentralised_ekf import DecentralisedEKF
+from baselines.estimators.no_estimator import NoEstimator
 from baselines.estimators.sceptical_odometry import ScepticalOdometryParameters
 from baselines.estimators.sikf import SIKFParameters
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.motion import MOTIONS
 from baselines.motion.boids import BoidsParameters
+from baselines.motion.gather import Gather
 from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.covariance import Covariance
@@ -52,12 +54,13 @@ NAMED = (
     LayeredController("boids-goal", EKF, Filter(), BoidsParameters(gains="goal")),
     LayeredController("boids-static", EKF, Filter(), BoidsParameters(gains="static")),
     LayeredController("boids-adaptive", EKF, Filter(), BoidsParameters(gains="adaptive")),
+    LayeredController("gather", NoEstimator(), Filter(), Gather()),
 )
 """The strategies of TR 6.1: no communication, and the single and double filters; the double one
 with a penalty on hearsay, and with more frequent exchanges of robots that are unsure; the single
 one with a second witness and a gate against liars; then the filters of covariances that they
 simplify (TR 4.2, ANTS 5); then the rules of BOIDS 5, and subsumption over its filters, where robots
-forage."""
+forage; and gathering, for the task of aggregation."""
 
 ABOUT = {
     "nc": "robots tell each other nothing",
@@ -74,6 +77,7 @@ ABOUT = {
     "boids-goal": "boids that follow the rule of the goal alone",
     "boids-static": "boids with fixed gains",
     "boids-adaptive": "boids whose gains follow the uncertainty",
+    "gather": "stops on black floor, and leaves it the less the more are near",
 }
 """What each controller is, in words."""
 

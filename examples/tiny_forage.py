@@ -9,9 +9,9 @@ off in this scenario and this controller:
 
     chance           swarm_forage_env/equations/random_draws.py
     start, scoring   swarm_forage_env/foraging/scoring.py
-    motion, tick     swarm_forage_env/foraging/tick.py
-    contacts         swarm_forage_env/foraging/surroundings.py
-    sensors, radio   swarm_forage_env/foraging/sensors.py
+    motion, tick     swarm_forage_env/epuck/tick.py
+    contacts         swarm_forage_env/epuck/surroundings.py
+    sensors, radio   swarm_forage_env/epuck/sensors.py
     area memory      baselines/estimators/area_memory.py
     exchange         baselines/estimators/message_exchange.py, baselines/weighting/sgikf.py
     steering         baselines/motion/subsumption.py

@@ -2,7 +2,10 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
+
+from swarm_forage_env.arrays import Array
 
 
 class EpisodeMeter(Protocol):
@@ -54,3 +57,59 @@ class EpisodeKind:
     def axis(self, metric: str) -> str:
         """The heading of a metric in one line, for an axis."""
         return self.columns[metric][0].replace("-\n", "").replace("\n", " ")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Episode:
+    """Which episode it was; a task adds its metrics by a subclass."""
+
+    scenario: str
+    """Name of the scenario."""
+
+    controller: str
+    """The controller as it was asked for."""
+
+    seed: int
+    """Seed of the world."""
+
+    physics: str
+    """Engine that moved the robots."""
+
+    n_robots: int
+    """Robots."""
+
+    duration_s: float
+    """Length of the episode [s]."""
+
+    wall_s: float
+    """Computing time: an equal share of that of the block the episode ran in [s]."""
+
+
+Judge = Callable[[Any], Mapping[str, Array]]
+"""What worlds that are over came to: of each metric a number for each world."""
+
+
+class FinalMeter:
+    """Judges worlds by how they stand when they are over."""
+
+    def __init__(self, judge: Judge, loop: Any) -> None:  # noqa: ANN401 a control loop
+        """Of a loop whose worlds are about to start."""
+        self._judge, self._loop = judge, loop
+
+    def next_sample(self, tick: int) -> int:
+        """There is nothing to measure on the way."""
+        return int(self._loop.world.scenario.n_ticks)
+
+    def sample(self, tick: int) -> None:
+        """All is read in `results`."""
+
+    def results(self) -> list[dict[str, Any]]:
+        """The metrics of each world."""
+        found = self._judge(self._loop.world)
+        columns = (each.tolist() for each in found.values())
+        return [dict(zip(found, row, strict=True)) for row in zip(*columns, strict=True)]
+
+
+def judged_at_the_end(judge: Judge) -> Callable[[Any], EpisodeMeter]:
+    """Makes what judges worlds by how they stand when they are over."""
+    return partial(FinalMeter, judge)

@@ -110,14 +110,10 @@ class Stage:
     """What each code of `Scene.doing` is called here; empty: no robot ever does that."""
 
     goals: GoalField | None = None
-    """Where robots visit goals; None: they forage."""
+    """Where robots visit goals; None: they do something else."""
 
-    @property
-    def headings(self) -> tuple[str, str]:
-        """What the score of a scene and its share are called."""
-        if self.goals is None:
-            return "Round trips", "On path"
-        return "Goals reached", "Within ellipse"
+    headings: tuple[str, str] = ("Round trips", "On path")
+    """What the score of a scene and its share are called."""
 
     def areas_at(self, time: float) -> Float64[Array, "areas 2"]:
         """True centres of the areas at a time since the start [s]."""

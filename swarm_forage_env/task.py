@@ -374,6 +374,11 @@ class Task:
     """One kind of world, with all that is particular to it."""
 
     name: str
+
+    family: str = ""
+    """Tasks of one family have the same records of what a layer sees: layers that are made for the
+    family run in all of them."""
+
     scenario: type[Part]
     """What its scenarios are: they have a `name`, a `tick` [s], `n_ticks`, and a part `task` with
     `n_robots` and `duration` [s]."""
@@ -463,9 +468,14 @@ class Task:
 
 
 TASKS: Registry[Task] = Registry(
-    "task", ("swarm_forage_env.foraging.task", "swarm_forage_env.waypoints.task")
+    "task",
+    (
+        "swarm_forage_env.foraging.task",
+        "swarm_forage_env.waypoints.task",
+        "swarm_forage_env.aggregation",
+    ),
 )
-"""Tasks by name; the two built-in ones are imported when any is asked for."""
+"""Tasks by name; the built-in ones are imported when any is asked for."""
 
 
 def task_named(name: str) -> Task:

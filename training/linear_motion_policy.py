@@ -18,10 +18,11 @@ import numpy as np
 from baselines.motion.subsumption import Course, SubsumptionParameters, subsume
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.control import RESIDUAL_GAIN
+from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES
-from swarm_forage_env.foraging.control import REACH
 from swarm_forage_env.foraging.inputs import goal_of
-from swarm_forage_env.foraging.records import Heard, Readings, Situation
+from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.record import Numbers, field
@@ -151,8 +152,8 @@ def write_features(
 
 @kernel
 def add_residual(wheels: Float32[Array, "2"], left: float, right: float) -> None:
-    """Add the residuals to the wheels of subsumption: clip(own + REACH residual, -1, 1)."""
-    reach = np.float32(REACH)
+    """Add the residuals to the wheels of subsumption: clip(own + RESIDUAL_GAIN residual, -1, 1)."""
+    reach = np.float32(RESIDUAL_GAIN)
     wheels[0] = min(max(wheels[0] + reach * np.float32(left), -1.0), 1.0)
     wheels[1] = min(max(wheels[1] + reach * np.float32(right), -1.0), 1.0)
 

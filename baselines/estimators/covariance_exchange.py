@@ -24,8 +24,8 @@ from baselines.estimators.path_covariance import (
 )
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import Heard
 from swarm_forage_env.equations.geometry import wrap
-from swarm_forage_env.foraging.records import Heard
 from swarm_forage_env.record import Numbers, field
 
 Gain = tuple[float, float, float, float]

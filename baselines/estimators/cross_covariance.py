@@ -31,7 +31,7 @@ from baselines.estimators.path_covariance import (
 )
 from swarm_forage_env.arrays import Array, Float64, Int8
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.foraging.records import Readings
+from swarm_forage_env.epuck.records import Readings
 from swarm_forage_env.record import Numbers, field
 
 COHERENCE = 0.999

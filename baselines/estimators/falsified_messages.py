@@ -15,8 +15,8 @@ import math
 from baselines.estimators.belief import Message, SocialMind
 from baselines.estimators.covariance_exchange import EllipseMind
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.fault_record import Lie
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
-from swarm_forage_env.foraging.fault_record import Lie
 
 
 @kernel

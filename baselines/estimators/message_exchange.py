@@ -8,8 +8,8 @@ import math
 from baselines.estimators.belief import NOBODY, NOWHERE, Belief, Message, SocialMind
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import Heard
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
-from swarm_forage_env.foraging.records import Heard
 from swarm_forage_env.record import Numbers
 
 

@@ -12,7 +12,7 @@ from baselines.estimators.area_memory import choose_goal, dead_reckon, find_area
 from baselines.estimators.belief import Belief, SocialMind
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.foraging.records import Readings
+from swarm_forage_env.epuck.records import Readings
 from swarm_forage_env.record import Numbers, field
 
 XX, XY, YY, XT, YT, TT = range(6)

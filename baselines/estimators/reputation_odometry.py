@@ -31,9 +31,10 @@ from baselines.estimators.sceptical_odometry import (
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.equations.differential_drive import path_length
 from swarm_forage_env.foraging.control import observe_world
-from swarm_forage_env.foraging.records import Exchange, Heard, Readings
+from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.parameters import NotNegative

@@ -26,8 +26,8 @@ from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import Heard
 from swarm_forage_env.foraging.control import observe_world
-from swarm_forage_env.foraging.records import Heard
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.parameters import NotNegative

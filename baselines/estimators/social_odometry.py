@@ -38,8 +38,8 @@ from baselines.estimators.message_exchange import (
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import Readings
 from swarm_forage_env.foraging.control import observe_world
-from swarm_forage_env.foraging.records import Readings
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.parameters import NotNegative, Part, Positive

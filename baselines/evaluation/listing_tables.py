@@ -22,8 +22,8 @@ EXAMPLES = ("radio.max_range", "task.tolerance")
 """Numbers that an example of a change is made with, where a scenario has them."""
 
 SCENARIO_SCORES = (
-    "score: round trips under ssgikf, goals of a robot under boids-adaptive; mean of\n"
-    f"{EPISODES} episodes"
+    "score: round trips under ssgikf, share gathered under gather, goals of a robot\n"
+    f"under boids-adaptive; mean of {EPISODES} episodes"
 )
 
 CONTROLLER_SCORES = f"score: round trips on es1, mean of {EPISODES} episodes"

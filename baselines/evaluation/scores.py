@@ -57,8 +57,10 @@ def score_of_controller(name: str) -> Score | None:
 
 def pairs() -> Iterator[tuple[str, str]]:
     """The scenarios and controllers that are scored together."""
-    for name in (*CONTROLLERS, *REFERENCES):
-        yield ARENA, name
+    for registry in (CONTROLLERS, REFERENCES):
+        for name in registry:
+            if registry[name].supports(SCENARIOS[ARENA]):
+                yield ARENA, name
     for name in SCENARIOS:
         if name != ARENA:
             yield name, task_of(SCENARIOS[name]).controller

@@ -29,8 +29,9 @@ from baselines.motion.flock import (
 from baselines.motion.subsumption import Course, SubsumptionParameters, subsume
 from swarm_forage_env.arrays import NEST, Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.foraging.inputs import goal_of
-from swarm_forage_env.foraging.records import Heard, Readings, Situation
+from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.record import Numbers, field

@@ -19,11 +19,13 @@ from pydantic import Field
 from baselines.motion.base import MOTIONS
 from swarm_forage_env.arrays import Array, Float32, UInt64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import Heard, Readings
+from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES, response
 from swarm_forage_env.equations.random_draws import exponential, symmetric
 from swarm_forage_env.foraging.inputs import goal_of
-from swarm_forage_env.foraging.records import Heard, Readings, Situation
+from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.parameters import NotNegative, Part, Positive, Share
@@ -190,7 +192,7 @@ class SubsumptionParameters(Part):
         """The functions of the motion, with its numbers in a scenario."""
         return MotionLayer(steer, self.numbers(scenario), Course)
 
-    def numbers(self, scenario: Scenario) -> dict[str, float]:
+    def numbers(self, scenario: EpuckScenario) -> dict[str, float]:
         """The parameters as kernels read them, in ticks and sensor readings."""
         cruise, dt = scenario.robot.cruise_speed, scenario.tick
         return {

@@ -30,10 +30,11 @@ from baselines.estimators.social_odometry import take_in as take_in_odometry
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import RADIO, Readings
 from swarm_forage_env.equations.geometry import range_and_bearing, to_outer, wrap
 from swarm_forage_env.equations.radio import board_range
 from swarm_forage_env.equations.random_draws import symmetric
-from swarm_forage_env.foraging.records import RADIO, Readings, RobotState
+from swarm_forage_env.foraging.records import RobotState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, field

@@ -30,10 +30,10 @@ from baselines.estimators.social_odometry import KERNELS, SocialOdometryParamete
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.equations.differential_drive import path_length
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 from swarm_forage_env.foraging.control import observe_world as observe_all
-from swarm_forage_env.foraging.records import Heard, Readings
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, field

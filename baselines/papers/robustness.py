@@ -78,7 +78,7 @@ MESSAGES, BODIES = tuple(FAULTS)[:5], tuple(FAULTS)[5:]
 REPLICATIONS = 10
 
 LEFT_OPEN = {
-    "The faults": "swarm_forage_env.foraging.faults",
+    "The faults": "swarm_forage_env.epuck.faults",
     "The messages": "baselines.estimators.falsified_messages",
     "The defence: a second witness": "baselines.estimators.sceptical_odometry",
     "The defence: a validation gate": "baselines.weighting.validation_gate",

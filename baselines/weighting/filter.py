@@ -17,7 +17,7 @@ class Filter(Part):
     Source: BOIDS, Section 2.
     """
 
-    tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")
+    tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints", "epuck")
 
     def layer(self, scenario: object) -> WeightingLayer | None:
         """None: that of the estimator."""

@@ -5,8 +5,8 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from swarm_forage_env.epuck.obstacles import Point
 from swarm_forage_env.equations.ground import FLOOR
-from swarm_forage_env.foraging.obstacles import Point
 from swarm_forage_env.parameters import NotNegative, Part, Positive
 
 KINDS = ("nest", "prey")

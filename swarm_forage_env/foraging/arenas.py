@@ -15,8 +15,9 @@ Source: Ligot et al. 2022, and its code, github.com/demiurge-project/MissionGene
 import math
 from dataclasses import dataclass
 
-from swarm_forage_env.foraging.obstacles import Obstacle, Point
-from swarm_forage_env.foraging.scenario import Arena, Scenario, Task
+from swarm_forage_env.epuck.obstacles import Obstacle, Point, regular_polygon, rounded
+from swarm_forage_env.epuck.parts import Arena
+from swarm_forage_env.foraging.scenario import Scenario, Task
 from swarm_forage_env.registry import ORIGINS, SCENARIOS
 
 THICKNESS = 0.01
@@ -59,26 +60,15 @@ DIRECTIONS = ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 """Where obstacles stand, seen from the centre, in the order in which they are placed."""
 
 
-def regular_polygon(n_sides: int, circumradius: float) -> tuple[Point, ...]:
-    """The corners of a regular polygon about the origin, counter-clockwise from the x axis [m]."""
-    angles = [2.0 * math.pi * k / n_sides for k in range(n_sides)]
-    return tuple(_rounded(circumradius * math.cos(a), circumradius * math.sin(a)) for a in angles)
-
-
 def across(direction: Point, distance: float, length: float) -> Obstacle:
     """A straight wall so far from the origin in a direction, at right angles to that direction."""
     (x, y), half = direction, 0.5 * length
     middle = distance * x, distance * y
     ends = (
-        _rounded(middle[0] - half * y, middle[1] + half * x),
-        _rounded(middle[0] + half * y, middle[1] - half * x),
+        rounded(middle[0] - half * y, middle[1] + half * x),
+        rounded(middle[0] + half * y, middle[1] - half * x),
     )
     return Obstacle(points=ends, radius=0.5 * THICKNESS)
-
-
-def _rounded(x: float, y: float) -> Point:
-    """A point to a tenth of a millimetre."""
-    return round(x, 4) + 0.0, round(y, 4) + 0.0  # adding zero takes the sign off a zero
 
 
 def mg1(shape: str, n_obstacles: int = 2) -> Scenario:

@@ -11,14 +11,14 @@ its own numbers; robots of another controller, which are not `is_member`, are le
 import math
 from typing import Any
 
-import numpy as np
-
-from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.arrays import Array, Int64
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.foraging.fault_effects import is_lying, is_stale
-from swarm_forage_env.foraging.fault_record import Lie
+from swarm_forage_env.epuck.control import take_wheels
+from swarm_forage_env.epuck.fault_effects import is_lying, is_stale
+from swarm_forage_env.epuck.fault_record import Lie
+from swarm_forage_env.epuck.records import Action
 from swarm_forage_env.foraging.inputs import clear_exchange
-from swarm_forage_env.foraging.records import Action, Exchange, RobotState
+from swarm_forage_env.foraging.records import Exchange, RobotState
 from swarm_forage_env.interface import CORRECT, KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
@@ -40,9 +40,6 @@ has_something_to_say: Kernel
 
 Mind = Any
 """What the chosen estimator keeps of a robot: a record."""
-
-REACH = 2.0
-"""Wheels that a correction of 1 adds: full speed back becomes full speed ahead."""
 
 
 @kernel
@@ -191,24 +188,3 @@ def take_weights(action: Action, exchange: Exchange) -> None:
     """Put an action in the place of the weights."""
     if action.weighting != KEEP:
         exchange.weight[0], exchange.weight[1] = action.weight[0], action.weight[1]
-
-
-@kernel
-def take_wheels(action: Action, is_talking: bool, wheels: Float32[Array, "2"]) -> None:
-    """Put an action in the place of the wheels, or add it to those of the motion.
-
-        wheels = clip(own + REACH residual, -1, 1)
-
-    To a robot that is talking nothing is added, as communication takes control of the motors
-    (TR, Section 5.2).
-
-    Source: Silver2018, Residual Policy Learning (arXiv:1812.06298), for the sum.
-    """
-    if action.motion == KEEP or (action.motion == CORRECT and is_talking):
-        return
-    for side in range(2):
-        if action.motion == CORRECT:
-            corrected = wheels[side] + np.float32(REACH) * action.wheels[side]
-            wheels[side] = min(max(corrected, -1.0), 1.0)
-        else:
-            wheels[side] = action.wheels[side]

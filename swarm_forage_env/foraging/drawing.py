@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import NEST, PREY, Array, Int8, Int32
+from swarm_forage_env.arrays import NEST, PREY, Array, Int8
+from swarm_forage_env.epuck.drawing import bodies, walls
 from swarm_forage_env.foraging.areas import KINDS, move_tick
 from swarm_forage_env.foraging.metrics import believed_places, knows_both_areas_now
 from swarm_forage_env.foraging.scenario import Scenario
@@ -18,7 +19,6 @@ from swarm_forage_env.scene import (
     TALKING,
     TO_THE_NEST,
     TO_THE_PREY,
-    Outline,
     Scene,
     Stage,
 )
@@ -26,12 +26,8 @@ from swarm_forage_env.scene import (
 
 def stage_of(scenario: Scenario, controller: str) -> Stage:
     """The stage of a scenario, moved by what is named so."""
-    task, arena = scenario.task, scenario.arena
     return Stage(
-        scenario=scenario.name,
         controller=controller,
-        length=arena.length,
-        width=arena.width,
         areas=np.array([area.centre for area in scenario.places]),
         kinds=tuple(KINDS.index(area.kind) for area in scenario.places),
         names=tuple(
@@ -43,42 +39,28 @@ def stage_of(scenario: Scenario, controller: str) -> Stage:
             for k, area in enumerate(scenario.places)
             if area.moves_at is not None and area.moves_to is not None
         ),
-        area_radius=task.area_radius,
-        start_radius=task.start_radius,
-        robot_radius=scenario.robot.radius,
-        n_robots=task.n_robots,
-        tick=scenario.tick,
-        duration=scenario.n_ticks * scenario.tick,
-        corners=np.array(arena.corners, np.float64).reshape(-1, 2),
-        obstacles=tuple(
-            Outline(np.array(each.points, np.float64), each.radius, each.is_closed)
-            for each in scenario.obstacles
-        ),
-        has_faults=scenario.faults.is_any,
+        area_radius=scenario.task.area_radius,
+        **walls(scenario),
     )
 
 
 def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
     """One world of a block as it stands; without beliefs where no estimator keeps any."""
     robots, n = world.robots[which].view(np.recarray), world.n_robots
-    pose = robots.pose.copy()
     known, p = np.zeros((n, 2), np.bool_), np.zeros((n, 2), np.float32)
     believed, situations = np.zeros((n, 2, 2)), None
     if has_estimators(minds):
         situations = rows(minds["estimator"]["situation"][which])
         known, p = situations.known != 0, situations.p.copy()
-        believed = believed_places(pose, situations.areas, known)
+        believed = believed_places(robots.pose, situations.areas, known)
     return Scene(
-        time=float(world.worlds["ticks"][which]) * world.scenarios[which].tick,
-        pose=pose,
         doing=_doing(robots, situations),
         believed=believed,
         known=known,
         p=p,
-        messages=_messages(robots.heard),
         round_trips=robots.round_trips.copy(),
         on_path=float(knows_both_areas_now(robots.known, 1)[0]),
-        faulty=robots.fault.active.any(axis=1) if world.worlds["has_faults"][which] else None,
+        **bodies(world, which),
     )
 
 
@@ -95,10 +77,3 @@ def _doing(robots: Any, situations: Any | None) -> Int8[Array, " robots"]:  # no
     doing[situations.goal[:, PREY] > 0] = TO_THE_PREY
     doing[situations.is_talking > 0] = TALKING
     return doing
-
-
-def _messages(heard: Any) -> Int32[Array, "messages ends"]:  # noqa: ANN401 a recarray
-    """Sender and receiver of every message heard, by receiver."""
-    n_slots = heard.sender.shape[1]
-    receiver, slot = np.nonzero(np.arange(n_slots) < heard.n[:, None])
-    return np.stack([heard.sender[receiver, slot], receiver], axis=1).astype(np.int32)

@@ -6,12 +6,12 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.equations.obstacles import from_axis
 from swarm_forage_env.foraging.floor import kind_at
 from swarm_forage_env.foraging.records import RobotState, WorldState
-from swarm_forage_env.foraging.surroundings import COUNT, FIRST
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.record import Record, field
 

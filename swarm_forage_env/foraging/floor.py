@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.equations.ground import FLOOR, area_at
+from swarm_forage_env.equations.ground import FLOOR, area_at, brightness
 from swarm_forage_env.foraging.records import WorldState
 
 
@@ -20,6 +20,12 @@ def kind_at(x: float, y: float, world: WorldState) -> int:
     """What lies under a point of the world frame [m]: NEST, PREY or FLOOR."""
     number = number_at(x, y, world)
     return FLOOR if number == FLOOR else int(world.kinds[number])
+
+
+@kernel
+def brightness_at(x: float, y: float, world: WorldState) -> float:
+    """How bright the floor is under a point of the world frame [m]."""
+    return brightness(kind_at(x, y, world))
 
 
 @kernel

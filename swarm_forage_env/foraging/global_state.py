@@ -9,11 +9,12 @@ from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
 from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.epuck.fault_record import KINDS, N_KINDS
+from swarm_forage_env.epuck.records import AREAS
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.areas import MOST_AREAS
-from swarm_forage_env.foraging.fault_record import KINDS, N_KINDS
 from swarm_forage_env.foraging.metrics import localisation_error
-from swarm_forage_env.foraging.records import AREAS, PATH, PLACE, RobotState, Situation, WorldState
+from swarm_forage_env.foraging.records import PATH, PLACE, RobotState, Situation, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.no_layers import has_estimators

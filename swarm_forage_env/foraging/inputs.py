@@ -2,7 +2,7 @@
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.foraging.records import Exchange, Heard
+from swarm_forage_env.foraging.records import Exchange
 
 
 @kernel
@@ -32,13 +32,3 @@ def clear_exchange(exchange: Exchange) -> None:
         exchange.own_known[area] = exchange.heard_known[area] = exchange.own_visited[area] = 0.0
         exchange.own_distance[area] = exchange.heard_distance[area] = 0.0
         exchange.support[area] = exchange.suspicion[area] = exchange.dissent[area] = 0.0
-
-
-@kernel
-def keep_slots(heard: Heard, n: int) -> None:
-    """Keep the first n message slots, and clear those after them that were used before."""
-    for slot in range(n, heard.n):
-        heard.is_valid[slot] = heard.n_averaged[slot] = 0.0
-        for k in range(3):
-            heard.range_bearing[slot, k] = 0.0
-    heard.n = n

@@ -9,7 +9,8 @@ how many frames an exchange averages and how long it takes. The values are start
 from the published counts of round trips; each field's description says its origin.
 """
 
-from swarm_forage_env.foraging.scenario import Arena, Radio, Robot, Scenario, Sensors, Task
+from swarm_forage_env.epuck.parts import Arena, Radio, Robot, Sensors
+from swarm_forage_env.foraging.scenario import Scenario, Task
 from swarm_forage_env.registry import ORIGINS, SCENARIOS
 
 ES1 = Scenario(name="es1")

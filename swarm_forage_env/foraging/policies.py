@@ -1,27 +1,14 @@
 """Policies in the foraging world: what each `learn=` observes, gives and replaces."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.equations.differential_drive import drive_to_wheels
-from swarm_forage_env.foraging.records import (
-    WORDS,
-    Action,
-    Command,
-    Exchange,
-    Heard,
-    Readings,
-    RobotState,
-    Said,
-    Situation,
-)
-from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.observed_fields import FieldPath, layout_of, paths
-from swarm_forage_env.policy_interface import PolicyInterface, Steering
-from swarm_forage_env.spaces import Feature, Layout
+from swarm_forage_env.epuck.policies import WHEELS, slots
+from swarm_forage_env.epuck.records import Action, Command, Heard, Readings
+from swarm_forage_env.foraging.records import WORDS, Exchange, RobotState, Said, Situation
+from swarm_forage_env.observed_fields import FieldPath, paths
+from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.ticks import Arrays
 
 _ENCOUNTER = paths(
@@ -48,31 +35,8 @@ _RAW = (
     *paths("heard", "minds", Said, "heard"),
 )
 
-_WEIGHTS, _WHEELS = (paths("", "robots.action", Action, name) for name in ("weight", "wheels"))
+_WEIGHTS = paths("", "robots.action", Action, "weight")
 
-
-def slots(scenario: Scenario) -> Mapping[str, int]:
-    """How many message slots are observed in a scenario."""
-    return {"slots": scenario.slots}
-
-
-STEERINGS = {
-    "drive": Steering(
-        Layout(
-            (
-                Feature("drive.speed", "-1 stands, 1 is the cruise speed", -1.0, 1.0),
-                Feature("drive.turn", "of the sharpest turn, to the left", -1.0, 1.0),
-            )
-        ),
-        choices=((1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)),
-        command=drive_to_wheels,
-    ),
-    "wheels": Steering(
-        layout_of(_WHEELS, {}, None),
-        choices=((1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (-1.0, 1.0), (1.0, -1.0)),
-    ),
-}
-"""How a policy can steer, by the name that `action` takes; the first is the usual one."""
 
 N_SYMBOLS = 4
 """Messages among which a discrete action of everything chooses, beside silence."""
@@ -96,7 +60,7 @@ LEARNABLE = {
     ),
     "motion": PolicyInterface(
         _SITUATION,
-        _WHEELS,
+        WHEELS,
         ("motion",),
         slots,
         decision_period=10,
@@ -105,7 +69,7 @@ LEARNABLE = {
     ),
     "both": PolicyInterface(
         _ENCOUNTER + _SITUATION,
-        _WEIGHTS + _WHEELS,
+        _WEIGHTS + WHEELS,
         ("weighting", "motion"),
         slots,
         n_weights=2,
@@ -114,7 +78,7 @@ LEARNABLE = {
     ),
     "everything": PolicyInterface(
         _RAW,
-        _WHEELS + paths("", "minds", Said, "speak words"),
+        WHEELS + paths("", "minds", Said, "speak words"),
         (),
         slots,
         decision_period=5,

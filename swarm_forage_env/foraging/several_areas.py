@@ -3,8 +3,9 @@
 Twenty robots for half an hour in an arena of 3 x 2 m; radio, sensors and robots are those of es1.
 """
 
+from swarm_forage_env.epuck.parts import Arena
 from swarm_forage_env.foraging.areas import Area
-from swarm_forage_env.foraging.scenario import Arena, Scenario, Task
+from swarm_forage_env.foraging.scenario import Scenario, Task
 from swarm_forage_env.registry import ORIGINS, SCENARIOS
 
 NEST = Area(kind="nest", centre=(-0.8, 0.0))

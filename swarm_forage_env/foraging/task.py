@@ -1,12 +1,13 @@
 """The task of foraging, as the rest of the code knows it."""
 
+from swarm_forage_env.epuck.policies import STEERINGS, slots
 from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.events import Events, write_events
 from swarm_forage_env.foraging.global_state import ForagingState
 from swarm_forage_env.foraging.on_gpu import ON_GPU
-from swarm_forage_env.foraging.policies import LEARNABLE, STEERINGS, carry_out, hear_words, slots
+from swarm_forage_env.foraging.policies import LEARNABLE, carry_out, hear_words
 from swarm_forage_env.foraging.potential import ForagingPotential, most_shaping
 from swarm_forage_env.foraging.records import Said
 from swarm_forage_env.foraging.scenario import Scenario

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.foraging.fault_record import KINDS
+from swarm_forage_env.epuck.fault_record import KINDS
 from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.no_layers import has_estimators

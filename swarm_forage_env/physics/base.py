@@ -5,7 +5,7 @@ from functools import cache
 from typing import Any, Protocol
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.registry import Registry
 
@@ -18,7 +18,7 @@ class Physics(Protocol):
     end up overlapping by a few millimetres: the tick resolves contacts afterwards.
     """
 
-    def reset(self, world: int, scenario: Scenario) -> None:
+    def reset(self, world: int, scenario: EpuckScenario) -> None:
         """Forget what the engine remembers of one world's past; go by this scenario from now on."""
         ...
 
@@ -26,7 +26,7 @@ class Physics(Protocol):
         """All that it remembers of the past, picklable."""
         ...
 
-    def restore(self, kept: Any, scenarios: Sequence[Scenario]) -> None:  # noqa: ANN401 as above
+    def restore(self, kept: Any, scenarios: Sequence[EpuckScenario]) -> None:  # noqa: ANN401 as above
         """Go on as when that snapshot was taken, under these scenarios."""
         ...
 
@@ -64,7 +64,7 @@ def moves_in_python(engine: type) -> bool:
     return hasattr(engine, "move")
 
 
-Engine = Callable[[Sequence[Scenario]], PythonPhysics | CompiledPhysics]
+Engine = Callable[[Sequence[EpuckScenario]], PythonPhysics | CompiledPhysics]
 
 ENGINES: Registry[Engine] = Registry("physics engine")
 """Engines by name; each is made from the scenario of every world of a block."""

@@ -7,7 +7,7 @@ centres; they do not push, slide or turn each other.
 from collections.abc import Sequence
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.physics.base import ENGINES
 from swarm_forage_env.ticks import nothing
@@ -17,7 +17,7 @@ from swarm_forage_env.ticks import nothing
 class Kinematic:
     """Robots go where their wheels take them, without forces; where two overlap, they part."""
 
-    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+    def __init__(self, scenarios: Sequence[EpuckScenario]) -> None:
         """Nothing is kept."""
 
     @property
@@ -30,11 +30,11 @@ class Kinematic:
         """There are none."""
         return ()
 
-    def reset(self, world: int, scenario: Scenario) -> None:
+    def reset(self, world: int, scenario: EpuckScenario) -> None:
         """There is nothing to forget."""
 
     def snapshot(self) -> None:
         """There is nothing to remember."""
 
-    def restore(self, kept: None, scenarios: Sequence[Scenario]) -> None:
+    def restore(self, kept: None, scenarios: Sequence[EpuckScenario]) -> None:
         """There is nothing to remember."""

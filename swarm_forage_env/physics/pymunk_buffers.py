@@ -12,12 +12,12 @@ from pymunk._chipmunk import ffi
 
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST
+from swarm_forage_env.epuck.tick import set_wheels
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.obstacles import from_axis
-from swarm_forage_env.foraging.records import RobotState, WorldState
-from swarm_forage_env.foraging.surroundings import COUNT, FIRST
-from swarm_forage_env.foraging.tick import set_wheels
 from swarm_forage_env.physics.chipmunk_functions import each_body, step_space
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.ticks import Arrays
@@ -67,13 +67,13 @@ class SpaceMemory(Record):
 
 
 @kernel
-def path_of(robot: RobotState, dt: float) -> float:
+def path_of(robot: EpuckState, dt: float) -> float:
     """How far the centre of a robot goes in dt [s] at its wheel speeds [m]."""
     return float(0.5 * abs(robot.wheels[0] + robot.wheels[1]) * dt)
 
 
 @kernel
-def may_touch_wall(robot: RobotState, world: WorldState) -> bool:
+def may_touch_wall(robot: EpuckState, world: EpuckWorldState) -> bool:
     """The body can reach a wall within the tick."""
     far = world.radius + path_of(robot, world.dt)
     x, y = abs(robot.pose[0]), abs(robot.pose[1])
@@ -82,7 +82,7 @@ def may_touch_wall(robot: RobotState, world: WorldState) -> bool:
 
 @kernel
 def may_touch_obstacle(
-    robot: RobotState, world: WorldState, obstacles: Float64[Array, "obstacles 5"]
+    robot: EpuckState, world: EpuckWorldState, obstacles: Float64[Array, "obstacles 5"]
 ) -> bool:
     """The body can reach an obstacle within the tick."""
     far = world.radius + path_of(robot, world.dt)
@@ -97,7 +97,7 @@ def may_touch_obstacle(
 def may_touch(
     swarm: Array,
     near: Int32[Array, "robots columns"],
-    world: WorldState,
+    world: EpuckWorldState,
     obstacles: Float64[Array, "obstacles 5"],
 ) -> bool:
     """A body of the world can reach another, a wall or an obstacle within the tick.
@@ -118,7 +118,7 @@ def may_touch(
 
 
 @kernel
-def write_body(robot: RobotState, world: WorldState, out_body: Float64[Array, "6"]) -> None:
+def write_body(robot: EpuckState, world: EpuckWorldState, out_body: Float64[Array, "6"]) -> None:
     """The pose, and the velocity that carries the robot along the chord of its arc in a tick."""
     speed, spin = wheels_to_arc(robot.wheels[0], robot.wheels[1], world.axle)
     middle = robot.pose[2] + 0.5 * spin * world.dt
@@ -129,7 +129,7 @@ def write_body(robot: RobotState, world: WorldState, out_body: Float64[Array, "6
 
 
 @kernel
-def write_bodies(swarm: Array, world: WorldState, space: SpaceMemory) -> None:
+def write_bodies(swarm: Array, world: EpuckWorldState, space: SpaceMemory) -> None:
     """Give the bodies of a space the poses and velocities of the robots."""
     for i in range(swarm.shape[0]):
         write_body(swarm[i], world, space.written[i])

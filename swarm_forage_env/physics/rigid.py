@@ -8,8 +8,8 @@ from pymunk._chipmunk import ffi, lib
 from pymunk.batch import BodyFields
 
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.foraging.obstacles import capsules_of
-from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.epuck.obstacles import capsules_of
+from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.physics.base import ENGINES
 from swarm_forage_env.physics.chipmunk_functions import address_of
@@ -33,7 +33,7 @@ class Rigid:
     only carry each robot along its chord; that is left to the tick.
     """
 
-    def __init__(self, scenarios: Sequence[Scenario]) -> None:
+    def __init__(self, scenarios: Sequence[EpuckScenario]) -> None:
         """Spaces with the robots and walls of these scenarios."""
         n_bodies = scenarios[0].task.n_robots + 1  # the walls' static body comes last
         self._memory = SpaceMemory.array((len(scenarios),), bodies=n_bodies, rows=2 * n_bodies + 8)
@@ -53,7 +53,7 @@ class Rigid:
         """The spaces of all worlds."""
         return (self._memory,)
 
-    def reset(self, world: int, scenario: Scenario) -> None:
+    def reset(self, world: int, scenario: EpuckScenario) -> None:
         """Start from a new space: the old one keeps the impulses of its last contacts."""
         self._scenarios[world] = scenario
         self._spaces[world] = _space(scenario)
@@ -63,24 +63,24 @@ class Rigid:
         """What the space of each world remembers."""
         return [remembered(space) for space in self._spaces.values()]
 
-    def restore(self, kept: Sequence[ContactMemory], scenarios: Sequence[Scenario]) -> None:
+    def restore(self, kept: Sequence[ContactMemory], scenarios: Sequence[EpuckScenario]) -> None:
         """Go on in new spaces that remember the same."""
         for world, (memory, scenario) in enumerate(zip(kept, scenarios, strict=True)):
             self.reset(world, scenario)
             recall(self._spaces[world], memory)
 
-    def __getstate__(self) -> tuple[list[Scenario], list[ContactMemory]]:
+    def __getstate__(self) -> tuple[list[EpuckScenario], list[ContactMemory]]:
         """Scenarios and memories: spaces and buffers are made anew from them."""
         return self._scenarios, self.snapshot()
 
-    def __setstate__(self, state: tuple[list[Scenario], list[ContactMemory]]) -> None:
+    def __setstate__(self, state: tuple[list[EpuckScenario], list[ContactMemory]]) -> None:
         """The engine as it was."""
         scenarios, kept = state
         Rigid.__init__(self, scenarios)
         self.restore(kept, scenarios)
 
 
-def _space(scenario: Scenario) -> pymunk.Space:
+def _space(scenario: EpuckScenario) -> pymunk.Space:
     """A space with the robots of one world, in order, its four walls and its obstacles."""
     space = pymunk.Space()
     space.collision_slop = 1e-4

@@ -47,6 +47,7 @@ def stage_of(scenario: WaypointsScenario, controller: str) -> Stage:
         duration=scenario.n_ticks * scenario.tick,
         states=tuple(SEEING.get(code, "") for code in range(len(STATES))),
         goals=GoalField(task.side, task.tolerance, scenario.sensors.reach),
+        headings=("Goals reached", "Within ellipse"),
     )
 
 

@@ -14,7 +14,8 @@ from baselines.motion.boids_foraging import FlockCourse
 from baselines.motion.flock import ALIGN, COHERE, GOAL, HOME, SEPARATE, adaptive_gains
 from baselines.motion.subsumption import Course, SubsumptionParameters
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.foraging.records import Heard, Readings, Situation
+from swarm_forage_env.epuck.records import Heard, Readings
+from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.record import rows
 from swarm_forage_env.scenarios import find_scenario

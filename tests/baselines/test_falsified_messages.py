@@ -10,7 +10,7 @@ from baselines.estimators.belief import SocialMind
 from baselines.estimators.covariance_exchange import EllipseMind
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.foraging.fault_record import Fault, Lie
+from swarm_forage_env.epuck.fault_record import Fault, Lie
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 

@@ -16,9 +16,10 @@ from baselines.motion.subsumption import (
     wheels_towards,
 )
 from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES, response
 from swarm_forage_env.equations.random_draws import GOLDEN, symmetric
-from swarm_forage_env.foraging.records import Heard, Readings, Situation
+from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.registry import CONTROLLERS

@@ -10,6 +10,7 @@ import baselines.estimators
 import baselines.motion
 import baselines.oracles.controllers
 import baselines.weighting
+import swarm_forage_env.epuck
 import swarm_forage_env.equations
 import swarm_forage_env.foraging
 from swarm_forage_env.compiler import bind_grid
@@ -38,6 +39,7 @@ pytestmark = pytest.mark.cuda
 TROUBLE = np.zeros(3, np.int64)
 
 PACKAGES = (
+    swarm_forage_env.epuck,
     swarm_forage_env.equations,
     swarm_forage_env.foraging,
     baselines.estimators,
@@ -54,6 +56,7 @@ ON_CPU = {
     "write_log": "the loop over worlds of the log",
     "add_errors": "the meter of an evaluation",
     "write_potentials": "the loop over worlds of a CPU",
+    "no_gain": "the weighting of robots that have none",
 }
 """Functions of foraging that no kernel of the grid calls, and why."""
 
@@ -67,23 +70,24 @@ NOT_OF_E_PUCKS = (
 
 OF_STEPS = (
     "drive_to_wheels log_beliefs log_counts put_log put_counts localisation_error distance_to_kind"
-    " potential farthest"
+    " potential farthest log_messages no_potential"
 )
 """Functions of an environment's step, which have a test of their own."""
 
 
 def loop_of(controller, n_worlds=2):
-    """A block of worlds of es1."""
+    """A block of worlds of es1, or of the task that the controller is for."""
     seeds = list(range(n_worlds))
     found = REFERENCES if controller in REFERENCES else CONTROLLERS
     chosen = FORAGING.no_layers if controller == "policy" else found[controller]
-    return Loop(find_scenario("es1"), chosen, seeds, "kinematic")
+    scenario = "aggregation" if controller == "gather" else "es1"
+    return Loop(find_scenario(scenario), chosen, seeds, "kinematic")
 
 
 def kernels_of(controller):
     """The kernels of worlds and a controller, and what each is handed."""
     loop = loop_of(controller)
-    world, layers, task = loop.world, loop.controller.compiled, FORAGING.gpu
+    world, layers, task = loop.world, loop.controller.compiled, loop.task.gpu
     functions = {**world.functions, **layers.functions, **task.functions}
     arrays = world.arrays, tuple(map(np.ascontiguousarray, layers.arrays))
     n_worlds, n_robots = world.robots.shape
@@ -114,10 +118,15 @@ def test_ticks_compile_for_a_gpu(ptx, controller):
     kernel, arguments = kernels_of(controller)["run"]
     text = ptx(kernel, *arguments)
     assert ".target sm_90" in text
-    assert text.count("bar.sync") == (12 if controller != "policy" else 10)
+    assert text.count("bar.sync") == (13 if controller != "policy" else 11)
 
 
-@pytest.mark.parametrize("controller", ["ssgikf", "covariance", "policy"])
+def test_ticks_of_another_task_of_e_pucks_compile_for_a_gpu(ptx):
+    kernel, arguments = kernels_of("gather")["run"]
+    assert ".target sm_90" in ptx(kernel, *arguments)
+
+
+@pytest.mark.parametrize("controller", ["ssgikf", "covariance", "policy", "gather"])
 def test_a_reset_compiles_for_a_gpu(ptx, controller):
     kernel, arguments = kernels_of(controller)["begin"]
     assert ".entry" in ptx(kernel, *arguments)
@@ -178,7 +187,7 @@ def test_the_compiled_controllers_call_all_that_any_does():
 
 def test_every_function_of_foraging_is_called_or_left_out_with_a_reason():
     found = set()
-    for name in (*ON_GRID, "policy"):
+    for name in (*ON_GRID, "policy", "gather"):
         for kernel, _ in kernels_of(name).values():
             called_by(kernel, found)
     known = {(each.__module__, each.__name__) for each in found}

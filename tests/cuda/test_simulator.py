@@ -60,6 +60,7 @@ STEPS = """
 import sys
 import numpy as np
 import baselines.controllers
+import tests.tasks.coverage_of_floor
 from swarm_forage_env import array_env
 from swarm_forage_env.foraging.areas import Area
 from swarm_forage_env.foraging.scenario import Scenario, Task
@@ -234,6 +235,8 @@ def test_worlds_on_the_grid_are_the_worlds_of_a_cpu(controller):
         {"learn": "motion", "shaping": 0.5, "stack": 3, "observation": ["layer", *ADDED]},
         {"learn": "motion", "shaping": 0.5, "reward": "team", "discrete": True, "learners": 3},
         {"learn": "motion", "scenario": "MOVING", "shaping": 1.0, "stagger": True},
+        {"learn": "motion", "scenario": "aggregation", "task.n_robots": 4, "stagger": True},
+        {"learn": "motion", "scenario": "coverage", "reward": "team", "discrete": True},
         {"learn": "weighting", "faults.liar.share": 0.4, "task.n_robots": 4},
         {"learn": "both", "discrete": (3, 4), "observation": ADDED, "normalise": False},
         {"learn": "everything", "stagger": True, "shaping": 0.5, "radio.max_range": 0.5},

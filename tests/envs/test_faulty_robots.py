@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from swarm_forage_env import ArrayEnv, parallel_env
+from swarm_forage_env.epuck.fault_record import KINDS
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.fault_record import KINDS
 
 FAULTY = {"faults.dead.robots": (1,), "faults.liar.robots": (2, 3)}
 

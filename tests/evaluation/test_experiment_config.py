@@ -116,7 +116,7 @@ WORLD = Path(swarm_forage_env.__file__).parent
         ("envs/observations.py", "callable:numpy:zeros_like", False),
         ("envs/actions.py", "callable:numpy:zeros_like", False),
         ("equations/odometry.py", "ssgikf", False),
-        ("foraging/tick.py", "ssgikf", False),
+        ("epuck/tick.py", "ssgikf", False),
         ("foraging/inputs.py", "ssgikf", False),
         ("loop.py", "ssgikf", False),
     ],

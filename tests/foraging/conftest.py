@@ -7,17 +7,19 @@ import baselines.controllers  # noqa: F401
 import swarm_forage_env.foraging.named
 import swarm_forage_env.foraging.task  # noqa: F401 all three enter their parts
 from swarm_forage_env.compiler import bind, entry_point
-from swarm_forage_env.equations.neighbours import EMPTY, cells_of
-from swarm_forage_env.foraging.obstacle_contacts import resolve_contacts_among
-from swarm_forage_env.foraging.records import RobotState, WorldState
-from swarm_forage_env.foraging.surroundings import (
+from swarm_forage_env.epuck.obstacle_contacts import resolve_contacts_among
+from swarm_forage_env.epuck.placing import SOURCES
+from swarm_forage_env.epuck.surroundings import (
     FIRST,
     find_neighbours,
     find_neighbours_of,
     resolve_contacts,
 )
-from swarm_forage_env.foraging.tick import hear
-from swarm_forage_env.foraging.world import FUNCTIONS, SOURCES, write_numbers
+from swarm_forage_env.epuck.tick import hear
+from swarm_forage_env.epuck.world import TICK, write_numbers
+from swarm_forage_env.equations.neighbours import EMPTY, cells_of
+from swarm_forage_env.foraging.records import RobotState, WorldState
+from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import rows
@@ -80,6 +82,7 @@ class Block:
         scenario, n_robots = find_scenario("es1", numbers), len(places)
         self.worlds = WorldState.array((n_worlds,))
         write_numbers(scenario, self.worlds[0])
+        ForagingWorld.write_task(scenario, self.worlds[:1])
         self.worlds[:] = self.worlds[0]
         if reach is not None:
             self.worlds["reach"] = reach
@@ -128,7 +131,7 @@ class Block:
         """What the robots' own sensors read."""
         n_worlds, earned = len(self.worlds), np.zeros(self.robots.shape)
         modes, trouble = np.full(n_worlds, BEGINS, np.int8), np.zeros(n_worlds + 1, np.int64)
-        tick = bind(run_ticks, {**only("tick"), **FUNCTIONS})
+        tick = bind(run_ticks, {**only("tick"), **TICK, **ForagingWorld.task_functions})
         tick((*self.tables, earned), (), modes, trouble, 0, n_worlds, 1)
         return self.state.readings
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from swarm_forage_env.foraging.world import SOURCES
+from swarm_forage_env.epuck.placing import SOURCES
 from swarm_forage_env.random_streams import NoiseSource, streams
 
 

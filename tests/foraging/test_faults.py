@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.fault_record import (
+from swarm_forage_env.epuck.fault_record import (
     BLIND,
     DEAD,
     DEAF,
@@ -15,7 +14,8 @@ from swarm_forage_env.foraging.fault_record import (
     STALE,
     WORN,
 )
-from swarm_forage_env.foraging.world import SOURCES
+from swarm_forage_env.epuck.placing import SOURCES
+from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.random_streams import NoiseSource

@@ -7,9 +7,9 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.epuck.obstacles import is_inside
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.arenas import SHAPES, mg1
-from swarm_forage_env.foraging.obstacles import is_inside
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS

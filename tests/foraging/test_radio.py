@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from swarm_forage_env.epuck.records import LOSS, RADIO, SLOT
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.radio import loss, mean_board_range
-from swarm_forage_env.foraging.records import LOSS, RADIO, SLOT
 
 NO_LOSS = {"loss_near": 0.0, "loss_far": 0.0}
 QUIET = {**NO_LOSS, "range_noise": 0.0, "bearing_noise": 0.0}

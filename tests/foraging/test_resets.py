@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from swarm_forage_env.epuck import world
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging import world
 from swarm_forage_env.foraging.global_state import ForagingState
 from swarm_forage_env.foraging.potential import ForagingPotential
 from swarm_forage_env.loop import Loop

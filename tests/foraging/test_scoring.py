@@ -9,10 +9,10 @@ from scipy import stats
 
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.epuck.tick import face
+from swarm_forage_env.epuck.world import place_in_circle
 from swarm_forage_env.equations.ground import FLOOR
-from swarm_forage_env.foraging.scoring import TO_FIRST_NEST, count_reports, next_leg, score
-from swarm_forage_env.foraging.tick import face
-from swarm_forage_env.foraging.world import place_in_circle
+from swarm_forage_env.foraging.scoring import TO_FIRST_NEST, next_leg, score
 from swarm_forage_env.random_streams import NoiseSource, streams
 
 RADIUS, APART = 0.2, 0.07
@@ -80,8 +80,7 @@ def keep_books(robots, worlds):
         worlds[w].ticks += 1
         for i in range(robots.shape[1]):
             face(robots[w, i])
-            score(robots[w, i], worlds[w])
-            count_reports(robots[w, i], worlds[w])
+            score(robots[w], i, worlds[w])
 
 
 PLACES = {

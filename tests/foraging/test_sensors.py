@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from swarm_forage_env.epuck.records import ENCODER, GROUND, PROXIMITY
 from swarm_forage_env.equations.proximity import (
     PROXIMITY_ANGLES,
     SENSING_RANGE,
@@ -15,7 +16,6 @@ from swarm_forage_env.equations.proximity import (
     ray_to_walls,
     response,
 )
-from swarm_forage_env.foraging.records import ENCODER, GROUND, PROXIMITY
 
 DT, AXLE, RADIUS = 0.1, 0.053, 0.035
 ARENA = np.array([1.7, 1.2])

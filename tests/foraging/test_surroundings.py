@@ -6,10 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST
+from swarm_forage_env.epuck.world import most_neighbours
 from swarm_forage_env.equations.contacts import OVERLAP
 from swarm_forage_env.equations.neighbours import EMPTY
-from swarm_forage_env.foraging.surroundings import COUNT, FIRST
-from swarm_forage_env.foraging.world import ForagingWorld, most_neighbours
+from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.scenarios import find_scenario
 
 RADIUS = 0.035

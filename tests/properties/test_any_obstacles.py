@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarm_forage_env.epuck.obstacles import is_inside
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.arenas import regular_polygon
-from swarm_forage_env.foraging.obstacles import is_inside
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.scenarios import find_scenario
 from tests.properties.test_any_scenario import (

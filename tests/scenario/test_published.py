@@ -6,8 +6,9 @@ import re
 import numpy as np
 import pytest
 
+from swarm_forage_env.epuck.parts import Arena, Radio, Robot, Sensors
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.scenario import Arena, Radio, Robot, Scenario, Sensors, Task
+from swarm_forage_env.foraging.scenario import Scenario, Task
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.scenarios import find_scenario
 

@@ -16,16 +16,21 @@ collect_ignore = ["patrol"]
 
 
 @pytest.fixture(scope="module")
-def patrol():
-    """The package `patrol` as a plug-in: imported when one of its names is asked for."""
-    touched = (TASKS, SCENARIOS, CONTROLLERS, *REGISTRIES.values())
-    points = [*entry_points(group=PLUGIN_GROUP), EntryPoint("patrol", "patrol", PLUGIN_GROUP)]
+def registered_here():
+    """What is registered while a module of tests runs is forgotten after it."""
     with pytest.MonkeyPatch.context() as patch:
-        for each in touched:
+        for each in (TASKS, SCENARIOS, CONTROLLERS, *REGISTRIES.values()):
             list(each)
             patch.setattr(each, "_parts", dict(each._parts))
-        patch.syspath_prepend(str(Path(__file__).parent))
-        patch.setattr(registry, "entry_points", lambda group: points)
-        yield
-        for name in [name for name in sys.modules if name.partition(".")[0] == "patrol"]:
-            del sys.modules[name]
+        yield patch
+
+
+@pytest.fixture(scope="module")
+def patrol(registered_here):
+    """The package `patrol` as a plug-in: imported when one of its names is asked for."""
+    points = [*entry_points(group=PLUGIN_GROUP), EntryPoint("patrol", "patrol", PLUGIN_GROUP)]
+    registered_here.syspath_prepend(str(Path(__file__).parent))
+    registered_here.setattr(registry, "entry_points", lambda group: points)
+    yield
+    for name in [name for name in sys.modules if name.partition(".")[0] == "patrol"]:
+        del sys.modules[name]

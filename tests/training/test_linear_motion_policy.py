@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.epuck.records import Heard
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.records import Heard
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.scenarios import find_scenario

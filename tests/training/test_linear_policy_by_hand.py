@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from swarm_forage_env.foraging.records import Heard, Readings, Situation
+from swarm_forage_env.epuck.records import Heard, Readings
+from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.scenarios import find_scenario
 from tests.training.test_learned_layers import numbers_of, one
 from training.linear_motion_policy import (

@@ -5,11 +5,11 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from baselines.composition import no_gain
 from baselines.controller import LayeredController
 from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
 from baselines.weighting import WEIGHTING_RULES
+from baselines.weighting.base import no_gain
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.interface import KEEP, EstimatorLayer, MotionLayer, WeightingLayer
 from swarm_forage_env.parameters import Part, Positive, Share

@@ -1,14 +1,14 @@
 """Effects of faults in a tick: when they begin, and where a lie lies as the liar sees it."""
 
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.fault_record import DEAD, LIAR, MUTE, N_KINDS, STALE
+from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
 from swarm_forage_env.equations.geometry import to_body
 from swarm_forage_env.equations.random_draws import unit
-from swarm_forage_env.foraging.fault_record import DEAD, LIAR, MUTE, N_KINDS, STALE
-from swarm_forage_env.foraging.records import RobotState, WorldState
 
 
 @kernel
-def update_faults(robot: RobotState, world: WorldState) -> None:
+def update_faults(robot: EpuckState, world: EpuckWorldState) -> None:
     """Let the faults of a robot begin whose time has come, and see its lie from where it stands."""
     fault = robot.fault
     for kind in range(N_KINDS):
@@ -21,7 +21,7 @@ def update_faults(robot: RobotState, world: WorldState) -> None:
 
 
 @kernel
-def see_lie(robot: RobotState) -> None:
+def see_lie(robot: EpuckState) -> None:
     """Put the shift or the place of a lie into the body frame of the liar."""
     fault, c, s = robot.fault, robot.heading[0], robot.heading[1]
     for area in range(2):
@@ -33,13 +33,13 @@ def see_lie(robot: RobotState) -> None:
 
 
 @kernel
-def is_stale(robot: RobotState) -> bool:
+def is_stale(robot: EpuckState) -> bool:
     """The robot repeats what it told."""
     return bool(robot.fault.active[STALE])
 
 
 @kernel
-def is_lying(robot: RobotState) -> bool:
+def is_lying(robot: EpuckState) -> bool:
     """The message that the robot just composed is to be a lie, as is drawn for every message."""
     fault = robot.fault
     if not fault.active[LIAR]:

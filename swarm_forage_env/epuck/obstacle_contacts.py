@@ -5,6 +5,8 @@ A world without obstacles runs `resolve_contacts` of `surroundings`, which is qu
 
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import EpuckWorldState
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST, keep_all_inside
 from swarm_forage_env.equations.contacts import (
     GENTLE_PASSES,
     HALF,
@@ -14,8 +16,6 @@ from swarm_forage_env.equations.contacts import (
     separate_pair,
 )
 from swarm_forage_env.equations.obstacles import keep_out
-from swarm_forage_env.foraging.records import WorldState
-from swarm_forage_env.foraging.surroundings import COUNT, FIRST, keep_all_inside
 
 
 @kernel
@@ -31,7 +31,7 @@ def keep_out_of_all(
 
 @kernel
 def keep_all_clear(
-    swarm: Array, world: WorldState, obstacles: Float64[Array, "obstacles 5"]
+    swarm: Array, world: EpuckWorldState, obstacles: Float64[Array, "obstacles 5"]
 ) -> float:
     """Move every robot inside the walls, then out of the obstacles, in place.
 
@@ -48,7 +48,7 @@ def keep_all_clear(
 def separate_all_among(
     swarm: Array,
     near: Int32[Array, "robots columns"],
-    world: WorldState,
+    world: EpuckWorldState,
     obstacles: Float64[Array, "obstacles 5"],
     share: float,
 ) -> float:
@@ -75,7 +75,7 @@ def separate_all_among(
 def resolve_contacts_among(
     swarm: Array,
     near: Int32[Array, "robots columns"],
-    world: WorldState,
+    world: EpuckWorldState,
     obstacles: Float64[Array, "obstacles 5"],
 ) -> bool:
     """Move overlapping robots apart, out of the obstacles and back inside the walls, in place.

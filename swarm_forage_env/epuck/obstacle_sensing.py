@@ -4,15 +4,15 @@ import math
 
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST
 from swarm_forage_env.equations.obstacles import from_axis, is_between, ray_to_capsule
 from swarm_forage_env.equations.proximity import RAY_COS, RAY_SIN, SENSING_RANGE
-from swarm_forage_env.foraging.records import RobotState, WorldState
-from swarm_forage_env.foraging.surroundings import COUNT, FIRST
 
 
 @kernel
 def cast_rays_at_obstacles(
-    robot: RobotState, world: WorldState, obstacles: Float64[Array, "obstacles 5"]
+    robot: EpuckState, world: EpuckWorldState, obstacles: Float64[Array, "obstacles 5"]
 ) -> None:
     """Set the infrared rays of a robot to their lengths up to the obstacles; else infinite."""
     robot.rays[:] = math.inf
@@ -24,7 +24,7 @@ def cast_rays_at_obstacles(
 
 @kernel
 def shorten_rays_at_obstacle(
-    robot: RobotState, world: WorldState, capsule: Float64[Array, "5"]
+    robot: EpuckState, world: EpuckWorldState, capsule: Float64[Array, "5"]
 ) -> None:
     """Shorten the rays of a robot that a capsule stands in the way of."""
     x, y, c, s = robot.pose[0], robot.pose[1], robot.heading[0], robot.heading[1]
@@ -37,7 +37,7 @@ def shorten_rays_at_obstacle(
 
 @kernel
 def is_shadowed(
-    robot: RobotState, sender: RobotState, obstacles: Float64[Array, "obstacles 5"]
+    robot: EpuckState, sender: EpuckState, obstacles: Float64[Array, "obstacles 5"]
 ) -> bool:
     """An obstacle stands between the centres of two robots."""
     here, there = robot.pose, sender.pose

@@ -77,6 +77,17 @@ def capsules_of(
     return np.array(found, np.float64).reshape(-1, 5)
 
 
+def regular_polygon(n_sides: int, circumradius: float) -> tuple[Point, ...]:
+    """The corners of a regular polygon about the origin, counter-clockwise from the x axis [m]."""
+    angles = [2.0 * math.pi * k / n_sides for k in range(n_sides)]
+    return tuple(rounded(circumradius * math.cos(a), circumradius * math.sin(a)) for a in angles)
+
+
+def rounded(x: float, y: float) -> Point:
+    """A point to a tenth of a millimetre."""
+    return round(x, 4) + 0.0, round(y, 4) + 0.0  # adding zero takes the sign off a zero
+
+
 def is_inside(place: Point, corners: Sequence[Point]) -> bool:
     """A place lies inside a polygon: a ray from it crosses the sides an odd number of times.
 

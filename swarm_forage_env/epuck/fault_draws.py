@@ -11,9 +11,9 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float64, UInt64
 from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.epuck.faults import FaultKind, Liar, Worn
+from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.equations import random_draws
-from swarm_forage_env.foraging.faults import FaultKind, Liar, Worn
-from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.random_streams import NoiseSource, hash_of, streams
 
 draw_unit = entry_point(random_draws.unit)
@@ -21,14 +21,14 @@ draw_unit = entry_point(random_draws.unit)
 Places = Float64[Array, "robots areas 2"]
 
 
-def draw_faults(scenario: Scenario, seeds: Sequence[int], out_faults: Array) -> None:
+def draw_faults(scenario: EpuckScenario, seeds: Sequence[int], out_faults: Array) -> None:
     """Write the faults of the robots of worlds to their records, which are as at the start."""
     if scenario.faults.is_any:
         for seed, out_fault in zip(seeds, out_faults, strict=True):
             _draw_faults(scenario, seed, out_fault)
 
 
-def _draw_faults(scenario: Scenario, seed: int, out_fault: Array) -> None:
+def _draw_faults(scenario: EpuckScenario, seed: int, out_fault: Array) -> None:
     words = streams([seed], len(out_fault), NoiseSource.FAULT)
     out_fault["stream"][:, 0] = words
     for column, (name, kind) in enumerate(scenario.faults.kinds()):
@@ -63,7 +63,7 @@ def _wear(worn: Worn, words: UInt64[Array, " robots"], out_fault: Array) -> None
 
 
 def _make_lies(
-    scenario: Scenario, seed: int, words: UInt64[Array, " robots"], out_fault: Array
+    scenario: EpuckScenario, seed: int, words: UInt64[Array, " robots"], out_fault: Array
 ) -> None:
     """Write what each robot would tell if it is a liar."""
     liar, lie = scenario.faults.liar, out_fault["lie"]
@@ -87,12 +87,12 @@ def _shifts(liar: Liar, words: UInt64[Array, " robots"]) -> Places:
     return np.asarray(liar.shift * turned.transpose(1, 0, 2))
 
 
-def _false_places(scenario: Scenario, word: UInt64[Array, "1"]) -> Float64[Array, "areas 2"]:
+def _false_places(scenario: EpuckScenario, word: UInt64[Array, "1"]) -> Float64[Array, "areas 2"]:
     """A false place of each area in the arena, world frame [m].
 
-    Uniform among those at least half the areas' distance from the true one.
+    Uniform among those at least `false_place_distance` from the true one.
     """
-    arena, far = scenario.arena, 0.5 * scenario.task.area_distance
+    arena, far = scenario.arena, scenario.false_place_distance
     found = []
     for area, centre in enumerate(scenario.areas):
         own = word ^ hash_of(f"liar.place.{area}")

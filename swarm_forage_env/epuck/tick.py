@@ -1,25 +1,32 @@
-"""The tick of the foraging world: everyone moves, is scored, senses and hears."""
+"""The tick of a world of e-pucks: everyone moves, is scored, senses and hears.
+
+A task fills four free names:
+
+- `begin_world(world)` and `begin_tick(world)`: what happens in the world as it begins, and in each
+  tick before robots move;
+- `brightness_at(x, y, world)`: what the floor looks like, black 0 to white 1;
+- `score(swarm, i, world)`: writes the reward of robot i. Robots are scored side by side: it may
+  read all of `swarm` that no score writes, and writes to robot i alone.
+"""
 
 import math
 
 from swarm_forage_env.arrays import Array, Float64, Int32, Int64
 from swarm_forage_env.compiler import inlined, kernel
-from swarm_forage_env.equations.contacts import keep_inside
-from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
-from swarm_forage_env.foraging.fault_effects import update_faults
-from swarm_forage_env.foraging.fault_record import DEAD
-from swarm_forage_env.foraging.floor import move_areas
-from swarm_forage_env.foraging.obstacle_contacts import resolve_contacts_among
-from swarm_forage_env.foraging.obstacle_sensing import cast_rays_at_obstacles, put_shadowed_last
-from swarm_forage_env.foraging.records import RobotState, WorldState
-from swarm_forage_env.foraging.scoring import count_reports, score
-from swarm_forage_env.foraging.sensors import (
+from swarm_forage_env.epuck.fault_effects import update_faults
+from swarm_forage_env.epuck.fault_record import DEAD
+from swarm_forage_env.epuck.obstacle_contacts import resolve_contacts_among
+from swarm_forage_env.epuck.obstacle_sensing import cast_rays_at_obstacles, put_shadowed_last
+from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
+from swarm_forage_env.epuck.sensors import (
     listen,
     read_encoders,
     read_ground,
     read_proximity,
 )
-from swarm_forage_env.foraging.surroundings import COUNT, FIRST, resolve_contacts
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST, resolve_contacts
+from swarm_forage_env.equations.contacts import keep_inside
+from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import TOO_MANY_NEAR, Arrays, note
@@ -28,11 +35,14 @@ lane: Kernel
 lanes: Kernel
 barrier: Kernel
 list_neighbours: Kernel
-"""Free names of the templates: lanes, and a way to list neighbours."""
+begin_world: Kernel
+begin_tick: Kernel
+score: Kernel
+"""Free names of the templates: lanes, a way to list neighbours, and what the task does."""
 
 
 @kernel
-def set_wheels(robot: RobotState, world: WorldState) -> None:
+def set_wheels(robot: EpuckState, world: EpuckWorldState) -> None:
     """Turn the wheels as commanded, as far as the motors go [m/s]; those of a dead robot stand."""
     if robot.fault.active[DEAD]:
         robot.wheels[0] = robot.wheels[1] = 0.0
@@ -43,7 +53,7 @@ def set_wheels(robot: RobotState, world: WorldState) -> None:
 
 
 @kernel
-def drive(robot: RobotState, world: WorldState) -> None:
+def drive(robot: EpuckState, world: EpuckWorldState) -> None:
     """Move a robot for a tick as its wheels turn."""
     dU_l, dU_r = robot.wheels[0] * world.dt, robot.wheels[1] * world.dt
     if dU_l != 0.0 or dU_r != 0.0:
@@ -53,14 +63,14 @@ def drive(robot: RobotState, world: WorldState) -> None:
 
 
 @kernel
-def face(robot: RobotState) -> None:
+def face(robot: EpuckState) -> None:
     """Keep cosine and sine of the heading beside it."""
     robot.heading[0], robot.heading[1] = math.cos(robot.pose[2]), math.sin(robot.pose[2])
 
 
 @kernel
 def is_overlapping(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
+    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
 ) -> bool:
     """Robot i may overlap a neighbour with a lower number."""
     apart = 2.0 * world.radius * 1.000001
@@ -78,7 +88,7 @@ def is_overlapping(
 def keep_apart(
     swarm: Array,
     near: Int32[Array, "robots columns"],
-    world: WorldState,
+    world: EpuckWorldState,
     obstacles: Float64[Array, "obstacles 5"],
     n_robots: int,
 ) -> None:
@@ -108,38 +118,41 @@ def keep_apart(
 
 
 @row_template
-def move_all(swarm: Array, world: WorldState, n_moving: int) -> None:
-    """Begin a tick: areas move, then robots as their wheels turn, unless an engine moved them.
+def move_all(swarm: Array, world: EpuckWorldState, n: int, n_moving: int) -> None:
+    """Begin a tick: the task does its part, and robots drive unless an engine moved them.
 
-    Free names: lane, lanes, barrier.
+    Free names: begin_world, begin_tick, lane, lanes, barrier.
     """
-    leads = n_moving > 0 and lane() == 0
-    if leads:
+    leads = n > 0 and lane() == 0
+    if leads and n_moving == 0:
+        begin_world(world)
+    elif leads:
         world.ticks += 1
-        move_areas(world)
+        begin_tick(world)
     if not world.has_moved:
         for i in range(lane(), n_moving, lanes()):
             set_wheels(swarm[i], world)
             drive(swarm[i], world)
     barrier()
-    if leads:
+    if leads and n_moving > 0:
         world.has_moved = False
 
 
 @row_template
 def score_all(
-    swarm: Array, world: WorldState, earned: Float64[Array, " robots"], n: int, n_moving: int
+    swarm: Array, world: EpuckWorldState, earned: Float64[Array, " robots"], n: int, n_moving: int
 ) -> None:
     """Score the robots that moved; those of a world that begins have heard nobody yet.
 
-    Free names: lane, lanes.
+    Free names: score, lane, lanes, barrier.
     """
     for i in range(lane(), n, lanes()):
+        face(swarm[i])
+    barrier()
+    for i in range(lane(), n, lanes()):
         robot = swarm[i]
-        face(robot)
         if n_moving > 0:
-            score(robot, world)
-            count_reports(robot, world)
+            score(swarm, i, world)
             earned[i] += robot.reward
         else:
             robot.heard.n = 0
@@ -159,7 +172,7 @@ def tick_world(
     robots, worlds, near, cells, obstacles, earned = world_arrays[:6]
     swarm, world = robots[w], worlds[w]
     standing = obstacles[w, : world.n_obstacles]
-    move_all(swarm, world, n_moving)
+    move_all(swarm, world, n, n_moving)
     most = list_neighbours(swarm, near[w], cells[w], world, n)
     if most > near.shape[2] - FIRST:
         note(trouble, w, TOO_MANY_NEAR, most)
@@ -173,15 +186,15 @@ def tick_world(
             hear(swarm, i, near[w], world, standing)
 
 
-@inlined
+@row_template
 def sense(
     swarm: Array,
     i: int,
     near: Int32[Array, "robots columns"],
-    world: WorldState,
+    world: EpuckWorldState,
     obstacles: Float64[Array, "obstacles 5"],
 ) -> None:
-    """Read all sensors of robot i but the radio."""
+    """Read all sensors of robot i but the radio. Free name: brightness_at."""
     if obstacles.shape[0] > 0:
         cast_rays_at_obstacles(swarm[i], world, obstacles)
     read_encoders(swarm[i], world)
@@ -194,7 +207,7 @@ def hear(
     swarm: Array,
     i: int,
     near: Int32[Array, "robots columns"],
-    world: WorldState,
+    world: EpuckWorldState,
     obstacles: Float64[Array, "obstacles 5"],
 ) -> None:
     """Deliver the messages to robot i: a shadowed radio, from those whom no obstacle hides."""

@@ -4,9 +4,21 @@ import math
 
 from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.fault_record import BLIND, DEAF, WORN
+from swarm_forage_env.epuck.records import (
+    ENCODER,
+    GROUND,
+    LOSS,
+    PROXIMITY,
+    RADIO,
+    SLOT,
+    EpuckState,
+    EpuckWorldState,
+    Heard,
+)
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.geometry import range_and_bearing, to_body, to_outer, wrap
-from swarm_forage_env.equations.ground import brightness
 from swarm_forage_env.equations.odometry import encoder
 from swarm_forage_env.equations.proximity import (
     RAY_COS,
@@ -18,26 +30,17 @@ from swarm_forage_env.equations.proximity import (
 )
 from swarm_forage_env.equations.radio import loss, mean_board_range, mean_error
 from swarm_forage_env.equations.random_draws import below, symmetric, unit
-from swarm_forage_env.foraging.fault_record import BLIND, DEAF, WORN
-from swarm_forage_env.foraging.floor import kind_at
-from swarm_forage_env.foraging.inputs import keep_slots
-from swarm_forage_env.foraging.records import (
-    ENCODER,
-    GROUND,
-    LOSS,
-    PROXIMITY,
-    RADIO,
-    SLOT,
-    RobotState,
-    WorldState,
-)
-from swarm_forage_env.foraging.surroundings import COUNT, FIRST
+from swarm_forage_env.interface import Kernel
+from swarm_forage_env.templates import row_template
+
+brightness_at: Kernel
+"""Free name of the row template: what the task's floor looks like."""
 
 _ROUNDING = 1.0 + 1e-12
 
 
 @kernel
-def read_encoders(robot: RobotState, world: WorldState) -> None:
+def read_encoders(robot: EpuckState, world: EpuckWorldState) -> None:
     """Distance [m] and turn [rad] of the tick, from noisy encoders.
 
     A robot that is pushed or blocked does not notice; a worn one misreads its wheels.
@@ -52,20 +55,23 @@ def read_encoders(robot: RobotState, world: WorldState) -> None:
     robot.readings.odometry[0], robot.readings.odometry[1] = distance, turn
 
 
-@kernel
-def read_ground(robot: RobotState, world: WorldState) -> None:
-    """Brightness times 1 +- noise under the left, middle and right sensor."""
+@row_template
+def read_ground(robot: EpuckState, world: EpuckWorldState) -> None:
+    """Brightness times 1 +- noise under the left, middle and right sensor.
+
+    Free name: brightness_at.
+    """
     c, s = robot.heading[0], robot.heading[1]
     for sensor in range(3):
         dx, dy = to_outer(world.ground_ahead, (1 - sensor) * world.ground_spacing, c, s)
-        light = brightness(kind_at(robot.pose[0] + dx, robot.pose[1] + dy, world))
+        light = brightness_at(robot.pose[0] + dx, robot.pose[1] + dy, world)
         if light > 0.0:
             light *= 1.0 + world.ground_noise * symmetric(robot.streams, GROUND)
         robot.readings.ground[sensor] = light
 
 
 @kernel
-def shorten_rays_at_walls(robot: RobotState, world: WorldState) -> None:
+def shorten_rays_at_walls(robot: EpuckState, world: EpuckWorldState) -> None:
     """Shorten every infrared ray of a robot at the outer walls of the arena."""
     x, y, c, s = robot.pose[0], robot.pose[1], robot.heading[0], robot.heading[1]
     for ray in range(8):
@@ -75,7 +81,7 @@ def shorten_rays_at_walls(robot: RobotState, world: WorldState) -> None:
 
 
 @kernel
-def is_near_walls(robot: RobotState, world: WorldState) -> bool:
+def is_near_walls(robot: EpuckState, world: EpuckWorldState) -> bool:
     """A wall may be within the range of a proximity sensor."""
     margin = world.radius + SENSING_RANGE
     x, y = abs(robot.pose[0]), abs(robot.pose[1])
@@ -83,7 +89,7 @@ def is_near_walls(robot: RobotState, world: WorldState) -> bool:
 
 
 @kernel
-def shorten_rays(robot: RobotState, dx: float, dy: float, radius: float) -> None:
+def shorten_rays(robot: EpuckState, dx: float, dy: float, radius: float) -> None:
     """Shorten the rays of a robot that another body, (dx, dy) from it [m], stands in the way of."""
     ahead, left = to_body(dx, dy, robot.heading[0], robot.heading[1])
     for ray in range(8):
@@ -92,7 +98,7 @@ def shorten_rays(robot: RobotState, dx: float, dy: float, radius: float) -> None
 
 @kernel
 def cast_rays(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
+    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
 ) -> bool:
     """Find the length of each infrared ray of robot i; false if nothing is in reach at all.
 
@@ -118,7 +124,7 @@ def cast_rays(
 
 @kernel
 def read_proximity(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
+    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
 ) -> None:
     """Response of eight infrared sensors times 1 +- noise; one in contact saturates at 1.
 
@@ -137,13 +143,25 @@ def read_proximity(
 
 
 @kernel
-def is_on_air(sender: RobotState) -> bool:
+def is_on_air(sender: EpuckState) -> bool:
     """The robot broadcasts, and its radio works."""
     return bool(sender.command.is_speaking) and not sender.fault.is_silent
 
 
 @kernel
-def listen(swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState) -> None:
+def keep_slots(heard: Heard, n: int) -> None:
+    """Keep the first n message slots, and clear those after them that were used before."""
+    for slot in range(n, heard.n):
+        heard.is_valid[slot] = heard.n_averaged[slot] = 0.0
+        for k in range(3):
+            heard.range_bearing[slot, k] = 0.0
+    heard.n = n
+
+
+@kernel
+def listen(
+    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
+) -> None:
     """Receive the messages that reach robot i; none reach a deaf one."""
     if swarm[i].fault.active[DEAF]:
         keep_slots(swarm[i].heard, 0)
@@ -153,7 +171,7 @@ def listen(swarm: Array, i: int, near: Int32[Array, "robots columns"], world: Wo
 
 @kernel
 def receive_messages(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
+    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
 ) -> None:
     """Which messages reach robot i, and from where they seem to come.
 
@@ -186,7 +204,7 @@ def receive_messages(
 
 @kernel
 def measure_range_bearing(
-    robot: RobotState, sender: RobotState, slot: int, world: WorldState
+    robot: EpuckState, sender: EpuckState, slot: int, world: EpuckWorldState
 ) -> None:
     """Range [m], bearing and bearing back [rad] of the sender in a slot, with noise.
 

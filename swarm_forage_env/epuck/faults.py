@@ -25,7 +25,7 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from swarm_forage_env.foraging.fault_record import KINDS
+from swarm_forage_env.epuck.fault_record import KINDS
 from swarm_forage_env.parameters import NotNegative, Part, Share
 
 

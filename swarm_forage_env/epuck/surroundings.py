@@ -2,6 +2,7 @@
 
 from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import EpuckWorldState
 from swarm_forage_env.equations.contacts import (
     GENTLE_PASSES,
     HALF,
@@ -12,7 +13,6 @@ from swarm_forage_env.equations.contacts import (
     separate_pair,
 )
 from swarm_forage_env.equations.neighbours import EMPTY, cell_of, cells_of
-from swarm_forage_env.foraging.records import WorldState
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.templates import row_template
 
@@ -39,7 +39,7 @@ def find_neighbours(
     swarm: Array,
     near: Int32[Array, "robots columns"],
     cells: Int32[Array, " cells"],
-    world: WorldState,
+    world: EpuckWorldState,
 ) -> int:
     """List for each robot those within `reach`; the largest number of them that any robot has.
 
@@ -76,7 +76,7 @@ def find_neighbours(
 
 
 @kernel
-def cell_at(swarm: Array, i: int, world: WorldState) -> int:
+def cell_at(swarm: Array, i: int, world: EpuckWorldState) -> int:
     """The number of the cell of the grid over the arena in which robot i is."""
     n_x, n_y = cells_of(world.arena[0], world.reach), cells_of(world.arena[1], world.reach)
     k_x = cell_of(swarm[i].pose[0], world.arena[0], world.reach, n_x)
@@ -85,7 +85,7 @@ def cell_at(swarm: Array, i: int, world: WorldState) -> int:
 
 
 @kernel
-def is_within_reach(swarm: Array, i: int, j: int, world: WorldState) -> bool:
+def is_within_reach(swarm: Array, i: int, j: int, world: EpuckWorldState) -> bool:
     """Two robots are neighbours."""
     dx, dy = swarm[j].pose[0] - swarm[i].pose[0], swarm[j].pose[1] - swarm[i].pose[1]
     return bool(dx * dx + dy * dy < world.reach * world.reach)
@@ -93,7 +93,7 @@ def is_within_reach(swarm: Array, i: int, j: int, world: WorldState) -> bool:
 
 @kernel
 def find_neighbours_of(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: WorldState
+    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
 ) -> int:
     """Write the row of robot i as `find_neighbours` does; how many neighbours it has.
 
@@ -124,7 +124,7 @@ def list_by_cells(
     swarm: Array,
     near: Int32[Array, "robots columns"],
     cells: Int32[Array, " cells"],
-    world: WorldState,
+    world: EpuckWorldState,
     n_robots: int,
 ) -> int:
     """List the neighbours of all robots in one lane: quickest on a CPU. The most that one has."""
@@ -136,7 +136,7 @@ def list_by_robots(
     swarm: Array,
     near: Int32[Array, "robots columns"],
     cells: Int32[Array, " cells"],
-    world: WorldState,
+    world: EpuckWorldState,
     n_robots: int,
 ) -> int:
     """List the neighbours of each robot by itself: what lanes can share.
@@ -150,7 +150,7 @@ def list_by_robots(
 
 
 @kernel
-def keep_all_inside(swarm: Array, world: WorldState) -> None:
+def keep_all_inside(swarm: Array, world: EpuckWorldState) -> None:
     """Put every robot back inside the walls, in place."""
     for i in range(swarm.shape[0]):
         keep_inside(swarm[i].pose, world.arena, world.radius)
@@ -158,7 +158,7 @@ def keep_all_inside(swarm: Array, world: WorldState) -> None:
 
 @kernel
 def separate_all(
-    swarm: Array, near: Int32[Array, "robots columns"], world: WorldState, share: float
+    swarm: Array, near: Int32[Array, "robots columns"], world: EpuckWorldState, share: float
 ) -> float:
     """Move the robots of every overlapping pair apart, each by a share; the largest overlap [m]."""
     worst = 0.0
@@ -173,7 +173,9 @@ def separate_all(
 
 
 @kernel
-def resolve_contacts(swarm: Array, near: Int32[Array, "robots columns"], world: WorldState) -> bool:
+def resolve_contacts(
+    swarm: Array, near: Int32[Array, "robots columns"], world: EpuckWorldState
+) -> bool:
     """Move overlapping robots apart and back inside the walls, in place.
 
     Each pass moves both robots of an overlapping pair by half the overlap, in a clump by more,

@@ -1,0 +1,150 @@
+"""Aggregation: e-pucks gather on one of two black spots, and none can tell which.
+
+Francesca et al. 2014, AutoMoDe: a novel approach to the automatic design of control software for
+robot swarms (Swarm Intelligence 8), for the task; arena and spots are those of AutoMoDe's loop
+function AggregationTwoSpots. Not in the paper, and chosen here: the reward of each tick.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from pydantic import Field
+
+from swarm_forage_env.arrays import Array, Float64, Int8
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.episode import Episode, EpisodeKind, judged_at_the_end
+from swarm_forage_env.epuck.obstacles import regular_polygon
+from swarm_forage_env.epuck.parts import Arena, Mission
+from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
+from swarm_forage_env.epuck.scenario import EpuckScenario
+from swarm_forage_env.epuck.task import EpuckTask
+from swarm_forage_env.epuck.world import EpuckWorld
+from swarm_forage_env.parameters import Positive
+from swarm_forage_env.record import field
+from swarm_forage_env.registry import ORIGINS, SCENARIOS
+
+NO_SPOT = -1
+
+
+class AggregationMission(Mission):
+    """Two black spots on a white floor, to the left and right of the centre."""
+
+    spot_distance: Positive = Field(1.0, description="Between their centres [m] (published)")
+    spot_radius: Positive = Field(0.3, description="Radius of each [m] (published)")
+
+
+class AggregationScenario(EpuckScenario):
+    """Everything that fixes a world of aggregation but its seed."""
+
+    task: AggregationMission = AggregationMission()
+
+    @property
+    def areas(self) -> Float64[Array, "areas 2"]:
+        """Centres of the spots, world frame [m]."""
+        half = 0.5 * self.task.spot_distance
+        return np.array([[-half, 0.0], [half, 0.0]])
+
+    @property
+    def area_radius(self) -> float:
+        """Radius of a spot [m]."""
+        return self.task.spot_radius
+
+
+class AggregationWorldState(EpuckWorldState):
+    """A world with two spots."""
+
+    spots: Float64[Array, "spots 2"] = field(np.float64, 2, 2, unit="m")
+    spot_radius: float = field(np.float64, unit="m")
+
+
+class AggregationState(EpuckState):
+    """An e-puck, and the spot that it stands on."""
+
+    spot: int = field(np.int8, start=NO_SPOT)
+    """0 or 1; NO_SPOT beside them. Writer: score."""
+
+
+@kernel
+def spot_at(x: float, y: float, world: AggregationWorldState) -> int:
+    """The spot under a point of the world frame [m], or NO_SPOT."""
+    for k in range(2):
+        dx, dy = x - world.spots[k, 0], y - world.spots[k, 1]
+        if dx * dx + dy * dy < world.spot_radius * world.spot_radius:
+            return k
+    return NO_SPOT
+
+
+@kernel
+def brightness_at(x: float, y: float, world: AggregationWorldState) -> float:
+    """How bright the floor is under a point: spots are black."""
+    return 1.0 if spot_at(x, y, world) == NO_SPOT else 0.0
+
+
+@kernel
+def score(swarm: Array, i: int, world: AggregationWorldState) -> None:
+    """Reward robot i by the share of the swarm that stands on its spot, for each second [s]."""
+    robot, together = swarm[i], 0
+    robot.spot = spot_at(robot.pose[0], robot.pose[1], world)
+    if robot.spot != NO_SPOT:
+        for j in range(swarm.shape[0]):
+            together += spot_at(swarm[j].pose[0], swarm[j].pose[1], world) == robot.spot
+    robot.reward = world.dt * together / swarm.shape[0]
+
+
+class AggregationWorld(
+    EpuckWorld,
+    robot=AggregationState,
+    world=AggregationWorldState,
+    functions={"brightness_at": brightness_at, "score": score},
+):
+    """Worlds of aggregation, side by side."""
+
+    @staticmethod
+    def write_task(scenario: AggregationScenario, out_worlds: Array) -> None:
+        """Write where the spots are."""
+        out_worlds["spots"], out_worlds["spot_radius"] = scenario.areas, scenario.area_radius
+
+
+def gathered(spots: Int8[Array, "worlds robots"]) -> Float64[Array, " worlds"]:
+    """The share of each swarm on the spot that more robots stand on: max(N_a, N_b) / N.
+
+    Source: Francesca2014, the objective function of aggregation.
+    """
+    return np.asarray(np.maximum(*((spots == k).mean(axis=1) for k in range(2))))
+
+
+@dataclass(frozen=True, kw_only=True)
+class AggregationEpisode(Episode):
+    """The result of one episode: the share of the robots on the fuller spot, at the end."""
+
+    gathered: float
+
+
+AGGREGATION = EpuckTask(
+    name="aggregation",
+    scenario=AggregationScenario,
+    world=AggregationWorld,
+    controller="gather",
+    episode=EpisodeKind(
+        AggregationEpisode,
+        judged_at_the_end(lambda world: {"gathered": gathered(world.robots["spot"])}),
+        "gathered", "Share gathered", {"gathered": ("gathered\n[%]", 100.0)},
+    ),
+    headings=("On a spot", "On the fuller spot"),
+    shown=lambda world, w: (world.robots["spot"][w] >= 0, gathered(world.robots["spot"])[w]),
+).register()  # fmt: skip
+
+SCENARIOS.register("aggregation", "robots gather on one of two black spots")(
+    AggregationScenario(
+        name="aggregation",
+        arena=Arena(length=2.6, width=2.6, corners=regular_polygon(12, 1.275)),
+        task=AggregationMission(n_robots=20, duration=250.0, start_radius=1.1),
+    )
+)
+ORIGINS["aggregation"] = {
+    **dict.fromkeys(("arena.length", "arena.width"), "Holds the polygon (derived)"),
+    "arena.corners": "AutoMoDe, a dodecagon (published)",
+    "task.n_robots": "AutoMoDe (published)",
+    "task.duration": "To move from spot to spot (chosen)",
+    "task.start_radius": "Nearly the whole arena (chosen)",
+}

@@ -1,0 +1,82 @@
+"""What is drawn of a world of e-pucks: what any task of theirs has."""
+
+from typing import Any
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Int32
+from swarm_forage_env.epuck.scenario import EpuckScenario
+from swarm_forage_env.epuck.world import EpuckWorld
+from swarm_forage_env.scene import Outline, Scene, Stage
+
+DRIVING = ("driving", "", "", "", "")
+"""What a robot without an estimator is doing, by the codes of `Scene.doing`."""
+
+
+def walls(scenario: EpuckScenario) -> dict[str, Any]:
+    """What a stage holds of the arena, its obstacles, and the robots in it."""
+    task, arena = scenario.task, scenario.arena
+    return {
+        "scenario": scenario.name,
+        "length": arena.length,
+        "width": arena.width,
+        "start_radius": task.start_radius,
+        "robot_radius": scenario.robot.radius,
+        "n_robots": task.n_robots,
+        "tick": scenario.tick,
+        "duration": scenario.n_ticks * scenario.tick,
+        "corners": np.array(arena.corners, np.float64).reshape(-1, 2),
+        "obstacles": tuple(
+            Outline(np.array(each.points, np.float64), each.radius, each.is_closed)
+            for each in scenario.obstacles
+        ),
+        "has_faults": scenario.faults.is_any,
+    }
+
+
+def stage(scenario: EpuckScenario, controller: str, headings: tuple[str, str]) -> Stage:
+    """The stage of a scenario, moved by what is named so; the headings are of score and share."""
+    centres = scenario.areas
+    return Stage(
+        controller=controller,
+        areas=centres,
+        kinds=(0,) * len(centres),
+        names=("",) * len(centres),
+        area_radius=scenario.area_radius,
+        states=DRIVING,
+        headings=headings,
+        **walls(scenario),
+    )
+
+
+def bodies(world: EpuckWorld, which: int) -> dict[str, Any]:
+    """What a scene holds of the robots of one world: where they are, and who heard whom."""
+    robots = world.robots[which].view(np.recarray)
+    has_faults = world.worlds["has_faults"][which]
+    return {
+        "time": float(world.worlds["ticks"][which]) * world.scenarios[which].tick,
+        "pose": robots.pose.copy(),
+        "messages": messages_of(robots.heard),
+        "faulty": robots.fault.active.any(axis=1) if has_faults else None,
+    }
+
+
+def scene(world: EpuckWorld, which: int, score: Int32[Array, " robots"], share: float) -> Scene:
+    """One world of a block as it stands, with the score of each robot, and a share in [0, 1]."""
+    n = world.n_robots
+    return Scene(
+        doing=np.zeros(n, np.int8),
+        believed=np.zeros((n, 2, 2)),
+        known=np.zeros((n, 2), np.bool_),
+        p=np.zeros((n, 2), np.float32),
+        round_trips=score,
+        on_path=share,
+        **bodies(world, which),
+    )
+
+
+def messages_of(heard: Any) -> Int32[Array, "messages ends"]:  # noqa: ANN401 a recarray
+    """Sender and receiver of every message heard, by receiver."""
+    n_slots = heard.sender.shape[1]
+    receiver, slot = np.nonzero(np.arange(n_slots) < heard.n[:, None])
+    return np.stack([heard.sender[receiver, slot], receiver], axis=1).astype(np.int32)

@@ -1,0 +1,154 @@
+"""Parts of a scenario of e-pucks: arena, body, sensors, radio, and who starts where for how long.
+
+Origin of a number is one of: published (the paper says so), derived (follows from what a paper
+says), chosen (no paper says; see the description). TR is Gutierrez et al. 2009, ANTS is
+Gutierrez et al. 2008.
+"""
+
+import math
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from swarm_forage_env.epuck.obstacles import Point, check_corners
+from swarm_forage_env.parameters import Count, NotNegative, Part, Positive, Share
+
+
+class Arena(Part):
+    """The walled floor, its centre at the origin, x along the long side."""
+
+    length: Positive = Field(1.7, description="Side along x [m]. TR Table 2 (published)")
+    width: Positive = Field(1.2, description="Side along y [m]. TR Table 2 (published)")
+    corners: tuple[Point, ...] = Field(
+        (),
+        description="Corners of an outer wall inside that rectangle, in order [m]; none: the"
+        " rectangle is the outer wall. Not in the papers (chosen)",
+    )
+
+    @model_validator(mode="after")
+    def _has_its_corners_inside(self) -> Self:
+        check_corners(self.corners, self.length, self.width)
+        return self
+
+
+class Robot(Part):
+    """The e-puck: a disc on two wheels."""
+
+    radius: Positive = Field(0.035, ge=1e-3, description="Body radius [m]. TR 6.1 (published)")
+    axle: Positive = Field(
+        0.053, ge=1e-3, description="Distance between the wheels [m]. TR 3.1 (published)"
+    )
+    max_speed: Positive = Field(
+        0.129,
+        description="Wheel speed the motors reach [m/s]: 1 turn/s, 41 mm wheel. TR 3.1 (published)",
+    )
+    cruise_speed: Positive = Field(
+        0.06, description="Wheel speed of a full-speed command [m/s]. Not in the papers (derived)"
+    )
+
+    @model_validator(mode="after")
+    def _cruises_below_its_limit(self) -> Self:
+        if self.cruise_speed > self.max_speed:
+            raise ValueError(
+                f"cruise_speed={self.cruise_speed}: at most max_speed={self.max_speed} [m/s]"
+            )
+        return self
+
+
+class Sensors(Part):
+    """The robot's own sensors and their noise."""
+
+    proximity_noise: Share = Field(
+        0.2, description="Infrared reading x (1 +- this), uniform. TR 6.1 (published)"
+    )
+    ground_noise: Share = Field(
+        0.3, description="Ground reading x (1 +- this), uniform. TR 6.1 (published)"
+    )
+    ground_ahead: NotNegative = Field(
+        0.03, description="Ground sensors ahead of the centre [m]. ARGoS e-puck (published)"
+    )
+    ground_spacing: NotNegative = Field(
+        0.009, description="Ground sensors to the left and right [m]. ARGoS e-puck (published)"
+    )
+    wheel_noise: Share = Field(
+        0.058,
+        description="Each turning wheel's path is misread by +- this share of the cruise speed's"
+        " path in a tick, uniform. ANTS 4.1 gives the form; the size is derived",
+    )
+
+
+class Radio(Part):
+    """The range-and-bearing board: who hears whom, and how badly."""
+
+    max_range: Positive = Field(
+        0.15, description="Farthest sender heard, centre to centre [m]. TR 6.1 (published)"
+    )
+    near: NotNegative = Field(
+        0.01, description="Up to here only loss_near is lost [m]. TR 6.1 (published)"
+    )
+    loss_near: Share = Field(0.01, description="Messages lost at `near`. TR 6.1 (published)")
+    loss_far: Share = Field(
+        0.5, description="Messages lost at max_range, linear between. TR 6.1 (published)"
+    )
+    range_noise: NotNegative = Field(
+        0.025, description="One frame's range +- this, uniform [m]. TR 6.1 (published)"
+    )
+    bearing_noise: NotNegative = Field(
+        math.radians(20.0),
+        le=math.pi,
+        description="One frame's bearing +- this, uniform, at either end [rad]. TR 6.1 (published)",
+    )
+    range_model: Literal["uniform", "board"] = Field(
+        "uniform",
+        description="uniform: range_noise. board: range from the received power of the real"
+        " board, lognormal (argos3-epuck; published in code)",
+    )
+    frames: Count = Field(
+        2,
+        le=10_000,
+        description="Messages averaged into one reading while the receiver stands still; one"
+        " when it moves. An area is three words of 9.2 ms (board firmware), and the partner"
+        " speaks as long: two fit into a tick (derived)",
+    )
+    slots: Count = Field(
+        4,
+        le=10_000,
+        description="Messages heard in a tick, at most, drawn at random. ARGoS: up to 5 (chosen)",
+    )
+    exchange_time: Positive = Field(
+        0.4, description="How long an exchange takes [s]. Not in the papers (derived)"
+    )
+    is_shadowed: bool = Field(
+        False,
+        description="A message is lost where an obstacle lies between sender and receiver. Not in"
+        " the papers (chosen)",
+    )
+
+    @property
+    def is_board(self) -> bool:
+        """Range comes from received power, as on the real board."""
+        return self.range_model == "board"
+
+    @model_validator(mode="after")
+    def _loses_more_farther_away(self) -> Self:
+        if self.near >= self.max_range:
+            raise ValueError(f"near={self.near}: must be below max_range={self.max_range} [m]")
+        if self.loss_near > self.loss_far:
+            raise ValueError(
+                f"loss_near={self.loss_near}: must be at most loss_far={self.loss_far}"
+            )
+        return self
+
+
+class Mission(Part):
+    """How many e-pucks there are, for how long, and where they start; a task adds its own."""
+
+    n_robots: Count = Field(10, description="Robots. TR Table 2 (published)")
+    duration: Positive = Field(
+        1800.0, description="Length of an episode [s]. TR Table 2 (published)"
+    )
+    start_radius: Positive = Field(
+        0.2,
+        description="Robots start with their centres in this circle about the arena's centre"
+        " [m]. TR Table 2 (published)",
+    )

@@ -1,0 +1,127 @@
+"""Where e-pucks start: in a circle about the arena's centre, clear of each other."""
+
+import math
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float64, Int64, UInt64
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.records import EpuckState
+from swarm_forage_env.equations.random_draws import first_word, symmetric, unit
+from swarm_forage_env.interface import Kernel
+from swarm_forage_env.random_streams import NoiseSource
+from swarm_forage_env.templates import row_template
+from swarm_forage_env.ticks import NO_ROOM, Arrays, note
+
+lane: Kernel
+lanes: Kernel
+barrier: Kernel
+"""Free names of the template."""
+
+SOURCES = (
+    NoiseSource.ENCODER,
+    NoiseSource.PROXIMITY,
+    NoiseSource.GROUND,
+    NoiseSource.LOSS,
+    NoiseSource.SLOT,
+    NoiseSource.RADIO,
+)
+"""What each column of a robot's streams is for."""
+
+PLACE = int(NoiseSource.PLACE)
+CAUSES = tuple(map(int, SOURCES))
+
+
+@kernel
+def place_in_circle(
+    radius: float,
+    apart: float,
+    streams: UInt64[Array, " robots"],
+    out_pose: Float64[Array, "robots 3"],
+) -> int:
+    """Put robots at random into a circle about the origin, none closer than `apart` [m].
+
+    Positions uniform among the free ones, headings uniform; when somebody finds no place,
+    all start over. Returns how many found a place in the last try: fewer than asked for
+    means that the circle is too full.
+    """
+    n_robots = out_pose.shape[0]
+    placed = 0
+    for _ in range(200):
+        placed = 0
+        while placed < n_robots and place_next(radius, apart, streams, placed, out_pose):
+            placed += 1
+        if placed == n_robots:
+            break
+    return placed
+
+
+@kernel
+def place_next(
+    radius: float,
+    apart: float,
+    streams: UInt64[Array, " robots"],
+    i: int,
+    out_pose: Float64[Array, "robots 3"],
+) -> bool:
+    """Put robot i clear of robots 0 .. i - 1; false if 10,000 draws hit none of the free places."""
+    for _ in range(10_000):
+        r = radius * math.sqrt(unit(streams, i))
+        angle = math.pi * symmetric(streams, i)
+        x, y = r * math.cos(angle), r * math.sin(angle)
+        if is_free(x, y, apart, out_pose, i):
+            out_pose[i, 0], out_pose[i, 1] = x, y
+            out_pose[i, 2] = math.pi * symmetric(streams, i)
+            return True
+    return False
+
+
+@kernel
+def is_free(x: float, y: float, apart: float, pose: Float64[Array, "robots 3"], n: int) -> bool:
+    """No centre of the first n robots is closer to (x, y) than `apart` [m]."""
+    for j in range(n):
+        dx, dy = pose[j, 0] - x, pose[j, 1] - y
+        if dx * dx + dy * dy < apart * apart:
+            return False
+    return True
+
+
+@row_template
+def place_world(  # noqa: PLR0913 what robots start from, and where they are placed
+    world_arrays: Arrays,
+    first_robot: EpuckState,
+    seed: np.uint64,
+    places: UInt64[Array, " robots"],
+    poses: Float64[Array, "robots 3"],
+    trouble: Int64[Array, " worlds_and_one"],
+    w: int,
+    n_robots: int,
+) -> None:
+    """Put the robots of a new world at their starting places, and their streams at its seed.
+
+    The first lane places all robots, as each keeps clear of those before it. Actions stay as they
+    were. Free names: lane, lanes, barrier.
+    """
+    robots, world = world_arrays[0], world_arrays[1][w]
+    for i in range(lane(), n_robots, lanes()):
+        places[i] = first_word(seed, i, PLACE)
+    barrier()
+    if n_robots > 0 and lane() == 0:
+        world.ticks, world.has_moved = 0, False
+        if place_in_circle(world.start_radius, 2.0 * world.radius, places, poses) < n_robots:
+            note(trouble, w, NO_ROOM, 0)
+    barrier()
+    for i in range(lane(), n_robots, lanes()):
+        action = robots[w, i].action
+        weighting, motion = action.weighting, action.motion
+        g_nest, g_prey = action.weight[0], action.weight[1]
+        left, right = action.wheels[0], action.wheels[1]
+        robots[w, i] = first_robot
+        robot = robots[w, i]
+        robot.action.weighting, robot.action.motion = weighting, motion
+        robot.action.weight[0], robot.action.weight[1] = g_nest, g_prey
+        robot.action.wheels[0], robot.action.wheels[1] = left, right
+        for k in range(3):
+            robot.pose[k] = poses[i, k]
+        for column in range(len(CAUSES)):
+            robot.streams[column] = first_word(seed, i, CAUSES[column])

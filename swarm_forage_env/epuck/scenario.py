@@ -1,0 +1,71 @@
+"""A scenario of e-pucks: every number that a world of them has, whatever their task is."""
+
+from typing import Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from swarm_forage_env.arrays import Array, Float64
+from swarm_forage_env.epuck.faults import Faults
+from swarm_forage_env.epuck.obstacles import Obstacle
+from swarm_forage_env.epuck.parts import Arena, Mission, Radio, Robot, Sensors
+from swarm_forage_env.epuck.room import check_memory, check_obstacles, check_speed, check_start
+from swarm_forage_env.parameters import MIN_TICK, Part, Positive, check_duration
+
+
+class EpuckScenario(Part):
+    """Everything that fixes a world of e-pucks but its seed; a task replaces `task` by its own."""
+
+    name: str = Field("custom", min_length=1, description="Name in tables and data")
+    arena: Arena = Arena()
+    robot: Robot = Robot()
+    sensors: Sensors = Sensors()
+    radio: Radio = Radio()
+    task: Mission = Mission()
+    faults: Faults = Faults()
+    tick: Positive = Field(0.1, ge=MIN_TICK, description="Control period [s]. TR 5 (published)")
+    obstacles: tuple[Obstacle, ...] = Field(
+        (), description="Discs and walls inside the arena [m]. Not in the papers (chosen)"
+    )
+
+    @model_validator(mode="after")
+    def _has_room_for_robots(self) -> Self:
+        task, robot, arena = self.task, self.robot, self.arena
+        check_start(task, arena, robot.radius)
+        check_speed(robot, self.tick)
+        check_memory(arena, robot, self.radio, task.n_robots)
+        if self.obstacles or arena.corners:
+            check_obstacles(task.start_radius, robot, self.tick, self.obstacles, arena.corners)
+        self.faults.check_robots(task.n_robots)
+        check_duration(task.duration, self.tick)
+        return self
+
+    @property
+    def n_ticks(self) -> int:
+        """Ticks in an episode."""
+        return round(self.task.duration / self.tick)
+
+    @property
+    def falsifying(self) -> tuple[str, ...]:
+        """What in it changes the messages of robots, by dotted name."""
+        return self.faults.falsifying
+
+    @property
+    def slots(self) -> int:
+        """Messages that a robot can hear in a tick: at most one of each other robot."""
+        return min(self.radio.slots, max(1, self.task.n_robots - 1))
+
+    @property
+    def areas(self) -> Float64[Array, "areas 2"]:
+        """Centres of the areas on the floor at the start, world frame [m]; here none."""
+        return np.zeros((0, 2))
+
+    @property
+    def area_radius(self) -> float:
+        """Radius of these areas [m]."""
+        return 0.0
+
+    @property
+    def false_place_distance(self) -> float:
+        """How far from the true place a place that liars agree on is at least [m]."""
+        return 0.0

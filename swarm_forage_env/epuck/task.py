@@ -1,0 +1,208 @@
+"""A task of e-pucks: a user's few answers, and the `Task` that they make.
+
+Robots have body, sensors, radio, contacts and faults of the e-puck, and no estimator: a motion, a
+policy of `learn="motion"` too, goes by what the sensors say. Every face, command and engine, and a
+GPU, then run the task.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.compiler import bind, kernel
+from swarm_forage_env.episode import EpisodeKind
+from swarm_forage_env.epuck.control import steer_world
+from swarm_forage_env.epuck.drawing import scene, stage
+from swarm_forage_env.epuck.placing import place_world
+from swarm_forage_env.epuck.policies import MOTION, STEERINGS
+from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
+from swarm_forage_env.epuck.scenario import EpuckScenario
+from swarm_forage_env.epuck.surroundings import list_by_robots
+from swarm_forage_env.epuck.world import EpuckWorld
+from swarm_forage_env.interface import GpuTask, Kernel
+from swarm_forage_env.record import Record
+from swarm_forage_env.scene import Scene
+from swarm_forage_env.spaces import Feature, Layout
+from swarm_forage_env.task import TASKS, Task
+from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
+
+log: Kernel
+"""Free name of the template."""
+
+FAMILY = "epuck"
+"""Layers that are made for it run in every task that is made here."""
+
+
+@kernel
+def log_messages(
+    robot: EpuckState, mind: Record, world: EpuckWorldState, row: Float64[Array, " infos"]
+) -> None:
+    """Log how many messages a robot has heard."""
+    row[0] = robot.messages
+
+
+@kernel
+def no_potential(robot: EpuckState, world: EpuckWorldState) -> float:
+    """No state is nearer to a reward than another."""
+    return 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class EpuckTask:
+    """What only the author of a task of e-pucks can say."""
+
+    name: str
+    scenario: type[EpuckScenario]
+    """Every number of a world; its part `task` is the task's own."""
+
+    world: type[EpuckWorld]
+    """Its records, and the functions of its tick: see `epuck.tick`."""
+
+    controller: str
+    """Controller where none is asked for."""
+
+    episode: EpisodeKind
+    """What an episode is judged by."""
+
+    headings: tuple[str, str]
+    """What the score and the share are called that a picture shows."""
+
+    shown: Callable[[Any, int], tuple[Array, float]]
+    """The score of each robot of one world, a whole number, and a share in [0, 1]."""
+
+    infos: tuple[str, ...] = ("messages",)
+    """What is logged of each robot, by name."""
+
+    log: Kernel = log_messages
+    """Writes it: of a robot, what it keeps, its world, and the row of numbers."""
+
+    def made(self) -> Task:
+        """The task as the rest of the code knows it."""
+        return Task(
+            name=self.name,
+            family=FAMILY,
+            scenario=self.scenario,
+            world=self.world,
+            decide=steer_world,
+            physics="rigid",
+            controller=self.controller,
+            agent="epuck",
+            commanded="wheels",
+            steered_by=("robots.readings", "robots.heard"),
+            policies={"motion": MOTION},
+            steerings=STEERINGS,
+            fixed=("task.n_robots", "radio.slots"),
+            residuals=("motion",),
+            gpu=gpu_task(self.world.robot_kind, {True: self.log, False: self.log}, no_potential),
+            potential=lambda world: lambda: np.zeros(world.robots.size),
+            most_shaping=lambda scenario: (0.0, f"the task {self.name} has no potential"),
+            global_state=partial(SwarmState, self.infos, self.log),
+            episode=self.episode,
+            stage=partial(stage, headings=self.headings),
+            scene=self._scene,
+            trajectory=TRAJECTORY,
+        )
+
+    def register(self) -> Task:
+        """Enter the task under its name."""
+        return TASKS.register(self.name)(self.made())
+
+    def _scene(self, world: EpuckWorld, minds: Array, which: int = 0) -> Scene:
+        score, share = self.shown(world, which)
+        return scene(world, which, score.astype(np.int32), float(share))
+
+
+def gpu_task(
+    robot: type[EpuckState], write_log: Mapping[bool, Kernel], potential: Kernel
+) -> GpuTask:
+    """What a GPU needs of a task of e-pucks."""
+    return GpuTask(
+        functions={"list_neighbours": list_by_robots},
+        place=place_world,
+        restarts=lambda scenario: not scenario.faults.is_any,
+        robot=robot,
+        log=write_log,
+        potential=potential,
+    )
+
+
+class SwarmState:
+    """What is true in a block of worlds, flat: where each robot is, and the time."""
+
+    counts: frozenset[str] = frozenset()
+
+    def __init__(
+        self,
+        infos: tuple[str, ...],
+        write_log: Kernel,
+        world: EpuckWorld,
+        controller: Any,  # noqa: ANN401 of any kind
+        agents: list[str],
+        scenario: EpuckScenario,
+    ) -> None:
+        """The truth about these worlds, whose robots have these names."""
+        self.infos, self._world, self._controller = infos, world, controller
+        self._write_log = bind(log_all, {"log": write_log})
+        far = 0.5 * scenario.arena.length, 0.5 * scenario.arena.width
+        self.layout = Layout(
+            [
+                *(each for agent in agents for each in _place_of(agent, far)),
+                Feature("share_gone", "of the episode", 0.0, 1.0),
+            ]
+        )
+        self.space: Box = self.layout.box()
+
+    def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
+        """One row for each world, as the layout says."""
+        robots = self._world.robots
+        seen = np.concatenate([robots["pose"][:, :, :2], robots["heading"]], axis=2)
+        gone = np.minimum(share_gone, 1.0)[:, None]
+        return np.concatenate([seen.reshape(len(seen), -1), gone], axis=1, dtype=np.float32)
+
+    def log(self) -> Float64[Array, "rows infos"]:
+        """The numbers that are logged, a row for each robot, in the order of `infos`."""
+        out = np.zeros((*self._world.robots.shape, len(self.infos)))
+        self._write_log(self._world.robots, self._controller.minds, self._world.worlds, out)
+        return out.reshape(-1, len(self.infos))
+
+
+def _place_of(agent: str, far: tuple[float, float]) -> list[Feature]:
+    """Where a robot is, and its heading."""
+    x, y = (
+        Feature(f"{agent}.{axis}", "m", -most, most) for axis, most in zip("xy", far, strict=True)
+    )
+    cos, sin = (Feature(f"{agent}.{name}", "heading", -1.0, 1.0) for name in ("cos", "sin"))
+    return [x, y, cos, sin]
+
+
+def log_all(
+    robots: Array, minds: Array, worlds: Array, out: Float64[Array, "worlds robots infos"]
+) -> None:
+    """Write what is logged of all robots. Free name: log."""
+    for w in range(robots.shape[0]):
+        for i in range(robots.shape[1]):
+            log(robots[w, i], minds[w, i], worlds[w], out[w, i])
+
+
+def _take(world: EpuckWorld, minds: Array) -> Mapping[str, Array]:
+    """The columns of every robot as it stands."""
+    x, y, heading = np.moveaxis(world.robots["pose"], 2, 0)
+    heard, reward = world.robots["heard"]["n"], world.robots["reward"]
+    return {"x": x, "y": y, "heading": heading, "messages": heard, "reward": reward}
+
+
+TRAJECTORY = TrajectoryKind(
+    (
+        TrajectoryColumn("x", "f4", "true place along the arena [m], its centre is 0"),
+        TrajectoryColumn("y", "f4", "true place across the arena [m]"),
+        TrajectoryColumn("heading", "f4", "true heading [rad], -pi to pi, 0 along x"),
+        TrajectoryColumn("messages", "i4", "messages that the robot heard in this tick"),
+        TrajectoryColumn("reward", "f4", "what the robot earned in this tick"),
+    ),
+    _take,
+)

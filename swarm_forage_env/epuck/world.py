@@ -1,0 +1,240 @@
+"""EpuckWorld: a block of worlds of e-pucks, as structured arrays; a task says what they are for."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float64, Int32
+from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.epuck import placing
+from swarm_forage_env.epuck.fault_draws import draw_faults
+from swarm_forage_env.epuck.obstacles import capsules_of
+from swarm_forage_env.epuck.placing import SOURCES
+from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
+from swarm_forage_env.epuck.scenario import EpuckScenario
+from swarm_forage_env.epuck.surroundings import FIRST, list_by_cells
+from swarm_forage_env.epuck.tick import tick_world
+from swarm_forage_env.equations import neighbours
+from swarm_forage_env.equations.neighbours import EMPTY
+from swarm_forage_env.equations.proximity import SENSING_RANGE
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import Kernel
+from swarm_forage_env.physics import ENGINES
+from swarm_forage_env.physics.base import CompiledPhysics, PythonPhysics, moves_in_python
+from swarm_forage_env.random_streams import NoiseSource, streams
+from swarm_forage_env.task import Block
+from swarm_forage_env.ticks import nothing
+
+SLACK = 0.02
+"""Neighbours are listed this much beyond the reach [m], so that resolving contacts adds none."""
+
+TICK: Mapping[str, Kernel] = {
+    "tick_world": tick_world,
+    "list_neighbours": list_by_cells,
+    "begin_world": nothing,
+    "begin_tick": nothing,
+}
+"""What `run_ticks` has free names for on a CPU; a task adds its functions."""
+
+place_in_circle = entry_point(placing.place_in_circle)
+cells_of = entry_point(neighbours.cells_of)
+
+
+class EpuckWorld(Block):
+    """Worlds that run side by side, each from its own seed and under its own numbers.
+
+    A world in a block goes through the same states as the same world alone, bit for bit.
+    """
+
+    robot_kind: type[EpuckState]
+    world_kind: type[EpuckWorldState]
+    task_functions: Mapping[str, Kernel]
+
+    def __init_subclass__(
+        cls,
+        robot: type[EpuckState],
+        world: type[EpuckWorldState],
+        functions: Mapping[str, Kernel],
+    ) -> None:
+        """The records of robots and worlds, with what a task adds, and the functions of its tick.
+
+        `epuck.tick` says which; `begin_world` and `begin_tick` may be left out, and do nothing.
+        """
+        cls.robot_kind, cls.world_kind, cls.task_functions = robot, world, functions
+
+    def __init__(
+        self, scenarios: Sequence[EpuckScenario], seeds: Sequence[int], physics: str = "rigid"
+    ) -> None:
+        """One world for each seed, reset and ready: the robots have sensed, nobody has spoken.
+
+        The scenarios have the same number of robots; one for each world.
+        """
+        super().__init__(scenarios, seeds)
+        shape = (self.n_worlds, self.n_robots)
+        n_slots = max(scenario.radio.slots for scenario in scenarios)
+        self.robots = self.robot_kind.array(shape, slots=n_slots)
+        """The truth about every robot; writing to it changes the worlds."""
+        self.worlds = self.world_kind.array((self.n_worlds,))
+        """Clock and numbers of every world."""
+        self.near: Int32[Array, "worlds robots columns"] = np.zeros((*shape, FIRST), np.int32)
+        """Who is near whom, as `find_neighbours` lists it."""
+        self.obstacles: Float64[Array, "worlds obstacles 5"] = np.zeros((self.n_worlds, 0, 5))
+        """Capsules of every world, as many as `n_obstacles` of it says; zeros after them."""
+        self._cells: Int32[Array, "worlds cells"] = np.zeros((self.n_worlds, 0), np.int32)
+        self.take_over(range(self.n_worlds), scenarios)
+        self._physics = ENGINES[physics](scenarios)
+        self.reset(seeds)
+
+    @staticmethod
+    def write_task(scenario: Any, out_worlds: Array) -> None:  # noqa: ANN401 of its task
+        """Write the numbers that the task adds to the records of worlds of a scenario."""
+
+    def check_start(self, scenario: EpuckScenario, seeds: Sequence[int]) -> None:
+        """ConfigError if the robots find no room in the start circle."""
+        _first_poses(scenario, seeds)
+
+    def take_numbers(self, first: int, last: int) -> None:
+        """Write the numbers of these worlds' scenario, and make room for neighbours and cells."""
+        scenario = self.scenarios[first]
+        write_numbers(scenario, self.worlds[first:last])
+        self.write_task(scenario, self.worlds[first:last])
+        self.near = _widened(self.near, FIRST + most_neighbours(scenario), 0)
+        self._cells = _widened(self._cells, number_of_cells(scenario), EMPTY)
+        standing = capsules_of(scenario.obstacles, scenario.arena.corners)
+        self.obstacles = _widened(self.obstacles, len(standing), 0, axis=1)
+        self.obstacles[first:last, : len(standing)] = standing
+
+    def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
+        """Put the robots at their starting places and their streams at the seeds of the worlds."""
+        scenario = self.scenarios[first]
+        swarms, worlds = self.robots[first:last], self.worlds[first:last]
+        poses, kept = _first_poses(scenario, seeds), swarms["action"].copy()
+        self.robot_kind.restart(swarms)
+        swarms["action"], swarms["pose"] = kept, poses
+        for column, source in enumerate(SOURCES):
+            words = streams(seeds, self.n_robots, source)
+            swarms["streams"][:, :, column] = words.reshape(swarms.shape)
+        draw_faults(scenario, seeds, swarms["fault"])
+        worlds["ticks"], worlds["has_moved"] = 0, False
+        for w in range(first, last):
+            self._physics.reset(w, scenario)
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """The arrays that the templates of a tick are handed."""
+        own = self.robots, self.worlds, self.near, self._cells, self.obstacles, self.earned
+        return own if self._compiled is None else (*own, *self._compiled.arrays)
+
+    @property
+    def functions(self) -> Mapping[str, Kernel]:
+        """What `run_ticks` has free names for."""
+        move = nothing if self._compiled is None else self._compiled.move_world
+        return {**TICK, **self.task_functions, "move_world": move}
+
+    @property
+    def is_compiled(self) -> bool:
+        """Nothing outside compiled code moves the robots."""
+        return self._compiled is not None
+
+    @property
+    def _compiled(self) -> CompiledPhysics | None:
+        """The engine, if it is compiled."""
+        is_python = moves_in_python(type(self._physics))
+        return None if is_python else cast(CompiledPhysics, self._physics)
+
+    def move(self, first: int, last: int) -> None:
+        """Let an engine in Python move the robots of the worlds first .. last - 1."""
+        if self._compiled is None:
+            engine = cast(PythonPhysics, self._physics)
+            engine.move(self.robots, self.worlds, self.near, self.obstacles, first, last)
+
+    def snapshot(self) -> dict[str, Any]:
+        """All that the next ticks depend on: arrays, scenarios, and what the engine remembers."""
+        return super().snapshot() | {"_physics": self._physics.snapshot()}
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on as when that snapshot was taken."""
+        super().restore({name: each for name, each in kept.items() if name != "_physics"})
+        self._physics.restore(kept["_physics"], self.scenarios)
+
+
+def _widened(table: Array, width: int, fill: int, axis: int = -1) -> Array:
+    """A table at least so wide along an axis, columns if none is named: the same one if it is."""
+    shape = list(table.shape)
+    shape[axis] = more = max(0, width - table.shape[axis])
+    added = np.full(shape, fill, table.dtype)
+    return np.concatenate([table, added], axis=axis) if more else table
+
+
+def reach_of(scenario: EpuckScenario) -> float:
+    """Distance within which robots are listed as neighbours, centre to centre [m].
+
+    The list is made before contacts are resolved, and an engine goes by it in the next tick: until
+    then two robots come nearer by the way that each drives, and by that which others push each of
+    them, which is hardly more than these drive.
+    """
+    robot = scenario.robot
+    touching, way = 2.0 * robot.radius, robot.cruise_speed * scenario.tick
+    sensed = max(touching + SENSING_RANGE, scenario.radio.max_range) + SLACK
+    return max(sensed, touching + 4.0 * way)
+
+
+def most_neighbours(scenario: EpuckScenario) -> int:
+    """Neighbours for which there is room: twice as many as discs can be without overlapping."""
+    discs = ((reach_of(scenario) + scenario.robot.radius) / scenario.robot.radius) ** 2
+    return min(max(1, scenario.task.n_robots - 1), 2 * math.ceil(discs) + 8)
+
+
+def number_of_cells(scenario: EpuckScenario) -> int:
+    """Cells of the grid over the arena."""
+    reach = reach_of(scenario)
+    return cells_of(scenario.arena.length, reach) * cells_of(scenario.arena.width, reach)
+
+
+def write_numbers(scenario: EpuckScenario, out_worlds: Any) -> None:  # noqa: ANN401 a record or an array
+    """Write the numbers of a scenario to the records of its worlds, as kernels read them."""
+    robot, sensors, radio = scenario.robot, scenario.sensors, scenario.radio
+    error = sensors.wheel_noise * robot.cruise_speed * scenario.tick
+    numbers = {
+        "dt": scenario.tick,
+        "arena": (scenario.arena.length, scenario.arena.width),
+        "start_radius": scenario.task.start_radius,
+        "encoder_error": error,
+        "proximity_noise": sensors.proximity_noise,
+        "ground_noise": sensors.ground_noise,
+        "ground_ahead": sensors.ground_ahead,
+        "ground_spacing": sensors.ground_spacing,
+        "is_board": radio.is_board,
+        "slots": scenario.slots,
+        "reach": reach_of(scenario),
+        "n_obstacles": len(capsules_of(scenario.obstacles, scenario.arena.corners)),
+        "has_faults": scenario.faults.is_any,
+        **{name: getattr(robot, name) for name in ("radius", "axle", "max_speed", "cruise_speed")},
+        **{
+            name: getattr(radio, name)
+            for name in (
+                "max_range", "near", "loss_near", "loss_far", "range_noise", "bearing_noise",
+                "frames", "is_shadowed",
+            )
+        },
+    }  # fmt: skip
+    for name, value in numbers.items():
+        out_worlds[name] = value
+
+
+def _first_poses(
+    scenario: EpuckScenario, seeds: Sequence[int]
+) -> Float64[Array, "worlds robots 3"]:
+    """Where the robots of a world of each seed start; ConfigError if they find no room."""
+    task, poses = scenario.task, np.zeros((len(seeds), scenario.task.n_robots, 3))
+    places = streams(seeds, task.n_robots, NoiseSource.PLACE).reshape(poses.shape[:2])
+    for own, pose in zip(places, poses, strict=True):
+        placed = place_in_circle(task.start_radius, 2.0 * scenario.robot.radius, own, pose)
+        if placed < task.n_robots:
+            raise ConfigError(
+                f"task.n_robots={task.n_robots}: only {placed} found a place in the start circle of"
+                f" radius {task.start_radius} m; enlarge task.start_radius"
+            )
+    return poses
