@@ -45,20 +45,6 @@ def test_every_learned_controller_beats_robots_that_do_not_communicate(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "changes", "gain"), [("es1", {}, 1.4), ("es2", {"task.duration": "1800"}, 1.1)]
-)
-def test_the_learned_motion_makes_more_trips_than_subsumption_in_small_and_large_arenas(
-    name, changes, gain
-):
-    scenario, seeds = find_scenario(name, changes), TEST_SEEDS[:2]
-    learned, own = (
-        sum(each.round_trips for each in run_episodes(scenario, find_controller(who), seeds))
-        for who in ("learned-motion", "ssgiff")
-    )
-    assert learned > gain * own
-
-
-@pytest.mark.parametrize(
     ("name", "changes", "worlds"), [("es1", {}, 2), ("es3", {"task.duration": "2400"}, 1)]
 )
 def test_both_together_make_more_trips_than_either_alone(name, changes, worlds):

@@ -10,7 +10,7 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from training import cma_es
 from training.candidate_rollouts import CandidateRollouts
-from training.checkpoint import BEST_POLICY, CHECKPOINT, Checkpoint
+from training.checkpoint import BEST_POLICY, Checkpoint
 from training.cma_es import fitness_of, initial_mean, initial_network, train
 from training.learned_weighting import HIDDEN, network_of, weighting_network_shapes
 from training.linear_motion_policy import linear_policy_of
@@ -146,18 +146,6 @@ def test_a_motion_is_searched_and_runs_as_a_controller(experiment):
     assert np.mean(trips) == policy.card.score["es1"].mean
 
 
-def test_a_candidate_motion_makes_the_trips_of_its_own_numbers(experiment):
-    mine = experiment(layer="motion")
-    rollouts = CandidateRollouts(
-        mine.scenarios_by_name, mine.base_controller, mine.physics, layer="motion"
-    )
-    two = np.random.default_rng(0).normal(0.0, 0.2, (2, 60)).astype(np.float32)
-    both = rollouts.round_trips(two, range(6))["es1"]
-    alone = [rollouts.round_trips(each[None], range(6))["es1"][0] for each in two]
-    np.testing.assert_array_equal(both, alone)
-    assert (both[0] != both[1]).any()
-
-
 @pytest.mark.usefixtures("_imagined")
 def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, broken_anywhere):
     mine = experiment(budget=3, every=2)
@@ -198,32 +186,10 @@ def test_the_folder_of_another_experiment_is_refused(experiment, changes, compla
     assert complaint in str(refusal.value)
 
 
-def test_a_damaged_checkpoint_is_refused(experiment):
-    mine = experiment()
-    mine.out.mkdir(parents=True)
-    (mine.out / CHECKPOINT).write_bytes(b"nonsense")
-    with pytest.raises(ConfigError, match=r"cannot be read .* remove it to start anew"):
-        train(mine, silent)
-
-
-def test_a_folder_that_cannot_be_written_is_refused(experiment, tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(ConfigError, match="--out file/x: cannot be written"):
-        train(experiment(out=Path("file/x")), silent)
-
-
 def test_the_value_is_the_mean_logarithm_over_the_scenarios():
     trips = {"a": np.array([[9, 9], [0, 0]]), "b": np.array([[98, 100], [0, 0]])}
     expected = [(np.log(10.0) + np.log(100.0)) / 2.0, 0.0]
     np.testing.assert_allclose(fitness_of(trips), expected)
-
-
-def test_a_trained_policy_runs_as_a_controller(experiment):
-    mine = experiment(budget=1)
-    policy = train(mine, silent)
-    controller = find_controller(f"learned-weighting:policy={policy.source}")
-    assert controller.weighting.policy == str(policy.source)
-    assert list((mine.out / "tensorboard").iterdir())
 
 
 @pytest.mark.parametrize(("layer", "sigma"), [("weighting", 0.3), ("motion", 0.05)])

@@ -10,7 +10,6 @@ import torch
 from baselines.evaluation.episode import run_episodes
 from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from training import dagger
@@ -83,14 +82,6 @@ def test_the_error_of_a_merged_place_by_hand():
     np.testing.assert_allclose(squared_error(g, OWN, HEARD), expected, atol=1e-7)
 
 
-def test_the_gain_of_an_oracle_by_hand():
-    # of 0.09, 0.04 and 0.5 it makes 0.01, 0.04 and 0.01
-    rows, nothing = len(OWN), np.zeros((len(OWN), 0), np.float32)
-    columns = np.zeros((rows, 2), np.float32), np.ones(rows, np.float32), OWN.numpy(), HEARD.numpy()
-    found = Exchanges(nothing, *columns).oracle_gain()
-    assert float(found) == pytest.approx((0.08 + 0.0 + 0.49) / 3.0, abs=1e-7)
-
-
 def test_the_error_of_copying_an_unknown_place_by_hand():
     g, c = torch.tensor([0.0, 1.0, 0.5]), UNKNOWN_ERROR
     heard = torch.tensor([[0.1, 0.0], [0.1, 0.0], [3.0, 0.0]])
@@ -112,23 +103,6 @@ def test_recording_changes_nothing():
     assert sum(map(len, recording.recorded)) > 20
     np.testing.assert_array_equal(seen.world.state.pose, alone.world.state.pose)
     assert alone.world.state.round_trips.any()
-
-
-def test_what_is_noted_is_of_the_area_that_the_robot_heads_for(exchanges):
-    seen = LAYOUT.records(exchanges.observed)["exchange"]
-    np.testing.assert_array_equal(exchanges.area, seen.goal[:, :2])
-    rows, goal = np.arange(len(exchanges)), exchanges.area.argmax(axis=1)
-    assert seen.own_known[rows, goal].all()
-    assert seen.heard_known[rows, goal].all()
-
-
-def test_a_double_filter_notes_both_areas():
-    found = record_exchanges(
-        SCENARIO, find_controller("dsgiff"), random_numbers(), SEEDS, "kinematic"
-    )
-    seen = LAYOUT.records(found.observed)["exchange"]
-    elsewhere = (found.area != seen.goal[:, :2]).any(axis=1)
-    assert 0 < elsewhere.sum() < len(found)
 
 
 def test_the_errors_noted_are_as_far_apart_as_the_places(exchanges):
@@ -262,16 +236,6 @@ def test_a_training_stopped_anywhere_and_started_again_ends_the_same(
     monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
     mine = imitating(every=2)
     broken_anywhere(train, mine, (DAggerTraining, "_save"), range(1, 5))
-
-
-def test_robots_that_never_exchange_teach_nothing(imitating):
-    with pytest.raises(ConfigError, match="in 0 exchanges nobody who knew an area was told"):
-        train(imitating(controller="nc"), silent)
-
-
-def test_the_bundled_policy_was_made_so():
-    card = load_policy("weighting").card
-    assert (card.algorithm, card.layer) == ("imitation", "weighting")
 
 
 def test_a_fit_has_one_thread_whatever_the_workers(imitating, monkeypatch):

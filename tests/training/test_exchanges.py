@@ -1,6 +1,6 @@
 """Recorded exchanges by hand: which are kept, what of them, and what an error of them counts."""
 
-from dataclasses import FrozenInstanceError, replace
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,7 +18,6 @@ from training.exchanges import (
     ExchangeRecorder,
     Exchanges,
     RecordingWeighting,
-    error_of_copying,
     record_exchanges,
 )
 from training.learned_weighting import ENCOUNTER_NETWORK
@@ -48,12 +47,6 @@ def trusting(g):
     """An actor with weights g in the rows, of the area that counts; of the other one 7."""
     weights = torch.tensor([[g[0], 7.0], [7.0, g[1]], [g[2], 7.0]])
     return lambda observed: (weights[observed[:, 0].long()], None)
-
-
-def test_an_area_that_is_unknown_counts_as_if_its_place_erred_by_0_4_m():
-    heard = torch.tensor([[0.2, 0.0]])
-    assert error_of_copying(torch.tensor([0.0]), heard).item() == pytest.approx(0.15)
-    assert error_of_copying(torch.tensor([0.5]), heard).item() == pytest.approx(0.095)
 
 
 def test_the_loss_of_known_and_of_unknown_areas():
@@ -105,13 +98,6 @@ def test_a_batch_is_1024_whole_rows_drawn_by_its_generator():
     again = found.draw(torch.Generator().manual_seed(0))
     np.testing.assert_array_equal(again.observed, batch.observed)
     assert (found.draw(draws).observed != batch.observed).any()
-
-
-def test_what_was_recorded_and_who_records_cannot_be_changed():
-    with pytest.raises(FrozenInstanceError):
-        three().known = None
-    with pytest.raises(FrozenInstanceError):
-        RecordingWeighting(np.zeros(1, np.float32), LAYOUT).numbers = None
 
 
 def test_who_records_believes_as_a_learned_weighting_and_remembers_if_its_network_does():

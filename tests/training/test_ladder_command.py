@@ -1,6 +1,7 @@
 """The commands of the ladder, and the clock of a training on it; nothing trains."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -8,6 +9,7 @@ import typer
 from typer.testing import CliRunner
 
 from baselines.evaluation import figure_files
+from swarm_forage_env.errors import ConfigError
 from training.experiment import HELD_BACK_SEEDS
 from training.ladder import benchmark, cards, commands, figures, play, runs
 from training.ladder.algorithms import read_algorithms
@@ -149,6 +151,7 @@ def test_a_curve_is_timed_without_its_evaluations(monkeypatch):
     monkeypatch.setattr(play, "play", slow)
     watch = Watch(TINY, 800, 2)
     for step in (1, 2):
+        assert [watch.due(100 * step - 1), watch.due(100 * step)] == [False, True]
         now.seconds += 10.004
         watch.evaluate(100 * step, None, lambda step=step: step)
     assert [point["wall_s"] for point in watch.curve] == [10.0, 20.01]
@@ -161,3 +164,56 @@ def test_a_curve_is_timed_without_its_evaluations(monkeypatch):
 def test_a_decision_of_four_robots_lasts_their_ticks():
     assert robot_steps_of_a_decision({**TINY, "decision_period": 5}) == 20.0
     assert robot_steps_of_a_decision({**TINY, "decision_period": 1, "discrete": True}) == 4.0
+
+
+@pytest.fixture
+def call_idly(monkeypatch, tmp_path):
+    """Run a command of the ladder, of which nothing is done: its result."""
+    app = typer.Typer()
+    app.callback()(lambda: None)
+    for _ in range(2):
+        commands.add_benchmark(app)
+    assert len(app.registered_groups) == 1, "a second call_idly adds no command"
+    monkeypatch.setattr(commands, "find_backend", lambda *given, **named: None)
+    monkeypatch.setattr(benchmark, "run_jobs", lambda jobs, out, backend: None)
+    monkeypatch.setattr(cards, "score_references", lambda rung, out, backend: {})
+    monkeypatch.chdir(tmp_path)
+    return lambda *words: CliRunner().invoke(app, ["benchmark", *words])
+
+
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [
+        (("cards", "--workers=0"), 2), (("cards", "--workers=1"), 0),
+        (("ladder", "--workers=0"), 2), (("ladder", "--workers=1"), 0),
+        (("ladder", "--budget=0"), 2), (("ladder", "--budget=1"), 0),
+        (("ladder", "--seeds=-1"), 2), (("ladder", "--seeds=0"), 0), ((), 2),
+    ],
+)  # fmt: skip
+def test_numbers_of_commands_have_bounds(call_idly, words, status):
+    result = call_idly(*words)
+    assert result.exit_code == status, result.output
+    assert ("Usage" in result.output) == (status == 2)
+
+
+def test_without_a_command_all_of_them_are_listed(call_idly):
+    shown = call_idly().output
+    assert "Missing command" not in shown
+    assert all(name in shown for name in ("list", "cards", "ladder", "The ladder: tasks of rising"))
+
+
+def test_a_rung_without_scores_is_told_of_before_anything_trains(call_idly, monkeypatch):
+    name, known = next(iter(read_rungs().items()))
+    bare = replace(known, card=known.card.model_copy(update={"scores": {}}))
+    monkeypatch.setattr("training.ladder.rungs.read_rungs", lambda: {name: bare})
+    made = []
+    monkeypatch.setattr(benchmark, "run_jobs", lambda *given: made.append(given))
+    assert isinstance(call_idly("ladder", "--seeds=1").exception, ConfigError)
+    assert made == []
+    assert call_idly("ladder", "--seeds=0").exit_code == 0
+    assert len(made) == 1
+
+
+def test_the_list_in_json_is_one_that_people_can_read(call_idly):
+    text = call_idly("list", "--format=json").output
+    assert text == json.dumps(json.loads(text), indent=1) + "\n"

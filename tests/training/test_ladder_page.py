@@ -1,10 +1,7 @@
 """The ladder's figures, page and list, number by number, on runs worked by hand."""
 
-import hashlib
 import io
-import json
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,9 +9,9 @@ from rich.console import Console
 
 from swarm_forage_env.errors import ConfigError
 from training.ladder import commands, figures, listing, page
-from training.ladder.algorithms import Algorithm, find_algorithms, read_algorithms
+from training.ladder.algorithms import Algorithm, read_algorithms
 from training.ladder.figures import TAUS
-from training.ladder.rungs import RANDOM, Card, Rung, Score, find_rungs, read_rungs
+from training.ladder.rungs import RANDOM, Card, Rung, Score
 from training.ladder.runs import Job, Run
 
 CARD = Card(
@@ -187,35 +184,10 @@ def test_the_list_shows_each_rung_and_then_the_algorithms(rung):
     ]
 
 
-def test_a_card_that_says_nothing_is_the_documented_one():
-    assert Card().model_dump(exclude={"title", "hard", "test", "scores"}) == {
-        "rung": 1, "robot_steps": 1_000_000, "controllers": ("nc", "ssgikf"),
-        "also": ("learned-motion", "learned-both"), "oracle": "no-error", "episodes": 30,
-        "curve_episodes": 4,
-    }  # fmt: skip
-    assert (Score().mean, Score().low, Score().high, Score().episodes) == (0.0, None, None, 1)
-
-
 def test_a_job_is_as_long_as_its_rung_says_an_algorithm_takes(rung):
     algorithm = next(iter(read_algorithms().values())).model_copy(update={"share": 0.25})
     assert Job(rung, algorithm, 0).robot_steps == 250_000
     assert Job(rung, algorithm, 0, 1234).robot_steps == 1234
-
-
-def test_runs_are_told_apart_by_twelve_digits_of_their_configuration(rung):
-    job = Job(rung, next(iter(read_algorithms().values())), 0)
-    text = json.dumps(job.config, sort_keys=True).encode()
-    assert job.key == hashlib.sha256(text).hexdigest()[:12]
-    assert replace(job, seed=1).key == job.key  # of a training, not of its seed or length
-    assert replace(job, budget=99).key == job.key
-
-
-def test_without_names_all_rungs_and_algorithms_are_meant():
-    assert find_rungs(None, read_rungs()) == find_rungs([], read_rungs()) == list(
-        read_rungs().values()
-    )  # fmt: skip
-    assert [each.name for each in find_algorithms(None)] == list(read_algorithms())
-    assert [each.name for each in find_algorithms(["qmix"])] == ["qmix"]
 
 
 @pytest.mark.parametrize(("n_runs", "loses"), [(2, True), (3, False), (4, False)])
@@ -230,29 +202,6 @@ def test_a_page_of_more_runs_is_not_written_over(rung, tmp_path, n_runs, loses):
         commands._check_loses_nothing(file, n_runs, tmp_path)
 
 
-def test_a_second_call_adds_no_command():
-    groups = []
-    app = SimpleNamespace(
-        registered_groups=groups,
-        add_typer=lambda each: groups.append(SimpleNamespace(typer_instance=each)),
-    )
-    commands.add_benchmark(app)
-    commands.add_benchmark(app)
-    assert [each.typer_instance for each in groups] == [commands.benchmark]
-
-
-def test_what_others_score_is_a_thin_broken_line_behind_the_curves(rung, drawn, monkeypatch):
-    asked, draw = [], figures.Axes.axhline
-
-    def noted(axes, y, **style):
-        asked.append((style["linewidth"], style["linestyle"], style["zorder"]))
-        return draw(axes, y, **style)
-
-    monkeypatch.setattr(figures.Axes, "axhline", noted)
-    figures.curves(rung, [run_of()], "")
-    assert asked == [(0.8, (0, (4, 3)), 1)] * 2 * 4  # four scores on each of two panels
-
-
 def test_a_rung_without_scores_has_an_axis_as_high_as_its_curves(rung):
     bare = replace(rung, card=CARD.model_copy(update={"scores": {}}))
     figure = figures.curves(bare, [run_of(score=0.1, algorithm="mappo")], "")
@@ -260,14 +209,6 @@ def test_a_rung_without_scores_has_an_axis_as_high_as_its_curves(rung):
     for axes in figure.axes:
         assert axes.get_ylim()[0] == 0.0
         assert 0.1 < axes.get_ylim()[1] < 0.5
-
-
-def test_figures_have_the_sizes_that_the_page_gives_them(rung, drawn, monkeypatch):
-    asked, grid = [], figures.panel_grid
-    monkeypatch.setattr(figures, "panel_grid", lambda *given: asked.append(given) or grid(*given))
-    figures.curves(rung, [run_of()], "")
-    figures.profiles([rung], [run_of()], "")
-    assert asked == [(2, 3.0, 3.0), (1, 4.0, 3.4)]
 
 
 def test_the_band_of_a_profile_is_in_per_cent_too(rung, drawn, monkeypatch):

@@ -9,11 +9,11 @@ import pytest
 
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
-from training.ladder import benchmark, cards, play, runs, sb3_trainer
+from training.ladder import benchmark, cards, sb3_trainer
 from training.ladder.algorithms import Algorithm, read_algorithms
 from training.ladder.play import random_actions
 from training.ladder.rungs import RANDOM, Card, Rung, Score, _number
-from training.ladder.runs import Job, Run, keep, read_run, versions, write_json
+from training.ladder.runs import Job, Run, keep, read_run
 from training.ladder.summary import over_all, rows_of
 
 TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_robots": 3,
@@ -150,17 +150,6 @@ def test_a_file_that_is_no_run_is_refused(tmp_path, text):
         read_run(tmp_path / "x.json")
 
 
-def test_versions_are_those_of_the_packages_that_are_there(monkeypatch):
-    def version(package):
-        if package in ("numpy", "torch"):
-            raise runs.PackageNotFoundError(package)
-        return f"1 of {package}"
-
-    monkeypatch.setattr(runs, "version", version)
-    assert list(versions()) == ["swarm-forage", "numba", "stable-baselines3", "torchrl",
-                                "benchmarl"]  # fmt: skip
-
-
 def test_a_key_does_not_depend_on_the_order_of_keywords_nor_on_title_and_share(rung):
     algorithm = read_algorithms()["sb3_ppo"]
     job = Job(rung, algorithm, 0)
@@ -223,33 +212,11 @@ def test_random_actions_are_those_of_a_seed(rung):
         np.testing.assert_array_equal(found, expected.astype(np.float32))
 
 
-def test_swarms_larger_than_a_block_are_played_one_world_at_a_time(monkeypatch, rung):
-    blocks = []
-    monkeypatch.setattr(play, "ROWS", 2)
-    monkeypatch.setattr(
-        play, "_play_block", lambda keywords, act, seeds: blocks.append(seeds) or [1.0] * len(seeds)
-    )
-    assert play.play(rung.test_keywords, None, [5, 6, 7]) == [1.0] * 3
-    assert blocks == [[5], [6], [7]]
-
-
 @pytest.mark.parametrize("alone", [RANDOM, "no-error"])
 def test_a_score_is_normalised_by_two_others_and_by_one_alone_it_is_not(rung, alone):
     bare = replace(rung, card=rung.card.model_copy(update={"scores": {alone: Score(mean=1.0)}}))
     with pytest.raises(ConfigError, match="rung 'tiny': no scores; run swarm-forage benchmark"):
         bare.normalised(1.0)
-
-
-def test_a_file_of_json_is_made_with_its_folder(tmp_path):
-    write_json({"a": [1]}, tmp_path / "b" / "c.json")
-    assert (tmp_path / "b" / "c.json").read_text() == '{\n "a": [\n  1\n ]\n}\n'
-
-
-def test_an_algorithm_that_says_nothing_is_the_documented_one():
-    assert Algorithm().model_dump() == {
-        "name": "", "title": "", "trainer": "sb3", "algorithm": "", "worlds": 8, "settings": {},
-        "experiment": {}, "keywords": {}, "share": 1.0,
-    }  # fmt: skip
 
 
 def test_algorithms_are_files_of_a_folder_by_name(tmp_path):

@@ -14,7 +14,6 @@ from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting.rows import RowWeighting
 from swarm_forage_env import ArrayEnv
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.registry import CONTROLLERS
@@ -23,7 +22,6 @@ from tests.outside import OutsideMotion, exchanges, motion_inputs
 from training.actor_critic import LayerPolicy, MotionActor, WeightingActor
 from training.learned_motion import (
     NEAR,
-    LearnedMotion,
     NetworkMotion,
     _message_features,
     wheel_speeds,
@@ -95,48 +93,11 @@ def test_a_row_has_the_same_wheels_to_the_last_bit_whatever_rows_stand_beside_it
     assert_array_equal(wheel_speeds(weights, observed[-rows:], columns, np), expected[-rows:])
 
 
-def test_the_order_of_the_messages_plays_no_part(observed, actor):
-    seen = LAYOUT.records(observed)
-    heard = seen["heard"]
-    order = np.argsort(np.random.default_rng(0).random(heard.is_valid.shape), axis=1)
-    heard.is_valid = np.take_along_axis(heard.is_valid, order, 1)
-    heard.range_bearing = np.take_along_axis(heard.range_bearing, order[:, :, None], 1)
-    weights, columns = actor.to_numpy(), COLUMNS
-    moved = LAYOUT.matrix(seen)
-    assert (moved != observed).any()
-    before = wheel_speeds(weights, observed, columns, np)
-    assert_allclose(wheel_speeds(weights, moved, columns, np), before, atol=1e-5)
-
-
-def test_what_is_heard_plays_a_part(observed, actor):
-    columns, weights = COLUMNS, actor.to_numpy()
-    deaf = observed.copy()
-    deaf[:, columns["heard"]] = 0.0
-    hears = observed[:, columns["heard"]].any(axis=1)
-    differs = wheel_speeds(weights, deaf, columns, np) != wheel_speeds(
-        weights, observed, columns, np
-    )
-    assert_array_equal(differs.any(axis=1), hears)
-
-
-def test_a_robot_that_talks_stands_still(observed, actor):
-    seen = LAYOUT.records(observed)
-    wheels = NetworkMotion(actor.to_numpy(), SCENARIO)(*motion_inputs(seen))
-    talks = seen["situation"].is_talking > 0
-    assert not wheels[talks].any()
-    assert wheels[~talks].any(axis=1).all()
-
-
 def test_features_are_finite_where_everything_is_far_or_nothing_is_known(actor):
     box = LAYOUT.box()
     for corner in (box.low, box.high, np.zeros_like(box.low)):
         far = np.clip(corner, -1e6, 1e6)[None]
         assert np.isfinite(wheel_speeds(actor.to_numpy(), far, COLUMNS, np)).all()
-
-
-def test_the_motion_of_an_unknown_policy_is_refused_when_it_is_started():
-    with pytest.raises(ConfigError, match=r"nowhere\.safetensors"):
-        LearnedMotion(policy="nowhere.safetensors").start(SCENARIO, [0])
 
 
 def test_the_weighting_that_is_trained_is_the_one_that_runs():

@@ -15,14 +15,10 @@ from swarm_forage_env.scenarios import find_scenario
 from tests.outside import exchanges
 from training.candidate_rollouts import CandidateRollouts, CandidateWeighting
 from training.learned_weighting import (
-    FEATURES,
     HIDDEN,
-    SCALES,
     LearnedWeighting,
-    flatten,
     network_of,
     network_weighting,
-    unflatten,
     weighting_network_shapes,
 )
 
@@ -54,10 +50,6 @@ def weigh(network, seen):
     return RowWeighting(network_weighting(network))(seen)
 
 
-def test_the_network_has_under_500_numbers():
-    assert N_NUMBERS == 50
-
-
 def test_zero_weights_are_sgiff():
     seen = encounters(500)
     ended = seen.is_valid > 0
@@ -65,32 +57,6 @@ def test_zero_weights_are_sgiff():
     expected = RowWeighting(SGIFF(beta=0.01).layer(find_scenario("es1")))(seen)
     np.testing.assert_allclose(g[ended], expected[ended], rtol=1e-4, atol=1e-7)
     assert not g[~ended].any()
-
-
-def test_the_network_computes_its_equation():
-    seen, numbers = encounters(20), random_networks(1)
-    ended = seen.is_valid > 0
-    arrays = unflatten(numbers[0], SHAPES)
-    raw = {
-        "own_p": seen.own_p,
-        "heard_p": seen.heard_p,
-        "disagreement": seen.disagreement,
-        "own_p_elsewhere": seen.own_p[:, ::-1],
-        "own_distance": seen.own_distance,
-        "heard_distance": seen.heard_distance,
-        "frames": np.repeat(seen.n_averaged[:, None], 2, 1),
-        "range": np.repeat(seen.range[:, None], 2, 1),
-    }
-    scaled = [
-        (np.log1p(raw[name] / u) - c) / s for name, (u, c, s) in zip(FEATURES, SCALES, strict=True)
-    ]
-    x = np.stack(scaled, axis=-1)
-    hidden = np.tanh(x @ arrays["hidden.weight"].T + arrays["hidden.bias"])
-    direct = arrays["direct.weight"]
-    odds = hidden @ arrays["output.weight"] + x @ direct[:-1] + arrays["output.bias"]
-    odds += (1.0 + direct[-1]) * (seen.own_p - seen.heard_p)
-    g = weigh(numbers[0], seen)[ended]
-    np.testing.assert_allclose(g, 1.0 / (1.0 + np.exp(-odds[ended])), rtol=1e-4, atol=1e-6)
 
 
 def test_extreme_encounters_give_shares():
@@ -102,11 +68,6 @@ def test_extreme_encounters_give_shares():
     for network in (np.zeros(N_NUMBERS), *random_networks(1)):
         g = weigh(network, seen)
         assert np.all((g >= 0.0) & (g <= 1.0))
-
-
-def test_numbers_and_arrays_are_two_forms_of_one_network():
-    (numbers,) = random_networks(1)
-    np.testing.assert_array_equal(flatten(unflatten(numbers, SHAPES), SHAPES), numbers)
 
 
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 60.0}

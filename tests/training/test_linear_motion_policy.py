@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_array_equal
 
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.epuck.records import Heard
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.records import Heard, Readings, Situation
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.record import rows
 from swarm_forage_env.scenarios import find_scenario
+from tests.training.test_learned_networks import numbers_of, one
 from training.candidate_rollouts import CandidateMotion
 from training.learned_weighting import unflatten
 from training.linear_motion_policy import (
@@ -20,10 +20,15 @@ from training.linear_motion_policy import (
     N_WEIGHTS,
     NETWORK,
     SHAPES,
+    SearchCourse,
+    add_residual,
     goal_features,
+    linear_motion,
     message_features,
     policy_output,
     proximity_features,
+    steer,
+    write_features,
 )
 from training.policy_file import layer_card, save_policy
 
@@ -52,27 +57,6 @@ def felt(sense, *given):
     return dict(zip(FEATURES, x.tolist(), strict=True))
 
 
-def test_a_goal_is_seen_by_its_direction_and_distance():
-    x = felt(goal_features, np.array([0.0, 0.15], np.float32), 2.0, -1.0)
-    assert (x["target_left"], x["target_ahead"]) == pytest.approx((1.0, 0.0), abs=1e-4)
-    assert (x["near"], x["unsure"]) == pytest.approx((0.5, 0.5))
-
-
-def test_without_a_goal_the_path_walked_takes_the_place_of_the_distance():
-    x = felt(goal_features, np.array([9.0, 9.0], np.float32), 0.0, 0.45)
-    assert x["target_left"] == x["target_ahead"] == 0.0
-    assert (x["near"], x["unsure"]) == pytest.approx((0.25, 0.45 / 2.45))
-
-
-def test_what_is_close_on_the_left_is_felt_on_the_left():
-    proximity = np.zeros(8, np.float32)
-    proximity[[5, 6]] = 0.5  # sensors of the e-puck's left flank
-    x = felt(proximity_features, proximity)
-    mirrored = felt(proximity_features, proximity[::-1].copy())
-    assert x["obstacle_left"] > x["obstacle_ahead"] > 0.0 == x["obstacle_right"]
-    assert mirrored["obstacle_right"] == pytest.approx(x["obstacle_left"])
-
-
 @pytest.mark.parametrize("order", [[0, 1, 2], [2, 1, 0], [1, 2, 0]])
 def test_the_nearest_sender_is_heard_whatever_the_order(order):
     heard = Heard.array((1,), slots=4).view(np.recarray)[0]
@@ -81,16 +65,6 @@ def test_the_nearest_sender_is_heard_whatever_the_order(order):
     x = felt(message_features, heard, 4.0)
     expected = (0.15 / 0.2, 0.0, 0.75)
     assert (x["robot_left"], x["robot_ahead"], x["robots"]) == pytest.approx(expected, abs=1e-6)
-
-
-def test_an_output_is_the_tanh_of_its_row():
-    x, w = np.zeros(N), np.zeros(N_WEIGHTS)
-    x[0] = 1.0
-    w[0], w[N], w[2 * N], w[3 * N], w[4 * N] = 0.1, 0.3, -0.2, 0.0, 0.5
-    forward, turning = math.tanh(0.1), math.tanh(0.3)
-    run = 10.0 ** math.tanh(0.5)
-    assert policy_output(x, w, 0) == pytest.approx((forward - turning, forward + turning, run))
-    assert policy_output(x, w, 1) == pytest.approx((math.tanh(-0.2), math.tanh(-0.2), run))
 
 
 def test_zeros_are_subsumption_to_the_last_bit():
@@ -112,22 +86,6 @@ def test_a_candidate_does_in_a_block_what_it_does_alone():
     poses = np.concatenate([loop.world.state.pose for loop in alone])
     assert_array_equal(block.world.state.pose, poses)
     assert (poses[:4] != poses[4:8]).any()
-
-
-@pytest.mark.parametrize("told", [-3.0, 3.0])
-def test_straight_runs_get_longer_or_shorter(told):
-    w = np.zeros(N_WEIGHTS)
-    w[4 * N] = told
-    loop = loop_with([1], w)
-    for _ in range(20):
-        loop.step()
-    memory, situation = rows(loop.controller.minds["motion"]), loop.situation
-    memory.run = 1.0
-    loop.step()
-    walks = (situation.goal[:, 2] > 0) & (memory.run < 1.0)
-    step = SCENARIO.robot.cruise_speed * SCENARIO.tick
-    assert walks.any()
-    assert_allclose(1.0 - memory.run[walks], step / 10.0 ** math.tanh(told), rtol=1e-6)
 
 
 def test_a_new_episode_forgets_how_far_robots_have_searched():
@@ -168,3 +126,169 @@ def test_a_linear_policy_in_a_file_runs_as_a_learned_motion(kept):
 def test_a_linear_policy_that_lacks_an_array_is_refused(kept):
     with pytest.raises(ConfigError, match=r"array 'motion\.walk\.weight' is missing"):
         find_controller(f"learned-motion:policy={kept('steer.weight')}")
+
+
+ES1 = find_scenario("es1")
+
+
+def seen(goal, talking=False):
+    """What a robot believes, feels and hears: one sender ahead, something close to its left."""
+    situation = one(Situation, target=(0.3, 0.4), p=(1.0, 3.0), is_talking=talking)
+    situation.goal[:] = np.eye(3)[goal]
+    readings = one(Readings)
+    readings.proximity[6] = 0.1
+    heard = one(Heard, n=1, sizes={"slots": 4})
+    heard.range_bearing[0] = (0.45, 0.0, 0.0)
+    return situation, readings, heard
+
+
+def test_the_features_of_a_tick_by_hand():
+    memory = one(SearchCourse, searched=2.0)
+    memory.features[:] = 9.0  # of the tick before
+    wheels = np.array([0.2, 0.8], np.float32)
+    write_features(*seen(1), wheels, memory, 4.0)
+    side, ahead = math.sin(math.radians(50.0)), math.cos(math.radians(50.0))
+    expected = [1.0, 0.8, 0.6, 0.15 / 0.65, 3.0 / 5.0, 0.1 * side, 0.1 * ahead, 0.0]
+    assert memory.features[:8] == pytest.approx(expected, abs=1e-5)
+    assert memory.features[8:] == pytest.approx([0.0, 0.25, 0.25, 0.3], abs=1e-6)
+    write_features(*seen(0), wheels, memory, 4.0)
+    assert memory.features[3:5] == pytest.approx([0.15 / 0.65, 1.0 / 3.0], abs=1e-5)
+    write_features(*seen(-1), wheels, memory, 4.0)
+    expected = [1.0, 0.0, 0.0, 0.15 / 2.15, 2.0 / 4.0]
+    assert memory.features[:5] == pytest.approx(expected, abs=1e-5)
+
+
+def test_a_residual_of_one_turns_full_speed_back_into_full_speed_ahead():
+    wheels = np.array([-1.0, 0.5], np.float32)
+    add_residual(wheels, 1.0, -0.25)
+    assert wheels.tolist() == [1.0, 0.0]
+    add_residual(wheels, 0.5, -1.0)
+    assert wheels.tolist() == [1.0, -1.0]
+
+
+@pytest.mark.parametrize(("goal", "searched"), [(-1, 2.0), (0, 0.0)])
+def test_the_path_searched_grows_by_the_mean_of_the_wheels_until_there_is_a_goal(goal, searched):
+    """Turning on the spot is no path."""
+    layer = linear_motion(np.zeros(N_WEIGHTS), ES1)
+    numbers = numbers_of(layer.numbers)
+    memory = one(SearchCourse, searched=searched)
+    for wheels, share in (((0.25, 0.75), 0.5), ((-0.5, 0.5), 0.0), ((-1.0, -1.0), 1.0)):
+        before = float(memory.searched)
+        steer(*seen(goal), np.array(wheels, np.float32), memory, numbers)
+        walked = share * ES1.robot.cruise_speed * ES1.tick if goal < 0 else 0.0
+        assert memory.searched == pytest.approx(before + walked)
+
+
+@pytest.mark.parametrize(("goal", "mode"), [(0, 0), (-1, 1)])
+def test_a_policy_corrects_subsumption_and_not_a_robot_that_talks(goal, mode):
+    policy = np.zeros(N_WEIGHTS)
+    policy[2 * mode * N] = math.atanh(-0.25)  # back, whatever is sensed
+    wheels = {}
+    for talking in (False, True):
+        for own in (np.zeros(N_WEIGHTS), policy):
+            numbers = numbers_of(linear_motion(own, ES1).numbers)
+            found = np.array([1.0, 1.0], np.float32)
+            steer(*seen(goal, talking), found, one(SearchCourse, run=1.0), numbers)
+            wheels[talking, bool(own.any())] = found
+    expected = np.maximum(wheels[False, False] - 0.5, -1.0)
+    np.testing.assert_allclose(wheels[False, True], expected, atol=1e-6)
+    np.testing.assert_array_equal(wheels[True, True], wheels[True, False])
+
+
+def test_the_direction_of_a_goal_in_the_place_of_the_robot_is_zero_and_near_it_whole():
+    """A millionth of a metre is added to the distance, and none to the features."""
+    x = np.zeros(N)
+    goal_features(np.array([3e-6, 0.0], np.float32), 1.0, -1.0, x)
+    assert x[1:5] == pytest.approx([0.0, 0.75, 0.15 / 0.150003, 1.0 / 3.0], rel=1e-5)
+    goal_features(np.array([0.0, 3e-6], np.float32), 1.0, -1.0, x)
+    assert x[1:3] == pytest.approx([0.75, 0.0], rel=1e-5)
+    x[:] = 0.0
+    goal_features(np.array([9.0, 9.0], np.float32), 0.0, 0.0, x)  # a search that has just begun
+    assert x[:5].tolist() == [0.0, 0.0, 0.0, 1.0, 0.0]
+
+
+def test_each_of_eight_sensors_is_felt_on_its_side_and_not_behind():
+    angles = np.radians([-17.0, -50.0, -90.0, -150.0, 150.0, 90.0, 50.0, 17.0])
+    for k, angle in enumerate(angles):
+        x, proximity = np.zeros(N), np.zeros(8, np.float32)
+        x[5:8], proximity[k] = 1.0, 0.5
+        proximity_features(proximity, x)
+        felt = [math.sin(angle), math.cos(angle), -math.sin(angle)]
+        assert x[5:8] == pytest.approx([1.0 + 0.5 * max(each, 0.0) for each in felt], abs=1e-6)
+
+
+def test_nobody_is_heard_in_silence_and_of_two_as_near_the_first():
+    x = np.zeros(N)
+    heard = one(Heard, sizes={"slots": 4})
+    heard.range_bearing[:2] = (0.05, 0.3, 0.0), (0.05, 0.9, 0.0)
+    message_features(heard, 4.0, x)
+    assert not x.any()
+    heard.n = 2
+    message_features(heard, 4.0, x)
+    felt = 0.75 * math.sin(0.3), 0.75 * math.cos(0.3), 0.5, 0.0
+    assert x[8:] == pytest.approx(felt, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("forward", "turning", "wheels"),
+    [
+        (0.75, 0.5, (0.25, 1.0)), (0.75, -0.5, (1.0, 0.25)),
+        (-0.75, 0.5, (-1.0, -0.25)), (-0.75, -0.5, (-0.25, -1.0)),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("mode", [0, 1])
+def test_residuals_are_bounded_on_both_wheels_and_the_last_feature_counts(
+    forward, turning, wheels, mode
+):
+    numbers, x = np.zeros(N_WEIGHTS), np.zeros(N)
+    x[-1] = 0.5
+    numbers[(2 * mode + 1) * N - 1] = 2.0 * math.atanh(forward)
+    numbers[(2 * mode + 2) * N - 1] = 2.0 * math.atanh(turning)
+    numbers[5 * N - 1] = -2.0
+    run = 10.0 ** -math.tanh(1.0)
+    assert policy_output(x, numbers, mode) == pytest.approx((*wheels, run))
+
+
+def test_wheels_with_their_residuals_are_bounded_both_ways():
+    for own, given, expected in (
+        ((-0.5, 0.5), (-0.5, 0.5), [-1.0, 1.0]), ((0.5, -0.5), (0.5, -0.5), [1.0, -1.0]),
+        ((0.25, -0.25), (0.125, -0.125), [0.5, -0.5]),
+    ):  # fmt: skip
+        wheels = np.array(own, np.float32)
+        add_residual(wheels, *given)
+        assert wheels.tolist() == expected
+
+
+@pytest.mark.parametrize(("near", "talking"), [(1.0, False), (0.0, True)])
+def test_a_straight_run_that_does_not_go_on_gets_no_longer(near, talking):
+    """The robot avoids an obstacle, or talks."""
+    policy = np.zeros(N_WEIGHTS)
+    policy[4 * N] = 1.0
+    numbers = numbers_of(linear_motion(policy, ES1).numbers)
+    situation, readings, heard = seen(-1, talking)
+    readings.proximity[6] = near
+    memory = one(SearchCourse, run=1.0)
+    steer(situation, readings, heard, np.zeros(2, np.float32), memory, numbers)
+    assert memory.run == 1.0
+    readings.proximity[6], situation.is_talking = 0.0, False
+    steer(situation, readings, heard, np.zeros(2, np.float32), memory, numbers)
+    step = ES1.robot.cruise_speed * ES1.tick
+    assert memory.run == pytest.approx(1.0 - step / 10.0 ** math.tanh(1.0), rel=1e-6)
+
+
+@pytest.mark.parametrize("goal", [0, -1])
+def test_only_a_robot_that_searches_changes_its_straight_run(goal):
+    """A run that subsumption has shortened by a tick, ten times as slowly if there is no goal."""
+    left = {}
+    for told in (0.0, 20.0):
+        policy = np.zeros(N_WEIGHTS)
+        policy[4 * N] = told
+        memory = one(SearchCourse, run=1.0)
+        situation, readings, heard = seen(goal)
+        readings.proximity[:] = 0.0
+        numbers = numbers_of(linear_motion(policy, ES1).numbers)
+        steer(situation, readings, heard, np.ones(2, np.float32), memory, numbers)
+        left[told] = 1.0 - float(memory.run)
+    step = ES1.robot.cruise_speed * ES1.tick
+    expected = (step, step / 10.0) if goal < 0 else (left[0.0], left[0.0])
+    assert (left[0.0], left[20.0]) == pytest.approx(expected)

@@ -156,28 +156,20 @@ def points(value):
     ("values", "value", "is_best"),
     [((), 1.0, True), ((1.0,), 1.0, False), ((1.0, 3.0, 2.0), 2.5, False), ((1.0, 3.0), 3.1, True)],
 )
-@pytest.mark.parametrize(("module", "kind"), [(ppo, PPOTraining), (dagger, DAggerTraining)])
-def test_the_policy_kept_is_the_first_one_of_the_highest_value(
-    monkeypatch, tmp_path, module, kind, values, value, is_best
+def test_the_policy_kept_by_imitation_is_the_first_one_of_the_highest_value(
+    monkeypatch, values, value, is_best
 ):
-    training = kind.__new__(kind)
+    training = DAggerTraining.__new__(DAggerTraining)
     training.curve, training._best = [points(each) for each in values], {"weights": "before"}
-    training._experiment = SimpleNamespace(
-        out=tmp_path, identity={}, scenarios_by_name={}, held_back_seeds=range(2)
-    )
-    training._file = tmp_path / "file"
+    training._experiment = SimpleNamespace(held_back_seeds=range(2))
     training._actor = SimpleNamespace(to_numpy=lambda: {"weights": "now"})
     training._rollouts = SimpleNamespace(round_trips=lambda numbers, seeds: {})
-    monkeypatch.setattr(kind, "done", 5, raising=False)
-    monkeypatch.setattr(kind, "_simulated_s", 0.0)
-    monkeypatch.setattr(kind, "_weights", {"weights": "now"}, raising=False)
-    monkeypatch.setattr(kind, "_numbers", np.zeros(1), raising=False)
-    monkeypatch.setattr(kind, "_state", {}, raising=False)
-    for name in ("_card", "save_best", "_save"):
-        monkeypatch.setattr(kind, name, lambda *given: None, raising=False)
-    monkeypatch.setattr(module, "evaluation_point", lambda *given: points(value))
-    for name in ("save_policy", "write_checkpoint"):
-        monkeypatch.setattr(module, name, lambda *given: None)
+    training.done = 5
+    for name in ("_simulated_s", "_numbers"):
+        monkeypatch.setattr(DAggerTraining, name, np.zeros(1))
+    for name in ("save_best", "_save"):
+        monkeypatch.setattr(DAggerTraining, name, lambda training: None)
+    monkeypatch.setattr(dagger, "evaluation_point", lambda *given: points(value))
     training.evaluate()
     assert training._best == {"weights": "now" if is_best else "before"}
     assert [each.value for each in training.curve] == [*values, value]

@@ -83,11 +83,6 @@ def test_of_several_errors_of_a_card_the_first_is_told(policy_file, tmp_path):
         card_from(text.replace('"scenario": "es1"', '"scenario": 5'), "x")
 
 
-def test_a_card_is_json_that_people_can_read(tmp_path):
-    text = save_policy_card(tmp_path / "mine.pt", "es1", "ssgiff").read_text("utf-8")
-    assert text == json.dumps(json.loads(text), indent=1) + "\n"
-
-
 def test_a_policy_that_says_nothing_was_trained_as_environments_are_by_default():
     assert FunctionPolicy().config() == EnvConfig(observation=["layer"])
     assert FunctionPolicy(action="wheels").config().action == "wheels"
@@ -173,12 +168,6 @@ def test_nothing_beside_a_function_is_its_card(tmp_path, monkeypatch):
     for name in ("os:getcwd", "os"):
         save_policy_card(tmp_path / name, "es1", learn="weighting")
     assert find_controller("callable:os:getcwd").policy.learn == "motion"
-
-
-def test_what_networks_of_reputation_weigh_over_is_the_documented_estimator():
-    numbers = find_controller("learned-sceptical").parameters
-    assert numbers["estimator.weighs_unknown"] is True
-    assert (numbers["estimator.pause"], numbers["estimator.refractory"]) == (5.0, 10.0)
 
 
 def test_a_kind_of_policy_is_told_by_the_first_line_of_what_it_is():

@@ -22,7 +22,7 @@ from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from training.policy_card import read_policy_card, save_policy_card
+from training.policy_card import save_policy_card
 from training.policy_controller import policy_controller
 from training.vec_env import SwarmVecEnv
 
@@ -359,12 +359,3 @@ def test_actions_that_are_no_numbers_are_refused(scenario, given, told):
     bad = policy_controller(lambda seen: given)
     with pytest.raises(ConfigError, match=rf"^policy FunctionPolicy: .*{told}"):
         run_episodes(scenario, bad, [1], "kinematic")
-
-
-def test_a_damaged_card_is_refused(tmp_path, scenario):
-    save_policy_card(tmp_path / "policy.pt", "es1")
-    assert read_policy_card(tmp_path / "policy.pt").keywords.learn == "motion"
-    (tmp_path / "policy.json").write_text('{"format": 2}')
-    with pytest.raises(ConfigError, match="format"):
-        read_policy_card(tmp_path / "policy.pt")
-    assert read_policy_card(tmp_path / "other.pt") is None

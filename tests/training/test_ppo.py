@@ -9,12 +9,11 @@ import pytest
 import torch
 from numpy.testing import assert_array_equal
 
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from training import ppo
 from training.actor_critic import MotionActor
 from training.behaviour_cloning import clone_behaviour, record_demonstrations
-from training.checkpoint import BEST_POLICY, CHECKPOINT
+from training.checkpoint import BEST_POLICY
 from training.policy_file import load_policy, observation_layout
 from training.ppo_learner import PPOHyperparameters
 from training.progress import ProgressLogger
@@ -177,7 +176,7 @@ def test_a_weighting_learns_from_exchanges_of_areas_that_both_know(motion, tmp_p
 
 
 def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
-    scores = iter([[5, 6], [6, 7], [9, 9], [2, 3]])
+    scores = iter([[5, 6], [6, 7], [9, 9], [9, 9]])
     monkeypatch.setattr(ppo.PPOTraining, "_round_trips", lambda *_: np.array(next(scores)))
     experiment = motion(out=tmp_path / "run", scenarios=("es1",), budget=4000)
     training, latest = ppo.PPOTraining(experiment), []
@@ -187,27 +186,12 @@ def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
             latest.append(parameters(experiment.out))
             training.advance(progress)
     best = load_policy(experiment.out / BEST_POLICY)
-    assert [point.round_trips["es1"].mean for point in best.card.curve] == [5.5, 6.5, 9.0, 2.5]
+    assert [point.round_trips["es1"].mean for point in best.card.curve] == [5.5, 6.5, 9.0, 9.0]
     assert best.card.score["es1"].mean == 9.0
     for name, array in best.weights.items():
         assert_array_equal(array, latest[2][name])
     for other in (latest[1], latest[3]):
         assert any((best.weights[name] != other[name]).any() for name in best.weights)
-
-
-def test_a_damaged_checkpoint_is_refused(motion, tmp_path):
-    experiment = motion(out=tmp_path / "run")
-    experiment.out.mkdir()
-    (experiment.out / CHECKPOINT).write_bytes(b"nothing of use")
-    with pytest.raises(ConfigError, match="remove it to start anew"):
-        ppo.train(experiment, silent)
-    assert not (experiment.out / BEST_POLICY).exists()
-
-
-def test_a_folder_that_cannot_be_written_is_refused(motion, tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(ConfigError, match="file/x: cannot be written"):
-        ppo.train(motion(out=tmp_path / "file" / "x"), silent)
 
 
 def test_a_copy_does_what_it_was_shown(motion, monkeypatch):
@@ -236,12 +220,6 @@ def test_the_hyperparameters_reach_worlds_and_policy(motion):
         assert getattr(config, name) == wanted
     policy = ppo.PPOTraining(experiment)._policy
     assert policy.log_std.tolist() == pytest.approx([QUICK.log_std] * 2)
-
-
-def test_scenarios_with_other_slots_are_refused_together(motion):
-    mine = motion(scenarios=("es1", "es1:task.n_robots=4"))
-    with pytest.raises(ConfigError, match=r"'es1' and 'es1:task.n_robots=4': show other numbers"):
-        mine.check()
 
 
 @pytest.mark.parametrize(("n_robots", "n_worlds"), [(10, 8), (27, 2), (80, 1), (100, 1)])

@@ -9,10 +9,6 @@ from typer.testing import CliRunner
 from swarm_forage_env.errors import ConfigError
 from training import cma_es, dagger, ppo, train_command, training_loop
 from training.experiment import (
-    FIRST_TRAINING_SEED,
-    HELD_BACK_SEEDS,
-    LAST_SEED,
-    WORLDS_PER_EXPERIMENT,
     Experiment,
     step_seed,
     versions,
@@ -144,21 +140,6 @@ def test_the_help_lists_the_defaults_of_each_algorithm():
     for told in ("cma: 100, imitation: 10, ppo: 50000000", "cma: 5, imitation: 2, ppo: 1500000",
                  "cma: 8, imitation: 24, ppo: 8"):  # fmt: skip
         assert told in shown.output
-
-
-def test_an_experiment_that_is_told_nothing_is_the_documented_one():
-    plain = Experiment("weighting", ("es1",), "cma", Path("x"))
-    assert (plain.seed, plain.budget, plain.every, plain.worlds) == (0, 100, 5, 8)
-    assert (plain.held_back, plain.population, plain.workers) == (10, None, 1)
-    assert (plain.controller, plain.physics, plain.device) == ("ssgiff", "rigid", "cpu")
-    assert plain.held_back_seeds == range(2000, 2010)
-    assert range(2000, 3000) == HELD_BACK_SEEDS
-    assert (LAST_SEED, WORLDS_PER_EXPERIMENT) == (1_000_000_000, 10_000_000)
-    assert plain.training_seeds(5, 3) == range(FIRST_TRAINING_SEED + 5, FIRST_TRAINING_SEED + 8)
-    assert plain.training_seeds(0, 1)[0] == 10_000
-    assert Experiment("weighting", ("es1",), "cma", Path("x"), 2).training_seeds(0, 1)[0] == (
-        20_010_000
-    )
 
 
 def test_larger_swarms_get_fewer_worlds_and_each_at_least_one():

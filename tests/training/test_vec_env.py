@@ -243,12 +243,6 @@ def test_waypoints_have_environments_too():
     assert rewards.shape == (env.num_envs,)
 
 
-def test_who_says_nothing_gets_eight_worlds_of_the_first_seeds():
-    plain, told = SwarmVecEnv("es1", **FAST), SwarmVecEnv("es1", n_worlds=8, seed=0, **FAST)
-    assert plain.num_envs == 8 * 4
-    assert_array_equal(plain.reset(), told.reset())
-
-
 @pytest.mark.parametrize(("period", "rate"), [(1, 10), (3, 3), (10, 1), (50, 1)])
 def test_a_film_shows_as_many_decisions_as_pass_in_a_second_and_one_at_least(period, rate):
     assert make(decision_period=period).metadata["render_fps"] == rate
