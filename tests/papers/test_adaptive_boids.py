@@ -8,11 +8,15 @@ import pytest
 
 from baselines.papers import adaptive_boids, boids_foraging
 from baselines.papers.adaptive_boids import (
+    COVARIANCE,
+    ERROR,
     ESTIMATORS,
+    GOALS,
     MEASURES,
     PUBLISHED_SIZES,
     RULES,
     SIZES,
+    SUCCESS,
     AllMeansMatch,
     MeanMatches,
     NoDivergence,
@@ -21,6 +25,7 @@ from baselines.papers.adaptive_boids import (
     deviation,
     published,
 )
+from baselines.papers.claim_types import Order
 from baselines.papers.paper import PAPERS
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
@@ -70,34 +75,6 @@ def test_the_published_means_are_met_by_themselves_and_by_nothing_far_from_them(
     assert not together.judge(far).reproduced
 
 
-def test_a_deviation_is_in_standard_errors_of_both_samples():
-    ours = np.array([1.0, 3.0] * 50)
-    assert deviation(ours, 1.0, 0.0) == pytest.approx(1.0 / 0.1)
-    assert deviation(ours, 1.0, 1.0) == pytest.approx(1.0 / math.hypot(0.1, 0.1))
-
-
-def test_one_lost_robot_is_a_divergence():
-    claim = next(each for each in claims() if isinstance(each, NoDivergence))
-    results = as_published()
-    assert claim.judge(results).reproduced
-    experiment = claim.experiments[0]
-    for lost in ({"largest_error_m": 11.0}, {"largest_error_m": math.nan}):
-        spoilt = results | {experiment: [replace(EPISODE, **lost), *results[experiment][1:]]}
-        found = claim.judge(spoilt)
-        assert not found.reproduced
-        assert found.ours == 1.0
-
-
-def test_the_runs_behind_the_figures_had_another_tolerance_in_three_cells():
-    wide = [
-        experiment for experiment in PAPERS["adaptive-boids"]().experiments
-        if "authors" in experiment.controller and experiment.settings
-    ]  # fmt: skip
-    assert {experiment.scenario for experiment in wide} == {"waypoints-50-authors"}
-    assert all(experiment.controller.startswith("boids-adaptive") for experiment in wide)
-    assert len(wide) == 3
-
-
 @pytest.mark.parametrize("paper", [adaptive_boids, boids_foraging])
 def test_every_experiment_of_a_paper_can_be_set_up(paper):
     name = "adaptive-boids" if paper is adaptive_boids else "boids-foraging"
@@ -118,3 +95,175 @@ def test_where_nobody_claims_a_goal_nothing_is_said_of_the_success():
     assert any("root mean square" in each.claim for each in silent)
     assert any(each.published == "> 1" for each in silent), "an order"
     assert len(silent) < len(told)
+
+
+METRICS = {"covariance norm": COVARIANCE, "mean error [m]": ERROR, "goals per robot": GOALS,
+           "success rate [%]": SUCCESS}  # fmt: skip
+
+
+NAMES = {"dead reckoning": "dead_reckoning", "covariance intersection": "covariance_intersection",
+         "decentralised EKF": "decentralised_ekf"}  # fmt: skip
+
+
+ORDERS = """\
+covariance norm, dead reckoning: goal above static
+covariance norm, covariance intersection: goal above static
+covariance norm, decentralised EKF: goal above static
+covariance norm, dead reckoning: static above adaptive
+covariance norm, covariance intersection: static above adaptive
+covariance norm, decentralised EKF: static above adaptive
+mean error [m], dead reckoning: goal above static
+mean error [m], covariance intersection: goal above static
+mean error [m], decentralised EKF: goal above static
+mean error [m], dead reckoning: static above adaptive
+mean error [m], covariance intersection: static above adaptive
+goals per robot, dead reckoning: goal above adaptive
+goals per robot, covariance intersection: goal above adaptive
+goals per robot, decentralised EKF: goal above adaptive
+goals per robot, dead reckoning: adaptive above static
+goals per robot, covariance intersection: adaptive above static
+goals per robot, decentralised EKF: adaptive above static
+success rate [%], dead reckoning: adaptive above goal
+success rate [%], covariance intersection: adaptive above goal
+success rate [%], dead reckoning: adaptive above static
+success rate [%], covariance intersection: adaptive above static
+covariance norm: dead reckoning above covariance intersection
+covariance norm: covariance intersection above decentralised EKF
+mean error [m]: dead reckoning above covariance intersection
+mean error [m]: dead reckoning above decentralised EKF
+goals per robot: covariance intersection above dead reckoning
+goals per robot: decentralised EKF above dead reckoning
+success rate [%]: covariance intersection above decentralised EKF
+"""
+
+
+def test_the_measures_are_numbers_of_an_episode_the_success_in_per_cent():
+    found = [each(EPISODE) for each in (COVARIANCE, ERROR, GOALS, SUCCESS)]
+    assert found == pytest.approx([0.05, 0.1, 2.0, 200 / 3])
+    assert math.isnan(SUCCESS(replace(EPISODE, success_rate=None)))
+
+
+@pytest.mark.parametrize("setting", ["authors", "corrected"])
+def test_each_order_holds_what_its_words_say_against_each_other(setting):
+    found = {each.text: each for each in claims() if isinstance(each, Order)}
+    for line in ORDERS.splitlines():
+        order = found[f"{setting}: {line}"]
+        what, _, sides = line.partition(": ")
+        higher, lower = sides.split(" above ")
+        words, _, estimator = what.partition(", ")
+        if estimator:
+            cells = [(NAMES[estimator], higher, NAMES[estimator], lower)]
+        else:
+            cells = [(NAMES[higher], rule, NAMES[lower], rule)
+                     for rule in ("goal", "static", "adaptive")]  # fmt: skip
+        assert order.pairs == tuple(
+            (boids_experiment(setting, one, rule, size), boids_experiment(setting, *other, size))
+            for one, rule, *other in cells
+            for size in SIZES
+        )
+        assert order.metric is METRICS[words]
+    assert len(found) == 2 * len(ORDERS.splitlines())
+
+
+def test_an_experiment_is_the_scenario_of_its_size_and_the_tolerance_of_the_paper():
+    plain = boids_experiment("authors", "decentralised_ekf", "static", 5)
+    assert (plain.scenario, plain.settings) == ("waypoints-05-authors", ())
+    assert plain.controller == "boids-static:estimator=decentralised_ekf,setting=authors"
+    for setting, rule, size in (("authors", "adaptive", 50), ("corrected", "goal", 5)):
+        wide = boids_experiment(setting, "dead_reckoning", rule, size)
+        assert wide.settings == ("task.tolerance=0.2",)
+    assert boids_experiment("authors", "dead_reckoning", "adaptive", 25).settings == ()
+    assert boids_experiment("authors", "dead_reckoning", "goal", 50).settings == ()
+
+
+def mean_matches(errors):
+    """A claim on a published mean, and trials so many standard errors of the paper's from it."""
+    claim = MeanMatches("dead_reckoning", "goal", 10, ERROR)
+    mean, sd = published()["dead_reckoning", "goal", 10]["err"]
+    value = mean + errors * sd / math.sqrt(100)
+    return claim, {claim.experiments[0]: [replace(EPISODE, position_error_m=value)] * 4}
+
+
+@pytest.mark.parametrize(
+    ("errors", "met"), [(-3.01, False), (-2.99, True), (0.0, True), (2.99, True), (3.01, False)]
+)
+def test_a_published_mean_is_met_within_three_standard_errors(errors, met):
+    claim, results = mean_matches(errors)
+    assert claim.deviation(results) == pytest.approx(errors)
+    found = claim.judge(results)
+    assert (found.reproduced, found.published) == (met, 0.2095)
+    assert found.claim == "authors: mean error [m], dead reckoning, goal, 10 robots"
+
+
+def test_a_deviation_of_no_trial_is_none_and_of_trials_that_vary_is_smaller():
+    assert math.isnan(deviation([], 1.0, 1.0))
+    assert deviation([1.0, 3.0, 1.0, 3.0], 1.0, 10.0) == pytest.approx(1.0 / math.hypot(1.0, 0.5))
+    assert deviation([1.0] * 4, 3.0, 10.0) == pytest.approx(-2.0)
+
+
+@pytest.mark.parametrize(
+    ("deviations", "reproduced"),
+    [((1.29, -1.29), True), ((1.31, -1.31), False), ((1.8, 0.0), True), ((1.9, 0.0), False)],
+)
+def test_the_root_mean_square_of_the_deviations_may_be_one_and_a_third(
+    monkeypatch, deviations, reproduced
+):
+    parts = tuple(MeanMatches("dead_reckoning", "goal", size, ERROR) for size in (5, 10))
+    found = dict(zip((5, 10), deviations, strict=True))
+    monkeypatch.setattr(MeanMatches, "deviation", lambda part, _: found[part.size])
+    judged = AllMeansMatch(parts).judge({})
+    assert (judged.reproduced, judged.published) == (reproduced, "<= 1.3")
+    assert judged.ours == pytest.approx(math.hypot(*deviations) / math.sqrt(2.0))
+    assert (judged.low, judged.high) == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "n_lost"),
+    [({}, 0), ({"largest_error_m": 9.99}, 0), ({"largest_error_m": 10.0}, 2),
+     ({"covariance_norm": math.inf}, 2), ({"covariance_norm": math.nan}, 2)],
+)  # fmt: skip
+def test_who_is_off_by_the_side_of_the_world_has_diverged(numbers, n_lost):
+    one, other = (boids_experiment("corrected", "dead_reckoning", "goal", n) for n in (5, 10))
+    results = {one: [EPISODE, replace(EPISODE, **numbers)], other: [replace(EPISODE, **numbers)]}
+    found = NoDivergence((one, other)).judge(results)
+    assert (found.ours, found.published, found.reproduced) == (n_lost, 0.0, n_lost == 0)
+    (claim,) = (each for each in claims() if isinstance(each, NoDivergence))
+    assert len(set(claim.experiments)) == 36
+    assert all("setting=corrected" in each.controller for each in claim.experiments)
+
+
+@pytest.mark.parametrize("number", [4, 5, 6, 7])
+@pytest.mark.parametrize("setting", ["authors", "corrected"])
+def test_a_figure_shows_means_and_deviations_over_the_density(monkeypatch, number, setting):
+    monkeypatch.setattr(adaptive_boids, "mean_panels", lambda *arguments: arguments)
+    (figure,) = (
+        each for each in adaptive_boids.figures()
+        if (each.number, each.setting) == (number, setting)
+    )  # fmt: skip
+    measure = (COVARIANCE, ERROR, GOALS, SUCCESS)[number - 4]
+    field = measure.field
+    results = {each: [replace(EPISODE, **{field: 1.0}), replace(EPISODE, **{field: 3.0})]
+               for each in figure.experiments}  # fmt: skip
+    nobody = boids_experiment(setting, "decentralised_ekf", "static", 10)
+    results[nobody] = [replace(EPISODE, **{field: None})]
+    panels, axes, caption, one_y, controllers = figure.draw(results, "a command")
+    factor = 100.0 if measure is SUCCESS else 1.0
+    assert list(panels) == list(NAMES)
+    for words, rules in panels.items():
+        assert list(rules) == ["goal", "static", "adaptive"]
+        for rule, means in rules.items():
+            gone = [(words, rule, n) == ("decentralised EKF", "static", 10) for n in SIZES]
+            assert means.x.tolist() == [0.05, 0.1, 0.25, 0.5]  # robots on 100 m2
+            for found, value in ((means.mean, 2.0), (means.low, 1.0), (means.high, 3.0)):
+                expected = np.where(gone, np.nan, value * factor)
+                np.testing.assert_allclose(found, expected)
+            theirs = [published()[NAMES[words], rule, n][measure.column][0]
+                      if n != 25 and setting == "authors" else np.nan for n in SIZES]  # fmt: skip
+            np.testing.assert_array_equal(means.published, theirs)
+    assert axes == ("robots per m$^2$", measure.axis)
+    assert one_y is True
+    assert controllers == {rule: f"boids-{rule}" for rule in ("goal", "static", "adaptive")}
+    assert figure.name == f"boids{number}_{setting}"
+    assert caption.text.startswith(f"BOIDS Fig. {number}, setting {setting}. ")
+    assert ("Crosses" in caption.text) == (setting == "authors")
+    assert "n = 2 trials each" in caption.note

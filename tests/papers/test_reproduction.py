@@ -5,16 +5,19 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from PIL import Image
 
 from baselines.evaluation import progress
 from baselines.evaluation.backend_options import BackendName
 from baselines.papers import commands_reproduce, report, reproduction
 from baselines.papers.claim_result import ClaimResult
-from baselines.papers.claim_types import Number
+from baselines.papers.claim_types import Number, Order
 from baselines.papers.experiments import Experiment
+from baselines.papers.figures import Boxes
 from baselines.papers.paper import PAPERS, Paper
 from baselines.papers.reproduction import ReproduceOptions, Reproduction
-from swarm_forage_env.errors import ConfigError
+from baselines.papers.social_odometry import LEFT_OPEN
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 
 FOUND = [ClaimResult("a claim", 60.0, 59.0, 58.0, 61.0, True)]
 
@@ -158,3 +161,86 @@ def test_json_is_written_in_the_place_of_the_table(called, capsys):
     assert json.loads(capsys.readouterr().out) == [each.as_row() for each in FOUND]
     assert called[0][0].settings == ["tick=0.2"]
     assert called[2][2] == "paper"
+
+
+NC, SSGIKF = Experiment("es1", "nc"), Experiment("es1", "ssgikf")
+
+
+SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch, tmp_path):
+    """In the place of the technical report, and in an empty folder."""
+    claims = (Number("es1: round trips, NC", NC, 60.0), Order("order", ((SSGIKF, NC),)))
+    paper_figure = Boxes("tr14", "Round trips.", ("", "trips"), {"es1": {"NC": {"": NC}}})
+
+    def paper():
+        return Paper("social-odometry", "social_odometry", claims, (paper_figure,), 30, LEFT_OPEN)
+
+    monkeypatch.setitem(PAPERS._parts, "social-odometry", paper)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+
+
+@pytest.fixture
+def command(capsys):
+    from baselines.cli import run
+
+    def call(*arguments):
+        capsys.readouterr()
+        status = run(["reproduce", "social-odometry", *map(str, arguments)])
+        return (status, *capsys.readouterr())
+
+    return call
+
+
+def test_json_is_the_claims_and_the_status_is_zero_though_they_fail(command, tmp_path):
+    status, stdout, stderr = command("--episodes=2", "--format=json", *SHORT)
+    assert status == 0
+    rows = json.loads(stdout)
+    assert [set(row) for row in rows] == [
+        {"claim", "published", "ours", "low", "high", "reproduced"}
+    ] * 2
+    assert not any(row["reproduced"] for row in rows)
+    assert "swarm-forage: about " in stderr
+    folder = tmp_path / "runs" / "reproduce-social-odometry"
+    assert json.loads((folder / "claims.json").read_text("utf-8")) == rows
+    assert (folder / "social_odometry.md").exists()
+    assert (folder / "figures" / "tr14.png").exists()
+
+
+def test_what_has_been_run_is_not_run_again(command):
+    command("--episodes=2", *SHORT)
+    status, stdout, stderr = command("--episodes=3", *SHORT)
+    assert status == 0
+    assert "4 of 6 episodes found" in stderr
+    assert "0 of 2 claims reproduced" in stdout
+
+
+def test_the_page_can_be_written_elsewhere_with_its_figures(command, tmp_path):
+    status, _, _ = command("--episodes=2", "--page=docs/papers/page.md", *SHORT)
+    assert status == 0
+    text = (tmp_path / "docs" / "papers" / "page.md").read_text("utf-8")
+    command_line = "swarm-forage reproduce social-odometry --set=task.duration=20 --episodes=2"
+    assert command_line in text
+    assert (tmp_path / "docs" / "papers" / "figures" / "tr14.png").exists()
+
+
+def test_figures_for_a_paper_are_as_broad_as_a_column_and_pdf_too(command, tmp_path):
+    assert command("--episodes=2", "--style=paper", "--page=page.md", *SHORT)[0] == 0
+    with Image.open(tmp_path / "figures" / "tr14.png") as image:
+        assert image.width == 670
+    assert (tmp_path / "figures" / "tr14.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize("wrong", ["--episodes=0", "--workers=0", "--seed=-1", "--physics=soft"])
+def test_nonsense_is_refused_in_one_line(command, wrong):
+    status, stdout, stderr = command(wrong)
+    assert (status, stdout) == (2, "")
+    assert len(stderr.splitlines()) == 1
+
+
+def test_an_unknown_paper_is_refused():
+    with pytest.raises(UnknownNameError, match="no paper named 'ants2009'"):
+        Reproduction(ReproduceOptions("ants2009"))

@@ -1,128 +1,186 @@
-"""The page on faulty robots: its experiments, its verdicts on cases worked by hand, its tables."""
+"""What the page on faulty robots says, number by number, on episodes worked by hand."""
 
-import numpy as np
 import pytest
 
-from baselines.papers import report
+from baselines.evaluation.statistics import Comparison, Estimate
+from baselines.papers import robustness
+from baselines.papers.claim_types import Order
+from baselines.papers.experiments import Experiment
 from baselines.papers.robustness import (
-    ALONE,
-    CONSPIRING,
+    BODIES,
     FAULTS,
-    LIARS,
+    MESSAGES,
     RULES,
-    SHARES,
     breaking_share,
+    breaks,
     experiment,
     harms,
-    robustness,
+    kept,
     sound_trips,
     table,
 )
 
-SEEDS = 6
+FEW = {"nc": "nc", "ssgikf": "ssgikf", "dsgikf": "dsgikf"}
+LIARS, DEAF = "liars, each its own", "deaf"
 
 
 @pytest.fixture
-def results(episodes):
-    """Episodes of four robots: what each rule brings in under each fault and share of it."""
+def of_few(monkeypatch, episodes):
+    """Episodes of three rules and two faults, six seeds each: trips of a sound robot."""
+    monkeypatch.setattr(robustness, "RULES", FEW)
+    monkeypatch.setattr(robustness, "FAULTS", {name: FAULTS[name] for name in (LIARS, DEAF)})
 
-    def make(trips):
+    def make(trips, default=100):
         found = {}
-        for rule in RULES:
-            for fault in FAULTS:
-                for share in (0.0, *SHARES):
-                    n_sound = None if share == 0.0 else 2
-                    whole = [
-                        round(4 * trips(rule, fault, share)) + seed % 2 for seed in range(SEEDS)
-                    ]
-                    sound = None if share == 0.0 else [each // 2 for each in whole]
-                    found[experiment(rule, fault, share)] = episodes(
-                        experiment(rule, fault, share), whole,
-                        sound_robots=n_sound, round_trips_sound=sound,
-                    )  # fmt: skip
+        for rule in FEW:
+            for fault in (LIARS, DEAF):
+                for share in (0.0, 0.1, 0.2, 0.5):
+                    each = trips.get((rule, fault, share), default)
+                    key = experiment(rule, fault, share)
+                    sound = {} if share == 0.0 else {"sound_robots": 1, "round_trips_sound": each}
+                    found[key] = episodes(key, [4 * each if share == 0.0 else 7] * 6, **sound)
         return found
 
     return make
 
 
-def test_the_score_is_that_of_a_sound_robot(episodes):
-    where = experiment("nc", LIARS, 0.0)
-    (whole,) = episodes(where, [40])
-    (faulty,) = episodes(where, [40], sound_robots=2, round_trips_sound=30)
-    assert sound_trips(whole) == 10.0
-    assert sound_trips(faulty) == 15.0
+def test_an_experiment_sets_the_share_and_what_belongs_to_the_fault():
+    assert experiment("ssgiff", "deaf", 0.0) == Experiment("es1", "ssgiff:beta=0.001")
+    found = {fault: experiment("nc", fault, 0.2).settings for fault in FAULTS}
+    assert found == {
+        "liars, each its own": ("faults.liar.share=0.2",),
+        "liars, conspiring": ("faults.liar.share=0.2", "faults.liar.conspire=place"),
+        "stale": ("faults.stale.share=0.2", "faults.stale.at=300"),
+        "deaf": ("faults.deaf.share=0.2",),
+        "mute": ("faults.mute.share=0.2",),
+        "dead, still talking": ("faults.dead.share=0.2", "faults.dead.at=300"),
+        "worn": ("faults.worn.share=0.2",),
+        "blind": ("faults.blind.share=0.2",),
+    }
+    assert tuple(FAULTS) == (*MESSAGES, *BODIES)
+    assert BODIES == ("dead, still talking", "worn", "blind")
 
 
-def test_every_experiment_can_be_configured_and_is_another_one():
-    paper = robustness()
-    assert len(paper.experiments) == len(RULES) * (1 + len(FAULTS) * len(SHARES))
-    without_learning = [each for each in paper.experiments if "learned" not in each.controller]
-    keys = {each.configuration("kinematic").key for each in without_learning[:40]}
-    assert len(keys) == 40
-    for fault in FAULTS:
-        assert experiment("nc", fault, 0.2).configuration("kinematic").scenario.faults.is_any
+def test_the_fermi_filters_run_at_their_best_beta_and_all_others_as_they_are():
+    best = {"ssgiff": "ssgiff:beta=0.001", "dsgiff": "dsgiff:beta=0.001"}
+    assert {rule: name for rule, name in RULES.items() if rule != name} == best
+    assert robustness.robustness().replications == 10
 
 
-def test_a_rule_breaks_where_less_than_half_is_left(results):
-    left = {0.0: 100.0, 0.1: 60.0, 0.2: 40.0, 0.5: 20.0}
-    found = results(lambda rule, fault, share: left[share] if fault == LIARS else 90.0)
-    assert breaking_share(found, "ssgikf", LIARS) == 0.2
-    assert breaking_share(found, "ssgikf", CONSPIRING) is None
+def test_the_score_is_that_of_a_sound_robot_and_needs_both_numbers_of_them(episodes):
+    for numbers, score in (
+        ({}, 10.0), ({"sound_robots": 2}, 10.0),
+        ({"sound_robots": 2, "round_trips_sound": 30}, 15.0),
+    ):  # fmt: skip
+        (found,) = episodes(Experiment("es1", "nc"), [40], **numbers)
+        assert sound_trips(found) == score
 
 
-def test_a_rule_harms_where_silence_does_better(results):
-    found = results(lambda rule, fault, share: 50.0 if rule == ALONE else 100.0 - 160.0 * share)
-    assert not harms(found, "ssgikf", LIARS, 0.1)
-    assert harms(found, "ssgikf", LIARS, 0.5)
-    assert not harms(found, ALONE, LIARS, 0.5)
+def test_every_fault_makes_a_configuration_of_its_own():
+    each = [experiment("nc", fault, 0.2).configuration("kinematic") for fault in FAULTS]
+    assert len({configuration.key for configuration in each}) == len(FAULTS)
+    assert all(configuration.scenario.faults.is_any for configuration in each)
 
 
-def test_the_page_says_which_rule_breaks_first(results):
-    def trips(rule, fault, share):
-        if fault == LIARS and share > 0.0:
-            return {"dsgikf": 10.0, "ssgikf": 30.0}.get(rule, 90.0)
-        return 100.0
-
-    found = results(trips)
-    text = table(found)
-    assert "| liars, each its own | dsgikf | 10 % | 10 % " in text
-    assert "ssgikf (10 %) |" in text
-    assert "| liars, conspiring | none |  |  |  |" in text
-    assert "**30 % " in text
-    paper = robustness()
-    page = report.page(paper, paper.judge(found), found, "swarm-forage reproduce robustness")
-    assert "$" not in page
-    assert "Not in the paper" in page
-    names = [each.text for each in paper.claims]
-    assert len(set(names)) == len(names)
+def test_what_a_rule_keeps_is_held_against_itself_without_faults(of_few):
+    found = kept(of_few({("ssgikf", LIARS, 0.2): 25}), "ssgikf", LIARS, 0.2)
+    assert found.ratio.value == 0.25
+    assert found.p < 0.01
 
 
-@pytest.mark.parametrize("best", ["ssgikf-sceptical", "learned-sceptical"])
-def test_each_defence_is_held_against_the_one_before_it(results, best):
-    def trips(rule, fault, share):
-        left = {"ssgikf": 30.0, "ssgikf-sceptical": 60.0, "learned-sceptical": 60.0, best: 90.0}
-        return left.get(rule, 50.0) if share > 0.0 else 100.0
-
-    verdicts = {each.claim: each.reproduced for each in robustness().judge(results(trips))}
-    for fault in (LIARS, CONSPIRING):
-        assert verdicts[f"ssgikf-sceptical above ssgikf: 20 % {fault}"]
-        learned = verdicts[f"learned-sceptical above ssgikf-sceptical: 20 % {fault}"]
-        assert learned == (best == "learned-sceptical")
+@pytest.mark.parametrize(("left", "broken"), [(0, True), (49, True), (50, False), (99, False)])
+def test_a_rule_breaks_below_half_of_what_it_does_without_faults(of_few, left, broken):
+    results = of_few({("ssgikf", DEAF, 0.5): left})
+    assert breaks(results, "ssgikf", DEAF, 0.5) == broken
+    assert breaking_share(results, "ssgikf", DEAF) == (0.5 if broken else None)
+    assert breaking_share(results, "ssgikf", LIARS) is None
 
 
-def test_both_figures_are_drawn(results):
-    for figure in robustness().figures:
-        drawn = figure.draw(results(lambda rule, fault, share: 50.0), "a command")
-        assert len([axes for axes in drawn.axes if axes.get_title(loc="left")]) == len(
-            figure.faults
-        )
+@pytest.mark.parametrize(("left", "harmful"), [(99, True), (100, False), (101, False)])
+def test_a_rule_harms_where_it_does_less_than_silent_robots(of_few, left, harmful):
+    results = of_few({("ssgikf", DEAF, 0.2): left})
+    assert harms(results, "ssgikf", DEAF, 0.2) == harmful
+    assert not harms(results, "ssgikf", DEAF, 0.1)
 
 
-def test_a_curve_runs_from_no_faulty_robot_to_the_largest_share_in_per_cent(results):
-    figure = robustness().figures[0]
-    drawn = figure.draw(results(lambda rule, fault, share: 50.0), "a command")
-    expected = np.array([0.0, *(100.0 * share for share in SHARES)])
-    curves = [line.get_xdata() for line in drawn.axes[0].lines if len(line.get_xdata()) == 4]
-    aside = [np.unique(np.round(x - expected, 9)) for x in curves]  # so that none hides another
-    assert aside
-    assert all(len(each) == 1 and abs(each[0]) < 5.0 for each in aside)
+def test_the_tables_say_what_breaks_first_and_what_each_rule_keeps(of_few):
+    trips = {
+        ("ssgikf", LIARS, 0.1): 90, ("ssgikf", LIARS, 0.2): 40, ("ssgikf", LIARS, 0.5): 5,
+        ("dsgikf", LIARS, 0.1): 80, ("dsgikf", LIARS, 0.2): 30, ("dsgikf", LIARS, 0.5): 20,
+        ("nc", LIARS, 0.5): 45, ("nc", DEAF, 0.2): 60,
+    }  # fmt: skip
+    assert table(of_few(trips)).splitlines() == [
+        "| fault | breaks first | at | and keeps there | others that break |",
+        "| --- | --- | --- | --- | --- |",
+        # at one share, the rule that keeps less is the first
+        "| liars, each its own | dsgikf | 20 % | 30 % (30 to 30) | ssgikf (20 %), nc (50 %) |",
+        "| deaf | none |  |  |  |",
+        "",
+        "| rule | trips without faults | liars, each its own | deaf |",
+        "| --- | --- | --- | --- |",
+        "| nc | 100.0 (100.0 to 100.0) | 100 % (100 to 100) | 60 % (60 to 60) |",
+        "| ssgikf | 100.0 (100.0 to 100.0) | **40 % (40 to 40)** † | 100 % (100 to 100) |",
+        "| dsgikf | 100.0 (100.0 to 100.0) | **30 % (30 to 30)** † | 100 % (100 to 100) |",
+    ]
+
+
+def test_a_rule_that_breaks_alone_has_no_others_beside_it(of_few):
+    lines = table(of_few({("dsgikf", DEAF, 0.1): 0})).splitlines()
+    assert lines[3] == "| deaf | dsgikf | 10 % | 0 % (0 to 0) | none |"
+
+
+def test_intervals_of_samples_that_vary_stand_beside_their_means(of_few, episodes):
+    results = of_few({})
+    key = experiment("nc", DEAF, 0.0)
+    results[key] = episodes(key, [200, 400, 400, 400, 400, 600])
+    line = next(each for each in table(results).splitlines() if each.startswith("| nc |"))
+    first, low, _, high = line.split("|")[2].replace("(", "").replace(")", "").split()
+    assert (first, float(low) < 100.0 < float(high)) == ("100.0", True)
+
+
+def test_a_ratio_to_nothing_is_written_as_such():
+    nothing = Comparison(Estimate(1.0, None, 2), None, None)
+    assert robustness._percent(nothing) == "-"
+    assert robustness._ratio(nothing) == 0.0
+    half = Comparison(Estimate(1.0, None, 2), Estimate(0.5, (0.25, 0.75), 2), 0.2)
+    assert robustness._percent(half) == "50 % (25 to 75)"
+
+
+def test_each_question_is_an_order_of_two_experiments():
+    """One liar in ten, a fifth of liars, and the defences."""
+    paper = robustness.robustness()
+    assert all(isinstance(each, Order) and each.metric is sound_trips for each in paper.claims)
+    found = {each.text: each.pairs for each in paper.claims}
+    for fault in ("liars, each its own", "liars, conspiring"):
+        for rule in set(RULES) - {"nc"}:
+            assert found.pop(f"{rule}: without faults above one liar of ten ({fault})") == (
+                (experiment(rule, fault, 0.0), experiment(rule, fault, 0.1)),
+            )
+            assert found.pop(f"nc above {rule}: 20 % {fault}") == (
+                (experiment("nc", fault, 0.2), experiment(rule, fault, 0.2)),
+            )
+        for better, worse in (("ssgikf-sceptical", "ssgikf"),
+                              ("learned-sceptical", "ssgikf-sceptical")):  # fmt: skip
+            assert found.pop(f"{better} above {worse}: 20 % {fault}") == (
+                (experiment(better, fault, 0.2), experiment(worse, fault, 0.2)),
+            )
+    assert found == {}
+
+
+def test_a_figure_shows_the_mean_and_interval_of_each_rule_over_the_share(monkeypatch, of_few):
+    monkeypatch.setattr(robustness, "mean_panels", lambda *given, **options: (given, options))
+    messages, bodies = robustness.figures()
+    assert (messages.name, bodies.name) == ("robustness_messages", "robustness_bodies")
+    assert (messages.faults, bodies.faults) == (MESSAGES, BODIES)
+    figure = robustness.OverShare("name", "Caption.", (LIARS, DEAF))
+    assert len(figure.experiments) == 2 * 3 * 4
+    results = of_few({("ssgikf", LIARS, 0.5): 20})
+    (panels, axes, caption), options = figure.draw(results, "a command")
+    assert list(panels) == [LIARS, DEAF]
+    assert list(panels[LIARS]) == list(FEW.values())
+    means = panels[LIARS]["ssgikf"]
+    assert means.x.tolist() == [0.0, 10.0, 20.0, 50.0]
+    for found in (means.mean, means.low, means.high):
+        assert found.tolist() == [100.0, 100.0, 100.0, 20.0]
+    assert axes == ("faulty robots [%]", "round trips of a sound robot")
+    assert (options, caption.n) == ({"one_y": True}, 6)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from baselines.papers.beta_sweep import BETAS, OptimumInsideRange, OtherBetasBelow
+from baselines.papers.beta_sweep import BETAS, BestBeta, OptimumInsideRange, OtherBetasBelow
 from baselines.papers.claim_types import Below, Number, Order, Ratio, Share
 from baselines.papers.experiments import (
     CrossValidatedBest,
@@ -112,9 +112,14 @@ def test_the_orders_and_the_sweeps_are_of_every_simulated_arena(claims):
     inside = of_kind(claims, OptimumInsideRange, lambda each: each.sweep.filter)
     below = of_kind(claims, OtherBetasBelow, lambda each: named(each.reference))
     setups = ("es1", "es2", "es3")
+    best = of_kind(claims, BestBeta, lambda each: (each.sweep.filter, each.published))
+    assert best == {
+        f"{each}: best beta": ("ssgiff", beta)
+        for each, beta in (("es1", 1e-2), ("es2", 1e-2), ("es3", 1e-3))
+    }
     assert inside == {f"{each}: best beta inside the swept range": "ssgiff" for each in setups}
     assert below == {f"{each}: every other beta below SGIKF": "ssgikf" for each in setups}
-    assert len(claims) == 7 + 2 + 3 + 8 + 9 + 3 + 3 + 3  # the last: the best betas
+    assert len(claims) == 7 + 2 + 3 + 8 + 9 + 3 + 3 + 3
 
 
 def test_each_figure_has_its_panels_its_series_and_its_axes():
