@@ -54,10 +54,6 @@ def test_an_old_name_still_works_and_tells_the_new_one(old, new):
     assert old not in set(CONTROLLERS)
 
 
-def test_the_old_names_are_those_of_the_penalised_and_the_frequent_controller():
-    assert OLD_NAMES == {"dsgiff-wary": "dsgiff-penalised", "dsgiff-brisk": "dsgiff-frequent"}
-
-
 def test_three_layers_by_their_names_make_a_controller_that_takes_parameters():
     found = find_controller("social_odometry + sgiff + subsumption:beta=0.5,double=true")
     assert found.name == "social_odometry+sgiff+subsumption"

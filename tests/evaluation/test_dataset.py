@@ -1,7 +1,6 @@
 """The dataset: whole files only, found again, read by others as one table."""
 
 import logging
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from baselines.evaluation.dataset import Dataset, schema
+from baselines.evaluation.dataset import schema
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from swarm_forage_env.errors import ConfigError
@@ -221,22 +220,3 @@ def test_a_file_is_written_again_if_another_run_sweeps_its_temporary(
     dataset.keep(configuration, [episode])
     assert swept
     assert dataset.find(configuration, 3) == episode
-
-
-def test_nothing_but_episodes_stays_in_the_folder(dataset, file):
-    assert [path for path in dataset.folder.rglob("*") if path.is_file()] == [file]
-
-
-def test_a_folder_that_is_a_file_is_refused(tmp_path):
-    (tmp_path / "taken").write_text("")
-    with pytest.raises(ConfigError, match="cannot be written"):
-        Dataset(tmp_path / "taken").open()
-    with pytest.raises(ConfigError, match="cannot be written"):
-        Dataset(tmp_path / "taken" / "below").open()
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
-def test_a_folder_without_permission_is_refused(tmp_path):
-    tmp_path.chmod(0o500)
-    with pytest.raises(ConfigError, match="cannot be written"):
-        Dataset(tmp_path).open()

@@ -75,12 +75,6 @@ def without_metadata(file):
     pq.write_table(pq.ParquetFile(file).read().replace_schema_metadata(None), file)
 
 
-def test_a_controller_is_called_as_it_was_asked_for_last(kept, configure, episode):
-    for name in ("ssgiff:beta=0.01", "ssgiff", "ssgiff:beta=1e-2"):
-        kept.keep(configure(name), [replace(episode, seed=seed) for seed in range(3)])
-        assert names_of(kept) == ["nc", "ssgiff:beta=0.001", name, "ssgiff:beta=1"]
-
-
 def test_episodes_of_one_group_asked_for_by_several_names_have_the_short_one(
     kept, configure, episode
 ):

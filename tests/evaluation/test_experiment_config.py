@@ -162,19 +162,10 @@ def test_what_is_hashed_calls_nothing_that_is_not():
     assert [each for each in calls if ASSEMBLES.isdisjoint(each)] == []
 
 
-def test_settings_are_names_and_values():
-    assert parse_settings([" radio.max_range = 0.2 "]) == {"radio.max_range": "0.2"}
-
-
 @pytest.mark.parametrize("text", ["radio.max_range", "=0.2", "radio.max_range=", "", "="])
 def test_a_setting_of_another_form_is_refused(text):
     with pytest.raises(ConfigError, match=r"must be name=value, as in radio\.max_range=0\.2"):
         parse_settings([text])
-
-
-def test_a_setting_given_twice_is_refused():
-    with pytest.raises(ConfigError, match="given twice"):
-        parse_settings(["tick=0.1", "tick=0.2"])
 
 
 def test_another_process_tells_the_same_overrides():

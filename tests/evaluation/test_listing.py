@@ -3,7 +3,6 @@
 import pytest
 
 from baselines.evaluation import listing
-from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.registry import CONTROLLERS, ORIGINS, SCENARIOS
 
 
@@ -61,15 +60,3 @@ def test_a_controller_is_told_with_the_parameters_asked_for():
         "weighting": "sgiff",
         "motion": "subsumption",
     }
-
-
-def test_a_file_is_told_like_a_scenario(tmp_path):
-    file = tmp_path / "mine.toml"
-    file.write_text('base = "es2"\n[radio]\nmax_range = 0.3\n')
-    assert parameters(str(file))["radio.max_range"]["value"] == 0.3
-    assert listing.describe(str(file))["name"] == "mine"
-
-
-def test_an_unknown_name_is_told_the_nearest_scenario_or_controller():
-    with pytest.raises(UnknownNameError, match=r"did you mean 'dsgikf' or 'ssgikf'\?"):
-        listing.find("sgikf")

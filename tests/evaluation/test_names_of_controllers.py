@@ -9,9 +9,9 @@ import pytest
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.errors import ConfigError, RenamedWarning, UnknownNameError
+from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.parameters import Part, Share
-from swarm_forage_env.registry import CONTROLLERS, Registry
+from swarm_forage_env.registry import Registry
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -32,17 +32,6 @@ def my_rule(monkeypatch):
     WEIGHTING_RULES.register("my_rule")(MyRule)
 
 
-@pytest.mark.parametrize(
-    ("old", "new"), [("dsgiff-wary", "dsgiff-penalised"), ("dsgiff-brisk", "dsgiff-frequent")]
-)
-def test_an_old_name_is_the_new_controller_and_tells_its_name(old, new):
-    with pytest.warns(RenamedWarning, match=f"'{old}' is now '{new}'"):
-        assert find_controller(old) == CONTROLLERS[new]
-    with pytest.warns(RenamedWarning):
-        assert find_controller(f"{old}:beta=0.02") == find_controller(f"{new}:beta=0.02")
-    assert old not in list(CONTROLLERS)
-
-
 def test_an_old_name_is_told_of_once():
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("default")
@@ -58,34 +47,6 @@ def test_a_registry_without_old_names_and_compositions_knows_none():
     assert "new+new" not in registry
     with pytest.raises(UnknownNameError, match=r"no thing named 'new\+new'"):
         _ = registry["new+new"]
-
-
-def test_a_composition_is_the_controller_that_has_a_name():
-    composed = find_controller("social_odometry+sgiff+subsumption:beta=0.02")
-    named = find_controller("ssgiff:beta=0.02")
-    assert composed.layers == named.layers
-    assert composed.name == "social_odometry+sgiff+subsumption"
-
-
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ("social_odometri+sgiff+subsumption", "no estimator named 'social_odometri', did you mean"),
-        ("social_odometry+sgif+subsumption", "no weighting rule named 'sgif', did you mean 'sgi"),
-        ("social_odometry+sgiff+subsumptio", "no motion named 'subsumptio', did you mean 'subsu"),
-        ("social_odometry++subsumption", "no weighting rule named ''"),
-        ("social_odometry+sgiff+subsumption:bta=1", "did you mean 'weighting.beta'"),
-    ],
-)
-def test_what_is_unknown_in_a_composition_is_told(text, told):
-    with pytest.raises(UnknownNameError) as complaint:
-        find_controller(text)
-    assert told in str(complaint.value)
-
-
-def test_a_composition_has_three_layers():
-    with pytest.raises(ConfigError, match=r"must be estimator\+weighting\+motion, as in"):
-        find_controller("social_odometry+sgiff")
 
 
 def test_a_composition_of_a_rule_from_outside_is_a_configuration(my_rule):

@@ -78,12 +78,6 @@ def test_the_variants_of_one_controller_differ_in_marker_and_hatch():
     assert len({style.marker for style in styles}) == len({style.hatch for style in styles}) == 12
 
 
-def test_a_series_by_another_name_has_the_style_of_its_controller():
-    styles = styles_of(["no communication", "SSGIFF"], {"no communication": "nc"})
-    assert styles["no communication"] == style_of("nc")
-    assert styles["SSGIFF"] == style_of("SSGIFF")
-
-
 def test_what_is_no_controller_is_numbered():
     styles = [nth_style(number) for number in range(10)]
     assert len({style.colour for style in styles}) == 10

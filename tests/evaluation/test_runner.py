@@ -56,11 +56,6 @@ def test_what_is_kept_is_not_run_again(configure, dataset, monkeypatch):
     assert evaluate([configure()], range(5), dataset) == more
 
 
-def test_every_episode_is_kept(configure, dataset):
-    episodes = evaluate([configure("nc")], range(3), dataset)
-    assert [dataset.find(configure("nc"), seed) for seed in range(3)] == episodes
-
-
 def test_one_configuration_under_two_names_runs_once(configure, dataset):
     beta = configure("ssgiff").controller.parameters["weighting.beta"]
     progress = []

@@ -19,11 +19,6 @@ def test_a_score_lies_in_its_interval_and_says_how_many_episodes():
         assert each.episodes == scores.EPISODES
 
 
-def test_what_has_not_been_scored_has_none():
-    assert scores.score_of_scenario("mine") is None
-    assert scores.score_of_controller("mine") is None
-
-
 def test_a_score_is_the_mean_of_its_episodes(tmp_path, monkeypatch):
     short = SCENARIOS["near"].model_copy(update={"name": "short"})
     short = short.model_copy(update={"task": short.task.model_copy(update={"duration": 60.0})})

@@ -47,13 +47,6 @@ def test_the_interval_of_skewed_values_is_corrected_for_bias_and_acceleration():
     assert mean_interval(values.tolist()).interval == pytest.approx(tuple(bca), rel=0.05)
 
 
-def test_the_interval_shifts_and_scales_with_its_values():
-    values = [3.0, 1.0, 4.0, 1.0, 5.0, 9.0, 2.0, 6.0]
-    low, high = mean_interval(values).interval
-    changed = mean_interval([10.0 * value - 7.0 for value in values]).interval
-    assert changed == pytest.approx((10.0 * low - 7.0, 10.0 * high - 7.0))
-
-
 def test_one_seed_one_interval():
     values = np.random.default_rng(0).normal(size=20).tolist()
     assert mean_interval(values, seed=3) == mean_interval(values, seed=3)
@@ -94,12 +87,6 @@ def test_a_comparison_pairs_the_seeds():
     assert 1.0 <= low < 1.1 < high <= 1.2, "the spread between seeds cancels"
 
 
-def test_twice_the_base_is_a_ratio_of_two():
-    found = compare([20.0, 24.0, 30.0, 18.0], [10.0, 12.0, 15.0, 9.0])
-    assert found.ratio.value == pytest.approx(2.0)
-    assert found.ratio.interval is None or found.ratio.interval == pytest.approx((2.0, 2.0))
-
-
 def test_the_interval_of_a_ratio_holds_it():
     rng = np.random.default_rng(2)
     base = rng.normal(100.0, 10.0, 30)
@@ -119,12 +106,6 @@ def test_a_base_that_may_be_resampled_to_zero_has_a_ratio_without_interval():
     found = compare([1.0, 2.0, 3.0], [0.0, 0.0, 3.0])
     assert found.ratio.value == pytest.approx(2.0)
     assert found.ratio.interval is None
-
-
-def test_equal_controllers_differ_by_nothing():
-    found = compare([4.0, 5.0, 6.0], [4.0, 5.0, 6.0])
-    assert (found.difference.value, found.difference.interval) == (0.0, None)
-    assert found.p == pytest.approx(1.0)
 
 
 def test_the_interquartile_mean_leaves_out_a_quarter_at_either_end():

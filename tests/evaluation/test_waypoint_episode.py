@@ -66,21 +66,6 @@ def waypoint_episode():
     )
 
 
-@pytest.mark.parametrize(
-    "controller",
-    [
-        "boids-adaptive",
-        "boids-static:setting=authors",
-        "boids-goal:estimator=covariance_intersection",
-        "boids-adaptive:estimator=dead_reckoning",
-    ],
-)
-def test_an_episode_in_a_block_is_the_episode_alone(controller):
-    configuration = configuration_of(controller)
-    seeds = [5, 1, 2**64 - 1]
-    assert run(configuration, seeds) == [run(configuration, [seed])[0] for seed in seeds]
-
-
 def test_an_episode_says_what_it_is_of():
     (episode,) = run(configuration_of("boids-static", duration=20.2), [7])
     assert (episode.scenario, episode.controller) == ("waypoints-10", "boids-static")
@@ -170,13 +155,6 @@ def test_a_dataset_of_before_is_read_in_which_no_error_was_ever_missing(dataset,
     assert group.episodes == (waypoint_episode,)
 
 
-def test_an_episode_that_was_run_is_found_as_it_was_run(dataset):
-    configuration = configuration_of(duration=20.0)
-    episodes = run(configuration, [1, 2])
-    dataset.keep(configuration, episodes)
-    assert [dataset.find(configuration, seed) for seed in (1, 2)] == episodes
-
-
 def test_an_episode_of_foraging_in_its_place_is_set_aside(dataset, waypoint_episode, episode):
     configuration = configuration_of()
     dataset.keep(configuration, [episode])
@@ -229,15 +207,3 @@ def test_the_table_shows_means_and_compares_goals(waypoint_episode):
     assert "33.3" in text, "the error in centimetres"
     assert "…" not in text
     assert "nan" not in text.lower()
-
-
-def test_a_table_without_any_claim_has_no_rate_of_success(waypoint_episode):
-    text = shown([replace(waypoint_episode, success_rate=None)])
-    assert "n/a" in text
-    assert "nan" not in text.lower()
-
-
-def test_a_table_of_real_episodes_renders():
-    text = shown(run(configuration_of(duration=30.0), [0, 1, 2]), width=100)
-    assert "waypoints-10" in text
-    assert "boids-adaptive" in text
