@@ -223,16 +223,3 @@ def test_exact_encoders_keep_what_was_found():
     np.testing.assert_allclose(loop.world.state.pose[0, :2], expected, atol=1e-6)
     turned = math.remainder(loop.world.state.pose[0, 2] - start[2] - theta, 2.0 * math.pi)
     assert turned == pytest.approx(0.0, abs=1e-5)
-
-
-def test_with_exact_encoders_wanderers_know_an_area_to_less_than_its_size():
-    scenario = find_scenario("es1", {"wheel_noise": 0.0, "n_robots": 4})
-    loop = Loop(scenario, CONTROLLERS["nc"], range(6), "kinematic")
-    errors = []
-    for tick in range(6000):
-        loop.step()
-        if tick % 500 == 0:
-            errors.extend(localisation_error(loop)[loop.situation.known > 0.0])
-    assert len(errors) > 50
-    assert max(errors) < 2.0 * scenario.task.area_radius
-    assert np.median(errors) < scenario.task.area_radius

@@ -1,10 +1,8 @@
 """Boids: gains worked by hand, and a pull that depends on nothing but the situation."""
 
-import math
-
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from pydantic import ValidationError
@@ -104,7 +102,9 @@ def test_gains_that_do_not_adapt_are_the_goals_alone_or_those_given():
     assert BoidsParameters(gains="static").fixed == (1.0, 1.0, 1.0, 1.0, 1.0)
 
 
-@pytest.mark.parametrize("wrong", [{"gains": "best"}, {"alignment": -0.1}, {"homming": 1.0}])
+@pytest.mark.parametrize(
+    "wrong", [{"gains": "best"}, {"alignment": -0.1}, {"cohesion": 1e300}, {"homming": 1.0}]
+)
 def test_gains_that_make_no_sense_are_refused(wrong):
     with pytest.raises(ValidationError):
         BoidsParameters(**wrong)
@@ -128,22 +128,8 @@ def test_adaptive_gains_follow_the_stimuli_and_ignore_the_fixed_ones(seed):
 
 
 @every_rule
-@given(seed=st.integers(0, 2**32))
-def test_a_pull_is_a_unit_vector(gains, seed):
-    found = pull(anywhere(seed, rows=4), gains=gains).astype(float)
-    assert_allclose(np.hypot(*found.T), 1.0, rtol=1e-6)
-
-
-@every_rule
 def test_a_robot_that_is_told_nothing_is_not_pulled(gains):
     assert_array_equal(pull(situation(3), gains=gains), np.zeros((3, 2), np.float32))
-
-
-@given(st.floats(-math.pi, math.pi), st.floats(0.01, 20.0), st.integers(0, 2**32))
-def test_at_rest_the_goal_alone_points_at_the_goal(angle, far, seed):
-    way = np.array([math.cos(angle), math.sin(angle)])
-    s = anywhere(seed, goal=far * way, velocity=0.0)
-    assert_allclose(pull(s, gains="goal")[0], way, atol=1e-6)
 
 
 @every_rule
@@ -158,25 +144,3 @@ def test_a_robot_that_has_arrived_ignores_its_goal(gains, seed):
 def test_a_robot_that_has_arrived_and_knows_only_its_goal_goes_straight_on():
     assert not pull(anywhere(1, has_arrived=True), gains="goal").any()
     assert pull(anywhere(1, has_arrived=False), gains="goal").any()
-
-
-@every_rule
-@given(seed=st.integers(0, 2**32), angle=st.floats(-math.pi, math.pi))
-def test_a_pull_turns_with_the_frame(gains, seed, angle):
-    s = anywhere(seed)
-    c, r = math.cos(angle), math.sin(angle)
-    turn = np.array([[c, -r], [r, c]])
-    turned = anywhere(seed, **{name: s[name] @ turn.T for name in VECTORS})
-    fixed = BoidsParameters(gains=gains).fixed
-    forces = total(s, adapted(*stimuli_of(s)) if gains == "adaptive" else fixed)
-    assume(np.linalg.norm(forces) > 0.05)
-    assert_allclose(pull(turned, gains=gains)[0], turn @ pull(s, gains=gains)[0], atol=1e-4)
-
-
-@every_rule
-def test_a_robot_is_pulled_by_its_own_situation_alone(gains):
-    together = pull(anywhere(2, rows=6), gains=gains)
-    assert_array_equal(together, pull(anywhere(2, rows=6), gains=gains))
-    whole = anywhere(2, rows=6)
-    for row in range(6):
-        assert_array_equal(pull(whole[[row]], gains=gains)[0], together[row])

@@ -49,15 +49,6 @@ def test_who_reckons_alone_tells_nothing_to_weigh():
     assert not BOIDS.with_parameters({"estimator": "dead_reckoning"}).talks
 
 
-@pytest.mark.parametrize(
-    "estimator", ["dead_reckoning", "covariance_intersection", "decentralised_ekf"]
-)
-def test_the_authors_setting_is_refused_where_robots_forage(estimator):
-    chosen = BOIDS.with_parameters({"estimator": estimator, "setting": "authors"})
-    with pytest.raises(ConfigError, match=r"setting='authors'.*not of es1; leave it out"):
-        chosen.estimator.layer(find_scenario("es1"))
-
-
 @pytest.mark.parametrize("name", ["boids-goal", "boids-static", "boids-adaptive"])
 def test_boids_run_on_both_tasks_and_subsumption_forages(name):
     waypoints, foraging = find_scenario("waypoints-05"), find_scenario("es1")

@@ -16,29 +16,11 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import override
 from swarm_forage_env.scenarios import find_scenario
 
-SOCIAL = {
-    "speaks": True, "double": False, "first_hand": True, "message_path": 0.0, "tells_within": 0.0,
-    "listens_above": 0.0, "refractory": 20.0, "pause": 15.0, "deaf_when_lost": 5.0,
-    "lost_within": 0.05, "overshoot": 0.18,
-}  # fmt: skip
-SCEPTICAL = SOCIAL | {"agreement": 0.3}
-REPUTATION = SCEPTICAL | {
-    "weighs_unknown": False, "slack": 0.3, "drift": 0.05, "sure_within": 4.0,
-    "remembers_within": 12.0,
-}  # fmt: skip
-
 
 @pytest.mark.parametrize(
-    ("kind", "defaults"),
-    [(SocialOdometryParameters, SOCIAL), (SIKFParameters, SOCIAL),
-     (ScepticalOdometryParameters, SCEPTICAL), (ReputationOdometryParameters, REPUTATION)],
-)  # fmt: skip
-def test_an_estimator_has_the_parameters_that_the_results_were_made_with(kind, defaults):
-    assert kind().model_dump() == defaults
-
-
-@pytest.mark.parametrize("name", [name for name, value in REPUTATION.items()
-                                  if type(value) is float])  # fmt: skip
+    "name",
+    [name for name, value in ReputationOdometryParameters() if type(value) is float],
+)
 def test_a_length_or_time_is_not_negative_and_some_are_bounded(name):
     made = ReputationOdometryParameters()
     for wrong in (-1e-9, math.nan, math.inf):

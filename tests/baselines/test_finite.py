@@ -8,7 +8,6 @@ from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from baselines.evaluation.runner import evaluate
-from baselines.motion.boids import BoidsParameters
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
@@ -93,22 +92,3 @@ def test_of_a_policy_of_huge_weights_no_episode_is_kept(tmp_path):
     with pytest.raises(ConfigError, match=r"'learned-motion', tick 1, robot \d+: .*not finite"):
         evaluate([configuration], [0, 1], dataset)
     assert not list(dataset.folder.rglob("*.parquet"))
-
-
-def test_a_steepness_that_would_overflow_is_refused():
-    with pytest.raises(
-        ConfigError, match=r"beta='1e308': input should be less than or equal to 1000000"
-    ):
-        find_controller("ssgiff:beta=1e308")
-
-
-def test_the_steepest_weighting_makes_finite_weights():
-    scenario = find_scenario("es1", {"task.area_distance": 0.7})
-    loop = Loop(scenario, find_controller("ssgiff:beta=1e6"), range(2), "kinematic")
-    run(loop, 1000)
-    assert np.isfinite(loop.world.robots["pose"]).all()
-
-
-def test_gains_of_the_flock_are_bounded():
-    with pytest.raises(ValueError, match="at most 1e"):
-        BoidsParameters(cohesion=1e300)

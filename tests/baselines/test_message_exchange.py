@@ -104,16 +104,6 @@ def test_what_was_unknown_is_copied_with_its_confidence(controller):
     assert p == 1.7
 
 
-def test_a_robot_that_knows_nothing_and_meets_one_that_knows_both_copies_both():
-    two = Pair("dsgikf")
-    two.know(1, NEST, *two.NEST_AT, p=1.7, came_from=True)
-    two.know(1, PREY, *two.PREY_AT, p=0.4)
-    two.talk()
-    for area, at, p in ((NEST, two.NEST_AT, 1.7), (PREY, two.PREY_AT, 0.4)):
-        np.testing.assert_allclose(two.believed(0, area)[0], at, atol=1e-6)
-        assert two.believed(0, area)[1] == pytest.approx(p)
-
-
 def test_nobody_speaks_without_communication():
     two = Pair("nc")
     two.know(1, NEST, *two.NEST_AT, p=1.7, came_from=True)
@@ -409,25 +399,6 @@ def test_what_a_message_costs_counts_as_path(believers, message):
     np.testing.assert_allclose(swarm.exchange.heard_p[0], [3.5, 4.5])
     swarm.merge(0.25, 1.0)
     np.testing.assert_allclose(swarm.beliefs.p[0], [0.75 * 1.0 + 0.25 * 3.5, 4.5])
-
-
-def test_who_knows_nothing_says_nothing(believers):
-    swarm = believers(2)
-    swarm.sense()
-    said, speaking = swarm.say()
-    assert not speaking.any()
-    assert not said.told.any()
-
-
-def test_a_deaf_robot_starts_no_exchange(believers, message):
-    swarm = believers(2)
-    swarm.beliefs.ignore_ticks[0] = 3
-    told = [(0, 1, message(nest=(0.7, 0.3, 1.2)), BEAM)]
-    heard = []
-    for _ in range(4):
-        swarm.sense(messages=told)
-        heard.append(swarm.talking[0])
-    assert heard == [False, False, True, True]
 
 
 def test_of_many_partners_the_one_whose_time_runs_out_first_is_forgotten_first(believers, message):

@@ -171,17 +171,6 @@ def test_a_motion_that_repeats_subsumption_repeats_the_run(physics):
     assert_same(loop, built_in)
 
 
-def test_both_layers_may_be_written_in_numpy():
-    controller = replace(CONTROLLERS["dsgikf"], weighting=SGIKFInNumPy(), motion=Constant())
-    loop = Loop(busy(), controller, [0, 1], "kinematic")
-    compiled = replace(CONTROLLERS["dsgikf"], motion=Constant())
-    other = Loop(busy(), compiled, [0, 1], "kinematic")
-    for _ in range(300):
-        loop.step()
-        other.step()
-    assert_same(loop, other)
-
-
 def test_a_learner_goes_before_a_rule_and_the_rule_acts_for_the_others():
     controller = replace(CONTROLLERS["dsgikf"], motion=Constant())
     loop = Loop(busy(), controller, [0], "kinematic")

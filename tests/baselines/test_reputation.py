@@ -27,7 +27,6 @@ is_asked, merge = map(entry_point, (is_asked, merge))
 
 SCENARIO = find_scenario("es1")
 NUMBERS = one_record(ReputationOdometryParameters(weighs_unknown=True).layer(SCENARIO).numbers)[0]
-SLACK, DRIFT = NUMBERS["slack"], NUMBERS["drift"]
 
 
 class Robot:
@@ -74,20 +73,6 @@ def test_what_was_told_is_judged_once_when_the_area_is_found(robot):
     robot.find((1.1, 0.0)).find((1.1, 0.0))
     assert (robot.counts(1), robot.counts(2)) == ((1.0, 0.0), (0.0, 1.0))
     assert robot.counts(3) == (0.0, 0.0)
-
-
-@pytest.mark.parametrize(("path", "is_right"), [(0.0, False), (3.0, True)])
-def test_the_longer_ago_the_farther_off_it_may_be(robot, path, is_right):
-    robot.hear(1, (0.0, 0.0))
-    robot.reputation["path"] += path
-    robot.find((SLACK + 2.0 * DRIFT, 0.0))
-    assert robot.counts(1) == (float(is_right), float(not is_right))
-
-
-def test_what_was_told_long_ago_is_not_judged(robot):
-    robot.hear(1, (5.0, 0.0))
-    robot.reputation["path"] += NUMBERS["remembers_within"] + 0.1
-    assert robot.find((0.0, 0.0)).counts(1) == (0.0, 0.0)
 
 
 def test_who_told_the_place_where_a_robot_gets_lost_was_wrong(robot):

@@ -10,9 +10,7 @@ from baselines.estimators.path_covariance import CovarianceMind, spectral_norm
 from baselines.estimators.sikf import SIKFParameters, merge
 from baselines.weighting.sikf import gain
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
-from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -77,11 +75,3 @@ def test_what_was_unknown_is_copied_as_a_circle(ended):
     assert robot.belief.moments[NEST] == pytest.approx([0.09, 0.0, 0.09, 0.0, 0.0, 0.0])
     assert robot.belief.location[NEST].tolist() == [1.0, 2.0]
     assert robot.belief.p[NEST] == 0.3
-
-
-def test_a_reset_forgets_the_covariances():
-    loop = Loop(find_scenario("es1", {"n_robots": 2}), CONTROLLERS["sikf"], [0], "kinematic")
-    moments = loop.controller.minds["estimator"]["belief"]["moments"]
-    moments[:] = 1.0
-    loop.controller.reset(0, 0)
-    assert not moments.any()

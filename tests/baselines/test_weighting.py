@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -127,16 +126,6 @@ def test_each_robot_and_area_is_weighed_for_itself(exchange, weights, rule):
         for area in (NEST, PREY):
             alone = exchange(together.own_p[row, area], together.heard_p[row, area])
             assert g[row, area] == weights(rule, alone)[0, NEST]
-
-
-def test_weights_are_single_precision(exchange, weights):
-    for rule in RULES.values():
-        assert weights(rule, exchange([1.0], [2.0])).dtype == np.float32
-
-
-def test_the_steepness_is_the_published_one_unless_another_is_asked_for():
-    assert SGIFF().beta == 0.01
-    assert override(SGIFF(), {"beta": 1e6}).beta == 1e6
 
 
 @pytest.mark.parametrize("beta", [-1.0, math.nextafter(1e6, math.inf), math.nan, math.inf, "steep"])

@@ -50,11 +50,6 @@ def test_angles_within_rounding_of_the_border_stay_in_range(turns, steps):
     assert -math.pi <= wrap(border) < math.pi
 
 
-@given(ANGLES)
-def test_wrapping_twice_is_wrapping_once(angle):
-    assert wrap(wrap(angle)) == wrap(angle)
-
-
 @pytest.mark.parametrize(
     ("theta", "ahead", "left"),
     [(0.0, 3.0, 4.0), (math.pi / 2, 4.0, -3.0), (-math.pi / 2, -4.0, 3.0), (math.pi, -3.0, -4.0)],

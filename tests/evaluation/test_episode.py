@@ -36,10 +36,6 @@ def test_what_nobody_ever_knew_or_reached_is_missing(configure):
     assert episode.round_trips == 0
 
 
-def test_robots_without_communication_hear_nothing(configure):
-    assert all(episode.messages == 0 for episode in run(configure("nc"), [0, 1]))
-
-
 def test_the_localisation_error_is_sampled_once_a_second(configure):
     """The same mean, from the poses and beliefs themselves."""
     configuration = configure(task_duration=60.0)

@@ -4,14 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy import stats
 
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.equations.geometry import wrap
-from swarm_forage_env.equations.steering import seek
 from swarm_forage_env.record import rows as as_rows
 from swarm_forage_env.ticks import BEGINS, only, run_ticks
 from swarm_forage_env.waypoints.dynamics import (
@@ -209,16 +208,6 @@ def test_nobody_of_another_world_is_seen(fresh):
     assert not bearing.any()
 
 
-def test_a_world_in_a_block_sees_what_it_sees_alone(fresh):
-    rng = np.random.default_rng(2)
-    pose, streams = rng.uniform(-1.0, 1.0, (15, 3)), fresh(15)
-    alone = sights(pose[5:10], 5, streams[5:10].copy())
-    together = sights(pose, 5, streams)
-    assert alone[0].any()
-    for mine, ours in zip(alone, together, strict=True):
-        assert_array_equal(mine, ours[5:10])
-
-
 @given(st.integers(0, 2**32), st.integers(2, 6))
 def test_without_noise_two_robots_see_each_other_along_one_line(seed, n):
     rng = np.random.default_rng(seed)
@@ -356,39 +345,3 @@ def test_devices_without_spread_and_bias_are_all_alike(fresh):
     deviation, bias = devices([0.05, 0.02], [0.0, 0.0], 0.0, fresh(5))
     assert_array_equal(deviation, np.tile([0.05, 0.02], (5, 1)))
     assert not bias.any()
-
-
-@given(METRES, METRES, SHARES, SHARES)
-def test_to_seek_is_to_ask_for_the_change_to_full_speed_in_that_direction(x, y, vx, vy):
-    assume(math.hypot(x, y) > 1e-3)
-    change = 0.5 * np.array([x, y]) / math.hypot(x, y) - [vx, vy]
-    assume(np.linalg.norm(change) > 1e-6)
-    found = seek(x, y, vx, vy, 0.5)
-    assert_allclose(found, change / np.linalg.norm(change), atol=1e-8)
-    assert math.hypot(*found) == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize(
-    ("x", "y", "vx", "vy", "expected"),
-    [
-        (0.0, 0.0, 0.3, -0.1, (0.0, 0.0)),
-        (2.0, 0.0, 0.5, 0.0, (0.0, 0.0)),
-        (0.0, -7.0, 0.0, 0.0, (0.0, -1.0)),
-        (2.0, 0.0, 0.5, 0.2, (0.0, -1.0)),
-        (3.0, 4.0, 0.0, 0.0, (0.6, 0.8)),
-        (1.0, 0.0, 1.0, 0.0, (-1.0, 0.0)),
-    ],
-)
-def test_seek_in_cases_worked_by_hand(x, y, vx, vy, expected):
-    assert seek(x, y, vx, vy, 0.5) == pytest.approx(expected)
-
-
-@given(METRES, METRES, SHARES, SHARES, ANGLES)
-def test_seek_turns_with_the_frame(x, y, vx, vy, angle):
-    assume(math.hypot(x, y) > 1e-3)
-    change = 0.5 * np.array([x, y]) / math.hypot(x, y) - [vx, vy]
-    assume(np.linalg.norm(change) > 1e-6)
-    c, s = math.cos(angle), math.sin(angle)
-    turn = np.array([[c, -s], [s, c]])
-    turned = seek(*(turn @ [x, y]), *(turn @ [vx, vy]), 0.5)
-    assert_allclose(turned, turn @ seek(x, y, vx, vy, 0.5), atol=1e-8)

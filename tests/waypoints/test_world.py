@@ -99,19 +99,6 @@ def test_a_world_in_a_block_is_the_world_alone(estimator, setting):
     assert corrections > 100
 
 
-@every_estimator
-def test_a_sparse_world_in_a_block_is_the_world_alone_to_the_end(estimator, setting):
-    seeds = [5, 1, 2**64 - 1]
-    block = running(seeds, estimator, setting, scenario="waypoints-10")
-    alone = [running([seed], estimator, setting, scenario="waypoints-10") for seed in seeds]
-    for _ in range(200):
-        block.step()
-        for each in alone:
-            each.step()
-    for world, each in enumerate(alone):
-        assert_same(everything(block, world), everything(each))
-
-
 def sighted(loop, pairs):
     """Show the controller this tick again, but with these pairs alone seeing each other."""
     n, sightings = loop.world.n_robots, loop.world.sightings
@@ -196,12 +183,6 @@ def test_a_block_is_reset_with_one_seed_for_each_world():
     world = world_of("waypoints-05", [0, 1])
     with pytest.raises(ConfigError, match=r"seeds=\[1\].*2"):
         world.reset([1])
-
-
-@pytest.mark.parametrize("seed", [-1, 1.5, "one", None, 2**64])
-def test_a_bad_seed_is_refused_by_name(seed):
-    with pytest.raises(ConfigError, match="seed="):
-        world_of("waypoints-05", [seed])
 
 
 def test_an_episode_is_over_after_its_duration():
