@@ -53,23 +53,3 @@ def test_a_page_that_tells_of_more_runs_than_there_are_is_left_alone(command, tm
     assert (status, stderr.count("lost")) == (2, 1)
     assert "tells of 19 runs, and runs/ladder holds 0" in stderr
     assert (tmp_path / "ladder.md").read_text() == text
-
-
-def test_what_is_missing_is_told(process):
-    code = """
-import sys
-
-class Missing:
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] == "benchmarl":
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-
-sys.meta_path.insert(0, Missing())
-sys.argv = ["swarm-forage", "benchmark", "ladder", "--algorithm=qmix", "--rung=near"]
-import training.cli
-training.cli.main()
-"""
-    run = process(code=code)
-    _, stderr = run.communicate(timeout=300)
-    assert run.returncode == 1
-    assert "this command needs 'benchmarl': pip install 'swarm-forage[torchrl]'" in stderr

@@ -256,30 +256,3 @@ def stopped(process, workers, stop):
     stop(run)  # `start_new_session`: its group is its own
     _, stderr = run.communicate(timeout=60)
     return run, stderr, run.returncode
-
-
-@pytest.mark.parametrize("missing", ["typer", "rich", "scipy", "pyarrow", "joblib", "matplotlib"])
-def test_a_missing_extra_is_named_in_one_line(process, missing):
-    code = f"""
-import sys
-
-class Missing:
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] == {missing!r}:
-            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
-
-sys.meta_path.insert(0, Missing())
-sys.argv = [
-    "swarm-forage", "evaluate", "es1", "nc", "--episodes=1", "--set=task.duration=1",
-    "--physics=kinematic", "--plot=x.png", "--workers=1",
-]
-from training.cli import main
-main()
-"""
-    run = process(code=code)
-    stdout, stderr = run.communicate(timeout=120)
-    assert (run.returncode, stdout) == (1, "")
-    (line,) = [line for line in stderr.splitlines() if "pip install" in line]
-    assert f"'{missing}" in line
-    assert "swarm-forage[evaluate]" in line
-    assert "Traceback" not in stderr

@@ -4,19 +4,32 @@ import pytest
 
 from swarm_forage_env import __main__ as module
 
-WITHOUT_OPTUNA = """
+WITHOUT = """
 import runpy
 import sys
 
 class Missing:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] == "optuna":
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+        if name.partition(".")[0] == {package!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
 
 sys.meta_path.insert(0, Missing())
-runpy.run_module("baselines.papers.search_parameters", run_name="__main__")
+sys.argv = ["swarm-forage", *{arguments}]
+runpy.run_module({module!r}, run_name="__main__")
 """
 
+MISSING = {
+    "typer rich scipy pyarrow joblib matplotlib": (
+        "evaluate", "evaluate es1 nc --episodes=1 --set=task.duration=1 --physics=kinematic"
+        " --plot=x.png --workers=1",
+    ),
+    "pygame imageio_ffmpeg": ("render", "watch es1 nc --set=task.duration=1 --video=x.mp4"),
+    "cmaes": ("train", "train weighting es1"),
+    "safetensors": ("train", "evaluate es1 learned-weighting --episodes=1"),
+    "benchmarl": ("torchrl", "benchmark ladder --algorithm=qmix --rung=near"),
+    "optuna": ("calibrate", "search"),
+}  # fmt: skip
+"""Packages, the extra that brings them, and a command that needs each."""
 
 WITHOUT_FIGURES = """
 import sys
@@ -80,9 +93,17 @@ def test_the_script_for_a_shell_is_printed(process):
     assert "swarm-forage" in stdout
 
 
-def test_a_search_without_optuna_is_told_in_one_line(process):
-    line = "swarm-forage: this command needs 'optuna': pip install 'swarm-forage[calibrate]'\n"
-    assert ended(process(code=WITHOUT_OPTUNA)) == (1, "", line)
+@pytest.mark.parametrize("missing", " ".join(MISSING).split())
+def test_a_missing_package_is_told_in_one_line_with_its_extra(process, missing):
+    extra, command = next(told for names, told in MISSING.items() if missing in names.split())
+    module = "training.cli" if missing != "optuna" else "baselines.papers.search_parameters"
+    code = WITHOUT.format(package=missing, arguments=command.split(), module=module)
+    status, stdout, stderr = ended(process(code=code))
+    assert (status, stdout) == (1, "")
+    (line,) = [line for line in stderr.splitlines() if "pip install" in line]
+    assert line.startswith(f"swarm-forage: this command needs '{missing}")
+    assert line.endswith(f": pip install 'swarm-forage[{extra}]'")
+    assert "Traceback" not in stderr
 
 
 def test_the_list_imports_nothing_that_it_does_not_need(process):

@@ -28,19 +28,6 @@ def test_a_model_is_evaluated_beside_hand_written_controllers(command, model):
     assert json.loads(again) == found
 
 
-def test_its_episodes_can_be_plotted_from_the_dataset(command, model, tmp_path):
-    assert command("evaluate", "es1", model, *SHORT, "--out=kept")[0] == 0
-    status, _, err = command("plot", "boxplot", "kept", "--out=box.png")
-    assert status == 0, err
-    assert (tmp_path / "box.png").is_file()
-
-
-def test_a_model_can_be_watched(command, model, tmp_path):
-    status, _, err = command("watch", "es1", model, "--seconds=2", "--html=watched.html")
-    assert status == 0, err
-    assert (tmp_path / "watched.html").stat().st_size > 0
-
-
 def test_a_model_is_watched_beside_a_hand_written_controller(command, model, tmp_path):
     told = "watch", "es1", "ssgikf", model, "--seconds=2", "--physics=kinematic"
     assert command(*told, "--html=both.html")[0] == 0
@@ -90,7 +77,3 @@ def test_what_is_assumed_of_a_model_without_a_card_is_told_once(command, tmp_pat
     assert len(json.loads(out)) == 4
     (told,) = [line for line in err.splitlines() if "card" in line]
     assert f"swarm-forage: policy bare.zip has no card: assuming learn=motion, {assumed}" in told
-
-
-def test_of_a_model_with_a_card_nothing_is_assumed(command, model):
-    assert "card" not in command("watch", "es1", model, "--seconds=1", "--html=a.html")[2]

@@ -136,22 +136,6 @@ def test_no_ffmpeg_is_told_with_the_way_out(command, monkeypatch, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("missing", ["pygame", "imageio_ffmpeg"])
-def test_a_missing_extra_is_named_in_one_line(process, missing):
-    code = f"""
-import sys
-sys.modules[{missing!r}] = None
-sys.argv = ["swarm-forage", "watch", "es1", "nc", "--set=task.duration=1", "--video=x.mp4"]
-from training.cli import main
-main()
-"""
-    run = process(code=code)
-    _, err = run.communicate(timeout=60)
-    assert run.returncode == 1
-    assert f"this command needs '{missing}': pip install 'swarm-forage[render]'" in err
-    assert "Traceback" not in err
-
-
 def test_half_a_film_is_not_kept(command, monkeypatch, tmp_path):
     from baselines.evaluation import watch
 
