@@ -1,15 +1,27 @@
-"""The named baselines and their parameters."""
+"""The named controllers: their layers, their parameters, old names, and names put together."""
 
+import warnings
+from typing import ClassVar
+
+import numpy as np
 import pytest
 
+import baselines.controllers  # noqa: F401 enters the controllers
 from baselines.controllers import NAMED, OLD_NAMES
+from baselines.estimators.covariance_intersection import CovarianceIntersection
+from baselines.estimators.dead_reckoning import DeadReckoning
+from baselines.estimators.decentralised_ekf import DecentralisedEKF
 from baselines.estimators.social_odometry import SocialOdometryParameters
+from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.motion.subsumption import SubsumptionParameters
+from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.sgiff import SGIFF
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, RenamedWarning, UnknownNameError
-from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.parameters import Part, Share
+from swarm_forage_env.registry import CONTROLLERS, Registry
+from swarm_forage_env.scenarios import find_scenario
 
 STRATEGIES = {
     #         weighting, speaks, double: TR 6.1
@@ -124,3 +136,114 @@ def test_an_unknown_parameter_is_refused_with_the_nearest(name, typo, message):
     with pytest.raises(UnknownNameError) as error:
         CONTROLLERS[name].with_parameters({typo: 1.0})
     assert str(error.value).startswith(message)
+
+
+BOIDS = CONTROLLERS["boids-adaptive"]
+
+
+def test_a_layer_is_chosen_by_its_registered_name():
+    chosen = BOIDS.with_parameters({"estimator": "covariance_intersection"})
+    assert chosen.estimator == CovarianceIntersection()
+    assert (chosen.weighting, chosen.motion) == (BOIDS.weighting, BOIDS.motion)
+    assert CONTROLLERS["ssgikf"].with_parameters({"weighting": "sgiff"}).weighting.beta > 0.0
+
+
+@pytest.mark.parametrize("names", [["estimator", "setting"], ["setting", "estimator"]])
+def test_the_parameters_of_a_chosen_layer_can_be_named_in_any_order(names):
+    values = {"estimator": "dead_reckoning", "setting": "authors"}
+    chosen = BOIDS.with_parameters({name: values[name] for name in names})
+    assert chosen.estimator == DeadReckoning(setting="authors")
+
+
+def test_a_chosen_layer_keeps_the_parameters_that_both_have():
+    authors = BOIDS.with_parameters({"setting": "authors"})
+    assert authors.estimator == DecentralisedEKF(setting="authors")
+    chosen = authors.with_parameters({"estimator": "covariance_intersection"})
+    assert chosen.estimator == CovarianceIntersection(setting="authors")
+
+
+def test_a_name_that_no_part_has_is_refused_with_the_nearest():
+    with pytest.raises(UnknownNameError, match="did you mean 'dead_reckoning'"):
+        BOIDS.with_parameters({"estimator": "dead_reckonning"})
+
+
+def test_a_parameter_that_the_chosen_layer_has_not_is_refused():
+    with pytest.raises(UnknownNameError, match="setting"):
+        BOIDS.with_parameters({"estimator": "social_odometry", "setting": "authors"})
+
+
+def test_who_reckons_alone_tells_nothing_to_weigh():
+    assert BOIDS.talks
+    assert not BOIDS.with_parameters({"estimator": "dead_reckoning"}).talks
+
+
+@pytest.mark.parametrize("name", ["boids-goal", "boids-static", "boids-adaptive"])
+def test_boids_run_on_both_tasks_and_subsumption_forages(name):
+    waypoints, foraging = find_scenario("waypoints-05"), find_scenario("es1")
+    assert CONTROLLERS[name].supports(waypoints)
+    assert CONTROLLERS[name].supports(foraging)
+    assert CONTROLLERS["subsumption"].supports(foraging)
+    with pytest.raises(ConfigError, match="its motion is not made for the task waypoints"):
+        CONTROLLERS["subsumption"].check_supports(waypoints)
+
+
+def test_social_odometry_is_refused_where_robots_visit_waypoints():
+    chosen = BOIDS.with_parameters({"estimator": "social_odometry"})
+    with pytest.raises(ConfigError, match="its estimator is not made for the task waypoints"):
+        chosen.check_supports(find_scenario("waypoints-05"))
+
+
+class MyRule(Part):
+    """A rule from outside: always the same share."""
+
+    heard_p_share: ClassVar[float] = 1.0
+    share: Share = 0.25
+
+    def __call__(self, exchange):
+        return np.full(exchange.own_p.shape, self.share, np.float32)
+
+
+@pytest.fixture
+def my_rule(monkeypatch):
+    """A weighting rule that somebody else has registered."""
+    monkeypatch.setattr(WEIGHTING_RULES, "_parts", dict(WEIGHTING_RULES._parts))
+    WEIGHTING_RULES.register("my_rule")(MyRule)
+
+
+def test_an_old_name_is_told_of_once():
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("default")
+        for _ in range(3):
+            find_controller("dsgiff-wary")
+    assert len(told) == 1
+
+
+def test_a_registry_without_old_names_and_compositions_knows_none():
+    registry = Registry("thing")
+    registry.register("new")("a thing")
+    assert "old" not in registry
+    assert "new+new" not in registry
+    with pytest.raises(UnknownNameError, match=r"no thing named 'new\+new'"):
+        _ = registry["new+new"]
+
+
+def test_a_composition_of_a_rule_from_outside_is_a_configuration(my_rule):
+    text = "social_odometry+my_rule+subsumption:share=0.5"
+    controller = find_controller(text)
+    configuration = ExperimentConfig(text, find_scenario("es1"), controller)
+    assert configuration.parameters == '{"weighting.share": 0.5}'
+    other = find_controller("social_odometry+my_rule+subsumption")
+    assert ExperimentConfig(text, find_scenario("es1"), other).key != configuration.key
+
+
+def test_evaluate_runs_a_rule_from_outside(my_rule, monkeypatch, tmp_path, capsys):
+    from baselines.cli import run
+
+    monkeypatch.chdir(tmp_path)
+    arguments = "--episodes=2", "--set=task.duration=120", "--physics=kinematic", "--workers=1"
+    texts = "social_odometry+my_rule+subsumption", "social_odometry+my_rule+subsumption:share=0.9"
+    assert run(["evaluate", "es1", *texts, *arguments, "--format=csv"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split(",")[1] for line in lines[1:]] == [texts[0]] * 2 + [texts[1]] * 2
+    one, other = (line.split(",")[6:12] for line in (lines[1], lines[3]))
+    assert one != other, "the rule is asked, and its parameter counts"

@@ -1,21 +1,22 @@
-"""Policies of every layer and form go through every command, in every scenario of every task."""
+"""Policies of every layer and form go through the commands as any controller does."""
 
 import json
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from stable_baselines3 import PPO
 
 import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.controllers import find_controllers
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from tests.beliefs import localisation_error
 from training.policy_controller import policy_controller
+from training.vec_env import SwarmVecEnv
 
 MODULE = """
 import numpy as np
@@ -56,7 +57,11 @@ def refuse(constant):
     raise AssertionError(f"{constant} in JSON")
 
 
-@pytest.mark.parametrize("name", sorted(SCENARIOS))
+@pytest.mark.parametrize(
+    "name",
+    ["es1", "real", "ants2008", "near", "mg1-hexagon", "two-prey", "two-nests", "moving-prey",
+     "waypoints-05", "waypoints-05-authors"],
+)  # fmt: skip
 def test_every_policy_goes_through_every_command(command, tmp_path, name):
     (tmp_path / "policies.py").write_text(MODULE)
     scenario = find_scenario(name)
@@ -111,3 +116,75 @@ def test_robots_without_layers_have_nothing_to_show_them(name):
     for part in ("exchange", "situation"):
         with pytest.raises(ConfigError, match="no robot here has layers"):
             getattr(loop, part)
+
+
+SHORT = "--set=task.duration=30", "--episodes=2", "--physics=kinematic", "--workers=1"
+
+
+@pytest.fixture
+def model(tmp_path):
+    """The file of an untrained model."""
+    env = SwarmVecEnv("es1", n_worlds=1, decision_period=5, physics="kinematic")
+    PPO("MlpPolicy", env, seed=0, device="cpu").save(tmp_path / "model.zip")
+    return "sb3:model.zip"
+
+
+def test_a_model_is_evaluated_beside_hand_written_controllers(command, model):
+    arguments = ("evaluate", "es1", "nc", model, *SHORT, "--format=json")
+    status, out, err = command(*arguments)
+    assert status == 0, err
+    found = json.loads(out)
+    assert [each["controller"] for each in found] == ["nc", "nc", model, model]
+    _, again, _ = command(*arguments)
+    assert json.loads(again) == found
+
+
+def test_a_model_is_watched_beside_a_hand_written_controller(command, model, tmp_path):
+    told = "watch", "es1", "ssgikf", model, "--seconds=2", "--physics=kinematic"
+    assert command(*told, "--html=both.html")[0] == 0
+    page = (tmp_path / "both.html").read_text(encoding="utf-8")
+    assert "<h1>es1 · ssgikf and sb3:model.zip · seed 0</h1>" in page
+
+
+def test_a_model_of_waypoints_is_watched(command, tmp_path):
+    env = SwarmVecEnv("waypoints-05", n_worlds=1)
+    PPO("MlpPolicy", env, seed=0, device="cpu").save(tmp_path / "waypoints.zip")
+    named = "watch", "waypoints-05", "sb3:waypoints.zip", "--seconds=5"
+    status, _, err = command(*named, "--frame=a.png", "--html=a.html")
+    assert status == 0, err
+
+
+def test_the_keywords_of_a_model_are_listed(command, model):
+    status, out, _ = command("list", model)
+    assert status == 0
+    assert "policy.decision_period" in out
+    assert "sb3:FILE,name=value" in out
+    assert "torchscript:FILE" in command("list")[1]
+
+
+def test_a_model_that_does_not_fit_is_refused_before_anything_runs(command, model, tmp_path):
+    status, _, err = command("evaluate", "waypoints-05", model)
+    assert status != 0
+    assert "does not run on 'waypoints-05'" in err
+    assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("said", "assumed"),
+    [("", "residual=false, action=drive, sharpest_turn=0.3, discrete=false, observation=layer,"
+          " normalise=true, stack=1, decision_period=10, controller=ssgikf;"),
+     (",decision_period=3,action=wheels,controller=ssgiff", "residual=false, action=wheels,"
+      " sharpest_turn=0.3, discrete=false, observation=layer, normalise=true, stack=1,"
+      " decision_period=3, controller=ssgiff;")],
+)  # fmt: skip
+def test_what_is_assumed_of_a_model_without_a_card_is_told_once(command, tmp_path, said, assumed):
+    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic")
+    made = PPO("MlpPolicy", env, seed=0, device="cpu")
+    del made.observation_space.policy_card
+    made.save(tmp_path / "bare.zip")
+    name = f"sb3:bare.zip{said}"
+    status, out, err = command("evaluate", "es1", "nc", name, *SHORT, "--format=json")
+    assert status == 0, err
+    assert len(json.loads(out)) == 4
+    (told,) = [line for line in err.splitlines() if "card" in line]
+    assert f"swarm-forage: policy bare.zip has no card: assuming learn=motion, {assumed}" in told

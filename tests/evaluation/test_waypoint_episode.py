@@ -21,7 +21,6 @@ from swarm_forage_env.task import task_of
 from swarm_forage_env.waypoints.episode import (
     WAYPOINT_EPISODE,
     WaypointEpisode,
-    WaypointErrorMeter,
 )
 
 METRICS = {
@@ -64,13 +63,6 @@ def waypoint_episode():
         success_rate=0.6,
         wall_s=1.5,
     )
-
-
-def test_an_episode_says_what_it_is_of():
-    (episode,) = run(configuration_of("boids-static", duration=20.2), [7])
-    assert (episode.scenario, episode.controller) == ("waypoints-10", "boids-static")
-    assert (episode.seed, episode.physics, episode.n_robots) == (7, "kinematic", 10)
-    assert episode.duration_s == 20.0
 
 
 def test_without_a_claim_there_is_no_rate_of_success():
@@ -117,20 +109,6 @@ def test_claims_of_the_last_tick_count():
     claims = sum(each.goals_per_robot + each.false_goals_per_robot for each in episodes)
     assert last > 0
     assert 50 * claims == pytest.approx(before + last)
-
-
-def test_a_meter_adds_up_each_world_for_itself():
-    loop = Loop(find_scenario("waypoints-05"), find_layered_controller("boids-goal"), [0, 1])
-    minds = loop.controller.minds["estimator"]
-    minds["belief"]["pose"] = loop.world.robots["pose"]
-    minds["belief"]["pose"][1, :2, 0] += [0.3, -0.6]
-    minds["covariance_norm"][0], minds["covariance_norm"][1] = 3.0, 0.5
-    meter = WaypointErrorMeter(2)
-    meter.sample(loop)
-    meter.sample(loop)
-    np.testing.assert_allclose(meter.norms, [30.0, 5.0], atol=1e-9)
-    np.testing.assert_allclose(meter.errors, [0.0, 1.8], atol=1e-9)
-    np.testing.assert_allclose(meter.largest, [0.0, 0.6])
 
 
 def test_an_episode_is_found_as_it_was_kept(dataset, waypoint_episode):

@@ -10,10 +10,9 @@ from baselines.evaluation.backends import JoblibBackend
 from baselines.weighting.rows import RowWeighting
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from tests.outside import exchanges
-from training.candidate_rollouts import CandidateRollouts, CandidateWeighting
+from training.candidate_rollouts import CandidateRollouts
 from training.learned_weighting import (
     HIDDEN,
     LearnedWeighting,
@@ -73,22 +72,6 @@ def test_extreme_encounters_give_shares():
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 60.0}
 SCENARIOS = {name: find_scenario(name, BUSY) for name in ("es1", "real")}
 SEEDS = 10_000, 10_001
-
-
-def test_each_world_is_weighed_by_its_own_network():
-    networks = 3.0 * random_networks(3)
-    controllers = [
-        dataclasses.replace(find_controller("dsgiff"), weighting=CandidateWeighting(each))
-        for each in networks
-    ]
-    together = Loop(SCENARIOS["es1"], controllers, [5, 5, 5], "kinematic")
-    apart = [Loop(SCENARIOS["es1"], each, [5], "kinematic") for each in controllers]
-    for _ in range(SCENARIOS["es1"].n_ticks):
-        for loop in (together, *apart):
-            loop.step()
-    poses = np.stack([loop.world.robots["pose"][0] for loop in apart])
-    np.testing.assert_array_equal(together.world.robots["pose"], poses)
-    assert (poses[0] != poses[1]).any()
 
 
 def trips_of(networks, seeds, workers=1):

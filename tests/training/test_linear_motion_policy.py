@@ -8,7 +8,6 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Heard, Readings, Situation
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
@@ -121,11 +120,6 @@ def test_a_linear_policy_in_a_file_runs_as_a_learned_motion(kept):
         named.step()
         loop.step()
     assert_array_equal(named.world.state.pose, loop.world.state.pose)
-
-
-def test_a_linear_policy_that_lacks_an_array_is_refused(kept):
-    with pytest.raises(ConfigError, match=r"array 'motion\.walk\.weight' is missing"):
-        find_controller(f"learned-motion:policy={kept('steer.weight')}")
 
 
 ES1 = find_scenario("es1")

@@ -201,40 +201,15 @@ def test_numbers_are_clipped_to_their_bounds_and_nothing_else_is(kind, given, pa
     assert asked == [passed]
 
 
-def test_an_action_that_is_refused_is_told_with_its_policy():
-    def refuse(found):
-        raise ConfigError("drive.speed=nan")
-
-    rows = SimpleNamespace(rows=refuse)
-    form = SimpleNamespace(actions=lambda robots: rows, action_space=SPACES["choices"])
-    with pytest.raises(ConfigError, match=r"^policy x.zip: drive.speed=nan$"):
-        usable_rows(form, range(2), "x.zip")([1])
-
-
 ONE, TWO = ("speed", "m/s"), ("turn", "rad")
 
 
 @pytest.mark.parametrize(
     ("trained", "here", "told"),
-    [
-        (
-            [ONE, TWO],
-            [ONE],
-            "number 1 of its observations was turn [rad] in training and is nothing",
-        ),
-        (
-            [ONE],
-            [ONE, TWO],
-            "number 1 of its observations was nothing in training and is turn [rad]",
-        ),
-        (
-            [TWO, TWO],
-            [ONE, ONE],
-            "number 0 of its observations was turn [rad] in training and is sp",
-        ),
-        ([], [ONE], "number 0 of its observations was nothing in training and is speed [m/s] here"),
-    ],
-)
+    [([ONE, TWO], [ONE], "number 1 of its observations was turn [rad] in training and is nothing"),
+     ([], [ONE], "number 0 of its observations was nothing in training and is speed [m/s] here"),
+     ([TWO, TWO], [ONE, ONE], "number 0 of its observations was turn [rad] in training and is sp")],
+)  # fmt: skip
 def test_the_first_number_that_was_another_in_training_is_told(trained, here, told):
     _check_observes(SimpleNamespace(source="x"), here, here)
     with pytest.raises(ConfigError) as refusal:

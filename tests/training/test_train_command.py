@@ -11,7 +11,6 @@ from training import cma_es, dagger, ppo, train_command, training_loop
 from training.experiment import (
     Experiment,
     step_seed,
-    versions,
     worlds_per_scenario,
 )
 from training.policy_file import CurvePoint, Interval
@@ -152,11 +151,6 @@ def test_every_step_has_a_seed_of_its_own_that_never_changes():
     found = {(seed, step): step_seed(seed, step) for seed in range(4) for step in range(4)}
     assert len(set(found.values())) == 16
     assert (found[0, 0], found[1, 2]) == (2968811710, 1596810411)
-
-
-def test_a_policy_tells_the_versions_that_it_depends_on():
-    assert list(versions("torch")) == ["swarm-forage", "numpy", "numba", "pymunk", "safetensors",
-                                       "torch"]  # fmt: skip
 
 
 class Counted:

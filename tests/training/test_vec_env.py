@@ -185,14 +185,6 @@ def test_an_action_out_of_bounds_is_refused_with_its_robot_and_slot(value):
     assert_array_equal(env.step(some(env))[0], other.step(some(other))[0])
 
 
-@pytest.mark.parametrize("value", [-1, 5, 0.5])
-def test_a_choice_that_there_is_not_is_refused(value):
-    env = make(discrete=True)
-    env.reset()
-    with pytest.raises(ConfigError, match="must be a whole number from 0 to 4"):
-        env.step(np.full(8, value))
-
-
 def test_actions_of_another_shape_are_refused():
     env = make()
     with pytest.raises(ConfigError, match=r"shape \(3,\): must be \(2,\), for drive.speed"):

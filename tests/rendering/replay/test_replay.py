@@ -98,11 +98,6 @@ def test_a_file_is_replaced_as_a_whole(replay, tmp_path):
     assert list(tmp_path.iterdir()) == [file]
 
 
-def test_the_folder_of_a_file_is_made(replay, tmp_path):
-    replay.write(tmp_path / "missing" / "x.html")
-    assert (tmp_path / "missing" / "x.html").read_text(encoding="utf-8") == replay.page()
-
-
 @pytest.mark.parametrize("name", ["file/x.html", "folder"])
 def test_a_file_that_cannot_be_written_is_refused_in_one_line(replay, tmp_path, name):
     (tmp_path / "file").write_text("")
