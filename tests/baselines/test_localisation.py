@@ -779,24 +779,3 @@ def test_without_noise_dead_reckoning_is_the_motion(setting):
         assert np.abs(np.angle(np.exp(1j * off[:, 2]))).max() < 1e-3
     assert state.right.sum() > 10
     assert state.wrong.sum() <= 1
-
-
-def test_an_estimator_takes_in_a_tick_as_its_kernels_say():
-    scenario = find_scenario("waypoints-25")
-    loop = Loop(scenario, CONTROLLERS["boids-adaptive"], [3])
-    minds = rows(loop.controller.minds["estimator"])
-    found = {"pose": minds.belief.pose, "P": minds.belief.P, "factors": loop.controller.shared[0]}
-    for _ in range(40):
-        s = stores(25)
-        for name, array in found.items():
-            s[name][:] = array
-        s["crowd"].exchange.weight[:] = 1.0
-        correct_by_sight(s["crowd"], s["factors"], loop.world.sightings[0], s["numbers"])
-        loop.step()
-        readings = loop.world.state.readings
-        moved(s, readings.motion)
-        privately(s, readings.at_home, readings.home_fix, scenario.sensors.home_noise**2)
-        for name, array in found.items():
-            assert_array_equal(array, s[name], name)
-        assert_array_equal(minds.belief.velocity, s["crowd"].belief.velocity)
-    assert np.abs(s["factors"]).max() > 0.0

@@ -66,16 +66,6 @@ class Constant:
         return np.tile(np.array(self.wheels, np.float32), (len(situation.goal), 1))
 
 
-class Replayed(Constant):
-    """A motion that commands the wheels it is handed, one after another."""
-
-    def __init__(self, wheels):
-        self._wheels = wheels
-
-    def __call__(self, *seen):
-        return next(self._wheels)
-
-
 def assert_same(one, other):
     """Assert that all robots are in the same place and believe and tell the same."""
     np.testing.assert_array_equal(one.world.robots["pose"], other.world.robots["pose"])
@@ -156,19 +146,6 @@ def test_a_motion_from_outside_is_handed_to_the_wheels_as_it_is(physics):
     assert motion.resets == [(0, 4), (1, 5)]
     loop.reset([6, 7])
     assert motion.resets[2:] == [(0, 6), (1, 7)]
-
-
-@pytest.mark.parametrize("physics", ENGINES)
-def test_a_motion_that_repeats_subsumption_repeats_the_run(physics):
-    built_in, wheels = Loop(busy(), CONTROLLERS["dsgikf"], [0, 1], physics), []
-    for _ in range(TICKS):
-        built_in.step()
-        wheels.append(built_in.world.state.command.wheels.copy())
-    controller = replace(CONTROLLERS["dsgikf"], motion=Replayed(iter(wheels)))
-    loop = Loop(busy(), controller, [0, 1], physics)
-    for _ in range(TICKS):
-        loop.step()
-    assert_same(loop, built_in)
 
 
 def test_a_learner_goes_before_a_rule_and_the_rule_acts_for_the_others():

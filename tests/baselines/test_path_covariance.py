@@ -15,7 +15,6 @@ from baselines.estimators.path_covariance import (
     spectral_norm,
 )
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
 from swarm_forage_env.record import rows
 
 AXLE = 0.053
@@ -63,30 +62,14 @@ def test_a_step_is_that_of_the_matrices_of_the_paper(drho, zeta):
     assert_allclose(matrix(found), A @ before @ A.T + W @ q @ W.T, rtol=1e-12, atol=1e-15)
 
 
-def test_the_covariance_is_that_of_many_noisy_walks(grow):
-    ticks, walks, error = 60, 4000, 1e-4
-    rng = np.random.default_rng(2)
-    right, left = np.full(ticks, 0.004), np.full(ticks, 0.0039)
-    k = error**2 / 3.0 / 0.00395
-    odometry = np.array([wheels_to_arc(*u, AXLE) for u in zip(left, right, strict=True)])
-    belief = nobody()
-    for step in odometry:
-        belief.pose[:] = advance(*belief.pose, *step)
-        grow(belief, step, k)
-    found = matrix(belief.moments[0])
-    ends = np.zeros((walks, 3))
-    for walk in range(walks):
-        noise = rng.uniform(-error, error, size=(ticks, 2))
-        pose = (0.0, 0.0, 0.0)
-        for step in range(ticks):
-            arc = wheels_to_arc(left[step] + noise[step, 0], right[step] + noise[step, 1], AXLE)
-            pose = advance(*pose, *arc)
-        ends[walk] = pose
-    scale = np.sqrt(np.diag(found))
-    sampled = np.cov(ends.T) / np.outer(scale, scale)
-    assert_allclose(found / np.outer(scale, scale), sampled, atol=0.1)
-    worst = math.sqrt(np.linalg.eigvalsh(np.cov(ends.T)[:2, :2])[1])
-    assert belief.p[0] == pytest.approx(worst, 0.05)
+def test_p_is_the_deviation_along_the_worst_axis_and_noise_grows_with_the_path(grow):
+    k, belief, expected = 1e-4, nobody(), np.zeros(6)
+    belief.pose[2] = 0.3
+    grow(belief, (0.01, 0.3), k)
+    left, right = 0.01 - 0.15 * AXLE, 0.01 + 0.15 * AXLE
+    add_noise(expected, 0.01, 0.15, k * abs(right), k * abs(left), AXLE)
+    assert belief.p[0] == pytest.approx(math.sqrt(spectral_norm(*belief.moments[0, :3])))
+    assert_allclose(belief.moments[0], expected, rtol=1e-5)
 
 
 def test_the_error_constant_matches_the_encoders_at_the_cruise_speed():

@@ -130,11 +130,6 @@ def test_csv_holds_the_same_episodes_and_they_are_not_run_again(command):
     assert [float(line["wall_s"]) for line in lines] == [each["wall_s"] for each in episodes]
 
 
-def test_the_data_go_to_a_folder_named_after_the_scenario(command, tmp_path):
-    command("evaluate", "es1", "nc", "--episodes=2", *SHORT)
-    assert len(pq.read_table(tmp_path / "runs" / "es1")) == 2
-
-
 def test_the_table_compares_with_the_first_controller_and_the_plot_is_drawn(command, tmp_path):
     status, stdout, stderr = command(
         "evaluate", "es1", "nc", "ssgikf", "--episodes=3", "--plot=figures/trips.svg", *SHORT

@@ -134,17 +134,6 @@ def test_in_a_corner_each_sensor_sees_the_nearer_wall():
     assert distance[6] == pytest.approx(0.045 / math.cos(math.radians(50.0)) - RADIUS)
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "direction"),
-    [(0.8, 0.1, 0.0), (0.2, 0.55, math.pi / 2), (-0.8, 0.1, math.pi), (0.2, -0.55, -math.pi / 2)],
-)
-def test_a_ray_along_an_axis_meets_the_wall_it_faces(x, y, direction):
-    gap = (0.5 * ARENA - np.abs([x, y])).min() - RADIUS
-    assert ray_at(x, y, direction) == pytest.approx(gap)
-    assert ray_at(x, y, direction + math.pi) == math.inf
-    assert ray_at(x, y, direction + math.pi / 2) == math.inf
-
-
 @pytest.mark.parametrize("direction", [0.3, 1.2, 2.0, 2.9, -0.3, -1.2, -2.0, -2.9])
 @pytest.mark.parametrize("beyond", [-0.001, 0.04])
 def test_a_wall_is_as_far_as_it_is_drawn_on_paper(direction, beyond):

@@ -45,12 +45,6 @@ def test_a_file_is_where_readers_of_hive_partitions_look(dataset, configuration,
     assert inside.name == f"{configuration.key}-seed00000003.parquet"
 
 
-def test_the_largest_seed_is_kept(dataset, configuration, episode):
-    largest = replace(episode, seed=2**64 - 1)
-    dataset.keep(configuration, [largest])
-    assert dataset.find(configuration, 2**64 - 1) == largest
-
-
 def test_a_name_cannot_lead_out_of_the_folder(dataset, episode):
     controller = find_layered_controller("nc")
     configuration = ExperimentConfig("nc", Scenario(name="../../a=b/ä"), controller)

@@ -29,12 +29,6 @@ def episodes(seeds=(0, 1), controller="ssgikf", **faults):
     return run_episodes(scenario, find_controller(controller), seeds, "kinematic")
 
 
-def test_a_scenario_without_faults_has_no_metrics_of_sound_robots():
-    for episode in episodes():
-        assert all(getattr(episode, name) is None for name in SOUND)
-        assert episode.localisation_error_sound_m is None
-
-
 def test_the_sound_robots_are_those_without_a_fault():
     found = episodes(faults__liar__robots=(0, 4), faults__deaf__robots=(4,))
     loop = Loop(

@@ -65,12 +65,6 @@ def test_the_table_shows_means_with_intervals_and_the_comparison(episodes):
     assert "0.029" in text, "2 of 70 rankings"
 
 
-def test_a_single_episode_has_no_interval(episodes):
-    text = shown(episodes("nc", [10]) + episodes("ssgikf", [30]))
-    assert "n/a" in text
-    assert "nan" not in text.lower()
-
-
 @pytest.mark.parametrize("trips", [[0, 0, 0], [5, 5, 5]])
 def test_equal_values_have_no_interval(episodes, trips):
     text = shown(episodes("nc", trips) + episodes("ssgikf", trips))
@@ -84,15 +78,6 @@ def test_a_mean_over_part_of_the_episodes_says_over_how_many(episodes):
         for k, each in enumerate(episodes("nc", [3, 4, 5]))
     ]
     assert "n = 3" in shown(some)
-
-
-def test_eighty_columns_hold_the_table(episodes):
-    long = "ssgiff:beta=0.02,refractory=30,overshoot=0.1"
-    text = shown(episodes("nc", [100, 120, 140]) + episodes(long, [300, 320, 310]))
-    assert "…" not in text
-    assert "beta=0.02," in text
-    for heading in ("recruit-", "on path", "messages", "error [cm]"):
-        assert heading in text
 
 
 LONG = "ssgikf-sceptical:agreement=0.4,slack=0.5"

@@ -3,7 +3,7 @@
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.wrappers import RescaleObservation, TimeAwareObservation
+from gymnasium.wrappers import RescaleObservation
 from pettingzoo.test import api_test, parallel_api_test
 
 from swarm_forage_env import env, parallel_env
@@ -65,12 +65,3 @@ def test_what_gymnasium_rescales_by_bounds_still_differs():
     seen += [scaled.step(np.float32([1.0, np.sin(step / 9.0)]))[0] for step in range(150)]
     spread = np.array(seen).std(axis=0)
     assert (spread > 1e-3).sum() > 15
-
-
-def test_gymnasium_tells_the_time():
-    made = TimeAwareObservation(gym.make("SwarmForage/ES1-v1", **FEW), normalize_time=True)
-    made.reset(seed=0)
-    for step in range(1, 21):
-        seen, _, _, truncated, _ = made.step(made.action_space.sample())
-        assert seen[-1] == pytest.approx(step / 20)
-        assert truncated == (step == 20)

@@ -8,12 +8,11 @@ import pytest
 import torch
 
 from baselines.evaluation.episode import run_episodes
-from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from training import dagger
-from training.actor_critic import ReputationActor, WeightingActor
+from training.actor_critic import ReputationActor
 from training.candidate_rollouts import CandidateWeighting
 from training.dagger import HIDDEN, DAggerTraining, train
 from training.exchanges import (
@@ -25,10 +24,8 @@ from training.exchanges import (
     squared_error,
 )
 from training.learned_weighting import (
-    LearnedWeighting,
     flatten,
     network_of,
-    network_weighting,
     weighting_network_shapes,
 )
 from training.policy_file import load_policy, observation_layout
@@ -114,15 +111,6 @@ def test_the_errors_noted_are_as_far_apart_as_the_places(exchanges):
     assert np.linalg.norm(exchanges.own_error, axis=1).max() < SCENARIO.arena.length
 
 
-def test_believing_nobody_gains_nothing_and_the_truth_gains_more(exchanges):
-    gain, actor = exchanges.gain("es1"), WeightingActor(LAYOUT, HIDDEN)
-    with torch.no_grad():
-        actor.arrays["output.bias"].fill_(-1e6)
-        assert exchanges.share(actor, gain) == pytest.approx(0.0, abs=1e-6)
-        actor.arrays["output.bias"].fill_(1e6)  # believe everybody
-        assert exchanges.share(actor, gain) < 0.9
-
-
 def test_a_fit_finds_out_who_is_right(imitating):
     # the heard place is right if it was reached lately, and else the own one is
     rng, rows = np.random.default_rng(0), 4000
@@ -168,22 +156,6 @@ def test_a_fit_goes_on_from_a_learned_weighting(imitating, name, policy_file):
     actor = DAggerTraining(mine)._actor
     shapes = weighting_network_shapes(actor.sizes)
     np.testing.assert_array_equal(flatten(actor.to_numpy(), shapes), network_of(policy))
-
-
-def test_the_network_in_training_is_the_one_that_runs(imitating, exchanges, monkeypatch):
-    monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
-    policy = train(imitating(budget=1), silent)
-    actor = WeightingActor(LAYOUT, HIDDEN)
-    arrays = policy.weights_of("weighting", weighting_network_shapes(actor.sizes))
-    actor.load_state_dict({name: torch.from_numpy(array) for name, array in arrays.items()})
-    seen = LAYOUT.records(exchanges.observed)["exchange"]
-    with torch.no_grad():
-        g, _ = actor(torch.from_numpy(exchanges.observed))
-    rule = RowWeighting(LearnedWeighting(policy=str(policy.source)).layer(SCENARIO))
-    met = seen.own_known * seen.heard_known > 0
-    np.testing.assert_allclose(np.where(met, rule(seen), 0.0), g.numpy(), atol=1e-5)
-    numbers = flatten(actor.to_numpy(), weighting_network_shapes(actor.sizes))
-    np.testing.assert_array_equal(RowWeighting(network_weighting(numbers))(seen), rule(seen))
 
 
 AMONG_LIARS = "reputation_odometry+sgikf+subsumption:weighs_unknown=true,pause=5"

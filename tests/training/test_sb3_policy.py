@@ -128,13 +128,6 @@ def test_a_class_that_is_not_known_is_not_guessed(tmp_path, told):
         use(tmp_path / "m.zip")
 
 
-def test_keywords_that_the_class_does_not_take_are_refused(tmp_path):
-    saved(tmp_path / "m.zip")
-    changed_data(tmp_path / "m.zip", policy_kwargs={"nonsense": 3})
-    with pytest.raises(ConfigError, match=r"cannot be made here: .*nonsense"):
-        use(tmp_path / "m.zip")
-
-
 def test_a_model_that_explores_by_its_state_is_one_as_a_controller_too(tmp_path):
     made = saved(tmp_path / "m.zip", use_sde=True)
     controller = find_controller(f"sb3:{tmp_path / 'm.zip'}")
