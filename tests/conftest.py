@@ -112,6 +112,24 @@ def believable():
 
 
 @pytest.fixture
+def command(capsys, monkeypatch, tmp_path):
+    """Run a command in an empty folder: its exit status, stdout and stderr."""
+    from baselines.cli import run
+    from swarm_forage_env import compiler
+
+    monkeypatch.setattr(compiler, "announce", lambda: None)  # on stderr, of a cold cache
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+
+    def call(*arguments):
+        capsys.readouterr()
+        status = run([str(argument) for argument in arguments])
+        return (status, *capsys.readouterr())
+
+    return call
+
+
+@pytest.fixture
 def full_disk():
     """A context in which no file grows beyond so many bytes, as on a disk that is full.
 

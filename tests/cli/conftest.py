@@ -11,24 +11,6 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture
-def command(capsys, monkeypatch, tmp_path):
-    """Run a command in an empty folder: its exit status, stdout and stderr."""
-    from baselines.cli import run
-    from swarm_forage_env import compiler
-
-    monkeypatch.setattr(compiler, "announce", lambda: None)  # on stderr, of a cold cache
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "80")
-
-    def call(*arguments):
-        capsys.readouterr()
-        status = run([str(argument) for argument in arguments])
-        return (status, *capsys.readouterr())
-
-    return call
-
-
-@pytest.fixture
 def process(tmp_path):
     """Start a command as a process of its own in an empty folder."""
     started = []

@@ -50,29 +50,14 @@ def bucket(server, monkeypatch):
     store.rm("swarm", recursive=True)
 
 
-@pytest.fixture
-def run(capsys, monkeypatch, tmp_path):
-    from baselines.cli import run
-    from swarm_forage_env import compiler
-
-    monkeypatch.setattr(compiler, "announce", lambda: None)
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments):
-        capsys.readouterr()
-        return (run([*arguments]), *capsys.readouterr())
-
-    return call
-
-
-def test_a_store_keeps_what_a_folder_keeps_and_runs_nothing_twice(run):
-    status, local, _ = run(*SHORT, "--episodes=4", "--workers=1", "--out=out")
+def test_a_store_keeps_what_a_folder_keeps_and_runs_nothing_twice(command):
+    status, local, _ = command(*SHORT, "--episodes=4", "--workers=1", "--out=out")
     assert status == 0
     address = "--out=memory://swarm/x"
-    status, told, said = run(*SHORT, "--episodes=4", "--workers=2", address)
+    status, told, said = command(*SHORT, "--episodes=4", "--workers=2", address)
     assert (status, episodes(told)) == (0, episodes(local))
     assert "0 of 4 episodes found in memory://swarm/x, 4 to run" in said
-    status, again, said = run(*SHORT, "--episodes=4", "--workers=1", address)
+    status, again, said = command(*SHORT, "--episodes=4", "--workers=1", address)
     assert (status, again) == (0, told)
     assert "4 of 4 episodes found" in said
     names = fsspec.filesystem("memory").find("/swarm/x")
@@ -82,18 +67,18 @@ def test_a_store_keeps_what_a_folder_keeps_and_runs_nothing_twice(run):
     assert not list(Path().glob("memory*"))
 
 
-def test_a_damaged_object_is_set_aside_and_one_that_is_gone_is_told(run, monkeypatch):
+def test_a_damaged_object_is_set_aside_and_one_that_is_gone_is_told(command, monkeypatch):
     store = fsspec.filesystem("memory")
     one = (*SHORT, "--episodes=2", "--workers=1", "--out=memory://swarm/y")
-    told = run(*one)[1]
+    told = command(*one)[1]
     (name, _) = sorted(store.find("/swarm/y"))
     store.pipe_file(name, store.cat_file(name)[:-100])
-    status, again, said = run(*one)
+    status, again, said = command(*one)
     assert (status, episodes(again)) == (0, episodes(told))
     assert "1 of 2 episodes found" in said
     assert sum(each.endswith(".damaged") for each in store.find("/swarm/y")) == 1
     monkeypatch.setattr(type(store), "find", lambda *_, **__: {})
-    status, _, said = run(*one)
+    status, _, said = command(*one)
     assert status == 1
     assert "memory://swarm/y: 2 of 2 episodes are not there any more" in said.splitlines()[-1]
 
@@ -106,14 +91,14 @@ def test_a_damaged_object_is_set_aside_and_one_that_is_gone_is_told(run, monkeyp
         (("--out=s3://nowhere/x",), "--out s3://nowhere/x: cannot be written ("),
     ],
 )
-def test_what_cannot_be_written_is_refused_in_one_line(run, bucket, options, complaint):
-    status, stdout, said = run(*SHORT, *options)
+def test_what_cannot_be_written_is_refused_in_one_line(command, bucket, options, complaint):
+    status, stdout, said = command(*SHORT, *options)
     assert (status, stdout, said.count("\n")) == (2, "", 1)
     assert complaint in said
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="process groups")
-def test_a_run_that_is_killed_goes_on_from_what_a_store_holds(run, bucket, tmp_path):
+def test_a_run_that_is_killed_goes_on_from_what_a_store_holds(command, bucket, tmp_path):
     many = (*SHORT[:-1], "--set=task.duration=300", "--episodes=40", "--workers=2")
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     environment.pop("SWARM_CHECK_SHAPES", None)

@@ -131,34 +131,32 @@ def called(monkeypatch):
     return found
 
 
-def test_a_command_without_options_runs_what_the_help_promises(called, capsys):
-    from baselines.cli import run
-
-    assert run(["reproduce", "ants2008"]) == 0
+def test_a_command_without_options_runs_what_the_help_promises(called, command):
+    status, stdout, _ = command("reproduce", "ants2008")
+    assert status == 0
     (options, out), backend, written, checked = called
     assert options == ReproduceOptions("ants2008", None, 0, None, [])
     assert out is None
     assert backend == (BackendName.JOBLIB, 2, 1, None)
     assert written == (FOUND, None, "screen")
     assert checked == "the plan"
-    assert "1 of 1 claims reproduced" in capsys.readouterr().out
+    assert "1 of 1 claims reproduced" in stdout
 
 
 @pytest.mark.parametrize(
     ("options", "episodes"), [(["--quick"], 6), (["--quick", "--episodes=2"], 2), ([], None)]
 )
-def test_quick_is_six_replications_unless_another_number_is_asked_for(called, options, episodes):
-    from baselines.cli import run
-
-    assert run(["reproduce", "ants2008", *options]) == 0
+def test_quick_is_six_replications_unless_another_number_is_asked_for(
+    called, command, options, episodes
+):
+    assert command("reproduce", "ants2008", *options)[0] == 0
     assert called[0][0].episodes == episodes
 
 
-def test_json_is_written_in_the_place_of_the_table(called, capsys):
-    from baselines.cli import run
-
-    assert run(["reproduce", "ants2008", "--format=json", "--set=tick=0.2", "--style=paper"]) == 0
-    assert json.loads(capsys.readouterr().out) == [each.as_row() for each in FOUND]
+def test_json_is_written_in_the_place_of_the_table(called, command):
+    options = "--format=json", "--set=tick=0.2", "--style=paper"
+    _, stdout, _ = command("reproduce", "ants2008", *options)
+    assert json.loads(stdout) == [each.as_row() for each in FOUND]
     assert called[0][0].settings == ["tick=0.2"]
     assert called[2][2] == "paper"
 
@@ -180,23 +178,15 @@ def small(monkeypatch, tmp_path):
 
     monkeypatch.setitem(PAPERS._parts, "social-odometry", paper)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "80")
 
 
 @pytest.fixture
-def command(capsys):
-    from baselines.cli import run
-
-    def call(*arguments):
-        capsys.readouterr()
-        status = run(["reproduce", "social-odometry", *map(str, arguments)])
-        return (status, *capsys.readouterr())
-
-    return call
+def reproduce(command):
+    return lambda *arguments: command("reproduce", "social-odometry", *arguments)
 
 
-def test_json_is_the_claims_and_the_status_is_zero_though_they_fail(command, tmp_path):
-    status, stdout, stderr = command("--episodes=2", "--format=json", *SHORT)
+def test_json_is_the_claims_and_the_status_is_zero_though_they_fail(reproduce, tmp_path):
+    status, stdout, stderr = reproduce("--episodes=2", "--format=json", *SHORT)
     assert status == 0
     rows = json.loads(stdout)
     assert [set(row) for row in rows] == [
@@ -210,16 +200,16 @@ def test_json_is_the_claims_and_the_status_is_zero_though_they_fail(command, tmp
     assert (folder / "figures" / "tr14.png").exists()
 
 
-def test_what_has_been_run_is_not_run_again(command):
-    command("--episodes=2", *SHORT)
-    status, stdout, stderr = command("--episodes=3", *SHORT)
+def test_what_has_been_run_is_not_run_again(reproduce):
+    reproduce("--episodes=2", *SHORT)
+    status, stdout, stderr = reproduce("--episodes=3", *SHORT)
     assert status == 0
     assert "4 of 6 episodes found" in stderr
     assert "0 of 2 claims reproduced" in stdout
 
 
-def test_the_page_can_be_written_elsewhere_with_its_figures(command, tmp_path):
-    status, _, _ = command("--episodes=2", "--page=docs/papers/page.md", *SHORT)
+def test_the_page_can_be_written_elsewhere_with_its_figures(reproduce, tmp_path):
+    status, _, _ = reproduce("--episodes=2", "--page=docs/papers/page.md", *SHORT)
     assert status == 0
     text = (tmp_path / "docs" / "papers" / "page.md").read_text("utf-8")
     command_line = "swarm-forage reproduce social-odometry --set=task.duration=20 --episodes=2"
@@ -227,16 +217,16 @@ def test_the_page_can_be_written_elsewhere_with_its_figures(command, tmp_path):
     assert (tmp_path / "docs" / "papers" / "figures" / "tr14.png").exists()
 
 
-def test_figures_for_a_paper_are_as_broad_as_a_column_and_pdf_too(command, tmp_path):
-    assert command("--episodes=2", "--style=paper", "--page=page.md", *SHORT)[0] == 0
+def test_figures_for_a_paper_are_as_broad_as_a_column_and_pdf_too(reproduce, tmp_path):
+    assert reproduce("--episodes=2", "--style=paper", "--page=page.md", *SHORT)[0] == 0
     with Image.open(tmp_path / "figures" / "tr14.png") as image:
         assert image.width == 670
     assert (tmp_path / "figures" / "tr14.pdf").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.parametrize("wrong", ["--episodes=0", "--workers=0", "--seed=-1", "--physics=soft"])
-def test_nonsense_is_refused_in_one_line(command, wrong):
-    status, stdout, stderr = command(wrong)
+def test_nonsense_is_refused_in_one_line(reproduce, wrong):
+    status, stdout, stderr = reproduce(wrong)
     assert (status, stdout) == (2, "")
     assert len(stderr.splitlines()) == 1
 
