@@ -132,6 +132,7 @@ def test_both_layers_are_trained_once_the_critic_is(motion, tmp_path, monkeypatc
     rollout = 120 * 2 * 10
     longer = replace(QUICK, decision_period=1, n_steps=120, n_epochs=3)
     monkeypatch.setattr(ppo, "HYPERPARAMETERS", {"both": longer})
+    monkeypatch.setattr(ppo.PPOTraining, "_round_trips", lambda *_: np.ones(2))
     terms = {"scenarios": ("es1",), "budget": 3 * rollout, "every": rollout}
     experiment = motion(layer="both", out=tmp_path / "both", settings=TALKATIVE, **terms)
     training, kept, rates = ppo.PPOTraining(experiment), [], []
