@@ -57,7 +57,7 @@ REFUSED = [
     ({"settings": {"task.duration": "-1"}}, "task.duration='-1'"),
     ({"controller": "ssgiif"}, "no controller named 'ssgiif', did you mean"),
     ({"controller": "no-error"}, "knows the ground truth"),
-    ({"physics": "fluid"}, "fluid"),
+    ({"physics": "fluid"}, "no physics engine named 'fluid'"),
     ({"device": "tpu"}, "--device='tpu': must be 'cpu' or 'cuda'"),
     ({**IMITATION, "device": "cuda"}, "--device=cuda: is for --algorithm cma and ppo"),
     ({"device": "cuda", "physics": "rigid"}, "--device=cuda: the engine rigid runs on a CPU"),
