@@ -18,8 +18,8 @@ from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.rows import RowWeighting
 from baselines.weighting.sgikf import SGIKF
+from swarm_forage_env.epuck.control import take_wheels
 from swarm_forage_env.epuck.records import Action
-from swarm_forage_env.foraging.control import take_wheels
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.records import WORDS
 from swarm_forage_env.foraging.task import FORAGING

@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.foraging.records import Heard, Readings, Situation
+from swarm_forage_env.epuck.records import Heard, Readings
+from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from tests.training.test_learned_networks import numbers_of, one
