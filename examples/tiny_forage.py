@@ -22,14 +22,13 @@ crosses the border of sensors, radio or beliefs has 32 bits (f32).
 
 import math
 import sys
-from cmath import phase, rect
 from collections.abc import Iterator
-from ctypes import CDLL, CFUNCTYPE, c_float
 
 import numpy as np
 
 from swarm_forage_env import find_scenario
 from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.equations.elementary import atan2, cos_sin, hypot, log
 from swarm_forage_env.random_streams import NoiseSource as Cause
 
 ES1, SSGIKF = find_scenario("es1"), find_controller("ssgikf")
@@ -37,15 +36,28 @@ BODY, SENSORS, RADIO, TASK, DT = ES1.robot, ES1.sensors, ES1.radio, ES1.task, ES
 SOCIAL, MOTION, SIDES = SSGIKF.estimator, SSGIKF.motion, (ES1.arena.length, ES1.arena.width)
 NEST, PREY, CENTRES = 0, 1, [complex(*centre) for centre in ES1.areas]
 BRIGHTNESS = {NEST: 0.0, PREY: 0.5, None: 1.0}  # of the ground: black, grey, white
-ANGLES = np.radians([-17.0, -50.0, -90.0, -150.0, 150.0, 90.0, 50.0, 17.0])  # of the infrared
-RAYS = [complex(*ray) for ray in zip(np.cos(ANGLES), np.sin(ANGLES), strict=True)]
-cosf, sinf = (CFUNCTYPE(c_float, c_float)((name, CDLL(None))) for name in ("cosf", "sinf"))
-atan2f = CFUNCTYPE(c_float, c_float, c_float)(("atan2f", CDLL(None)))  # the C library's
+ANGLES = np.radians([-17.0, -50.0, -90.0, -150.0, 150.0, 90.0, 50.0, 17.0]).tolist()  # infrared
 
 
 def f32(*numbers: float) -> list[float]:
     """Round to 32 bits."""
     return np.float32(numbers).tolist()
+
+
+def rect(r: float, angle: float) -> complex:
+    """The point at a distance and a direction."""
+    c, s = cos_sin(angle)
+    return complex(r * c, r * s)
+
+
+def length(way: complex) -> float:
+    """How long a way is."""
+    return hypot(way.real, way.imag)
+
+
+def phase(way: complex) -> float:
+    """The direction of a way, in [-pi, pi]."""
+    return atan2(way.imag, way.real)
 
 
 def wrap(angle: float) -> float:
@@ -82,7 +94,7 @@ def response(d: float) -> float:
 
 def area_at(point: complex) -> int | None:
     """The area that holds a point."""
-    return next((a for a in (NEST, PREY) if abs(point - CENTRES[a]) <= TASK.area_radius), None)
+    return next((a for a in (NEST, PREY) if length(point - CENTRES[a]) <= TASK.area_radius), None)
 
 
 class Pose:
@@ -134,7 +146,7 @@ class Mind(Pose):
                 self.place, self.visited, self.told = {}, set(), {}
                 self.goal = self.came_from = self.search = self.partner = None
                 self.deaf_until = clock + round(SOCIAL.deaf_when_lost / DT)
-        elif self.goal is not None and abs(self.place[self.goal] - self.at) < SOCIAL.lost_within:
+        elif self.goal is not None and length(self.place[self.goal] - self.at) < SOCIAL.lost_within:
             self.search = SOCIAL.overshoot
 
     def choose_goal(self) -> None:
@@ -143,7 +155,7 @@ class Mind(Pose):
         if self.came_from is not None:
             self.goal = 1 - self.came_from if 1 - self.came_from in self.place else None
         elif self.goal is None:
-            ways = {area: abs(place - self.at) for area, place in self.place.items()}
+            ways = {area: length(place - self.at) for area, place in self.place.items()}
             self.goal = min(ways, key=ways.get, default=None)
         if self.goal != before:
             self.search = None
@@ -166,10 +178,10 @@ class Mind(Pose):
     def listen(self, beam: list[float], frames: int, message: dict[int, list[float]]) -> None:
         """Where the partner says that areas are, in the own frame. TR, Eq. 40."""
         (d, gamma_i, gamma_j), x, y = beam, self.at.real, self.at.imag
-        c, s = math.cos(self.heading), math.sin(self.heading)
+        c, s = cos_sin(self.heading)
         for area, (d_j, phi_j, p_j) in message.items():
             phi_i = f32(gamma_i + f32(phi_j - gamma_j)[0])[0] - math.pi
-            to = complex(*f32(d * cosf(gamma_i), d * sinf(gamma_i))) + rect(d_j, phi_i)
+            to = rect(d, gamma_i) + rect(d_j, phi_i)
             place = complex(x + c * to.real - s * to.imag, y + s * to.real + c * to.imag)
             total, n, _ = self.told.get(area, (0j, 0, 0.0))
             self.told[area] = total + frames * place, n + frames, p_j
@@ -192,7 +204,7 @@ class Mind(Pose):
         """Tell of areas it stood on; on its way, only of the one it comes from. TR 4.1, 6.1.2."""
         ways = {area: self.place[area] - self.at for area in self.visited}
         return {
-            area: f32(abs(to), wrap(phase(to) - self.heading), self.p[area])
+            area: f32(length(to), wrap(phase(to) - self.heading), self.p[area])
             for area, to in ways.items()
             if area != self.goal or len(self.place) == 1
         }
@@ -200,7 +212,7 @@ class Mind(Pose):
     def avoid(self, infrared: list[float]) -> bool:
         """Turn past what is near in front: keep right, unless it is there. TR, Section 5.1."""
         near, total = response(MOTION.gap), 0j
-        for reading, angle in zip(infrared, ANGLES.tolist(), strict=True):
+        for reading, angle in zip(infrared, ANGLES, strict=True):
             if reading > near and abs(angle) <= MOTION.sector:
                 total += reading * rect(1.0, angle)
         if total:
@@ -211,7 +223,7 @@ class Mind(Pose):
     def wander(self) -> None:
         """Go straight on for a path of exponential length, then turn to a new direction."""
         if self.run <= 0.0:
-            self.run = -MOTION.mean_run * math.log(1.0 - next(self.walk))
+            self.run = -MOTION.mean_run * log(1.0 - next(self.walk))
             self.turn = math.pi * (2.0 * next(self.walk) - 1.0)
         self.run -= BODY.cruise_speed * DT
 
@@ -227,8 +239,8 @@ class Mind(Pose):
             angle = self.turn
         elif self.search is None:
             to = (self.place[self.goal] - self.at) * rect(1.0, -self.heading)
-            angle = atan2f(to.imag, to.real)
-        forward = max(math.cos(angle), creep)
+            angle = phase(complex(*f32(to.real, to.imag)))
+        forward = max(rect(1.0, angle).real, creep)
         turn = min(max(angle / 0.5, -1.0), 1.0)
         scale = max(1.0, forward + abs(turn))
         left, right = (forward - turn) / scale, (forward + turn) / scale
@@ -280,13 +292,16 @@ class Robot(Pose):
 
     def read_infrared(self) -> list[float]:
         """What the eight infrared sensors see of walls and of other robots. TR, Section 6.1."""
-        lights, most = (response(self.ray_length(ray)) for ray in RAYS), SENSORS.proximity_noise
+        lights, most = (
+            (response(self.ray_length(angle)) for angle in ANGLES),
+            SENSORS.proximity_noise,
+        )
         noisy = (light and light * (1.0 + most * self.noise(Cause.PROXIMITY)) for light in lights)
         return f32(*(min(light, 1.0) for light in noisy))
 
-    def ray_length(self, ray: complex) -> float:
+    def ray_length(self, angle: float) -> float:
         """How far a ray goes from the rim [m]."""
-        ahead = rect(1.0, self.heading)
+        ahead, ray = rect(1.0, self.heading), rect(1.0, angle)
         u = ahead * ray
         axes = zip(SIDES, (self.at.real, self.at.imag), (u.real, u.imag), strict=True)
         nearest = min((0.5 * side - (x if c > 0.0 else -x)) / abs(c) for side, x, c in axes)
@@ -301,7 +316,7 @@ class Robot(Pose):
         """Receive messages: some are lost, and of too many for the slots any are kept. TR 6.1."""
         senders, arrived = [], 0
         for sender in self.near:
-            share = (abs(sender.at - self.at) - RADIO.near) / (RADIO.max_range - RADIO.near)
+            share = (length(sender.at - self.at) - RADIO.near) / (RADIO.max_range - RADIO.near)
             lost = RADIO.loss_near + (RADIO.loss_far - RADIO.loss_near) * share
             if sender.message and share <= 1.0 and next(self.streams[Cause.LOSS]) >= lost:
                 slot, arrived = arrived, arrived + 1
@@ -319,7 +334,7 @@ class Robot(Pose):
             return most * sum(self.noise(Cause.RADIO) for _ in range(frames)) / frames
 
         to = sender.at - self.at
-        d = abs(to) + error(RADIO.range_noise)
+        d = length(to) + error(RADIO.range_noise)
         gamma_i = wrap(wrap(phase(to) - self.heading) + error(RADIO.bearing_noise))
         gamma_j = wrap(wrap(phase(-to) - sender.heading) + error(RADIO.bearing_noise))
         return sender.number, *f32(d, gamma_i, gamma_j), frames, sender.message
@@ -335,7 +350,7 @@ class World:
             while not is_free:
                 r = TASK.start_radius * math.sqrt(next(robot.streams[Cause.PLACE]))
                 robot.at = rect(r, math.pi * robot.noise(Cause.PLACE))
-                is_free = all(abs(robot.at - o.at) >= 2.0 * BODY.radius for o in self.robots)
+                is_free = all(length(robot.at - o.at) >= 2.0 * BODY.radius for o in self.robots)
             robot.heading = math.pi * robot.noise(Cause.PLACE)
             self.robots.append(robot)
         find_neighbours(self.robots)
@@ -345,18 +360,10 @@ class World:
 
 
 def find_neighbours(robots: list[Robot]) -> None:
-    """List who is near whom in the core's order: the lower numbers by cells of a grid, then all."""
-    reach = RADIO.max_range + 0.02
-
-    def cell(at: complex) -> list[int]:
-        axes = zip((at.real, at.imag), SIDES, strict=True)
-        cells = [(int(side / reach), math.floor((x + 0.5 * side) / reach)) for x, side in axes]
-        return [min(max(k, 0), n - 1) for n, k in cells]
-
+    """List who is near whom, by ascending numbers."""
     for me in robots:
-        near = [other for other in robots if other is not me and abs(other.at - me.at) < reach]
-        lower = [other for other in near if other.number < me.number]
-        me.near = sorted(lower, key=lambda o: (cell(o.at), -o.number)) + near[len(lower) :]
+        others = (other for other in robots if other is not me)
+        me.near = [other for other in others if length(other.at - me.at) < RADIO.max_range + 0.02]
 
 
 def resolve_contacts(robots: list[Robot]) -> None:
@@ -376,8 +383,8 @@ def resolve_contacts(robots: list[Robot]) -> None:
 def separate(me: Robot, other: Robot, share: float) -> float:
     """Move two robots apart, each by a share of their overlap, which is returned [m]."""
     to = other.at - me.at
-    overlap = max(2.0 * BODY.radius - abs(to), 0.0)
-    way = share * overlap * (to / abs(to))
+    overlap = max(2.0 * BODY.radius - length(to), 0.0)
+    way = share * overlap * (to / length(to))
     me.at, other.at = me.at - way, other.at + way
     return overlap
 

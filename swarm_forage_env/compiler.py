@@ -14,7 +14,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock
@@ -41,7 +41,7 @@ _listeners: list[Callable[[str], None]] = []
 """Who is told of each entry point that is about to be compiled."""
 
 _SWITCH = Lock()
-"""Held while numba's warning of few blocks is switched off."""
+"""Held while numba's warning of few blocks, or its fusing of operations, is switched off."""
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}
@@ -142,6 +142,7 @@ def _bound_grid(template: Callable[..., Any], parts: Parts) -> Any:  # noqa: ANN
     if config.ENABLE_CUDASIM:
         return gpu().jit(_plain(function))
     compiled = gpu().jit(function)
+    compiled.compile = rounding_each()(compiled.compile)
     compiled.configure = _without_size_warning(compiled.configure)
     return compiled
 
@@ -162,6 +163,23 @@ def _without_size_warning(configure: Callable[..., Any]) -> Callable[..., Any]:
                 config.CUDA_LOW_OCCUPANCY_WARNINGS = warns
 
     return configured
+
+
+@contextmanager
+def rounding_each() -> Iterator[None]:
+    """What is compiled for a GPU meanwhile rounds each product and each sum, as a CPU does.
+
+    Numba's decorator has no option for this, but what it calls to make PTX has.
+    """
+    from numba.cuda.cudadrv import nvvm
+
+    with _SWITCH:
+        usual = nvvm.compile_ir
+        nvvm.compile_ir = partial(usual, fma=False)
+        try:
+            yield
+        finally:
+            nvvm.compile_ir = usual
 
 
 def gpu() -> Any:  # noqa: ANN401 numba's module for GPUs

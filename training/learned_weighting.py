@@ -12,6 +12,7 @@ from pydantic import Field
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import log1p, tanh
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import Kernel, WeightingLayer
@@ -75,7 +76,7 @@ def unflatten(numbers: Array, shapes: Shapes) -> dict[str, Float32[Array, "..."]
 def scaled(x: float, feature: int) -> float:
     """Scaled feature (ln(1 + x / u) - c) / s."""
     unit, centre, spread = SCALES[feature]
-    return (math.log1p(np.float64(x) / unit) - centre) / spread
+    return (log1p(np.float64(x) / unit) - centre) / spread
 
 
 @kernel
@@ -111,7 +112,7 @@ def log_odds(features: Features, ahead: float, network: Float64[Array, " numbers
         activation = network[biases + unit]
         for k in range(n):
             activation += network[unit * n + k] * features[k]
-        total += network[outputs + unit] * math.tanh(activation)
+        total += network[outputs + unit] * tanh(activation)
     return float(total)
 
 
@@ -120,7 +121,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
     """The weight g = 1 / (1 + exp(-l)) of an area, written as a tanh, which cannot overflow."""
     ahead = np.float64(exchange.own_p[area]) - np.float64(exchange.heard_p[area])
     odds = log_odds(scaled_features(exchange, area), ahead, numbers.network)
-    return 0.5 + 0.5 * math.tanh(0.5 * odds)
+    return 0.5 + 0.5 * tanh(0.5 * odds)
 
 
 @dataclass(frozen=True)

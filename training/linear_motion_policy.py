@@ -20,7 +20,8 @@ from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.control import RESIDUAL_GAIN
 from swarm_forage_env.epuck.records import Heard, Readings
-from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES
+from swarm_forage_env.equations.elementary import cos_sin, exp, hypot, tanh
+from swarm_forage_env.equations.proximity import RAY_COS, RAY_SIN
 from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.scenario import Scenario
@@ -74,7 +75,7 @@ def goal_features(
     """Features of the goal: direction, nearness, uncertainty; `searched` < 0 means a goal."""
     distance, unsure = searched, searched
     if searched < 0.0:
-        distance, unsure = math.hypot(target[0], target[1]), p
+        distance, unsure = hypot(target[0], target[1]), p
         out_x[1] = target[1] / (distance + 1e-6)
         out_x[2] = target[0] / (distance + 1e-6)
     out_x[3] = CLOSE / (CLOSE + distance)
@@ -85,7 +86,7 @@ def goal_features(
 def proximity_features(proximity: Float32[Array, "8"], out_x: Float64[Array, " features"]) -> None:
     """Features of the proximity sensors: obstacles to the left, ahead and to the right."""
     for k in range(8):
-        side, ahead = math.sin(PROXIMITY_ANGLES[k]), math.cos(PROXIMITY_ANGLES[k])
+        side, ahead = RAY_SIN[k], RAY_COS[k]
         out_x[5] += proximity[k] * max(side, 0.0)
         out_x[6] += proximity[k] * max(ahead, 0.0)
         out_x[7] += proximity[k] * max(-side, 0.0)
@@ -101,8 +102,8 @@ def message_features(heard: Heard, slots: float, out_x: Float64[Array, " feature
         if beam[slot, 0] < beam[nearest, 0]:
             nearest = slot
     closeness = CLOSE / (CLOSE + beam[nearest, 0])
-    out_x[8] = closeness * math.sin(beam[nearest, 1])
-    out_x[9] = closeness * math.cos(beam[nearest, 1])
+    c, s = cos_sin(beam[nearest, 1])
+    out_x[8], out_x[9] = closeness * s, closeness * c
     out_x[10] = heard.n / slots
 
 
@@ -120,10 +121,10 @@ def policy_output(
         forward += numbers[2 * mode * n + k] * x[k]
         turning += numbers[(2 * mode + 1) * n + k] * x[k]
         walk += numbers[4 * n + k] * x[k]
-    forward, turning = math.tanh(forward), math.tanh(turning)
+    forward, turning = tanh(forward), tanh(turning)
     left = min(max(forward - turning, -1.0), 1.0)
     right = min(max(forward + turning, -1.0), 1.0)
-    return left, right, math.exp(SPAN * math.tanh(walk))
+    return left, right, exp(SPAN * tanh(walk))
 
 
 @kernel

@@ -6,7 +6,6 @@ It is a network as that of `training.learned_weighting`, shown also what the est
 Not in the papers: all of it; JosangIsmail2002 for the reputations.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from pydantic import Field
 
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import log1p, tanh
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import WeightingLayer
@@ -50,7 +50,7 @@ REMEMBERED_SCALES = ((1.0, 0.35, 0.35), (1.0, 0.35, 0.35), (1.0, 0.7, 0.7), (1.0
 def scaled_memory(x: float, feature: int) -> float:
     """Scaled feature (ln(1 + x / u) - c) / s of what is remembered."""
     unit, centre, spread = REMEMBERED_SCALES[feature]
-    return (math.log1p(np.float64(x) / unit) - centre) / spread
+    return (log1p(np.float64(x) / unit) - centre) / spread
 
 
 @kernel
@@ -72,7 +72,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
     """The weight g = 1 / (1 + exp(-l)) of an area, written as a tanh, which cannot overflow."""
     ahead = np.float64(exchange.own_p[area]) - np.float64(exchange.heard_p[area])
     features = scaled_features(exchange, area) + remembered_features(exchange, area)
-    return 0.5 + 0.5 * math.tanh(0.5 * log_odds(features, ahead, numbers.network))
+    return 0.5 + 0.5 * tanh(0.5 * log_odds(features, ahead, numbers.network))
 
 
 REPUTATION_NETWORK = WeightingNetwork(

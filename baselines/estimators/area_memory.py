@@ -9,6 +9,7 @@ from baselines.estimators.belief import NOBODY, NOWHERE, Belief
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.differential_drive import advance, path_length
+from swarm_forage_env.equations.elementary import cos_sin, hypot
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.record import Numbers
 
@@ -58,7 +59,7 @@ def find_areas(belief: Belief, ground: Float32[Array, "3"], to_centre: float) ->
     if area != NOWHERE:
         belief.p[area] = 0.0
         if belief.on_area != area:
-            c, s = math.cos(belief.pose[2]), math.sin(belief.pose[2])
+            c, s = cos_sin(belief.pose[2])
             dx, dy = to_outer(to_centre, 0.0, c, s)
             belief.location[area, 0] = belief.pose[0] + dx
             belief.location[area, 1] = belief.pose[1] + dy
@@ -89,7 +90,7 @@ def notice_loss(belief: Belief, odometry: Float32[Array, "2"], numbers: Numbers)
     else:
         dx = belief.location[area, 0] - belief.pose[0]
         dy = belief.location[area, 1] - belief.pose[1]
-        if math.hypot(dx, dy) < numbers.lost_within:
+        if hypot(dx, dy) < numbers.lost_within:
             belief.search_path_left = numbers.overshoot
     if belief.is_lost:
         belief.known[NEST] = belief.known[PREY] = False
@@ -108,7 +109,7 @@ def nearer_known(belief: Belief) -> int:
         if belief.known[area]:
             dx = belief.location[area, 0] - belief.pose[0]
             dy = belief.location[area, 1] - belief.pose[1]
-            d = math.hypot(dx, dy)
+            d = hypot(dx, dy)
             if d < nearest:
                 best, nearest = area, d
     return best

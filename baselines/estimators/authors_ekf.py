@@ -6,8 +6,6 @@ Every robot corrects itself alone, from what all had said before anybody was cor
 pair are kept the factor of the cross-covariance and that factor as it was said.
 """
 
-import math
-
 from baselines.estimators.boids_inputs import describe
 from baselines.estimators.joint_update import (
     FilterMind,
@@ -22,6 +20,7 @@ from baselines.estimators.pose_prediction import take_in_alone, tell
 from baselines.estimators.small_matrices import copy3, product3_transposed, spectral_norm3
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import atan2, hypot
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.record import Numbers, field
@@ -77,7 +76,7 @@ def correct_one(
     """
     one, other, update = crowd[i].belief, crowd[j].said, crowd[i].update
     dx, dy = other.pose[0] - one.pose[0], other.pose[1] - one.pose[1]
-    expected = math.hypot(dx, dy)
+    expected = hypot(dx, dy)
     if expected == 0.0:
         return
     product3_transposed(shared[i, j, FACTOR], shared[j, i, SAID], update.cross)
@@ -87,7 +86,7 @@ def correct_one(
     joint_gain(update, share, numbers.range_noise, numbers.range_noise)
     direction = slipped_direction(crowd[i], float(sighting.bearing))
     along = float(sighting.range) - expected
-    across = direction - authors_bearing(direction, math.atan2(dy, dx), dy)
+    across = direction - authors_bearing(direction, atan2(dy, dx), dy)
     left_over(update.joint, update.G, update.K, update.half)
     if is_refused(crowd[i], along, across):
         return
@@ -114,7 +113,7 @@ def is_refused(mind: AuthorsMind, along: float, across: float) -> bool:
     jump_x = update.K[0, 0] * along + update.K[0, 1] * across
     jump_y = update.K[1, 0] * along + update.K[1, 1] * across
     growth = spectral_norm3(after) - spectral_norm3(update.before[0])
-    return math.hypot(jump_x, jump_y) >= MAX_JUMP or growth >= MAX_GROWTH
+    return hypot(jump_x, jump_y) >= MAX_JUMP or growth >= MAX_GROWTH
 
 
 @kernel

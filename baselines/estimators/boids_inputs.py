@@ -3,11 +3,10 @@
 Smith et al. 2021 (BOIDS), Sections 3 and 4.
 """
 
-import math
-
 from baselines.estimators.pose_belief import PoseMind
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import cos_sin, hypot
 from swarm_forage_env.equations.geometry import to_body
 from swarm_forage_env.equations.steering import seek
 from swarm_forage_env.record import Numbers
@@ -30,8 +29,9 @@ def describe_correction(crowd: Array, i: int, sightings: Array, exchange: Exchan
             n_back += 1
             pose = crowd[j].belief.pose
             direction = float(back.bearing) + pose[2]
-            x += pose[0] + float(back.range) * math.cos(direction)
-            y += pose[1] + float(back.range) * math.sin(direction)
+            c, s = cos_sin(direction)
+            x += pose[0] + float(back.range) * c
+            y += pose[1] + float(back.range) * s
     exchange.is_valid = n > 0
     exchange.neighbours = n / n_robots
     exchange.own_covariance_norm = crowd[i].covariance_norm
@@ -39,7 +39,7 @@ def describe_correction(crowd: Array, i: int, sightings: Array, exchange: Exchan
     exchange.disagreement = 0.0
     if n_back > 0:
         own = crowd[i].belief.pose
-        exchange.disagreement = math.hypot(x / n_back - own[0], y / n_back - own[1])
+        exchange.disagreement = hypot(x / n_back - own[0], y / n_back - own[1])
 
 
 @kernel
@@ -59,7 +59,7 @@ def away_from_one_by_one(
             continue
         pose = crowd[j].belief.pose
         ax, ay = own.pose[0] - pose[0], own.pose[1] - pose[1]
-        d = math.hypot(ax, ay)
+        d = hypot(ax, ay)
         if 0.0 < d < numbers.reach:
             n += 1
             x += ax / (d * d)
@@ -87,7 +87,7 @@ def sum_neighbours(crowd: Array, i: int, sightings: Array, reach: float) -> tupl
             continue
         n_seen += 1
         other = crowd[j].belief
-        if 0.0 < math.hypot(own[0] - other.pose[0], own[1] - other.pose[1]) < reach:
+        if 0.0 < hypot(own[0] - other.pose[0], own[1] - other.pose[1]) < reach:
             n += 1
             for k in range(2):
                 means.position[k] += other.pose[k]
@@ -103,7 +103,7 @@ def sum_neighbours(crowd: Array, i: int, sightings: Array, reach: float) -> tupl
 @kernel
 def turn_to_body(x: float, y: float, compass: float, out: Float32[Array, "2"]) -> None:
     """Write a vector of the world frame as the body sees it."""
-    out[0], out[1] = to_body(x, y, math.cos(compass), math.sin(compass))
+    out[0], out[1] = to_body(x, y, *cos_sin(compass))
 
 
 @kernel
@@ -142,10 +142,10 @@ def describe_self(mind: PoseMind, readings: Readings, numbers: Numbers) -> None:
     turn_to_body(-pose[0], -pose[1], mind.compass, situation.home)
     turn_to_body(velocity[0], velocity[1], mind.compass, situation.velocity)
     reckoned = mind.reckoned.pose
-    offset = math.hypot(pose[0] - reckoned[0], pose[1] - reckoned[1])
+    offset = hypot(pose[0] - reckoned[0], pose[1] - reckoned[1])
     situation.covariance_norm = mind.covariance_norm / numbers.covariance_norm_max
     situation.dead_reckoning_offset = offset / numbers.offset_max
-    situation.has_arrived = math.hypot(dx, dy) < numbers.tolerance
+    situation.has_arrived = hypot(dx, dy) < numbers.tolerance
 
 
 @kernel

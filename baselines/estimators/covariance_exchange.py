@@ -138,7 +138,7 @@ def gain_matrix(A: Matrix, B: Matrix) -> Gain:
     axx, axy, ayy = A
     sxx, sxy, syy = axx + B[0], axy + B[1], ayy + B[2]
     det = sxx * syy - sxy * sxy
-    if det > 1e-12 * (sxx + syy) ** 2:
+    if det > 1e-12 * (sxx + syy) * (sxx + syy):
         return (
             (axx * syy - axy * sxy) / det, (axy * sxx - axx * sxy) / det,
             (axy * syy - ayy * sxy) / det, (ayy * sxx - axy * sxy) / det,

@@ -17,6 +17,7 @@ from baselines.estimators.pose_prediction import propagate, step_slopes, take_in
 from baselines.estimators.small_matrices import Matrix3, copy3, determinant3, identity3, inverse3
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, Record, field
@@ -90,7 +91,8 @@ def place_of_neighbour(x: float, y: float, far: float, direction: float) -> tupl
 
     Source: BOIDS, Eq. 3.
     """
-    return x + far * math.cos(direction), y + far * math.sin(direction)
+    c, s = cos_sin(direction)
+    return x + far * c, y + far * s
 
 
 @kernel
@@ -110,7 +112,7 @@ def add_sight_noise(
     """
     u, v = step_slopes(far, direction)
     propagate(P, u, v)
-    c, s = math.cos(direction), math.sin(direction)
+    c, s = cos_sin(direction)
     across = far * far * var_bearing
     P[0, 0] += var_range * c * c + across * s * s
     P[1, 1] += var_range * s * s + across * c * c

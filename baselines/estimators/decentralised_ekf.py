@@ -6,7 +6,6 @@ Robot i keeps its pose x_i, its covariance P_i, and a factor s_ij for every othe
 P_ij = s_ij s_ji'. All factors start at zero.
 """
 
-import math
 from typing import Any
 
 from baselines.estimators import foraging_variants
@@ -29,6 +28,7 @@ from baselines.estimators.pose_prediction import predict, reckon, step_slopes, v
 from baselines.estimators.small_matrices import identity3, product3_transposed, spectral_norm3
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import atan2, hypot
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers
@@ -93,8 +93,8 @@ def move_pair(one: FilterMind, other: FilterMind, far: float, bearing: float) ->
     update, pose_i, pose_j = one.update, one.belief.pose, other.belief.pose
     K, after = update.K, update.after
     dx, dy = pose_j[0] - pose_i[0], pose_j[1] - pose_i[1]
-    along = far - math.hypot(dx, dy)
-    across = wrap(bearing - (math.atan2(dy, dx) - pose_i[2]))
+    along = far - hypot(dx, dy)
+    across = wrap(bearing - (atan2(dy, dx) - pose_i[2]))
     for a in range(3):
         pose_i[a] += K[a, 0] * along + K[a, 1] * across
         pose_j[a] += K[a + 3, 0] * along + K[a + 3, 1] * across
@@ -116,7 +116,7 @@ def correct_both(
     """
     one, other, update = crowd[i].belief, crowd[j].belief, crowd[i].update
     dx, dy = other.pose[0] - one.pose[0], other.pose[1] - one.pose[1]
-    if math.hypot(dx, dy) < NEAREST:
+    if hypot(dx, dy) < NEAREST:
         return
     product3_transposed(factors[i, j], factors[j, i], update.cross)
     bound_correlation(one.P, other.P, update)

@@ -7,6 +7,7 @@ import math
 
 from baselines.estimators.path_covariance import spectral_norm
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import atan2, cos_sin
 
 Matrix = tuple[float, float, float]
 """The symmetric 2 x 2 covariance of a position: xx, xy, yy [m^2]."""
@@ -20,13 +21,13 @@ def to_ellipse(xx: float, xy: float, yy: float) -> tuple[float, float, float]:
     """
     long = spectral_norm(xx, xy, yy)
     short = max(xx + yy - long, 0.0)
-    return math.sqrt(long), math.sqrt(short), 0.5 * math.atan2(2.0 * xy, xx - yy)
+    return math.sqrt(long), math.sqrt(short), 0.5 * atan2(2.0 * xy, xx - yy)
 
 
 @kernel
 def to_matrix(long: float, short: float, direction: float) -> Matrix:
     """The covariance (xx, xy, yy) [m^2] of the ellipse of these axes [m] and direction [rad]."""
-    c, s = math.cos(direction), math.sin(direction)
+    c, s = cos_sin(direction)
     u, v = long * long, short * short
     return u * c * c + v * s * s, (u - v) * c * s, u * s * s + v * c * c
 

@@ -10,12 +10,11 @@ Not in the papers, and chosen here:
 - the error ellipse that goes with a lie is a circle of the p told.
 """
 
-import math
-
 from baselines.estimators.belief import Message, SocialMind
 from baselines.estimators.covariance_exchange import EllipseMind
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.fault_record import Lie
+from swarm_forage_env.equations.elementary import atan2, cos_sin, hypot
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 
 
@@ -28,9 +27,10 @@ def false_place(distance: float, direction: float, lie: Lie, area: int) -> tuple
     """
     x, y = lie.place[area, 0], lie.place[area, 1]
     if not lie.is_place:
-        x += distance * math.cos(direction + lie.turn)
-        y += distance * math.sin(direction + lie.turn)
-    return math.hypot(x, y), math.atan2(y, x)
+        c, s = cos_sin(direction + lie.turn)
+        x += distance * c
+        y += distance * s
+    return hypot(x, y), atan2(y, x)
 
 
 @kernel
@@ -90,8 +90,9 @@ def retell(mind: SocialMind) -> None:
     for area in range(2):
         if message.told[area]:
             distance, direction = float(message.distance[area]), message.direction[area] + then[2]
-            dx = then[0] + distance * math.cos(direction) - now[0]
-            dy = then[1] + distance * math.sin(direction) - now[1]
+            c, s = cos_sin(direction)
+            dx = then[0] + distance * c - now[0]
+            dy = then[1] + distance * s - now[1]
             distance, direction = range_and_bearing(dx, dy, now[2])
             message.distance[area], message.direction[area] = distance, wrap(direction)
 

@@ -1,9 +1,8 @@
 """Layer inputs of social odometry: what the weighting and the motion are shown of the beliefs."""
 
-import math
-
 from baselines.estimators.belief import NOBODY, NOWHERE, Belief, SocialMind
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import cos_sin, hypot
 from swarm_forage_env.equations.geometry import to_body
 from swarm_forage_env.foraging.inputs import write_goal
 from swarm_forage_env.foraging.records import Exchange, Report, Situation
@@ -17,7 +16,7 @@ def describe_situation(belief: Belief, situation: Situation) -> None:
     """
     c = s = 0.0
     if belief.known[0] or belief.known[1]:
-        c, s = math.cos(belief.pose[2]), math.sin(belief.pose[2])
+        c, s = cos_sin(belief.pose[2])
     for area in range(2):
         ahead = left = p = 0.0
         if belief.known[area]:
@@ -45,7 +44,7 @@ def describe_own_side(belief: Belief, area: int, exchange: Exchange) -> None:
     if belief.known[area]:
         dx = belief.location[area, 0] - belief.pose[0]
         dy = belief.location[area, 1] - belief.pose[1]
-        p, distance = belief.p[area], math.hypot(dx, dy)
+        p, distance = belief.p[area], hypot(dx, dy)
     exchange.own_known[area] = belief.known[area]
     exchange.own_p[area], exchange.own_distance[area] = p, distance
 
@@ -58,9 +57,9 @@ def describe_heard_side(belief: Belief, area: int, exchange: Exchange) -> None:
     if is_told:
         x = belief.heard_sum[area, 0] / belief.heard_weight[area]
         y = belief.heard_sum[area, 1] / belief.heard_weight[area]
-        p, distance = belief.heard_p[area], math.hypot(x - belief.pose[0], y - belief.pose[1])
+        p, distance = belief.heard_p[area], hypot(x - belief.pose[0], y - belief.pose[1])
         if belief.known[area]:
-            apart = math.hypot(x - belief.location[area, 0], y - belief.location[area, 1])
+            apart = hypot(x - belief.location[area, 0], y - belief.location[area, 1])
     exchange.heard_known[area] = is_told
     exchange.heard_p[area], exchange.heard_distance[area] = p, distance
     exchange.disagreement[area] = apart

@@ -9,6 +9,7 @@ from baselines.estimators.belief import NOBODY, NOWHERE, Belief, Message, Social
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard
+from swarm_forage_env.equations.elementary import cos, cos_sin, sin
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 from swarm_forage_env.record import Numbers
 
@@ -32,8 +33,8 @@ def heard_location(
     """
     phi_i = gamma_i + (phi_j - gamma_j) - math.pi
     return (
-        D * math.cos(gamma_i) + d_j * math.cos(phi_i),
-        D * math.sin(gamma_i) + d_j * math.sin(phi_i),
+        D * cos(gamma_i) + d_j * cos(phi_i),
+        D * sin(gamma_i) + d_j * sin(phi_i),
     )
 
 
@@ -114,7 +115,7 @@ def accumulate_message(
     frames averaged in it. What is heard counts as if its sender had gone `message_path` farther
     [m].
     """
-    c, s = math.cos(belief.pose[2]), math.sin(belief.pose[2])
+    c, s = cos_sin(belief.pose[2])
     for area in range(2):
         if message.told[area]:
             ahead, left = heard_location(

@@ -13,6 +13,7 @@ from baselines.estimators.belief import Belief, SocialMind
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Readings
+from swarm_forage_env.equations.elementary import cos_sin, hypot
 from swarm_forage_env.record import Numbers, field
 
 XX, XY, YY, XT, YT, TT = range(6)
@@ -60,7 +61,8 @@ def propagate(P: Float64[Array, "6"], drho: float, zeta: float) -> None:
 
     Source: TR, Eq. 9 and 11.
     """
-    u, v = -drho * math.sin(zeta), drho * math.cos(zeta)
+    c, s = cos_sin(zeta)
+    u, v = -drho * s, drho * c
     P[XX] += 2.0 * u * P[XT] + u * u * P[TT]
     P[XY] += u * P[YT] + v * P[XT] + u * v * P[TT]
     P[YY] += 2.0 * v * P[YT] + v * v * P[TT]
@@ -83,7 +85,8 @@ def add_noise(
 
     Source: TR, Eq. 9 and 11.
     """
-    c, s = 0.5 * math.cos(zeta), 0.5 * math.sin(zeta)
+    c, s = cos_sin(zeta)
+    c, s = 0.5 * c, 0.5 * s
     e = drho / axle
     for side in range(2):
         sign, q = (1.0, q_r) if side == 0 else (-1.0, q_l)
@@ -105,7 +108,7 @@ def spectral_norm(xx: float, xy: float, yy: float) -> float:
     >>> spectral_norm(2.0, 0.0, 3.0)
     3.0
     """
-    return 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
+    return 0.5 * (xx + yy) + hypot(0.5 * (xx - yy), xy)
 
 
 @kernel

@@ -3,8 +3,6 @@
 Smith et al. 2021 (BOIDS), Section 2.1.
 """
 
-import math
-
 from baselines.estimators.pose_belief import START_VARIANCE, HomeUpdate, PoseBelief, PoseMind
 from baselines.estimators.small_matrices import (
     Matrix3,
@@ -18,6 +16,7 @@ from baselines.estimators.small_matrices import (
 )
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.record import Numbers
 from swarm_forage_env.waypoints.records import SPEED, TURN, Readings
@@ -34,7 +33,8 @@ def step_slopes(along: float, theta: float) -> tuple[float, float]:
 
     Source: BOIDS, Eq. 2, whose robots turn before they go.
     """
-    return -along * math.sin(theta), along * math.cos(theta)
+    c, s = cos_sin(theta)
+    return -along * s, along * c
 
 
 @kernel
@@ -64,7 +64,7 @@ def add_step_noise(
 
     Source: BOIDS, Eq. 2, differentiated by its inputs; the paper has no such matrix.
     """
-    c, s = math.cos(theta), math.sin(theta)
+    c, s = cos_sin(theta)
     for k in range(2):
         variance = var_speed if k == 0 else var_turn
         x = dt * c if k == 0 else -along * dt * s
@@ -94,7 +94,8 @@ def predict(belief: PoseBelief, motion: Float32[Array, "2"], numbers: Numbers) -
     dt, pose, velocity, P = numbers.dt, belief.pose, belief.velocity, belief.P
     speed, turn = float(motion[SPEED]), float(motion[TURN])
     theta = wrap(pose[2] + turn * dt)
-    velocity[0], velocity[1] = speed * math.cos(theta), speed * math.sin(theta)
+    c, s = cos_sin(theta)
+    velocity[0], velocity[1] = speed * c, speed * s
     pose[0] += velocity[0] * dt
     pose[1] += velocity[1] * dt
     pose[2] = theta

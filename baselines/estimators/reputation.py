@@ -21,6 +21,7 @@ import numpy as np
 from baselines.estimators.sceptical_odometry import ScepticalBelief, ScepticalMind
 from swarm_forage_env.arrays import Array, Float32, Int8
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.record import Numbers, Record, field
 
 NEVER = -1.0
@@ -82,7 +83,7 @@ def is_near(
     """What another robot told of an area agrees with a place in the own frame [m]."""
     dx, dy = reputation.place[other, area, 0] - x, reputation.place[other, area, 1] - y
     width = numbers.slack + numbers.drift * path_since(reputation, other, area)
-    return bool(math.hypot(dx, dy) <= width)
+    return bool(hypot(dx, dy) <= width)
 
 
 @kernel
@@ -132,7 +133,7 @@ def remember(mind: ReputationMind, area: int, numbers: Numbers) -> None:
     if belief.visited[area] and belief.p[area] <= numbers.sure_within:
         dx, dy = x - belief.location[area, 0], y - belief.location[area, 1]
         width = numbers.slack + numbers.drift * (belief.p[area] + belief.heard_p[area])
-        judge(reputation, other, area, bool(math.hypot(dx, dy) <= width))
+        judge(reputation, other, area, bool(hypot(dx, dy) <= width))
 
 
 @kernel

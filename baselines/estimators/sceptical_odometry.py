@@ -13,8 +13,6 @@ Not in the papers, and chosen here:
 - all that `social_odometry` chose.
 """
 
-import math
-
 import numpy as np
 from pydantic import Field
 
@@ -27,6 +25,7 @@ from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
@@ -71,7 +70,7 @@ def is_confirmed(belief: ScepticalBelief, area: int, agreement: float) -> bool:
     """
     x = belief.heard_sum[area, 0] / belief.heard_weight[area]
     y = belief.heard_sum[area, 1] / belief.heard_weight[area]
-    apart = math.hypot(x - belief.pending[area, 0], y - belief.pending[area, 1])
+    apart = hypot(x - belief.pending[area, 0], y - belief.pending[area, 1])
     witness = belief.pending_from[area]
     belief.pending[area, 0], belief.pending[area, 1] = x, y
     belief.pending_from[area] = belief.last_partner

@@ -7,6 +7,7 @@ import math
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import acos, cos
 
 Matrix3 = Float64[Array, "3 3"]
 
@@ -94,9 +95,9 @@ def spectral_norm3(P: Matrix3) -> float:
         - P[0, 1] * (P[0, 1] * d2 - P[1, 2] * P[0, 2])
         + P[0, 2] * (P[0, 1] * P[1, 2] - d1 * P[0, 2])
     ) / (2.0 * r**3)
-    phi = math.acos(min(max(half, -1.0), 1.0)) / 3.0
-    high = q + 2.0 * r * math.cos(phi)
-    low = q + 2.0 * r * math.cos(phi + 2.0 * math.pi / 3.0)
+    phi = acos(min(max(half, -1.0), 1.0)) / 3.0
+    high = q + 2.0 * r * cos(phi)
+    low = q + 2.0 * r * cos(phi + 2.0 * math.pi / 3.0)
     return float(max(abs(high), abs(low)))
 
 

@@ -30,6 +30,7 @@ from baselines.motion.subsumption import Course, SubsumptionParameters, subsume
 from swarm_forage_env.arrays import NEST, Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard, Readings
+from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.scenario import Scenario
@@ -70,11 +71,13 @@ def see_neighbours(heard: Heard, ways: Float32[Array, "5 2"]) -> None:
     for slot in range(heard.n):
         beam = heard.range_bearing[slot]
         ahead = float(beam[1])
-        cx += beam[0] * math.cos(ahead)
-        cy += beam[0] * math.sin(ahead)
+        c, s = cos_sin(ahead)
+        cx += beam[0] * c
+        cy += beam[0] * s
         course = ahead + math.pi - float(beam[2])
-        fx += math.cos(course)
-        fy += math.sin(course)
+        c, s = cos_sin(course)
+        fx += c
+        fy += s
     n = max(heard.n, 1)
     ways[ALIGN, 0], ways[ALIGN, 1] = fx / n, fy / n
     ways[SEPARATE, 0], ways[SEPARATE, 1] = -cx, -cy

@@ -10,6 +10,7 @@ import numpy as np
 from baselines.motion.flock import GOAL, N_RULES, adaptive_gains, sum_of_rules
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.waypoints.records import Readings, Situation
@@ -31,8 +32,8 @@ def choose_gains(situation: Situation, numbers: Numbers, out_gains: Float64[Arra
     """The fixed gains, or those that adapt; none for a goal that is claimed already."""
     if numbers.adaptive > 0.0:
         goal, home = situation.goal, situation.home
-        d_g = np.hypot(goal[0], goal[1]) / numbers.side
-        d_h = np.hypot(home[0], home[1]) / numbers.side
+        d_g = hypot(goal[0], goal[1]) / numbers.side
+        d_h = hypot(home[0], home[1]) / numbers.side
         adaptive_gains(
             situation.density, situation.covariance_norm, situation.dead_reckoning_offset,
             d_g, d_h, out_gains,

@@ -5,10 +5,9 @@ Smith et al. 2021 (BOIDS), Sections 3 and 4.
 
 from typing import Any
 
-import numpy as np
-
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.equations.steering import seek
 from swarm_forage_env.record import Numbers
 
@@ -52,8 +51,8 @@ def choose_gains(
 ) -> None:
     """The fixed gains or, if `adaptive`, those for the stimuli (rho, s, e) and the ways."""
     if numbers.adaptive > 0.0:
-        d_g = np.hypot(ways[GOAL, 0], ways[GOAL, 1]) / numbers.side
-        d_h = np.hypot(ways[HOME, 0], ways[HOME, 1]) / numbers.side
+        d_g = hypot(ways[GOAL, 0], ways[GOAL, 1]) / numbers.side
+        d_h = hypot(ways[HOME, 0], ways[HOME, 1]) / numbers.side
         adaptive_gains(stimuli[0], stimuli[1], stimuli[2], d_g, d_h, out_gains)
     else:
         for rule in range(N_RULES):
@@ -82,5 +81,5 @@ def sum_of_rules(
         fx, fy = seek(float(way[0]), float(way[1]), vx, vy, max_speed)
         x += gains[rule] * fx
         y += gains[rule] * fy
-    size = np.hypot(x, y)
+    size = hypot(x, y)
     return (x / size, y / size) if size > 0.0 else (0.0, 0.0)

@@ -21,8 +21,9 @@ from swarm_forage_env.arrays import Array, Float32, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.epuck.scenario import EpuckScenario
+from swarm_forage_env.equations.elementary import atan2, cos
 from swarm_forage_env.equations.geometry import wrap
-from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES, response
+from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES, RAY_COS, RAY_SIN, response
 from swarm_forage_env.equations.random_draws import exponential, symmetric
 from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Situation
@@ -58,7 +59,7 @@ def wheels_towards(angle: float, creep: float) -> tuple[float, float]:
     forward = max(cos angle, creep),  turn = angle / FULL_TURN_AT in [-1, 1]
     left, right = forward -+ turn, scaled so that the faster wheel is at most 1
     """
-    forward = max(math.cos(angle), creep)
+    forward = max(cos(angle), creep)
     turn = min(max(angle / FULL_TURN_AT, -1.0), 1.0)
     scale = max(1.0, forward + abs(turn))
     return (forward - turn) / scale, (forward + turn) / scale
@@ -72,15 +73,19 @@ def obstacle(proximity: Float32[Array, "8"], threshold: float, sector: float) ->
 
     Source: TR, Section 5.1 (avoid).
     """
+    nearest = proximity[0]
+    for k in range(1, 8):
+        nearest = max(nearest, proximity[k])
+    if nearest <= threshold:  # mostly: eight branches that are hard to predict are not taken
+        return False, 0.0
     x, y = 0.0, 0.0
     for k in range(8):
-        angle = PROXIMITY_ANGLES[k]
-        if proximity[k] > threshold and abs(angle) <= sector:
-            x += proximity[k] * math.cos(angle)
-            y += proximity[k] * math.sin(angle)
+        if proximity[k] > threshold and abs(PROXIMITY_ANGLES[k]) <= sector:
+            x += proximity[k] * RAY_COS[k]
+            y += proximity[k] * RAY_SIN[k]
     if x == 0.0 and y == 0.0:
         return False, 0.0
-    return True, math.atan2(y, x)
+    return True, atan2(y, x)
 
 
 @kernel
@@ -135,7 +140,7 @@ def subsume(
     if avoid(course, readings, numbers):
         angle, creep = course.turn, numbers.creep
     elif goal_of(situation.goal) >= 0:
-        angle = float(math.atan2(target[1], target[0]))
+        angle = atan2(target[1], target[0])
     else:
         wander(course, numbers)
         angle = course.turn

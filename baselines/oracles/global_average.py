@@ -17,8 +17,6 @@ Not in the paper, and chosen here:
 - a robot on an area is averaged like any other.
 """
 
-import math
-
 import numpy as np
 from pydantic import Field
 
@@ -31,6 +29,7 @@ from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import RADIO, Readings
+from swarm_forage_env.equations.elementary import atan2, cos_sin
 from swarm_forage_env.equations.geometry import range_and_bearing, to_outer, wrap
 from swarm_forage_env.equations.radio import board_range
 from swarm_forage_env.equations.random_draws import symmetric
@@ -65,7 +64,7 @@ def measured_beam(
     """Range [m], bearing and bearing back [rad] of a robot at any distance, as of one frame."""
     dx, dy = there.pose[0] - here.pose[0], there.pose[1] - here.pose[1]
     d, bearing = range_and_bearing(dx, dy, here.pose[2])
-    back = math.atan2(-dy, -dx) - there.pose[2]
+    back = atan2(-dy, -dx) - there.pose[2]
     if numbers.is_board > 0.0:
         body = 2.0 * numbers.radius
         d = body + board_range(max(d - body, 0.0), streams, 0)
@@ -108,7 +107,7 @@ def add_heard(swarm: Array, crowd: Array, i: int, j: int, numbers: Numbers) -> N
     if not (message.told[0] or message.told[1]):
         return
     beam = measured_beam(swarm[i], swarm[j], belief.streams, numbers)
-    c, s = math.cos(belief.pose[2]), math.sin(belief.pose[2])
+    c, s = cos_sin(belief.pose[2])
     for area in range(2):
         if message.told[area]:
             d_j, phi_j = message.distance[area], message.direction[area]

@@ -13,8 +13,6 @@ Not in the paper, and chosen here:
 - the own frame is the world frame: no layer can tell.
 """
 
-import math
-
 import numpy as np
 from pydantic import Field
 
@@ -32,6 +30,7 @@ from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.equations.differential_drive import path_length
+from swarm_forage_env.equations.elementary import atan2, cos_sin, hypot
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 from swarm_forage_env.foraging.control import observe_world as observe_all
 from swarm_forage_env.foraging.scenario import Scenario
@@ -70,8 +69,9 @@ def follow(belief: ExactBelief, axle: float) -> None:
     dx, dy = true_pose[0] - pose[0], true_pose[1] - pose[1]
     dtheta = wrap(true_pose[2] - pose[2])
     middle = pose[2] + 0.5 * dtheta
-    drho = math.hypot(dx, dy)
-    if dx * math.cos(middle) + dy * math.sin(middle) < 0.0:
+    drho = hypot(dx, dy)
+    c, s = cos_sin(middle)
+    if dx * c + dy * s < 0.0:
         drho = -drho
     belief.moved[0], belief.moved[1] = drho, dtheta
     pose[0], pose[1], pose[2] = true_pose[0], true_pose[1], true_pose[2]
@@ -101,7 +101,7 @@ def aim(belief: ExactBelief, partner: ExactBelief) -> None:
     dx, dy = there[0] - here[0], there[1] - here[1]
     distance, bearing = range_and_bearing(dx, dy, here[2])
     belief.beam[0], belief.beam[1] = distance, wrap(bearing)
-    belief.beam[2] = wrap(math.atan2(-dy, -dx) - there[2])
+    belief.beam[2] = wrap(atan2(-dy, -dx) - there[2])
 
 
 @kernel

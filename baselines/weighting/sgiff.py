@@ -1,12 +1,11 @@
 """The Social Generalised Induced Fermi Filter."""
 
-import math
-
 import numpy as np
 from pydantic import Field
 
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import tanh
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import WeightingLayer
@@ -24,7 +23,7 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
     """
     steepness = 0.5 * numbers.beta * CENTIMETRES
     ahead = np.float64(exchange.own_p[area]) - np.float64(exchange.heard_p[area])
-    return 0.5 + 0.5 * math.tanh(steepness * ahead)
+    return 0.5 + 0.5 * tanh(steepness * ahead)
 
 
 @WEIGHTING_RULES.register("sgiff")

@@ -14,9 +14,9 @@ from swarm_forage_env.record import Numbers
 @kernel
 def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
     """The gain g = |P_i| / (|P_i| + |P_j|) of an area; 1/2 where both are 0. Source: TR, Eq. 33."""
-    own = np.float64(exchange.own_p[area]) ** 2
-    total = own + np.float64(exchange.heard_p[area]) ** 2
-    return own / total if total > 0.0 else 0.5
+    own, heard = np.float64(exchange.own_p[area]), np.float64(exchange.heard_p[area])
+    total = own * own + heard * heard
+    return own * own / total if total > 0.0 else 0.5
 
 
 @WEIGHTING_RULES.register("sikf")

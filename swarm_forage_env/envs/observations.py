@@ -26,6 +26,7 @@ from swarm_forage_env.envs.added_observations import (
     Observation,
     PreviousAction,
 )
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.observed_fields import FieldCopies, FieldLayout
@@ -132,7 +133,7 @@ def normalise_row(
 def write_direction(row: Float32[Array, " numbers"], at: int, to: int) -> None:
     """Write the unit vector of the two numbers from `at` on; zeros for no direction."""
     x, y = row[at], row[at + 1]
-    size = np.hypot(x, y)
+    size = hypot(x, y)
     row[to] = x / size if size > 0.0 else 0.0
     row[to + 1] = y / size if size > 0.0 else 0.0
 

@@ -14,6 +14,7 @@ from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.epuck.faults import FaultKind, Liar, Worn
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.equations import random_draws
+from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.random_streams import NoiseSource, hash_of, streams
 
 draw_unit = entry_point(random_draws.unit)
@@ -82,9 +83,21 @@ def _make_lies(
 
 def _shifts(liar: Liar, words: UInt64[Array, " robots"]) -> Places:
     """By how much each robot shifts each area, world frame [m]."""
-    angle = [2.0 * math.pi * uniform(words, f"liar.shift.{area}") for area in range(2)]
-    turned = np.stack([np.cos(angle), np.sin(angle)], axis=2)
-    return np.asarray(liar.shift * turned.transpose(1, 0, 2))
+    shifts = np.empty((len(words), 2, 2))
+    for area in range(2):
+        angles = 2.0 * math.pi * uniform(words, f"liar.shift.{area}")
+        write_vectors(liar.shift, angles, shifts[:, area])
+    return shifts
+
+
+@entry_point
+def write_vectors(
+    length: float, angles: Float64[Array, " robots"], out: Float64[Array, "robots 2"]
+) -> None:
+    """Write the vectors of a length [m] in these directions [rad]."""
+    for i in range(angles.shape[0]):
+        c, s = cos_sin(angles[i])
+        out[i, 0], out[i, 1] = length * c, length * s
 
 
 def _false_places(scenario: EpuckScenario, word: UInt64[Array, "1"]) -> Float64[Array, "areas 2"]:

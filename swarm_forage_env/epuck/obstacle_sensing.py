@@ -6,6 +6,7 @@ from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
 from swarm_forage_env.epuck.surroundings import COUNT, FIRST
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.equations.obstacles import from_axis, is_between, ray_to_capsule
 from swarm_forage_env.equations.proximity import RAY_COS, RAY_SIN, SENSING_RANGE
 
@@ -18,7 +19,7 @@ def cast_rays_at_obstacles(
     robot.rays[:] = math.inf
     for k in range(obstacles.shape[0]):
         dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
-        if math.hypot(dx, dy) < world.radius + SENSING_RANGE + obstacles[k, 4]:
+        if hypot(dx, dy) < world.radius + SENSING_RANGE + obstacles[k, 4]:
             shorten_rays_at_obstacle(robot, world, obstacles[k])
 
 

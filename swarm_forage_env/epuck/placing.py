@@ -7,6 +7,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float64, Int64, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import EpuckState
+from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.equations.random_draws import first_word, symmetric, unit
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.random_streams import NoiseSource
@@ -68,7 +69,8 @@ def place_next(
     for _ in range(10_000):
         r = radius * math.sqrt(unit(streams, i))
         angle = math.pi * symmetric(streams, i)
-        x, y = r * math.cos(angle), r * math.sin(angle)
+        c, s = cos_sin(angle)
+        x, y = r * c, r * s
         if is_free(x, y, apart, out_pose, i):
             out_pose[i, 0], out_pose[i, 1] = x, y
             out_pose[i, 2] = math.pi * symmetric(streams, i)

@@ -18,6 +18,7 @@ from swarm_forage_env.epuck.records import (
 )
 from swarm_forage_env.epuck.surroundings import COUNT, FIRST
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
+from swarm_forage_env.equations.elementary import atan2, hypot
 from swarm_forage_env.equations.geometry import range_and_bearing, to_body, to_outer, wrap
 from swarm_forage_env.equations.odometry import encoder
 from swarm_forage_env.equations.proximity import (
@@ -184,7 +185,7 @@ def receive_messages(
         dx, dy = sender.pose[0] - robot.pose[0], sender.pose[1] - robot.pose[1]
         if not is_on_air(sender) or dx * dx + dy * dy > far_squared:
             continue
-        d = math.hypot(dx, dy)
+        d = hypot(dx, dy)
         if d > world.max_range:
             continue
         lost = loss(d, world.near, world.max_range, world.loss_near, world.loss_far)
@@ -214,7 +215,7 @@ def measure_range_bearing(
     frames = world.frames if is_at_rest else 1
     dx, dy = sender.pose[0] - robot.pose[0], sender.pose[1] - robot.pose[1]
     d, bearing = range_and_bearing(dx, dy, robot.pose[2])
-    back = wrap(math.atan2(-dy, -dx) - sender.pose[2])
+    back = wrap(atan2(-dy, -dx) - sender.pose[2])
     measured = robot.heard.range_bearing
     if world.is_board:
         gap = max(d - 2.0 * world.radius, 0.0)

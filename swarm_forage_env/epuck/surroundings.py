@@ -25,13 +25,51 @@ COUNT, NEXT, FIRST = 0, 1, 2
 and where the neighbours' numbers start."""
 
 
+FEW = 16
+"""Among so many robots a list of cells takes longer to keep than all pairs to compare."""
+
+
+@kernel
+def is_within_reach(swarm: Array, i: int, j: int, world: WorldState) -> bool:
+    """Two robots are neighbours."""
+    dx, dy = swarm[j].pose[0] - swarm[i].pose[0], swarm[j].pose[1] - swarm[i].pose[1]
+    return bool(dx * dx + dy * dy < world.reach * world.reach)
+
+
 @kernel
 def note_neighbour(near: Int32[Array, "robots columns"], i: int, j: int) -> None:
-    """Enter robot j in the row of robot i, if there is room; it is counted anyway."""
-    at = FIRST + near[i, COUNT]
-    if at < near.shape[1]:
-        near[i, at] = j
+    """Enter robot j in the row of robot i, in order, if there is room; it is counted anyway."""
+    n = near[i, COUNT]
     near[i, COUNT] += 1
+    if FIRST + n >= near.shape[1]:
+        return
+    at = FIRST + n
+    while at > FIRST and near[i, at - 1] > j:
+        near[i, at] = near[i, at - 1]
+        at -= 1
+    near[i, at] = j
+
+
+@kernel
+def largest_count(near: Int32[Array, "robots columns"]) -> int:
+    """The most neighbours that a robot has; all counts are cut to the room in a row."""
+    most = 0
+    for i in range(near.shape[0]):
+        most = max(most, near[i, COUNT])
+        near[i, COUNT] = min(near[i, COUNT], near.shape[1] - FIRST)
+    return most
+
+
+@kernel
+def compare_all_pairs(swarm: Array, near: Int32[Array, "robots columns"], world: WorldState) -> int:
+    """`find_neighbours` without cells."""
+    for i in range(swarm.shape[0]):
+        near[i, COUNT] = 0
+        for j in range(i):
+            if is_within_reach(swarm, i, j, world):
+                note_neighbour(near, i, j)
+                note_neighbour(near, j, i)
+    return largest_count(near)
 
 
 @kernel
@@ -43,52 +81,30 @@ def find_neighbours(
 ) -> int:
     """List for each robot those within `reach`; the largest number of them that any robot has.
 
-    A robot's row holds first those with lower numbers, cell by cell, then those with higher ones;
-    those for whom there is no room are left out, and the return value tells.
-    `cells` must hold EMPTY everywhere, and does again afterwards.
+    The numbers in a robot's row ascend; those for whom there is no room are left out, and the
+    return value tells. `cells` must hold EMPTY everywhere, and does again afterwards.
     """
     n_x, n_y = cells_of(world.arena[0], world.reach), cells_of(world.arena[1], world.reach)
     for i in range(swarm.shape[0]):
         near[i, COUNT] = 0
     for i in range(swarm.shape[0]):
-        x, y = swarm[i].pose[0], swarm[i].pose[1]
-        cx = cell_of(x, world.arena[0], world.reach, n_x)
-        cy = cell_of(y, world.arena[1], world.reach, n_y)
+        cx = cell_of(swarm[i].pose[0], world.arena[0], world.reach, n_x)
+        cy = cell_of(swarm[i].pose[1], world.arena[1], world.reach, n_y)
         for kx in range(max(cx - 1, 0), min(cx + 2, n_x)):
             for ky in range(max(cy - 1, 0), min(cy + 2, n_y)):
                 j = cells[kx * n_y + ky]
                 while j != EMPTY:
-                    dx, dy = swarm[j].pose[0] - x, swarm[j].pose[1] - y
-                    if dx * dx + dy * dy < world.reach * world.reach:
+                    if is_within_reach(swarm, i, j, world):
                         note_neighbour(near, i, j)
                         note_neighbour(near, j, i)
                     j = near[j, NEXT]
         near[i, NEXT] = cells[cx * n_y + cy]
         cells[cx * n_y + cy] = i
-    most = 0
     for i in range(swarm.shape[0]):
         cx = cell_of(swarm[i].pose[0], world.arena[0], world.reach, n_x)
         cy = cell_of(swarm[i].pose[1], world.arena[1], world.reach, n_y)
         cells[cx * n_y + cy] = EMPTY
-        most = max(most, near[i, COUNT])
-        near[i, COUNT] = min(near[i, COUNT], near.shape[1] - FIRST)
-    return most
-
-
-@kernel
-def cell_at(swarm: Array, i: int, world: EpuckWorldState) -> int:
-    """The number of the cell of the grid over the arena in which robot i is."""
-    n_x, n_y = cells_of(world.arena[0], world.reach), cells_of(world.arena[1], world.reach)
-    k_x = cell_of(swarm[i].pose[0], world.arena[0], world.reach, n_x)
-    k_y = cell_of(swarm[i].pose[1], world.arena[1], world.reach, n_y)
-    return k_x * n_y + k_y
-
-
-@kernel
-def is_within_reach(swarm: Array, i: int, j: int, world: EpuckWorldState) -> bool:
-    """Two robots are neighbours."""
-    dx, dy = swarm[j].pose[0] - swarm[i].pose[0], swarm[j].pose[1] - swarm[i].pose[1]
-    return bool(dx * dx + dy * dy < world.reach * world.reach)
+    return largest_count(near)
 
 
 @kernel
@@ -97,21 +113,11 @@ def find_neighbours_of(
 ) -> int:
     """Write the row of robot i as `find_neighbours` does; how many neighbours it has.
 
-    Those with lower numbers cell by cell, the highest number of a cell first; then those with
-    higher ones. All other robots are looked at, which needs no list of cells to be shared.
+    All other robots are looked at, which needs no list of cells to be shared.
     """
     n_near, room = 0, near.shape[1] - FIRST
-    for j in range(i):
-        if is_within_reach(swarm, i, j, world):
-            at = min(n_near, room - 1)
-            cell = cell_at(swarm, j, world)
-            while at > 0 and cell_at(swarm, near[i, FIRST + at - 1], world) >= cell:
-                near[i, FIRST + at] = near[i, FIRST + at - 1]
-                at -= 1
-            near[i, FIRST + at] = j
-            n_near += 1
-    for j in range(i + 1, swarm.shape[0]):
-        if is_within_reach(swarm, i, j, world):
+    for j in range(swarm.shape[0]):
+        if j != i and is_within_reach(swarm, i, j, world):
             if n_near < room:
                 near[i, FIRST + n_near] = j
             n_near += 1
@@ -128,7 +134,11 @@ def list_by_cells(
     n_robots: int,
 ) -> int:
     """List the neighbours of all robots in one lane: quickest on a CPU. The most that one has."""
-    return find_neighbours(swarm, near, cells, world) if n_robots > 0 else 0
+    if n_robots == 0:
+        return 0
+    if n_robots <= FEW:
+        return compare_all_pairs(swarm, near, world)
+    return find_neighbours(swarm, near, cells, world)
 
 
 @row_template

@@ -9,8 +9,6 @@ A task fills four free names:
   read all of `swarm` that no score writes, and writes to robot i alone.
 """
 
-import math
-
 from swarm_forage_env.arrays import Array, Float64, Int32, Int64
 from swarm_forage_env.compiler import inlined, kernel
 from swarm_forage_env.epuck.fault_effects import update_faults
@@ -27,6 +25,7 @@ from swarm_forage_env.epuck.sensors import (
 from swarm_forage_env.epuck.surroundings import COUNT, FIRST, resolve_contacts
 from swarm_forage_env.equations.contacts import keep_inside
 from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
+from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import TOO_MANY_NEAR, Arrays, note
@@ -65,7 +64,7 @@ def drive(robot: EpuckState, world: EpuckWorldState) -> None:
 @kernel
 def face(robot: EpuckState) -> None:
     """Keep cosine and sine of the heading beside it."""
-    robot.heading[0], robot.heading[1] = math.cos(robot.pose[2]), math.sin(robot.pose[2])
+    robot.heading[0], robot.heading[1] = cos_sin(robot.pose[2])
 
 
 @kernel

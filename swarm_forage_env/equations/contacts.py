@@ -1,9 +1,8 @@
 """Contacts: discs that overlap are moved apart, and back inside the walls."""
 
-import math
-
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import hypot
 
 MOST_PASSES = 2000
 GENTLE_PASSES = 20
@@ -36,7 +35,7 @@ def separate_pair(
     dx, dy = b[0] - a[0], b[1] - a[1]
     if dx * dx + dy * dy > apart * apart * _ROUNDING:
         return 0.0
-    d = math.hypot(dx, dy)
+    d = hypot(dx, dy)
     if d >= apart:
         return 0.0
     nx, ny = (dx / d, dy / d) if d > 0.0 else (1.0, 0.0)

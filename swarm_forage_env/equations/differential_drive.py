@@ -1,8 +1,7 @@
 """The differential drive: wheels to motion. dU_r, dU_l: path of the right and left wheel [m]."""
 
-import math
-
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.equations.geometry import wrap
 
 
@@ -50,8 +49,8 @@ def advance(
 
     Source: TR, Eq. 7; ANTS, Eq. 1.
     """
-    middle = theta + 0.5 * dtheta
-    return x + drho * math.cos(middle), y + drho * math.sin(middle), wrap(theta + dtheta)
+    c, s = cos_sin(theta + 0.5 * dtheta)
+    return x + drho * c, y + drho * s, wrap(theta + dtheta)
 
 
 @kernel

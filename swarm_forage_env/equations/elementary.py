@@ -275,7 +275,7 @@ def log(x: float) -> float:
     if x < 2.0**-1022:
         if x <= 0.0:
             return -math.inf if x == 0.0 else math.nan
-        return log_of_sum(x * 2.0**54, 0.0) - 54.0 * math.log(2.0)
+        return log_of_sum(x * 2.0**54, 0.0) - 54.0 * (_LN2_HIGH + _LN2_LOW)
     if not x < math.inf:
         return x
     return log_of_sum(x, 0.0)

@@ -3,6 +3,7 @@
 import math
 
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import atan2, hypot
 
 
 @kernel
@@ -26,7 +27,7 @@ def range_and_bearing(dx: float, dy: float, theta: float) -> tuple[float, float]
     >>> range_and_bearing(0.0, 2.0, math.pi / 2)
     (2.0, 0.0)
     """
-    return math.hypot(dx, dy), wrap(math.atan2(dy, dx) - theta)
+    return hypot(dx, dy), wrap(atan2(dy, dx) - theta)
 
 
 @kernel

@@ -9,6 +9,7 @@ import math
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import hypot
 
 ON_AXIS = 1e-9
 """A point that is nearer to an axis than this lies on it [m]: the way out has no sure direction."""
@@ -39,12 +40,12 @@ def keep_out(pose: Float64[Array, "3"], capsule: Float64[Array, "5"], radius: fl
     apart = radius + capsule[4]
     if dx * dx + dy * dy >= apart * apart:
         return 0.0
-    d = math.hypot(dx, dy)
+    d = hypot(dx, dy)
     if d > ON_AXIS:
         nx, ny = dx / d, dy / d
     else:
         ux, uy = capsule[2] - capsule[0], capsule[3] - capsule[1]
-        length = math.hypot(ux, uy)
+        length = hypot(ux, uy)
         nx, ny = (-uy / length, ux / length) if length > 0.0 else (1.0, 0.0)
     pose[0] += (apart - d) * nx
     pose[1] += (apart - d) * ny
@@ -88,7 +89,7 @@ def ray_to_capsule(x: float, y: float, u: float, v: float, capsule: Float64[Arra
     bx, by = capsule[2] - x, capsule[3] - y
     nearest = ray_to_round_end(ax, ay, u, v, radius)
     ux, uy = bx - ax, by - ay
-    length = math.hypot(ux, uy)
+    length = hypot(ux, uy)
     if length == 0.0:
         return nearest
     nearest = min(nearest, ray_to_round_end(bx, by, u, v, radius))
@@ -103,7 +104,7 @@ def is_between(
     x: float, y: float, other_x: float, other_y: float, capsule: Float64[Array, "5"]
 ) -> bool:
     """A capsule lies in the straight line between two points outside of it, world frame [m]."""
-    d = math.hypot(other_x - x, other_y - y)
+    d = hypot(other_x - x, other_y - y)
     if d == 0.0:
         return False
     return ray_to_capsule(x, y, (other_x - x) / d, (other_y - y) / d, capsule) < d

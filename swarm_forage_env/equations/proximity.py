@@ -16,7 +16,11 @@ Source: ARGoS3-epuck, ci_epuck_proximity_sensor.cpp.
 SENSING_RANGE = 0.05
 """Beyond this distance from the rim a sensor reads 0 [m]."""
 
-RAY_COS, RAY_SIN = np.cos(PROXIMITY_ANGLES), np.sin(PROXIMITY_ANGLES)
+_COS = 0.9563047559630354, 0.6427876096865394, 6.123233995736766e-17, -0.8660254037844387
+_SIN = 0.29237170472273677, 0.766044443118978, 1.0, 0.49999999999999994
+RAY_COS = np.array([*_COS, *reversed(_COS)])
+RAY_SIN = np.array([*(-each for each in _SIN), *reversed(_SIN)])
+"""Cosine and sine of these directions; NumPy's have other last bits on other machines."""
 
 
 @kernel

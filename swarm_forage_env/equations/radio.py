@@ -1,11 +1,10 @@
 """The range-and-bearing radio: how often a message is lost, and how badly it is measured."""
 
-import math
-
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64, UInt64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import exp
 from swarm_forage_env.equations.random_draws import normal, symmetric
 
 POWER_GAP = np.array([0.0, 0.02, 0.05, 0.10, 0.15, 0.30, 0.45, 0.60])
@@ -63,8 +62,8 @@ def board_range(gap: float, streams: UInt64[Array, " columns"], column: int) -> 
     """
     mu = interpolate(gap, POWER_GAP, POWER_MU)
     sigma = interpolate(gap, POWER_GAP, POWER_SIGMA)
-    power = math.exp(mu + sigma * normal(streams, column))
-    return 0.01 * math.exp(9.06422 - 0.00565075 * power)
+    power = exp(mu + sigma * normal(streams, column))
+    return 0.01 * exp(9.06422 - 0.00565075 * power)
 
 
 @kernel

@@ -13,6 +13,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import cos, log
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -58,7 +59,7 @@ def below(streams: UInt64[Array, " columns"], column: int, n: int) -> int:
 @kernel
 def exponential(streams: UInt64[Array, " columns"], column: int, mean: float) -> float:
     """One exponential draw with the given mean, by inversion."""
-    return -mean * math.log(1.0 - unit(streams, column))
+    return -mean * log(1.0 - unit(streams, column))
 
 
 @kernel
@@ -70,7 +71,7 @@ def normal(streams: UInt64[Array, " columns"], column: int) -> float:
     Source: BoxMuller1958.
     """
     u, v = 1.0 - unit(streams, column), unit(streams, column)
-    return math.sqrt(-2.0 * math.log(u)) * math.cos(2.0 * math.pi * v)
+    return math.sqrt(-2.0 * log(u)) * cos(2.0 * math.pi * v)
 
 
 @kernel

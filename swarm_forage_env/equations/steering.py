@@ -3,6 +3,7 @@
 import math
 
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import cos_sin, hypot
 
 
 @kernel
@@ -19,7 +20,8 @@ def drive_to_pull(strength: float, turn: float, sharpest_turn: float) -> tuple[f
     (1.0, 0.0)
     """
     m, phi = 0.5 * (strength + 1.0), math.pi * sharpest_turn * turn
-    return m * math.cos(phi), m * math.sin(phi)
+    c, s = cos_sin(phi)
+    return m * c, m * s
 
 
 @kernel
@@ -35,9 +37,9 @@ def seek(x: float, y: float, vx: float, vy: float, speed: float) -> tuple[float,
     >>> seek(3.0, 0.0, 0.0, 0.0, 0.5)
     (1.0, 0.0)
     """
-    size = math.hypot(x, y)
+    size = hypot(x, y)
     if size == 0.0:
         return 0.0, 0.0
     dx, dy = speed * x / size - vx, speed * y / size - vy
-    change = math.hypot(dx, dy)
+    change = hypot(dx, dy)
     return (dx / change, dy / change) if change > 0.0 else (0.0, 0.0)

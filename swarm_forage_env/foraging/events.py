@@ -1,12 +1,11 @@
 """What happened to each robot in a tick, for rewards of the user's own."""
 
-import math
-
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.epuck.surroundings import COUNT, FIRST
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.equations.obstacles import from_axis
@@ -54,7 +53,7 @@ def is_touching(swarm: Array, i: int, near: Int32[Array, " columns"], world: Wor
         return True
     for k in range(FIRST, FIRST + near[COUNT]):
         other = swarm[near[k]].pose
-        if math.hypot(other[0] - x, other[1] - y) <= 2.0 * world.radius + TOUCH:
+        if hypot(other[0] - x, other[1] - y) <= 2.0 * world.radius + TOUCH:
             return True
     return False
 
@@ -66,7 +65,7 @@ def is_touching_obstacle(
     """The body of a robot touches an obstacle."""
     for k in range(obstacles.shape[0]):
         dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
-        if math.hypot(dx, dy) <= world.radius + obstacles[k, 4] + TOUCH:
+        if hypot(dx, dy) <= world.radius + obstacles[k, 4] + TOUCH:
             return True
     return False
 

@@ -2,9 +2,8 @@
 
 import math
 
-import numpy as np
-
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.equations.ground import FLOOR, area_at, brightness
 from swarm_forage_env.foraging.records import WorldState
 
@@ -34,7 +33,7 @@ def distance_to_kind(x: float, y: float, kind: int, world: WorldState) -> float:
     nearest = math.inf
     for k in range(world.n_areas):
         if world.kinds[k] == kind:
-            nearest = min(nearest, np.hypot(x - world.areas[k, 0], y - world.areas[k, 1]))
+            nearest = min(nearest, hypot(x - world.areas[k, 0], y - world.areas[k, 1]))
     return float(nearest)
 
 

@@ -11,6 +11,7 @@ from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.epuck.fault_record import KINDS, N_KINDS
 from swarm_forage_env.epuck.records import AREAS
+from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.equations.geometry import to_outer
 from swarm_forage_env.foraging.areas import MOST_AREAS
 from swarm_forage_env.foraging.metrics import localisation_error
@@ -105,7 +106,7 @@ def put_truth(
 ) -> int:
     """Write a robot's pose, and its beliefs in the world frame; where the next goes."""
     x, y, theta = robot.pose[0], robot.pose[1], robot.pose[2]
-    c, s = np.cos(theta), np.sin(theta)
+    c, s = cos_sin(theta)
     out[at], out[at + 1], out[at + 2], out[at + 3] = x, y, c, s
     for area in range(2):
         known = situation.known[area] != 0

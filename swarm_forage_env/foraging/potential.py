@@ -6,6 +6,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import NEST, PREY, Array, Float64
 from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.foraging.areas import KINDS
 from swarm_forage_env.foraging.floor import distance_to_kind
 from swarm_forage_env.foraging.records import RobotState, WorldState
@@ -34,7 +35,7 @@ def farthest(world: WorldState) -> float:
     x, y = 0.0, 0.0
     for k in range(world.areas.shape[0]):
         x, y = max(x, abs(world.areas[k, 0])), max(y, abs(world.areas[k, 1]))
-    return float(np.hypot(0.5 * world.arena[0] + x, 0.5 * world.arena[1] + y))
+    return float(hypot(0.5 * world.arena[0] + x, 0.5 * world.arena[1] + y))
 
 
 @kernel

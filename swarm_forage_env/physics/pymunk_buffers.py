@@ -4,7 +4,6 @@ Compiled functions call those of Chipmunk that take addresses and numbers. Bodie
 written as in `pymunk.batch`, all of a space in one call, from buffers in the memory of NumPy.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
 from swarm_forage_env.epuck.surroundings import COUNT, FIRST
 from swarm_forage_env.epuck.tick import set_wheels
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
+from swarm_forage_env.equations.elementary import cos_sin, hypot
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.obstacles import from_axis
 from swarm_forage_env.physics.chipmunk_functions import each_body, step_space
@@ -88,7 +88,7 @@ def may_touch_obstacle(
     far = world.radius + path_of(robot, world.dt)
     for k in range(obstacles.shape[0]):
         dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
-        if math.hypot(dx, dy) <= far + obstacles[k, 4]:
+        if hypot(dx, dy) <= far + obstacles[k, 4]:
             return True
     return False
 
@@ -112,7 +112,7 @@ def may_touch(
             other = swarm[near[i, k]]
             paths = path_of(robot, world.dt) + path_of(other, world.dt)
             dx, dy = other.pose[0] - robot.pose[0], other.pose[1] - robot.pose[1]
-            if math.hypot(dx, dy) <= 2.0 * world.radius + paths:
+            if hypot(dx, dy) <= 2.0 * world.radius + paths:
                 return True
     return False
 
@@ -123,8 +123,8 @@ def write_body(robot: EpuckState, world: EpuckWorldState, out_body: Float64[Arra
     speed, spin = wheels_to_arc(robot.wheels[0], robot.wheels[1], world.axle)
     middle = robot.pose[2] + 0.5 * spin * world.dt
     out_body[0], out_body[1], out_body[2] = robot.pose[0], robot.pose[1], robot.pose[2]
-    out_body[3] = speed * math.cos(middle)
-    out_body[4] = speed * math.sin(middle)
+    c, s = cos_sin(middle)
+    out_body[3], out_body[4] = speed * c, speed * s
     out_body[5] = spin
 
 

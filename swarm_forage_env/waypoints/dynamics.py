@@ -4,6 +4,7 @@ import math
 
 from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import atan2, cos_sin, hypot
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.random_draws import normal, symmetric, unit
 from swarm_forage_env.waypoints.records import GOAL, SPEED, TURN, RobotState, WorldState
@@ -21,7 +22,7 @@ def limited(speed: float, ahead: float, left: float, world: WorldState) -> tuple
     Source: BOIDS, authors' code; the paper says only that accelerations steer.
     """
     asked = speed + world.max_acceleration * ahead * world.dt
-    turn = math.atan2(left, ahead) if ahead != 0.0 or left != 0.0 else 0.0
+    turn = atan2(left, ahead) if ahead != 0.0 or left != 0.0 else 0.0
     fast = min(max(asked, world.min_speed), world.max_speed)
     return fast, min(max(turn, -world.max_turn_rate), world.max_turn_rate)
 
@@ -39,7 +40,8 @@ def turn_then_go(
     Source: BOIDS, Eq. 2 as the authors' code has it.
     """
     after = wrap(theta + turn * dt)
-    return x + speed * dt * math.cos(after), y + speed * dt * math.sin(after), after
+    c, s = cos_sin(after)
+    return x + speed * dt * c, y + speed * dt * s, after
 
 
 @kernel
@@ -60,7 +62,7 @@ def judge_claim(robot: RobotState, world: WorldState) -> None:
     if not robot.command.claim:
         return
     pose, goal = robot.pose, robot.goal
-    if math.hypot(pose[0] - goal[0], pose[1] - goal[1]) < world.tolerance:
+    if hypot(pose[0] - goal[0], pose[1] - goal[1]) < world.tolerance:
         robot.right += 1
         robot.reward = 1.0
     else:

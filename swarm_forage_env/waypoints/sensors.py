@@ -1,9 +1,8 @@
 """Sensors of the waypoints world: wheels and gyro, the fix at home, and the LiDAR."""
 
-import math
-
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 from swarm_forage_env.equations.random_draws import normal
 from swarm_forage_env.waypoints.records import (
@@ -27,7 +26,7 @@ def measure_motion(robot: RobotState) -> None:
 def fix_at_home(robot: RobotState, world: WorldState) -> None:
     """The pose as home, the origin, tells it to those within reach; zeros to others."""
     readings, pose = robot.readings, robot.pose
-    readings.at_home = math.hypot(pose[0], pose[1]) < world.reach
+    readings.at_home = hypot(pose[0], pose[1]) < world.reach
     for k in range(3):
         readings.home_fix[k] = 0.0
         if readings.at_home:
@@ -55,7 +54,7 @@ def see_each_other(swarm: Array, sightings: Array, world: WorldState) -> None:
             sighting = sightings[i, j]
             sighting.seen, sighting.range, sighting.bearing = False, 0.0, 0.0
             dx, dy = swarm[j].pose[0] - pose[0], swarm[j].pose[1] - pose[1]
-            if j == i or math.hypot(dx, dy) >= farthest:
+            if j == i or hypot(dx, dy) >= farthest:
                 continue
             far, bearing = range_and_bearing(dx, dy, pose[2])
             far += world.range_noise * normal(streams, LIDAR)

@@ -115,7 +115,7 @@ def test_the_rules_sum_up_to_the_pull(boids, gains, seed):
     course = boids(robot, gains=gains, alignment=0.3, seeking=1.3)[1]
     expected = np.array([0.3, 1.0, 1.0, 1.0, 1.3]) if gains == "static" else np.eye(5)[GOAL]
     if gains == "adaptive":
-        far = np.linalg.norm(robot.situation.areas, axis=1) / SIDE
+        far = np.linalg.norm(robot.situation.areas.astype(float), axis=1) / SIDE
         p = robot.situation.p[PREY] / TRUST
         adaptive_gains(2 / SCENARIO.task.n_robots, p, 0.0, far[PREY], far[NEST], expected)
     velocity = np.array([SPEED * robot.last_wheels.mean(), 0.0])

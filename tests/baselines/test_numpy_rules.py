@@ -1,16 +1,10 @@
 """Rules written in NumPy from outside: they run through the cut and repeat the compiled ones."""
 
-import platform
 from dataclasses import replace
-from pathlib import Path
-from zlib import crc32
 
 import numpy as np
 import pytest
 
-from baselines.controller import LayeredController
-from baselines.estimators.social_odometry import SocialOdometryParameters
-from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
@@ -20,24 +14,10 @@ ENGINES = ("rigid", "kinematic")
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
 """Fast robots and near areas: round trips and exchanges within a minute."""
 TICKS = 600
-GOLDEN = Path(__file__).parents[1] / "golden" / "data"
-MACHINE = f"{platform.system()} {platform.machine()}"
-RECORDED_ON = (GOLDEN / "machine.txt").read_text(encoding="utf-8").strip()
 
 
 def busy():
     return find_scenario("es1", {**BUSY, "task.duration": 60.0})
-
-
-class SinglePrecisionSGIFF:
-    """SGIFF as it was before it was compiled, its tanh in single precision."""
-
-    heard_p_share = 1.0
-    beta = 0.01
-
-    def __call__(self, exchange):
-        steepness = np.float32(0.5 * self.beta * 100)
-        return 0.5 + 0.5 * np.tanh(steepness * (exchange.own_p - exchange.heard_p))
 
 
 class SGIKFInNumPy:
@@ -72,50 +52,6 @@ def assert_same(one, other):
     mine, theirs = (loop.controller.minds["estimator"] for loop in (one, other))
     for name in ("belief", "message", "situation"):
         np.testing.assert_array_equal(mine[name], theirs[name], err_msg=name)
-
-
-def checksum(dtype, *arrays):
-    """As the golden data keeps it: no zero has a sign."""
-    plain = [np.ascontiguousarray(each, dtype) + np.dtype(dtype).type(0) for each in arrays]
-    return b"".join(each.tobytes() for each in plain)
-
-
-def pose_beliefs_rewards(loop, reported):
-    """16 bits of the checksum of three quantities of the golden data."""
-    state, s = loop.world.state, loop.situation
-    goal = np.array([0, 1, -1])[s.goal.argmax(axis=1)]
-    beliefs = checksum("<f4", s.areas, s.p) + checksum("u1", s.known) + checksum("i1", goal)
-    beliefs += checksum("u1", s.is_talking) + checksum("<f4", s.target)
-    rewards = checksum("<f4", state.reward) + checksum("<i4", state.lost_events)
-    rewards += checksum("u1", reported)
-    quantities = checksum("<f8", state.pose), beliefs, rewards
-    return [crc32(each) >> 16 for each in quantities]
-
-
-@pytest.mark.skipif(MACHINE != RECORDED_ON, reason=f"recorded on {RECORDED_ON}")
-@pytest.mark.parametrize("physics", ENGINES)
-def test_a_weighting_from_outside_repeats_what_was_recorded_bit_for_bit(physics):
-    with np.load(GOLDEN / "float32_sgiff.npz") as data:
-        case = f"es1-busy/{physics}/dsgiff#"
-        key = next(each for each in data.files if each.startswith(f"{case}pose"))
-        names, recorded = key.removeprefix(case).split(" "), data[key]
-        round_trips = data[f"{case}end round_trips"].tolist()
-    controller = LayeredController(
-        "outside",
-        SocialOdometryParameters(double=True, first_hand=False),
-        SinglePrecisionSGIFF(),
-        SubsumptionParameters(),
-    )
-    loop = Loop(busy(), controller, [0, 1], physics)
-    found = [pose_beliefs_rewards(loop, np.zeros((20, 2)))]
-    for _ in range(TICKS):
-        reported = loop.situation.known
-        loop.step()
-        found.append(pose_beliefs_rewards(loop, reported))
-    for name, column in zip(("pose", "beliefs", "rewards"), np.transpose(found), strict=True):
-        different = np.flatnonzero(recorded[names.index(name)] != column)
-        assert not len(different), f"{name} differ from tick {different[0]} on"
-    assert loop.world.robots["round_trips"].sum(axis=1).tolist() == round_trips
 
 
 @pytest.mark.parametrize("physics", ENGINES)

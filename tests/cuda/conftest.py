@@ -9,6 +9,7 @@ import pytest
 
 import baselines.controllers  # noqa: F401 controllers, by name
 import training.controllers  # noqa: F401 learned layers, by name
+from swarm_forage_env.compiler import rounding_each
 
 ON_GRID = (
     "nc", "ssgikf", "dsgikf", "ssgiff", "dsgiff", "dsgiff-penalised", "dsgiff-frequent",
@@ -49,7 +50,8 @@ def ptx(monkeypatch):
 
     def compiled(kernel, *arguments):
         types = tuple(map(numba.typeof, arguments))
-        text, result = cuda.compile_ptx(kernel.py_func, types, cc=CAPABILITY)
+        with rounding_each():
+            text, result = cuda.compile_ptx(kernel.py_func, types, cc=CAPABILITY)
         assert result == numba.types.none
         return text
 

@@ -48,7 +48,10 @@ PACKAGES = (
 )
 
 ON_CPU = {
-    "find_neighbours note_neighbour": "the list of neighbours of a CPU",
+    "find_neighbours note_neighbour compare_all_pairs": "the list of neighbours of a CPU",
+    "largest_count cell_of cells_of": "the list of neighbours of a CPU",
+    "write_vectors": "faults, drawn when a world is made",
+    "acos": "matrices of positions in estimators that a GPU has not",
     "seed_streams": "a reset of a CPU",
     "write_rows area_under is_touching is_touching_obstacle": "events for rewards in NumPy",
     "repeat falsify": "in the place of what an estimator has not",
@@ -119,6 +122,7 @@ def test_ticks_compile_for_a_gpu(ptx, controller):
     text = ptx(kernel, *arguments)
     assert ".target sm_90" in text
     assert text.count("bar.sync") == (13 if controller != "policy" else 11)
+    assert "fma.rn" not in text  # each product is rounded by itself, as on a CPU
 
 
 def test_ticks_of_another_task_of_e_pucks_compile_for_a_gpu(ptx):

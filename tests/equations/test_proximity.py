@@ -7,9 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.proximity import (
     PROXIMITY_ANGLES,
+    RAY_COS,
+    RAY_SIN,
     SENSING_RANGE,
     ray_to_disc,
     ray_to_walls,
@@ -26,6 +29,8 @@ def test_the_sensors_look_in_the_published_directions():
     # ARGoS numbers clockwise from the front right: 17, 50, 90, 150, 210, 270, 310, 343 degrees.
     clockwise = np.degrees(-PROXIMITY_ANGLES) % 360.0
     np.testing.assert_allclose(clockwise, [17, 50, 90, 150, 210, 270, 310, 343])
+    rays = [(float(c), float(s)) for c, s in zip(RAY_COS, RAY_SIN, strict=True)]
+    assert rays == [cos_sin(angle) for angle in PROXIMITY_ANGLES]
 
 
 @pytest.mark.parametrize(

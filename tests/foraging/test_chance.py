@@ -8,8 +8,11 @@ from swarm_forage_env.random_streams import NoiseSource, streams
 
 
 def driven(running, go, **overrides):
-    """es1 after 60 ticks of wheels and talk that do not depend on what is sensed."""
-    world = running("es1", [3], "kinematic", **overrides).world
+    """es1 after 60 ticks of wheels and talk that do not depend on what is sensed.
+
+    Under this seed some robots are sent more messages than they have slots for.
+    """
+    world = running("es1", [6], "kinematic", **overrides).world
     wheels = np.random.default_rng(0).uniform(-0.06, 0.06, (6, world.rows, 2))
     heard = []
     for tick in range(60):

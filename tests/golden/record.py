@@ -6,10 +6,7 @@
 tick, 16 bits of a checksum of each quantity (see `readout`), and the whole numbers of the end:
 enough to tell what differs first and when, in a few megabytes.
 
-Data is of one kind of machine: elsewhere the last digit of a sine may be another.
-
-`float32_sgiff.npz` keeps what `dsgiff` did while SGIFF took its tanh in single precision (decision
-0018): a rule written in NumPy still repeats it.
+Data is of one kind of machine: the engine `rigid` and what is drawn in NumPy call its libm.
 """
 
 import platform

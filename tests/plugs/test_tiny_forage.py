@@ -1,11 +1,7 @@
 """The swarm in one file goes through the poses of the core."""
 
-import platform
 import re
 from pathlib import Path
-
-import numba
-import pytest
 
 from swarm_forage_env import find_scenario
 from swarm_forage_env.controllers import find_controller
@@ -15,8 +11,6 @@ SEED, TICKS = 8, 2000
 """Robots copy an estimate, blend two, get lost and make round trips."""
 
 
-@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="math.hypot rounds otherwise than C")
-@pytest.mark.skipif(platform.machine() != "x86_64", reason="products and sums may be fused")
 def test_the_swarm_in_one_file_goes_through_the_same_poses_bit_for_bit(example):
     tiny = example("tiny_forage")
     loop = Loop(find_scenario("es1"), find_controller("ssgikf"), [SEED], "kinematic")
