@@ -14,7 +14,7 @@ REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults mutants test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
-	test-cuda check lint dist golden coverage bench bench-cuda ladder reproduce pictures score-plot scores docs \
+	test-cuda test-targets check lint dist golden coverage bench bench-cuda ladder reproduce pictures score-plot scores docs \
 	docs-serve docs-equations clean
 
 help:  ## list the targets
@@ -97,6 +97,10 @@ test-torchrl: .venv-torchrl/.ready  ## the TorchRL and BenchMARL examples, in .v
 
 test-cuda: .venv-cuda/.ready  ## the kernels of a GPU, in .venv-cuda: without one, and on one if found
 	.venv-cuda/bin/pytest -m 'cuda or gpu' tests/cuda
+
+test-targets: $(READY)  ## ticks in WebAssembly and on an emulated Cortex-M4; skipped without node, ARM's GCC, QEMU
+	$(BIN)/python -m pip install -qq --constraint constraints.txt ziglang
+	$(BIN)/pytest -m 'not slow' tests/targets
 
 ladder: .venv-torchrl/.ready  ## train on all rungs of the ladder, and write docs/ladder.md (a night)
 	.venv-torchrl/bin/swarm-forage benchmark cards --missing --workers $(WORKERS)

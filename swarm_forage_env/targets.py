@@ -1,0 +1,135 @@
+"""Ticks for other machines: WebAssembly and Cortex-M4, from the functions that run here.
+
+    code = object_code(loop, TARGETS["wasm32"])
+
+Numba leaves a world and its controllers as one text of LLVM, which LLVM compiles for any machine.
+The function `swarm_run` of that object code takes, as C sees it,
+
+    int swarm_run(int64_t *nothing, void **error, void *array_0, ..., void *array_k, int64_t ticks)
+
+the arrays of `memory_of(loop)` in their order, and runs so many ticks of one world in place. All
+elementary functions are part of it (`equations.elementary`), so the same memory comes out as here,
+bit for bit (`tests/targets`). What it still calls is memcpy, memset and products of whole numbers;
+on a machine without float64 also its sums, products and the like, square root and floor, which the
+library that is linked must round as IEEE 754 says.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import llvmlite.binding as llvm
+import numba
+import numpy as np
+from numba.core import types
+from numba.np.numpy_support import from_dtype
+
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.compiler import OPTIONS, bind
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import CompiledLayers
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.ticks import run_ticks
+
+ENTRY = "swarm_run"
+"""The name of the function in object code."""
+
+_OF_HOST = {
+    r'"(?:target-cpu|target-features|tune-cpu|probe-stack)"="[^"]*"': "",
+    r"^target (?:triple|datalayout).*$": "",
+    r"^(@\S+ = )common (local_unnamed_addr )?": r"\1internal ",
+    r"^declare double @(?:sqrt|llvm\.sqrt\.f64)\(.*$": "",
+    r"@sqrt\(": "@llvm.sqrt.f64(",
+    r"\Z": "\ndeclare double @llvm.sqrt.f64(double)\n",
+}
+"""What stands in LLVM's text for the machine on which it was made, and what to put instead."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """A kind of machine, as LLVM names it."""
+
+    triple: str
+    cpu: str = ""
+    features: str = ""
+
+
+TARGETS = {
+    "wasm32": Target("wasm32-unknown-unknown", features="+bulk-memory"),
+    "cortex-m4": Target("thumbv7em-none-eabi", cpu="cortex-m4"),
+}
+
+
+def memory_of(loop: Loop) -> list[Array]:
+    """Copies of the arrays in which a loop of one world keeps its robots and their layers.
+
+    ConfigError for a loop of several worlds, or one that is not compiled as a whole.
+    """
+    layers = loop.controller.compiled
+    if loop.world.n_worlds != 1 or layers is None or loop.physics != "kinematic":
+        raise ConfigError("other machines run one world with the engine 'kinematic'")
+    arrays = (*loop.world.arrays, *layers.arrays, loop.world.modes, loop.world.trouble)
+    return [np.ascontiguousarray(each).copy() for each in arrays]
+
+
+def object_code(loop: Loop, target: Target) -> bytes:
+    """The ticks of a loop of one world as object code of a target."""
+    return compiled_for(target, llvm_text(loop))
+
+
+def llvm_text(loop: Loop) -> str:
+    """The ticks of a loop of one world as LLVM's text, in which only `swarm_run` is public."""
+    memory, n_world = memory_of(loop), len(loop.world.arrays)
+    layers = cast(CompiledLayers, loop.controller.compiled)
+    ticks = bind(run_ticks, {**loop.world.functions, **layers.functions})
+    function = _on_pointers(ticks, [each.shape for each in memory], n_world)
+    pointers = [types.CPointer(from_dtype(each.dtype)) for each in memory]  # type: ignore[attr-defined]
+    compiled = numba.cfunc(types.void(*pointers, types.int64), **OPTIONS)(function)
+    library = compiled._library
+    (name,) = (name for name in _defined(library) if name.startswith(f"_ZN13_3cdynamic_3e9{ENTRY}"))
+    return str(library.get_llvm_str()).replace(name, ENTRY)
+
+
+def compiled_for(target: Target, text: str) -> bytes:
+    """LLVM's text as object code, in which nothing is kept but what `swarm_run` needs."""
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    machine = llvm.Target.from_triple(target.triple).create_target_machine(
+        cpu=target.cpu, features=target.features, opt=2, reloc="static", codemodel="default"
+    )
+    module = llvm.parse_assembly(_without_host(text))
+    module.triple, module.data_layout = target.triple, str(machine.target_data)
+    for each in (*module.functions, *module.global_variables):
+        if not each.is_declaration and each.name != ENTRY:
+            each.linkage = "internal"
+    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    options.loop_vectorization = options.slp_vectorization = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    return bytes(machine.emit_object(module))
+
+
+def _without_host(text: str) -> str:
+    """LLVM's text without what it says of the machine on which it was made, and its C library."""
+    for pattern, instead in _OF_HOST.items():
+        text = re.sub(pattern, instead, text, flags=re.MULTILINE)
+    return text
+
+
+def _defined(library: Any) -> list[str]:  # noqa: ANN401 numba's
+    """The names of the functions that compiled code defines."""
+    return [each.name for each in library._final_module.functions if not each.is_declaration]
+
+
+def _on_pointers(
+    ticks: Callable[..., None], shapes: Sequence[tuple[int, ...]], n_world: int
+) -> Callable[..., None]:
+    """The ticks as a function of a pointer to each array, and of how many."""
+    names = [f"array_{k}" for k in range(len(shapes))]
+    arrays = [f"carray({name}, {shape})" for name, shape in zip(names, shapes, strict=True)]
+    world, layers = ", ".join(arrays[:n_world]), ", ".join(arrays[n_world:-2])
+    call = f"ticks(({world},), ({layers},), {arrays[-2]}, {arrays[-1]}, 0, 1, n_ticks)"
+    known: dict[str, Any] = {"carray": numba.carray, "ticks": ticks}
+    exec(f"def {ENTRY}({', '.join(names)}, n_ticks):\n    {call}\n", known)
+    return known[ENTRY]  # type: ignore[no-any-return]

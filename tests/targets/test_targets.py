@@ -1,0 +1,136 @@
+"""Ticks on other machines: the same bits as here, in all that a world and its layers keep."""
+
+import importlib.util
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba.core import config
+
+from swarm_forage_env.controllers import find_controller
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import Loop
+from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.targets import TARGETS, compiled_for, llvm_text, memory_of
+from tests.columns import check_same_bits
+
+HERE = Path(__file__).parent
+TICKS = 600
+BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
+"""Fast robots and near areas: round trips and exchanges within a minute."""
+
+SOFT_FLOAT = {
+    "__adddf3": "__aeabi_dadd",
+    "__subdf3": "__aeabi_dsub",
+    "__muldf3": "__aeabi_dmul",
+    "__divdf3": "__aeabi_ddiv",
+    "__extendsfdf2": "__aeabi_f2d",
+    "__truncdfsf2": "__aeabi_d2f",
+    "__floatdidf": "__aeabi_l2d",
+    "__floatundidf": "__aeabi_ul2d",
+    "__floatdisf": "__aeabi_l2f",
+    "__fixdfdi": "__aeabi_d2lz",
+}
+"""Operations on float64 of a Cortex-M4, by the names of LLVM and of ARM.
+
+Zig's are correctly rounded. Those of GCC 12 are not: 1 - 0x1.e801a2b94bc6bp-33 is off by 0.83 ulp.
+"""
+
+pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="looks at machine code")
+
+
+def needs(*tools):
+    """Skip where Zig or another tool is missing."""
+    missing = [each for each in tools if shutil.which(each) is None]
+    missing += [] if importlib.util.find_spec("ziglang") else ["ziglang"]
+    return pytest.mark.skipif(bool(missing), reason=f"needs {', '.join(missing)}")
+
+
+def zig(*arguments, cwd):
+    """Run a command of Zig, whose package brings a linker and a correctly rounding soft float."""
+    run(sys.executable, "-m", "ziglang", *arguments, cwd=cwd)
+
+
+def loop_of(controller):
+    scenario = find_scenario("es1", BUSY)
+    return Loop(scenario, find_controller(controller), [7], "kinematic")
+
+
+@pytest.fixture(
+    scope="module", params=["ssgikf", pytest.param("learned-both", marks=pytest.mark.slow)]
+)
+def world(request):
+    """A controller's ticks as LLVM's text, and its memory before and after."""
+    loop = loop_of(request.param)
+    text, before = llvm_text(loop), memory_of(loop)
+    loop.run(TICKS)
+    assert loop.world.robots["messages"].sum() > 0
+    return text, before, memory_of(loop)
+
+
+def padded(arrays):
+    """The bytes of arrays, each on a border of 64, and how many each takes."""
+    pieces = [each.tobytes() + bytes(-each.nbytes % 64) for each in arrays]
+    return b"".join(pieces), [len(each) for each in pieces]
+
+
+def assert_same(memory, after):
+    """Assert that the bytes which came back are those of these arrays, but for padding."""
+    starts = np.cumsum([0, *padded(after)[1]])
+    for start, wanted in zip(starts[:-1], after, strict=True):
+        found = np.frombuffer(memory, wanted.dtype, wanted.size, start).reshape(wanted.shape)
+        check_same_bits(found, wanted)
+
+
+def run(*command, cwd):
+    subprocess.run(command, cwd=cwd, check=True, timeout=500)
+
+
+@needs("node")
+def test_web_assembly_has_the_same_bits(world, tmp_path):
+    text, before, after = world
+    memory, sizes = padded(before)
+    (tmp_path / "memory.bin").write_bytes(memory)
+    (tmp_path / "run.o").write_bytes(compiled_for(TARGETS["wasm32"], text))
+    options = "--no-entry", "--export=swarm_run", "--export=__heap_base", "--allow-undefined"
+    zig("wasm-ld", *options, "run.o", "-o", "run.wasm", cwd=tmp_path)
+    files = "run.wasm", "memory.bin", "out.bin"
+    run("node", HERE / "run.mjs", *files, str(TICKS), *map(str, sizes), cwd=tmp_path)
+    assert_same((tmp_path / "out.bin").read_bytes(), after)
+
+
+@needs("arm-none-eabi-gcc", "qemu-system-arm")
+def test_a_cortex_m4_has_the_same_bits(world, tmp_path):
+    text, before, after = world
+    memory, sizes = padded(before)
+    (tmp_path / "memory.bin").write_bytes(memory)
+    (tmp_path / "run.o").write_bytes(compiled_for(TARGETS["cortex-m4"], text))
+    pointers = ", ".join(f"p[{k}]" for k in range(len(sizes)))
+    (tmp_path / "sizes.h").write_text(
+        f"#define N_ARRAYS {len(sizes)}\n#define SIZES {str(sizes)[1:-1]}\n"
+        f"#define TICKS {TICKS}\n#define ARRAYS {pointers}\n"
+    )
+    library = Path(importlib.util.find_spec("ziglang").origin).parent / "lib" / "compiler_rt.zig"
+    machine = "-target", "thumb-freestanding-eabi", "-mcpu=cortex_m4"
+    zig("build-obj", *machine, "-OReleaseSmall", "-femit-bin=rt.o", library, cwd=tmp_path)
+    run(
+        "arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=softfp",
+        "-mfpu=fpv4-sp-d16", "-O2", "-nostartfiles", "-I.", HERE / "main.c", "run.o", "rt.o",
+        *(f"-Wl,--defsym={name}={arm}" for name, arm in SOFT_FLOAT.items()),
+        "--specs=rdimon.specs", "-T", HERE / "m4.ld", "-lm", "-o", "run.elf", cwd=tmp_path,
+    )  # fmt: skip
+    run(
+        "qemu-system-arm", "-M", "mps2-an386", "-cpu", "cortex-m4", "-semihosting", "-nographic",
+        "-kernel", "run.elf", cwd=tmp_path,
+    )  # fmt: skip
+    assert_same((tmp_path / "out.bin").read_bytes(), after)
+
+
+def test_only_one_world_of_a_compiled_loop_goes_elsewhere():
+    scenario = find_scenario("es1")
+    for seeds, physics in (([0, 1], "kinematic"), ([0], "rigid")):
+        with pytest.raises(ConfigError, match="one world with the engine 'kinematic'"):
+            memory_of(Loop(scenario, find_controller("nc"), seeds, physics))
