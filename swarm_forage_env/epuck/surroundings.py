@@ -30,7 +30,7 @@ FEW = 16
 
 
 @kernel
-def is_within_reach(swarm: Array, i: int, j: int, world: WorldState) -> bool:
+def is_within_reach(swarm: Array, i: int, j: int, world: EpuckWorldState) -> bool:
     """Two robots are neighbours."""
     dx, dy = swarm[j].pose[0] - swarm[i].pose[0], swarm[j].pose[1] - swarm[i].pose[1]
     return bool(dx * dx + dy * dy < world.reach * world.reach)
@@ -61,7 +61,9 @@ def largest_count(near: Int32[Array, "robots columns"]) -> int:
 
 
 @kernel
-def compare_all_pairs(swarm: Array, near: Int32[Array, "robots columns"], world: WorldState) -> int:
+def compare_all_pairs(
+    swarm: Array, near: Int32[Array, "robots columns"], world: EpuckWorldState
+) -> int:
     """`find_neighbours` without cells."""
     for i in range(swarm.shape[0]):
         near[i, COUNT] = 0
