@@ -19,6 +19,7 @@ from swarm_forage_env.foraging.records import PATH, PLACE, RobotState, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.no_layers import has_estimators
+from swarm_forage_env.record import Record
 from swarm_forage_env.spaces import GOALS, Feature, Layout
 
 INFOS = (
@@ -243,3 +244,23 @@ def _of_robot(agent: str, half: dict[str, float], scenario: Scenario) -> list[Fe
     if scenario.faults.is_any:
         found += [Feature(f"fault.{kind}", "0 or 1", *FLAG) for kind in KINDS]
     return [replace(each, name=f"{agent}.{each.name}") for each in found]
+
+
+@kernel
+def log_beliefs(
+    robot: RobotState, mind: Record, world: WorldState, row: Float64[Array, " infos"]
+) -> None:
+    """Write what is logged of a robot that believes something."""
+    put_log(robot, mind.situation, world, row)  # type: ignore[attr-defined]  # every estimator has one
+
+
+@kernel
+def log_counts(
+    robot: RobotState,
+    mind: Record,
+    world: WorldState,
+    row: Float64[Array, " infos"],
+) -> None:
+    """Write what is logged of a robot of a policy of everything: it believes nothing."""
+    put_counts(robot, row)
+    row[4] = row[5] = 0.0

@@ -1,4 +1,4 @@
-"""Inputs of layers as they lie in records: where a robot is heading, exchanges, and messages."""
+"""Inputs of layers as they lie in records: where a robot is heading, and exchanges."""
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel

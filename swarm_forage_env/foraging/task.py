@@ -1,15 +1,15 @@
 """The task of foraging, as the rest of the code knows it."""
 
 from swarm_forage_env.epuck.policies import STEERINGS, slots
+from swarm_forage_env.epuck.task import gpu_task
 from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.events import Events, write_events
-from swarm_forage_env.foraging.global_state import ForagingState
-from swarm_forage_env.foraging.on_gpu import ON_GPU
+from swarm_forage_env.foraging.global_state import ForagingState, log_beliefs, log_counts
 from swarm_forage_env.foraging.policies import LEARNABLE, carry_out, hear_words
-from swarm_forage_env.foraging.potential import ForagingPotential, most_shaping
-from swarm_forage_env.foraging.records import Said
+from swarm_forage_env.foraging.potential import ForagingPotential, most_shaping, potential
+from swarm_forage_env.foraging.records import RobotState, Said
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.trajectory import FORAGING_TRAJECTORY
 from swarm_forage_env.foraging.world import ForagingWorld
@@ -31,7 +31,7 @@ FORAGING = Task(
     fixed=("task.n_robots", "radio.slots"),
     replaced=lambda scenario: {"task.area_distance": "task.areas"} if scenario.task.areas else {},
     residuals=("motion", "both"),
-    gpu=ON_GPU,
+    gpu=gpu_task(RobotState, {True: log_beliefs, False: log_counts}, potential),
     no_layers=NoLayers(Said, carry_out, hear_words, slots),
     potential=ForagingPotential,
     most_shaping=most_shaping,
