@@ -230,5 +230,5 @@ def mean_with_interval(trips: Int64[Array, " worlds"]) -> Interval:
     """Mean over worlds with its 95 % interval; of one world the interval is the mean itself."""
     found = mean_interval(trips.tolist())
     assert found is not None
-    low, high = found.interval or (found.value, found.value)
+    low, high = found.ends
     return Interval(low=low, mean=found.value, high=high)

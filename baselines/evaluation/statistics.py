@@ -35,6 +35,11 @@ class Estimate:
     n: int
     """Values it was estimated from."""
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The interval; the value itself at both ends where there is none."""
+        return self.interval or (self.value, self.value)
+
 
 @dataclass(frozen=True)
 class Comparison:

@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
@@ -151,6 +151,11 @@ def _formatter(value: float) -> Callable[[float], str]:
     whole = math.floor(math.log10(size)) + 1 if size else 3
     decimals = 2 if 0.01 <= size < 1.0 else max(0, 3 - whole)
     return lambda number: f"{number:.{decimals}f}"
+
+
+def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows))
 
 
 def p_value(p: float) -> str:

@@ -21,23 +21,23 @@ import csv
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib.resources import files
-from typing import Any, ClassVar
+from itertools import product
+from typing import ClassVar, cast
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from baselines.evaluation.line_plots import Means, mean_panels
 from baselines.evaluation.statistics import Estimate, mean_interval
-from baselines.papers.claim_result import Claim, ClaimResult, claim_result
-from baselines.papers.claim_types import Order
-from baselines.papers.experiments import Experiment, Results, sample
+from baselines.papers.claim_types import Claim, ClaimResult, Order, claim_result
+from baselines.papers.experiments import Experiment, Results, UsesFields, sample
 from baselines.papers.figures import PaperFigure, caption_of
 from baselines.papers.paper import PAPERS, Paper
+from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 SIZES = (5, 10, 25, 50)
-PUBLISHED_SIZES = (5, 10, 50)
 SIDE = 10.0
 """Of the world [m]."""
 
@@ -73,7 +73,7 @@ class Measure:
     axis: str
     factor: float = 1.0
 
-    def __call__(self, episode: Any) -> float:  # noqa: ANN401 a WaypointEpisode
+    def __call__(self, episode: object) -> float:
         """The metric's value for an episode; NaN where there is none."""
         value = getattr(episode, self.field)
         return math.nan if value is None else self.factor * float(value)
@@ -88,6 +88,10 @@ MEASURES = (
 COVARIANCE, ERROR, GOALS, SUCCESS = MEASURES
 
 
+Cell = tuple[str, str, int]
+"""Estimator, rule and group size of an experiment of a setting."""
+
+
 def boids_experiment(setting: str, estimator: str, rule: str, size: int) -> Experiment:
     """One of the 36 experiments of a setting."""
     tolerance = setting == "corrected" or (rule == "adaptive" and size == SIZES[-1])
@@ -98,8 +102,13 @@ def boids_experiment(setting: str, estimator: str, rule: str, size: int) -> Expe
     )
 
 
+def all_experiments(setting: str) -> tuple[Experiment, ...]:
+    """The 36 experiments of a setting."""
+    return tuple(boids_experiment(setting, *each) for each in product(ESTIMATORS, RULES, SIZES))
+
+
 @cache
-def published() -> dict[tuple[str, str, int], dict[str, tuple[float, float]]]:
+def published() -> dict[Cell, dict[str, tuple[float, float]]]:
     """Published mean and standard deviation of each measure, by experiment."""
     text = (files("baselines.papers") / "published" / "smith2021.csv").read_text("utf-8")
     return {
@@ -135,46 +144,39 @@ def deviation(ours: Sequence[float], mean: float, sd: float) -> float:
 class MeanMatches:
     """Claim: a published mean lies within three standard errors of ours."""
 
-    estimator: str
-    rule: str
-    size: int
+    cell: Cell
     measure: Measure
 
     @property
     def text(self) -> str:
         """The claim in words."""
-        words = ESTIMATORS[self.estimator]
-        return f"authors: {self.measure.words}, {words}, {self.rule}, {self.size} robots"
+        estimator, rule, size = self.cell
+        return f"authors: {self.measure.words}, {ESTIMATORS[estimator]}, {rule}, {size} robots"
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
         """The experiment whose episodes are used."""
-        return (boids_experiment("authors", self.estimator, self.rule, self.size),)
+        return (boids_experiment("authors", *self.cell),)
 
     def deviation(self, results: Results) -> float:
         """The deviation from the published mean, in standard errors."""
-        mean, sd = published()[self.estimator, self.rule, self.size][self.measure.column]
+        mean, sd = published()[self.cell][self.measure.column]
         return deviation(values(results, self.experiments[0], self.measure), mean, sd)
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
-        mean, _ = published()[self.estimator, self.rule, self.size][self.measure.column]
-        ours = _estimate(values(results, self.experiments[0], self.measure))
+        mean, _ = published()[self.cell][self.measure.column]
+        ours = mean_interval(values(results, self.experiments[0], self.measure))
         return claim_result(self.text, mean, ours, abs(self.deviation(results)) <= ERRORS)
 
 
 @dataclass(frozen=True)
-class AllMeansMatch:
+class AllMeansMatch(UsesFields):
     """Claim: the root mean square of all deviations is as small as chance makes it."""
 
     parts: tuple[MeanMatches, ...]
 
     text = "authors: root mean square of all deviations [standard errors]"
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        return tuple(experiment for part in self.parts for experiment in part.experiments)
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
@@ -194,16 +196,15 @@ class NoDivergence:
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
-        episodes: list[Any] = [
-            each for experiment in self.experiments for each in results[experiment]
-        ]
         lost = [
-            not math.isfinite(each.covariance_norm) or not each.largest_error_m < SIDE
-            for each in episodes
+            not math.isfinite(COVARIANCE(each))
+            or each.largest_error_m is None
+            or not each.largest_error_m < SIDE
+            for experiment in self.experiments
+            for each in cast("Sequence[WaypointEpisode]", results[experiment])
         ]
-        return claim_result(
-            self.text, 0.0, Estimate(float(sum(lost)), None, len(lost)), not any(lost)
-        )
+        ours = Estimate(float(sum(lost)), None, len(lost))
+        return claim_result(self.text, 0.0, ours, not any(lost))
 
 
 def orders(setting: str) -> list[Order]:
@@ -213,23 +214,16 @@ def orders(setting: str) -> list[Order]:
 
 def _rule_orders(setting: str) -> Iterator[Order]:
     """Claims: one set of rules above another, for an estimator over all group sizes."""
-    for measure, higher, lower, estimators in (
-        (COVARIANCE, "goal", "static", tuple(ESTIMATORS)),
-        (COVARIANCE, "static", "adaptive", tuple(ESTIMATORS)),
-        (ERROR, "goal", "static", tuple(ESTIMATORS)),
-        (ERROR, "static", "adaptive", tuple(ESTIMATORS)[:2]),
-        (GOALS, "goal", "adaptive", tuple(ESTIMATORS)),
-        (GOALS, "adaptive", "static", tuple(ESTIMATORS)),
-        (SUCCESS, "adaptive", "goal", tuple(ESTIMATORS)[:2]),
-        (SUCCESS, "adaptive", "static", tuple(ESTIMATORS)[:2]),
-    ):
-        for estimator in estimators:
+    of = partial(boids_experiment, setting)
+    for measure, higher, lower, n_estimators in (
+        (COVARIANCE, "goal", "static", 3), (COVARIANCE, "static", "adaptive", 3),
+        (ERROR, "goal", "static", 3), (ERROR, "static", "adaptive", 2),
+        (GOALS, "goal", "adaptive", 3), (GOALS, "adaptive", "static", 3),
+        (SUCCESS, "adaptive", "goal", 2), (SUCCESS, "adaptive", "static", 2),
+    ):  # fmt: skip
+        for estimator in tuple(ESTIMATORS)[:n_estimators]:
             pairs = tuple(
-                (
-                    boids_experiment(setting, estimator, higher, size),
-                    boids_experiment(setting, estimator, lower, size),
-                )
-                for size in SIZES
+                (of(estimator, higher, size), of(estimator, lower, size)) for size in SIZES
             )
             words = f"{measure.words}, {ESTIMATORS[estimator]}: {higher} above {lower}"
             yield Order(f"{setting}: {words}", pairs, measure)
@@ -237,48 +231,24 @@ def _rule_orders(setting: str) -> Iterator[Order]:
 
 def _estimator_orders(setting: str) -> Iterator[Order]:
     """Claims: one estimator above another, over all rules and group sizes."""
+    of = partial(boids_experiment, setting)
     reckoning, intersection, filter_ = ESTIMATORS
     for measure, higher, lower in (
-        (COVARIANCE, reckoning, intersection),
-        (COVARIANCE, intersection, filter_),
-        (ERROR, reckoning, intersection),
-        (ERROR, reckoning, filter_),
-        (GOALS, intersection, reckoning),
-        (GOALS, filter_, reckoning),
+        (COVARIANCE, reckoning, intersection), (COVARIANCE, intersection, filter_),
+        (ERROR, reckoning, intersection), (ERROR, reckoning, filter_),
+        (GOALS, intersection, reckoning), (GOALS, filter_, reckoning),
         (SUCCESS, intersection, filter_),
-    ):
-        pairs = tuple(
-            (
-                boids_experiment(setting, higher, rule, size),
-                boids_experiment(setting, lower, rule, size),
-            )
-            for rule in RULES
-            for size in SIZES
-        )
+    ):  # fmt: skip
+        pairs = tuple((of(higher, *each), of(lower, *each)) for each in product(RULES, SIZES))
         words = f"{measure.words}: {ESTIMATORS[higher]} above {ESTIMATORS[lower]}"
         yield Order(f"{setting}: {words}", pairs, measure)
 
 
 def claims() -> list[Claim]:
     """Every claim on BOIDS: published means, deviations, divergences, and orders."""
-    met = tuple(
-        MeanMatches(estimator, rule, size, measure)
-        for (estimator, rule, size) in published()
-        for measure in MEASURES
-    )
-    corrected = tuple(
-        boids_experiment("corrected", estimator, rule, size)
-        for estimator in ESTIMATORS
-        for rule in RULES
-        for size in SIZES
-    )
-    return [
-        *met,
-        AllMeansMatch(met),
-        NoDivergence(corrected),
-        *orders("authors"),
-        *orders("corrected"),
-    ]
+    met = tuple(MeanMatches(*each) for each in product(published(), MEASURES))
+    no_divergence = NoDivergence(all_experiments("corrected"))
+    return [*met, AllMeansMatch(met), no_divergence, *orders("authors"), *orders("corrected")]
 
 
 @dataclass(frozen=True)
@@ -309,12 +279,7 @@ class OverDensity:
     @property
     def experiments(self) -> tuple[Experiment, ...]:
         """The experiments whose episodes are used."""
-        return tuple(
-            boids_experiment(self.setting, estimator, rule, size)
-            for estimator in ESTIMATORS
-            for rule in RULES
-            for size in SIZES
-        )
+        return all_experiments(self.setting)
 
     def draw(self, results: Results, command: str) -> Figure:
         """Draw the figure, with the command that made it in the caption."""
@@ -333,24 +298,12 @@ class OverDensity:
             values(results, boids_experiment(self.setting, estimator, rule, size), self.measure)
             for size in SIZES
         ]
-        density = np.array(SIZES) / SIDE**2
-        nobody = (np.nan, np.nan)
-        theirs = [nobody] * len(SIZES)
-        if self.setting == "authors":
-            theirs = [
-                published()[estimator, rule, size][self.measure.column]
-                if size in PUBLISHED_SIZES
-                else nobody
-                for size in SIZES
-            ]
+        column, nobody = self.measure.column, (np.nan, np.nan)
+        there = published() if self.setting == "authors" else {}
+        of_paper = [there.get((estimator, rule, size), {}).get(column, nobody) for size in SIZES]
         mean, sd = np.array([(np.mean(each), np.std(each)) if each else nobody for each in ours]).T
-        return Means(
-            x=density,
-            mean=mean,
-            low=mean - sd,
-            high=mean + sd,
-            published=np.array([mean for mean, _ in theirs]),
-        )
+        theirs = np.array([each for each, _ in of_paper])
+        return Means(np.array(SIZES) / SIDE**2, mean, mean - sd, mean + sd, published=theirs)
 
 
 def figures() -> list[PaperFigure]:
@@ -377,7 +330,3 @@ LEFT_OPEN = {
     "The experiments": "baselines.papers.adaptive_boids",
 }
 """Whose docstring says what the paper leaves open, by heading."""
-
-
-def _estimate(found: Sequence[float]) -> Estimate | None:
-    return mean_interval(list(found))

@@ -16,8 +16,7 @@ from functools import partial
 import numpy as np
 
 from baselines.papers.beta_sweep import BETAS, BestBeta, BetaSweep
-from baselines.papers.claim_result import Claim
-from baselines.papers.claim_types import Contrast, NoDifference, Order
+from baselines.papers.claim_types import Claim, Contrast, NoDifference, Order
 from baselines.papers.experiments import (
     Experiment,
     Results,

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from baselines.evaluation.statistics import CONFIDENCE, Estimate, compare
-from baselines.papers.claim_result import ClaimResult, above, claim_result
+from baselines.papers.claim_types import ClaimResult, above, claim_result
 from baselines.papers.experiments import (
     CrossValidatedBest,
     Experiment,
     Results,
     Source,
+    UsesFields,
     round_trips,
     sample,
 )
@@ -58,17 +59,12 @@ class BetaSweep:
 
 
 @dataclass(frozen=True)
-class BestBeta:
+class BestBeta(UsesFields):
     """Claim: the best beta is the published one."""
 
     text: str
     sweep: BetaSweep
     published: float
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        return self.sweep.experiments
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
@@ -78,16 +74,11 @@ class BestBeta:
 
 
 @dataclass(frozen=True)
-class OptimumInsideRange:
+class OptimumInsideRange(UsesFields):
     """Claim: the best beta is neither the smallest nor the largest one."""
 
     text: str
     sweep: BetaSweep
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        return self.sweep.experiments
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
@@ -97,17 +88,12 @@ class OptimumInsideRange:
 
 
 @dataclass(frozen=True)
-class OtherBetasBelow:
+class OtherBetasBelow(UsesFields):
     """Claim: every beta but the best stays below a reference; shown is the largest ratio."""
 
     text: str
     sweep: BetaSweep
     reference: Source
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        return self.sweep.experiments + self.reference.experiments
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""

@@ -8,8 +8,8 @@ that were calibrated for subsumption and social odometry.
 from itertools import product
 
 from baselines.evaluation.statistics import mean_interval
-from baselines.papers.claim_result import Claim
-from baselines.papers.claim_types import Order
+from baselines.evaluation.tables import markdown
+from baselines.papers.claim_types import Claim, Order
 from baselines.papers.experiments import Experiment, Results, Source, round_trips, sample
 from baselines.papers.figures import Boxes, PaperFigure
 from baselines.papers.paper import PAPERS, Paper
@@ -44,25 +44,18 @@ def combination(arena: str, motion: str, localisation: str) -> Experiment:
 def claims() -> list[Claim]:
     """Claims on what each layer adds; they are questions, as no paper has an answer."""
     found: list[Claim] = []
-    best_motion, best_filter = MOTIONS[0], next(iter(LOCALISATIONS))
+    best_filter = next(iter(LOCALISATIONS))
     for arena in ARENAS:
+        of = {motion: combination(arena, motion, best_filter) for motion in MOTIONS}
+        best = of[MOTIONS[0]]
         for motion in MOTIONS[1:]:
-            pair = (
-                combination(arena, best_motion, best_filter),
-                combination(arena, motion, best_filter),
-            )
-            found.append(Order(f"{arena}: subsumption above {motion}, social odometry", (pair,)))
+            text = f"{arena}: subsumption above {motion}, social odometry"
+            found.append(Order(text, ((best, of[motion]),)))
         for name, words in list(LOCALISATIONS.items())[1:]:
-            pair = (
-                combination(arena, best_motion, best_filter),
-                combination(arena, best_motion, name),
-            )
-            found.append(Order(f"{arena}: social odometry above {words}, subsumption", (pair,)))
-        pair = (
-            combination(arena, "boids-adaptive", best_filter),
-            combination(arena, "boids-static", best_filter),
-        )
-        found.append(Order(f"{arena}: adaptive above static boids, social odometry", (pair,)))
+            text = f"{arena}: social odometry above {words}, subsumption"
+            found.append(Order(text, ((best, combination(arena, MOTIONS[0], name)),)))
+        text = f"{arena}: adaptive above static boids, social odometry"
+        found.append(Order(text, ((of["boids-adaptive"], of["boids-static"]),)))
     return found
 
 
@@ -83,8 +76,7 @@ def figures() -> list[PaperFigure]:
 
 def table(results: Results) -> str:
     """Markdown table of mean round trips with 95 % intervals, the best of an arena bold."""
-    heading = ["arena", "motion", *LOCALISATIONS.values()]
-    lines = [heading, ["---"] * len(heading)]
+    lines = []
     for arena in ARENAS:
         means = {
             (motion, name): mean_interval(
@@ -98,13 +90,11 @@ def table(results: Results) -> str:
             for name in LOCALISATIONS:
                 found = means[motion, name]
                 assert found is not None
-                span = (
-                    "" if found.interval is None else " ({:.0f} to {:.0f})".format(*found.interval)
-                )
+                span = " ({:.0f} to {:.0f})".format(*found.interval) if found.interval else ""
                 text = f"{found.value:.0f}{span}"
                 row.append(f"**{text}**" if (motion, name) == best else text)
             lines.append(row)
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    return markdown(["arena", "motion", *LOCALISATIONS.values()], lines)
 
 
 @PAPERS.register("boids-foraging")

@@ -6,20 +6,28 @@ touching that band; a share within 10 points; an order with a Mann-Whitney p bel
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any, Protocol
 
-from baselines.evaluation.statistics import compare
-from baselines.papers.claim_result import ClaimResult, above, claim_result, estimate, within
+from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
 from baselines.papers.experiments import (
     Experiment,
+    HasExperiments,
     Metric,
     Pool,
     Results,
     Source,
+    UsesFields,
     on_path,
     round_trips,
     sample,
 )
+
+SIGNIFICANT = 0.01
+"""An ordering holds if its Mann-Whitney p is below this."""
+
+ROUND_OFF = 1e-9
+"""A number on the edge of its band is inside."""
 
 INDISTINCT = 0.05
 """Two samples do not differ significantly if their Mann-Whitney p is at least this."""
@@ -32,7 +40,76 @@ FARTHEST = math.log(20.0)
 
 
 @dataclass(frozen=True)
-class Number:
+class ClaimResult:
+    """The result of one claim: a row of the claims table."""
+
+    claim: str
+    published: float | str
+    """The number of the paper, or the range or order it states."""
+
+    ours: float | None
+    """None where nothing can be said: a ratio to zero."""
+
+    low: float | None
+    """Ends of the 95 % interval; None where all values are equal, or there is one only."""
+    high: float | None
+    reproduced: bool
+
+    p: float | None = None
+    """Of a comparison: its Mann-Whitney p, the largest one of several."""
+
+    def as_row(self) -> dict[str, Any]:
+        """The result as a dictionary for JSON."""
+        return {name: value for name, value in asdict(self).items() if name != "p"}
+
+
+class Claim(HasExperiments, Protocol):
+    """Protocol of a claim: a statement of a paper that can be measured here."""
+
+    @property
+    def text(self) -> str:
+        """The claim in words."""
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+
+
+def claim_result(
+    text: str,
+    published: float | str,
+    ours: Estimate | None,
+    reproduced: bool,
+    p: float | None = None,
+) -> ClaimResult:
+    """Make a claim's result from an estimate with its interval."""
+    if ours is None:
+        return ClaimResult(text, published, None, None, None, reproduced=False)
+    low, high = ours.interval or (None, None)
+    return ClaimResult(text, published, ours.value, low, high, reproduced, p)
+
+
+def estimate(values: list[float]) -> Estimate:
+    """The mean of a sample with its interval."""
+    found = mean_interval(values)
+    if found is None:
+        raise ValueError("a claim needs at least one episode")
+    return found
+
+
+def within(ours: Estimate, low: float, high: float) -> bool:
+    """Whether the value lies in the band, and its interval touches the band."""
+    start, end = ours.ends
+    inside = low - ROUND_OFF <= ours.value <= high + ROUND_OFF
+    return inside and start <= high + ROUND_OFF and end >= low - ROUND_OFF
+
+
+def above(found: Comparison) -> bool:
+    """Whether the first sample of a comparison lies above the second one, with p < 0.01."""
+    return found.difference.value > 0.0 and found.p is not None and found.p < SIGNIFICANT
+
+
+@dataclass(frozen=True)
+class Number(UsesFields):
     """Claim: the mean of a metric is near a published number."""
 
     text: str
@@ -40,11 +117,6 @@ class Number:
     published: float
     tolerance: float = 0.20
     metric: Metric = round_trips
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        return self.source.experiments
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
@@ -55,17 +127,12 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Below:
+class Below(UsesFields):
     """Claim: the mean of the round trips is less than a published bound."""
 
     text: str
     source: Source
     bound: float
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        return self.source.experiments
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
@@ -74,7 +141,7 @@ class Below:
 
 
 @dataclass(frozen=True)
-class Share:
+class Share(UsesFields):
     """Claim: a share lies in a published range, 10 points allowed on either side.
 
     Of several sources, the one farthest from the range speaks for all.
@@ -84,11 +151,6 @@ class Share:
     sources: tuple[Source | Pool, ...]
     published: tuple[float, float]
     metric: Metric = on_path
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        return tuple(experiment for source in self.sources for experiment in source.experiments)
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
@@ -100,7 +162,7 @@ class Share:
 
 
 @dataclass(frozen=True)
-class Ratio:
+class Ratio(UsesFields):
     """Claim: the ratio of two means is near a published number."""
 
     text: str
@@ -109,11 +171,6 @@ class Ratio:
     published: float
     tolerance: float = 0.20
     metric: Metric = round_trips
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        return self.numerator.experiments + self.denominator.experiments
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""
@@ -127,23 +184,13 @@ class Ratio:
 
 
 @dataclass(frozen=True)
-class Order:
+class Order(UsesFields):
     """Claim: one sample lies above another one, in every pair; shown is the least ratio."""
 
     text: str
     pairs: tuple[tuple[Source, Source], ...]
     """Higher, lower."""
     metric: Metric = round_trips
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        return tuple(
-            experiment
-            for pair in self.pairs
-            for source in pair
-            for experiment in source.experiments
-        )
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results; one of no values at all is not reproduced."""
@@ -158,18 +205,13 @@ class Order:
 
 
 @dataclass(frozen=True)
-class NoDifference:
+class NoDifference(UsesFields):
     """Claim: two samples do not differ (Mann-Whitney p >= 0.05); shown is their ratio."""
 
     text: str
     one: Source
     other: Source
     metric: Metric = round_trips
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        return self.one.experiments + self.other.experiments
 
     def judge(self, results: Results) -> ClaimResult:
         """Judge the claim on these results."""

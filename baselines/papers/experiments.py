@@ -1,8 +1,8 @@
 """Experiments of a paper: a controller on a scenario, and how samples are drawn from them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -21,6 +21,32 @@ Metric = Callable[[ForagingEpisode], float]
 
 FOLDS = 2
 """Groups of seeds: what is chosen on one is scored on the others."""
+
+
+@runtime_checkable
+class HasExperiments(Protocol):
+    """Protocol of what uses the episodes of experiments."""
+
+    @property
+    def experiments(self) -> "tuple[Experiment, ...]":
+        """The experiments whose episodes are used."""
+
+
+class UsesFields:
+    """Base of a dataclass that uses the experiments in its fields: alone, in tuples or mappings."""
+
+    @property
+    def experiments(self) -> "tuple[Experiment, ...]":
+        """The experiments whose episodes are used."""
+        return tuple(_experiments_in(vars(self)))
+
+
+def _experiments_in(held: object) -> "Iterator[Experiment]":
+    if isinstance(held, HasExperiments):
+        yield from held.experiments
+    elif isinstance(held, Mapping | tuple):
+        for each in held.values() if isinstance(held, Mapping) else held:
+            yield from _experiments_in(each)
 
 
 @dataclass(frozen=True)
@@ -55,17 +81,11 @@ Results = Mapping[Experiment, Sequence[ForagingEpisode]]
 """The episodes of every experiment, all under the same seeds in the same order."""
 
 
-class Source(Protocol):
+class Source(HasExperiments, Protocol):
     """Protocol of a source of samples: one experiment, or a choice among several."""
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        ...
 
     def draw(self, results: Results) -> list[ForagingEpisode]:
         """One episode for each seed, in the order of the seeds."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -97,15 +117,10 @@ class CrossValidatedBest:
 
 
 @dataclass(frozen=True)
-class Pool:
+class Pool(UsesFields):
     """Several sources taken together: a seed counts with its mean over them."""
 
     sources: tuple[Source, ...]
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments of all sources."""
-        return tuple(experiment for source in self.sources for experiment in source.experiments)
 
 
 def sample(results: Results, source: Source | Pool, metric: Metric) -> list[float]:

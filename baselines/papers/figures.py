@@ -1,7 +1,7 @@
 """Figures of the papers: box plots and curves, each from its experiments."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Protocol
@@ -13,43 +13,41 @@ from baselines.evaluation.box_plots import BOXES, box_panels
 from baselines.evaluation.figure_files import save_figure
 from baselines.evaluation.figure_page import Caption, page_style
 from baselines.evaluation.line_plots import BANDS, Curve, curve_panels
-from baselines.papers.experiments import Experiment, Metric, Results, Source, round_trips
+from baselines.papers.experiments import (
+    HasExperiments,
+    Metric,
+    Results,
+    Source,
+    UsesFields,
+    round_trips,
+)
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
 ENDINGS = {"screen": (".png", ".svg"), "paper": (".png", ".pdf")}
 """Files of each figure, by page style."""
 
 
-class PaperFigure(Protocol):
+class PaperFigure(HasExperiments, Protocol):
     """Protocol of a figure of a paper."""
 
     @property
     def name(self) -> str:
         """Name of the file, without ending: `tr14`."""
-        ...
 
     @property
     def caption(self) -> str:
         """The caption, without the command."""
-        ...
 
     @property
     def reading(self) -> str:
         """How boxes, bands or bars are to be read; empty where the caption says it."""
-        ...
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        ...
 
     def draw(self, results: Results, command: str) -> Figure:
         """Draw the figure, with the command that made it in the caption."""
-        ...
 
 
 @dataclass(frozen=True)
-class Boxes:
+class Boxes(UsesFields):
     """Box plots of a metric, a panel for each setup."""
 
     name: str
@@ -61,17 +59,6 @@ class Boxes:
     metric: Metric = round_trips
     """NaN leaves an episode out."""
     reading: ClassVar[str] = BOXES
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        ticks = [tick for panel in self.panels.values() for tick in panel.values()]
-        return tuple(
-            experiment
-            for tick in ticks
-            for source in tick.values()
-            for experiment in source.experiments
-        )
 
     def draw(self, results: Results, command: str) -> Figure:
         """Draw the figure, with the command that made it in the caption."""
@@ -88,20 +75,17 @@ class Boxes:
             for title, panel in self.panels.items()
         }
         caption = caption_of(self, results, command)
-        return box_panels(panels, self.axes, caption, self._controllers())
-
-    def _controllers(self) -> dict[str, str]:
-        """The controller of each series, or of each tick where the series has no name."""
-        sources: dict[str, list[Source]] = {}
-        for panel in self.panels.values():
-            for tick, series in panel.items():
-                for name, source in series.items():
-                    sources.setdefault(name or tick, []).append(source)
-        return {name: controller_of(each) for name, each in sources.items()}
+        controllers = controllers_of(
+            (name or tick, source)
+            for panel in self.panels.values()
+            for tick, series in panel.items()
+            for name, source in series.items()
+        )
+        return box_panels(panels, self.axes, caption, controllers)
 
 
 @dataclass(frozen=True)
-class Curves:
+class Curves(UsesFields):
     """Mean curves over time or number of robots, a panel for each setup."""
 
     name: str
@@ -113,25 +97,16 @@ class Curves:
     curve: Callable[[Sequence[ForagingEpisode]], Curve]
     reading: ClassVar[str] = BANDS
 
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """The experiments whose episodes are used."""
-        sources = [source for panel in self.panels.values() for source in panel.values()]
-        return tuple(experiment for source in sources for experiment in source.experiments)
-
     def draw(self, results: Results, command: str) -> Figure:
         """Draw the figure, with the command that made it in the caption."""
         panels = {
             title: {name: self.curve(source.draw(results)) for name, source in panel.items()}
             for title, panel in self.panels.items()
         }
-        sources: dict[str, list[Source]] = {}
-        for panel in self.panels.values():
-            for name, source in panel.items():
-                sources.setdefault(name, []).append(source)
-        controllers = {name: controller_of(each) for name, each in sources.items()}
-        caption = caption_of(self, results, command)
-        return curve_panels(panels, self.axes, caption, controllers)
+        controllers = controllers_of(
+            each for panel in self.panels.values() for each in panel.items()
+        )
+        return curve_panels(panels, self.axes, caption_of(self, results, command), controllers)
 
 
 def caption_of(
@@ -143,22 +118,23 @@ def caption_of(
     return Caption(text, f"n = {n} {word} each", command, n=n)
 
 
-def controller_of(sources: Sequence[Source]) -> str:
-    """The controller behind sources; without parameters where these differ among them."""
-    names = {each.controller for source in sources for each in source.experiments}
-    return min(names) if len(names) == 1 else min(names).partition(":")[0]
+def controllers_of(named: Iterable[tuple[str, Source]]) -> dict[str, str]:
+    """The controller behind each series; without parameters where these differ among sources."""
+    found: dict[str, set[str]] = {}
+    for name, source in named:
+        found.setdefault(name, set()).update(each.controller for each in source.experiments)
+    return {
+        name: min(each) if len(each) == 1 else min(each).partition(":")[0]
+        for name, each in found.items()
+    }
 
 
 def time_of_each_robot(episodes: Sequence[ForagingEpisode]) -> Curve:
     """Time until k robots had visited both areas [s]; else the whole episode."""
     n_robots = episodes[0].n_robots
-    times = np.array(
-        [
-            [*episode.recruited_at_s]
-            + [episode.duration_s] * (n_robots - len(episode.recruited_at_s))
-            for episode in episodes
-        ]
-    )
+    times = np.full((len(episodes), n_robots), episodes[0].duration_s)
+    for row, episode in zip(times, episodes, strict=True):
+        row[: len(episode.recruited_at_s)] = episode.recruited_at_s
     return Curve(np.arange(1.0, n_robots + 1.0), times)
 
 

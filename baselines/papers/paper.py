@@ -6,7 +6,7 @@ from functools import cached_property
 
 from baselines.evaluation.experiment_config import ExperimentConfig, parse_settings
 from baselines.evaluation.runner import Plan
-from baselines.papers.claim_result import Claim, ClaimResult
+from baselines.papers.claim_types import Claim, ClaimResult
 from baselines.papers.experiments import Experiment, Results
 from baselines.papers.figures import PaperFigure
 from swarm_forage_env.registry import Registry

@@ -12,8 +12,8 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.tables import p_value
-from baselines.papers.claim_result import ClaimResult
+from baselines.evaluation.tables import markdown, p_value
+from baselines.papers.claim_types import ClaimResult
 from baselines.papers.experiments import Results
 from baselines.papers.figures import PaperFigure
 from baselines.papers.paper import Paper
@@ -42,8 +42,7 @@ def claims_table(claim_results: Sequence[ClaimResult]) -> Group:
 
 def claims_markdown(claim_results: Sequence[ClaimResult]) -> str:
     """The claims table in Markdown."""
-    rows = [HEADINGS, ("---",) * len(HEADINGS), *map(_cells, claim_results)]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+    return markdown(HEADINGS, map(_cells, claim_results))
 
 
 def score(claim_results: Sequence[ClaimResult]) -> str:

@@ -18,7 +18,7 @@ from baselines.evaluation.evaluate_options import check_physics, seeds_from
 from baselines.evaluation.progress import run_with_progress
 from baselines.evaluation.runner import Plan
 from baselines.papers import report
-from baselines.papers.claim_result import ClaimResult
+from baselines.papers.claim_types import ClaimResult
 from baselines.papers.experiments import Results
 from baselines.papers.figures import write_figures
 from baselines.papers.paper import PAPERS

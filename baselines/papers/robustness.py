@@ -20,9 +20,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from baselines.evaluation.line_plots import Means, mean_panels
-from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
-from baselines.papers.claim_result import Claim, above
-from baselines.papers.claim_types import Order
+from baselines.evaluation.statistics import Comparison, compare, mean_interval
+from baselines.evaluation.tables import markdown
+from baselines.papers.claim_types import Claim, Order, above
 from baselines.papers.experiments import Experiment, Results, sample
 from baselines.papers.figures import PaperFigure, caption_of
 from baselines.papers.paper import PAPERS, Paper
@@ -184,13 +184,9 @@ class OverShare:
     def _means(self, results: Results, rule: str, fault: str) -> Means:
         shares = (0.0, *SHARES)
         found = [mean_interval(trips(results, rule, fault, share)) for share in shares]
-        ends = [(each.value, *_ends(each)) for each in found if each is not None]
+        ends = [(each.value, *each.ends) for each in found if each is not None]
         mean, low, high = np.array(ends).T
         return Means(100.0 * np.array(shares), mean, low, high)
-
-
-def _ends(found: Estimate) -> tuple[float, float]:
-    return found.interval or (found.value, found.value)
 
 
 def figures() -> list[PaperFigure]:
@@ -208,7 +204,7 @@ def table(results: Results) -> str:
 
 
 def _first_broken(results: Results) -> str:
-    lines = [["fault", "breaks first", "at", "and keeps there", "others that break"], ["---"] * 5]
+    heads, lines = ("fault", "breaks first", "at", "and keeps there", "others that break"), []
     for fault in FAULTS:
         broken = {rule: breaking_share(results, rule, fault) for rule in RULES}
         order = sorted(
@@ -223,22 +219,22 @@ def _first_broken(results: Results) -> str:
         others = ", ".join(f"{rule} ({100 * at:.0f} %)" for at, _, rule in rest) or "none"
         keeps = _percent(kept(results, first, fault, share))
         lines.append([fault, first, f"{100 * share:.0f} %", keeps, others])
-    return _markdown(lines)
+    return markdown(heads, lines)
 
 
 def _kept_table(results: Results) -> str:
-    lines = [["rule", "trips without faults", *FAULTS], ["---"] * (2 + len(FAULTS))]
+    lines = []
     for rule in RULES:
         base = mean_interval(trips(results, rule, LIARS, 0.0))
         assert base is not None
-        low, high = _ends(base)
+        low, high = base.ends
         row = [rule, f"{base.value:.1f} ({low:.1f} to {high:.1f})"]
         for fault in FAULTS:
             text = _percent(kept(results, rule, fault, SHOWN))
             text = f"**{text}**" if breaks(results, rule, fault, SHOWN) else text
             row.append(f"{text} †" if harms(results, rule, fault, SHOWN) else text)
         lines.append(row)
-    return _markdown(lines)
+    return markdown(("rule", "trips without faults", *FAULTS), lines)
 
 
 def _ratio(found: Comparison) -> float:
@@ -249,12 +245,8 @@ def _percent(found: Comparison) -> str:
     """A ratio in percent with its interval."""
     if found.ratio is None:
         return "-"
-    low, high = _ends(found.ratio)
+    low, high = found.ratio.ends
     return f"{100 * found.ratio.value:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
-
-
-def _markdown(lines: Sequence[Sequence[str]]) -> str:
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 @PAPERS.register("robustness")

@@ -30,8 +30,7 @@ from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.runner import evaluate
-from baselines.papers.claim_result import ClaimResult
-from baselines.papers.claim_types import RangeClaim, miss
+from baselines.papers.claim_types import ClaimResult, RangeClaim, miss
 from baselines.papers.experiments import Experiment
 from baselines.papers.report import claims_table
 from baselines.papers.social_odometry import AFFORDABLE, affordable_claims

@@ -21,8 +21,7 @@ from baselines.papers.beta_sweep import (
     OptimumInsideRange,
     OtherBetasBelow,
 )
-from baselines.papers.claim_result import Claim
-from baselines.papers.claim_types import Below, Number, Order, RangeClaim, Ratio, Share
+from baselines.papers.claim_types import Below, Claim, Number, Order, RangeClaim, Ratio, Share
 from baselines.papers.experiments import (
     CrossValidatedBest,
     Experiment,

@@ -18,7 +18,7 @@ from baselines.papers.figures import (
     Boxes,
     Curves,
     caption_of,
-    controller_of,
+    controllers_of,
     recruitment_time_if_finished,
     time_of_each_robot,
 )
@@ -120,9 +120,11 @@ def test_a_caption_says_how_many_episodes_each_experiment_has(episodes):
 
 def test_a_controller_is_named_without_what_differs_among_its_experiments():
     steep, flat = Experiment("es1", "ssgiff:beta=1"), Experiment("es2", "ssgiff:beta=0.1")
-    assert controller_of([steep]) == controller_of([steep, steep]) == "ssgiff:beta=1"
-    assert controller_of([steep, flat]) == "ssgiff"
-    assert controller_of([CrossValidatedBest((steep, flat))]) == "ssgiff"
+    series = [("one", steep), ("two", steep), ("two", steep), ("both", steep), ("both", flat)]
+    best = "best", CrossValidatedBest((steep, flat))
+    assert controllers_of([*series, best]) == {
+        "one": "ssgiff:beta=1", "two": "ssgiff:beta=1", "both": "ssgiff", "best": "ssgiff",
+    }  # fmt: skip
 
 
 def test_the_time_of_the_kth_robot_is_the_whole_run_where_there_was_none(episodes):

@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from baselines.papers import report
-from baselines.papers.claim_result import ClaimResult
+from baselines.papers.claim_types import ClaimResult
 from baselines.papers.paper import Paper
 
 FOUND = [

@@ -15,7 +15,7 @@ from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.evaluation.runner import evaluate
 from baselines.evaluation.statistics import compare, mean_interval
-from baselines.papers.claim_result import above
+from baselines.papers.claim_types import above
 from baselines.papers.experiments import Experiment, on_path, recruitment_time, round_trips
 from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.scenarios import find_scenario

@@ -88,8 +88,7 @@ def _curve(runs: Sequence[Run], over: str) -> Means:
         for k in range(n_points)
     ]
     mean = np.array([each.value for each in found if each is not None])
-    ends = [each.interval or (each.value, each.value) for each in found if each is not None]
-    low, high = np.array(ends).T
+    low, high = np.array([each.ends for each in found if each is not None]).T
     return Means(np.array(x) / (MILLION if over == "robot_steps" else MINUTE), mean, low, high)
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from importlib.resources import files
 from string import Template
 
+from baselines.evaluation.tables import markdown
 from baselines.papers.time_estimate import format_duration
 from training.ladder.algorithms import read_algorithms
 from training.ladder.rungs import RANDOM, Rung, Score
@@ -41,7 +42,7 @@ def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
 def cards_table(rungs: Sequence[Rung]) -> str:
     """The cards, a line each."""
     heads = ("rung", "name", "robots learn", "tested in", "random", "hand-written", "oracle")
-    return _table(heads, [_card(rung) for rung in rungs])
+    return markdown(heads, [_card(rung) for rung in rungs])
 
 
 def _card(rung: Rung) -> tuple[str, ...]:
@@ -67,7 +68,7 @@ def _rung(rung: Rung, runs: Sequence[Run]) -> str:
     lines += [_learned(row) for row in rows_of(rung, runs)] if runs else []
     heads = (score_word(rung), "score", "normalised", "n", "robot-steps", "time of a training")
     if lines:
-        parts.append(_table(heads, lines))
+        parts.append(markdown(heads, lines))
     if runs:
         parts.append(f"![Curves of {rung.name}](images/ladder/{rung.name}.png)")
     else:
@@ -103,7 +104,7 @@ def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
         for name, (estimate, n) in over_all(rungs, runs).items()
     ]
     words = "Algorithms that were run on other rungs are not to be compared here."
-    return f"{_table(heads, lines)}\n\n{words}\n\n![Profiles](images/ladder/{PROFILE}.png)"
+    return f"{markdown(heads, lines)}\n\n{words}\n\n![Profiles](images/ladder/{PROFILE}.png)"
 
 
 def _made(runs: Sequence[Run]) -> str:
@@ -133,11 +134,6 @@ def runs_told_of(text: str) -> int:
 
 def _by_rung_name(runs: Sequence[Run]) -> dict[str, list[Run]]:
     return {name: [run for run in runs if run.rung == name] for name in [r.rung for r in runs]}
-
-
-def _table(heads: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    rows = [heads, ["---"] * len(heads), *lines]
-    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
 def _mean(rung: Rung, name: str) -> float:

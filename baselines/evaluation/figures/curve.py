@@ -138,8 +138,7 @@ def _mean(options: PlotOptions, group: EpisodeGroup) -> tuple[float, float, floa
     estimate = mean_interval(sample(group, options.shown_metric))
     if estimate is None:
         return np.nan, np.nan, np.nan
-    low, high = estimate.interval or (estimate.value, estimate.value)
-    return estimate.value, low, high
+    return estimate.value, *estimate.ends
 
 
 def _axis(x: str, group: EpisodeGroup) -> str:
