@@ -6,9 +6,8 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from enum import StrEnum
 from importlib.metadata import PackageNotFoundError, version
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.console import Console
@@ -32,14 +31,9 @@ app = typer.Typer(
 )
 
 
-class ListFormat(StrEnum):
-    """Output formats of `list` and `bench`: table or JSON."""
-
-    TABLE = "table"
-    JSON = "json"
-
-
-ListedFormat = Annotated[ListFormat, typer.Option("--format", help="How to write the result.")]
+ListedFormat = Annotated[
+    Literal["table", "json"], typer.Option("--format", help="How to write the result.")
+]
 
 
 class _ToStderr(logging.Handler):
@@ -112,10 +106,10 @@ def list_names(
             autocompletion=any_name,
         ),
     ] = None,
-    form: ListedFormat = ListFormat.TABLE,
+    form: ListedFormat = "table",
 ) -> None:
     """Show the scenarios, controllers and engines there are, or every number of one of them."""
-    if form is ListFormat.JSON:
+    if form == "json":
         from baselines.evaluation import listing
 
         description = listing.describe(name) if name else listing.overview()
@@ -135,7 +129,7 @@ def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A short run, less exact.")] = False,
     threads: Annotated[int, typer.Option(help="Threads whose gain over one is measured.")] = 2,
     device: Annotated[str, typer.Option(help="cpu, or cuda for worlds on a GPU.")] = "cpu",
-    form: ListedFormat = ListFormat.TABLE,
+    form: ListedFormat = "table",
 ) -> None:
     """Measure speed and memory against the budgets; takes a few minutes."""
     with stoppable(keeps=False):
@@ -152,7 +146,7 @@ def bench(
             tell = status.update if console.is_terminal else lambda _: None
             on_gpu = device == "cuda"
             measured: Any = measure_gpu(quick, tell) if on_gpu else measure(quick, threads, tell)
-        if form is ListFormat.JSON:
+        if form == "json":
             typer.echo(json.dumps(measured, indent=1))
         else:
             Console().print(gpu_table(measured) if on_gpu else report(measured))

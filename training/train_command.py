@@ -1,17 +1,15 @@
 """The command `swarm-forage train`: options, defaults and the final report."""
 
 import shlex
-from enum import StrEnum
 from inspect import unwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from baselines.cli import app, stoppable
 from baselines.evaluation.backend_options import (
     AddressOption,
-    BackendName,
     BackendOption,
     find_backend,
 )
@@ -25,41 +23,26 @@ if TYPE_CHECKING:
     from training.policy_file import Policy
 
 
-class Layer(StrEnum):
-    """Layer of the controller that the policy replaces."""
-
-    WEIGHTING = "weighting"
-    MOTION = "motion"
-    BOTH = "both"
+BUDGET = {"cma": 100, "imitation": 10, "ppo": 50_000_000}
+EVERY = {"cma": 5, "imitation": 2, "ppo": 1_500_000}
+WORLDS = {"cma": 8, "imitation": 24, "ppo": 8}
 
 
-class Algorithm(StrEnum):
-    """Training algorithm."""
-
-    CMA = "cma"
-    IMITATION = "imitation"
-    PPO = "ppo"
-
-
-BUDGET = {Algorithm.CMA: 100, Algorithm.IMITATION: 10, Algorithm.PPO: 50_000_000}
-EVERY = {Algorithm.CMA: 5, Algorithm.IMITATION: 2, Algorithm.PPO: 1_500_000}
-WORLDS = {Algorithm.CMA: 8, Algorithm.IMITATION: 24, Algorithm.PPO: 8}
-
-
-def _listed(numbers: dict[Algorithm, int]) -> str:
+def _listed(numbers: dict[str, int]) -> str:
     return ", ".join(f"{algorithm}: {number}" for algorithm, number in numbers.items())
 
 
 DEFAULT_CONTROLLER = {
-    Layer.WEIGHTING: "dsgiff-frequent",
-    Layer.MOTION: "ssgiff",
-    Layer.BOTH: "dsgiff-penalised",
-}
+    "weighting": "dsgiff-frequent", "motion": "ssgiff", "both": "dsgiff-penalised",
+}  # fmt: skip
 """Controller whose other layers are used, by default, with a policy of each layer."""
 
 
 def train(  # noqa: PLR0913 the options of a command
-    layer: Annotated[Layer, typer.Argument(help="Layer that the policy replaces.")],
+    layer: Annotated[
+        Literal["weighting", "motion", "both"],
+        typer.Argument(help="Layer that the policy replaces."),
+    ],
     scenarios: Annotated[
         list[str],
         typer.Argument(
@@ -68,7 +51,7 @@ def train(  # noqa: PLR0913 the options of a command
         ),
     ],
     algorithm: Annotated[
-        Algorithm | None,
+        Literal["cma", "imitation", "ppo"] | None,
         typer.Option(
             help="cma: CMA-ES on the round trips of the swarm. imitation:"
             " DAgger, supervised by the true errors of the estimates. ppo: policy gradient.",
@@ -134,7 +117,7 @@ def train(  # noqa: PLR0913 the options of a command
     device: Annotated[
         str, typer.Option(help="cpu, or cuda for worlds, and for ppo the learner, on a GPU.")
     ] = "cpu",
-    backend: BackendOption = BackendName.JOBLIB,
+    backend: BackendOption = "joblib",
     address: AddressOption = None,
 ) -> None:
     """Train a policy that replaces a hand-written layer.
@@ -147,12 +130,12 @@ def train(  # noqa: PLR0913 the options of a command
     from baselines.evaluation.experiment_config import parse_settings
     from training.experiment import Experiment
 
-    algorithm = algorithm or (Algorithm.CMA if layer is Layer.WEIGHTING else Algorithm.PPO)
+    algorithm = algorithm or ("cma" if layer == "weighting" else "ppo")
     experiment = Experiment(
-        layer=layer.value,
+        layer=layer,
         scenarios=tuple(scenarios),
-        algorithm=algorithm.value,
-        out=out or Path("runs") / f"train-{layer.value}-{algorithm.value}",
+        algorithm=algorithm,
+        out=out or Path("runs") / f"train-{layer}-{algorithm}",
         seed=seed,
         budget=BUDGET[algorithm] if budget is None else budget,
         every=EVERY[algorithm] if every is None else every,
@@ -167,10 +150,10 @@ def train(  # noqa: PLR0913 the options of a command
     )
     from training.folder_lock import lock_folder
 
-    if backend is not BackendName.JOBLIB and device != "cpu":
+    if backend != "joblib" and device != "cpu":
         raise ConfigError(f"--backend={backend}: runs worlds on CPUs; leave out --device={device}")
     experiment.check()
-    if backend is not BackendName.JOBLIB and experiment.algorithm != "cma":
+    if backend != "joblib" and experiment.algorithm != "cma":
         raise ConfigError(f"--backend={backend}: is for --algorithm cma")
     spread = find_backend(backend, experiment.workers, address=address)
     with lock_folder(experiment.out):

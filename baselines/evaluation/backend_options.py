@@ -1,7 +1,6 @@
 """The options `--backend` and `--address`, which several commands have."""
 
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -12,15 +11,8 @@ if TYPE_CHECKING:
     from baselines.evaluation.backends import Backend
 
 
-class BackendName(StrEnum):
-    """What spreads the work over worker processes."""
-
-    JOBLIB = "joblib"
-    RAY = "ray"
-
-
 BackendOption = Annotated[
-    BackendName,
+    Literal["joblib", "ray"],
     typer.Option("--backend", help="joblib: processes of this machine. ray: those of a cluster."),
 ]
 
@@ -36,7 +28,7 @@ AddressOption = Annotated[
 
 
 def find_backend(
-    name: BackendName, workers: int, threads: int = 1, address: str | None = None
+    name: str, workers: int, threads: int = 1, address: str | None = None
 ) -> "Backend":
     """The backend of a command's options.
 
@@ -46,7 +38,7 @@ def find_backend(
 
     check_count("--workers", workers)
     check_count("--threads", threads)
-    if name is BackendName.JOBLIB:
+    if name == "joblib":
         if address is not None:
             raise ConfigError(f"--address={address}: is for --backend ray")
         from baselines.evaluation.backends import JoblibBackend

@@ -1,16 +1,14 @@
 """The command `evaluate`: run controllers on a scenario, and compare them."""
 
 from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from rich.console import Console
 
 from baselines.evaluation.backend_options import (
     AddressOption,
-    BackendName,
     BackendOption,
     find_backend,
 )
@@ -28,14 +26,6 @@ from baselines.evaluation.name_completion import controller_names
 
 if TYPE_CHECKING:
     from baselines.evaluation.runner import Plan
-
-
-class Format(StrEnum):
-    """Output formats of `evaluate`: table, JSON or CSV."""
-
-    TABLE = "table"
-    JSON = "json"
-    CSV = "csv"
 
 
 def evaluate(  # noqa: PLR0913 the options of a command
@@ -63,8 +53,8 @@ def evaluate(  # noqa: PLR0913 the options of a command
     settings: SettingsOption = None,
     physics: PhysicsOption = None,
     form: Annotated[
-        Format, typer.Option("--format", help="How to write the result.")
-    ] = Format.TABLE,
+        Literal["table", "json", "csv"], typer.Option("--format", help="How to write the result.")
+    ] = "table",
     series: Annotated[
         bool, typer.Option("--series", help="In JSON, tell what is known over time as well.")
     ] = False,
@@ -78,7 +68,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
     plot: Annotated[
         Path | None, typer.Option(parser=path, help="Draw the scores to a .png, .pdf or .svg file.")
     ] = None,
-    backend: BackendOption = BackendName.JOBLIB,
+    backend: BackendOption = "joblib",
     address: AddressOption = None,
 ) -> None:
     """Run controllers on a scenario and compare them: by round trips, or goals reached.
@@ -126,12 +116,12 @@ def _draw(plan: "Plan", file: Path, command: str) -> None:
     say(f"wrote {file}")
 
 
-def _write(results: Sequence[Any], form: Format, series: bool) -> None:
+def _write(results: Sequence[Any], form: str, series: bool) -> None:
     from baselines.evaluation import tables
 
-    if form is Format.TABLE:
+    if form == "table":
         Console().print(tables.report(results))
-    elif form is Format.JSON:
+    elif form == "json":
         typer.echo(tables.to_json(results, series))
     else:
         typer.echo(tables.to_csv(results))

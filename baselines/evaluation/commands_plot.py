@@ -1,8 +1,7 @@
 """The command `plot`: draw a figure of existing datasets."""
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -16,11 +15,8 @@ FIGURE_NAMES = (
 """The kinds of figures, which are not loaded to complete their names."""
 
 
-class PageStyleName(StrEnum):
-    """The page styles of figures."""
-
-    SCREEN = "screen"
-    PAPER = "paper"
+PageStyleName = Literal["screen", "paper"]
+"""The page styles of figures."""
 
 
 def plot(  # noqa: PLR0913 the options of a command
@@ -78,7 +74,7 @@ def plot(  # noqa: PLR0913 the options of a command
     ] = None,
     style: Annotated[
         PageStyleName, typer.Option(help="As broad as a page, or as a column of a paper.")
-    ] = PageStyleName.SCREEN,
+    ] = "screen",
     caption: Annotated[
         bool,
         typer.Option(
@@ -121,7 +117,7 @@ def plot(  # noqa: PLR0913 the options of a command
         check_plot(file, "--out")
     options = PlotOptions(
         kind, sources, tuple(scenarios or ()), tuple(controllers or ()), metric, x, seed,
-        style.value, caption,
+        style, caption,
     )  # fmt: skip
     check_options(options)
     with page_style(options.style):

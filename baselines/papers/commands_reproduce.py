@@ -1,15 +1,13 @@
 """The command `reproduce`: every claim and figure of a paper, from its own episodes."""
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
 
 from baselines.evaluation.backend_options import (
     AddressOption,
-    BackendName,
     BackendOption,
     find_backend,
 )
@@ -29,13 +27,6 @@ QUICK_EPISODES = 6
 
 PAPER_NAMES = "social-odometry", "ants2008", "adaptive-boids", "boids-foraging", "robustness"
 """Names of the papers, which are not loaded to complete them."""
-
-
-class ClaimsFormat(StrEnum):
-    """Output formats of the claims: table or JSON."""
-
-    TABLE = "table"
-    JSON = "json"
 
 
 def reproduce(  # noqa: PLR0913 the options of a command
@@ -75,11 +66,11 @@ def reproduce(  # noqa: PLR0913 the options of a command
     style: Annotated[
         PageStyleName,
         typer.Option(help="Figures as broad as a page, or as a paper's column, then as PDF too."),
-    ] = PageStyleName.SCREEN,
+    ] = "screen",
     form: Annotated[
-        ClaimsFormat, typer.Option("--format", help="How to write the claims.")
-    ] = ClaimsFormat.TABLE,
-    backend: BackendOption = BackendName.JOBLIB,
+        Literal["table", "json"], typer.Option("--format", help="How to write the claims.")
+    ] = "table",
+    backend: BackendOption = "joblib",
     address: AddressOption = None,
 ) -> None:
     """Check this implementation against the claims of a paper: a table, its figures, a page.
@@ -109,9 +100,9 @@ def reproduce(  # noqa: PLR0913 the options of a command
     run = Reproduction(ReproduceOptions(paper, episodes, seed, physics, settings or []), out)
     run.run_with_progress(spread)
     claim_results = run.claim_results()
-    for file in run.write(claim_results, page, style.value):
+    for file in run.write(claim_results, page, style):
         say(str(file))
-    if form is ClaimsFormat.JSON:
+    if form == "json":
         typer.echo(report.to_json(claim_results))
     else:
         Console().print(report.claims_table(claim_results))

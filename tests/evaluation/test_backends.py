@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from joblib.externals.loky import get_reusable_executor
 
-from baselines.evaluation.backend_options import BackendName, find_backend
+from baselines.evaluation.backend_options import find_backend
 from baselines.evaluation.backends import IDLE, JoblibBackend, run_in_order
 from swarm_forage_env.errors import ConfigError
 
@@ -40,16 +40,16 @@ def test_results_come_in_the_order_of_the_jobs_if_asked(workers):
 
 def test_options_that_do_not_fit_are_refused():
     with pytest.raises(ConfigError, match="--address=auto: is for --backend ray"):
-        find_backend(BackendName.JOBLIB, 1, address="auto")
+        find_backend("joblib", 1, address="auto")
     with pytest.raises(ConfigError, match="--workers=0: must be at least 1"):
-        find_backend(BackendName.RAY, 0)
+        find_backend("ray", 0)
 
 
 def test_without_ray_one_line_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
     monkeypatch.delitem(sys.modules, "baselines.evaluation.ray_backend", raising=False)
     with pytest.raises(ConfigError, match=r"--backend=ray: .* pip install 'swarm-forage\[ray\]'$"):
-        find_backend(BackendName.RAY, 2)
+        find_backend("ray", 2)
 
 
 class Interrupting(tuple):

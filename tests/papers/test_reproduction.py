@@ -8,7 +8,6 @@ import pytest
 from PIL import Image
 
 from baselines.evaluation import progress
-from baselines.evaluation.backend_options import BackendName
 from baselines.papers import commands_reproduce, report, reproduction
 from baselines.papers.claim_result import ClaimResult
 from baselines.papers.claim_types import Number, Order
@@ -137,7 +136,7 @@ def test_a_command_without_options_runs_what_the_help_promises(called, command):
     (options, out), backend, written, checked = called
     assert options == ReproduceOptions("ants2008", None, 0, None, [])
     assert out is None
-    assert backend == (BackendName.JOBLIB, 2, 1, None)
+    assert backend == ("joblib", 2, 1, None)
     assert written == (FOUND, None, "screen")
     assert checked == "the plan"
     assert "1 of 1 claims reproduced" in stdout

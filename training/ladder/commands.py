@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from baselines.cli import ListedFormat, ListFormat, stoppable
+from baselines.cli import ListedFormat, stoppable
 from baselines.evaluation.backend_options import (
     AddressOption,
-    BackendName,
     BackendOption,
     find_backend,
 )
@@ -34,7 +33,7 @@ Rungs = Annotated[
 
 
 @benchmark.command("list")
-def list_cards(form: ListedFormat = ListFormat.TABLE) -> None:
+def list_cards(form: ListedFormat = "table") -> None:
     """Show the rungs: what is hard about each, and what random actions and others score."""
     from rich.console import Console
 
@@ -43,7 +42,7 @@ def list_cards(form: ListedFormat = ListFormat.TABLE) -> None:
     from training.ladder.rungs import read_rungs
 
     rungs = list(read_rungs().values())
-    if form is ListFormat.JSON:
+    if form == "json":
         found = [
             {"name": each.name, "keywords": each.keywords, **each.card.model_dump()}
             for each in rungs
@@ -64,7 +63,7 @@ def cards(
     out: Annotated[Path, typer.Option(parser=path, help="Folder of the episodes.")] = Path(
         "runs/cards"
     ),
-    backend: BackendOption = BackendName.JOBLIB,
+    backend: BackendOption = "joblib",
     address: AddressOption = None,
 ) -> None:
     """Score random actions, hand-written controllers and oracles, and write it on the cards."""
@@ -101,7 +100,7 @@ def ladder(  # noqa: PLR0913 the options of a command
             parser=path, help="Write a page of all runs (.md), with its figures beside it."
         ),
     ] = None,
-    backend: BackendOption = BackendName.JOBLIB,
+    backend: BackendOption = "joblib",
     address: AddressOption = None,
 ) -> None:
     """Train algorithms on rungs from scratch, score them in test worlds, and draw their curves.
