@@ -15,10 +15,8 @@ from rich.console import Console
 from baselines.evaluation.commands_evaluate import evaluate
 from baselines.evaluation.commands_plot import plot as plot_figure
 from baselines.evaluation.commands_watch import watch
-from baselines.evaluation.console import old_names_told, say
-from baselines.evaluation.error_messages import error_message
-from baselines.evaluation.interrupts import interrupts_raised
-from baselines.evaluation.name_completion import any_name
+from baselines.evaluation.common_options import any_name
+from baselines.evaluation.console import error_message, interrupts_raised, old_names_told, say
 from baselines.papers.commands_reproduce import reproduce
 
 app = typer.Typer(
@@ -109,15 +107,13 @@ def list_names(
     form: ListedFormat = "table",
 ) -> None:
     """Show the scenarios, controllers and engines there are, or every number of one of them."""
-    if form == "json":
-        from baselines.evaluation import listing
+    from baselines.evaluation import listing
 
+    if form == "json":
         description = listing.describe(name) if name else listing.overview()
         typer.echo(json.dumps(description, indent=1))
     else:
-        from baselines.evaluation import listing_tables
-
-        table = listing_tables.detail_table(name) if name else listing_tables.overview_tables()
+        table = listing.detail_table(name) if name else listing.overview_tables()
         Console().print(table)
 
 
@@ -133,8 +129,7 @@ def bench(
 ) -> None:
     """Measure speed and memory against the budgets; takes a few minutes."""
     with stoppable(keeps=False):
-        from baselines.evaluation.bench.gpu import measure_gpu
-        from baselines.evaluation.bench.gpu_table import gpu_table
+        from baselines.evaluation.bench.gpu import gpu_table, measure_gpu
         from baselines.evaluation.bench.measures import measure
         from baselines.evaluation.bench.tables import report
         from swarm_forage_env.envs.device_env import check_device

@@ -14,14 +14,17 @@ from typing import Any
 import numpy as np
 
 from baselines.composition import (
+    LAYERS,
+    Crew,
+    Members,
     check_alike,
     check_on_gpu,
     crew_of,
     is_numpy_motion,
     set_stream,
+    settings_of,
     squads_of,
 )
-from baselines.settings import LAYERS, Crew, Members, settings_of
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, Kernel, MotionLayer

@@ -39,8 +39,7 @@ from training.policy_file import (
     layer_card,
     save_policy,
 )
-from training.progress import ProgressLogger
-from training.training_loop import run
+from training.training_loop import ProgressLogger, run
 
 INITIAL_SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
 """Initial step size: standard deviation of every weight in the first generation."""

@@ -42,9 +42,8 @@ from training.policy_file import (
     observation_layout,
     save_policy,
 )
-from training.progress import ProgressLogger
 from training.reputation_weighting import REPUTATION_NETWORK, network_over
-from training.training_loop import run
+from training.training_loop import ProgressLogger, run
 
 HIDDEN = 16
 """Hidden units: supervised learning can fit more of them than a search."""

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from baselines.controller import LayeredController
-from baselines.evaluation.error_messages import of_option
+from baselines.evaluation.console import of_option
 from baselines.evaluation.evaluate_options import check_count, check_physics
 from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env.controllers import find_controller, parse_controller
@@ -138,7 +138,7 @@ class Experiment:
                 )
             usable_gpu()
             if self.algorithm == "ppo":
-                from training.tensors import torch_device
+                from training.tensor_vec_env import torch_device
 
                 torch_device(self.device)
 

@@ -10,7 +10,7 @@ Source: Schulman2017, Proximal Policy Optimization Algorithms.
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import cast
 
 import numpy as np
@@ -20,8 +20,9 @@ from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.envs.device_env import array_env
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.observed_fields import FieldCopies, FieldLayout
+from swarm_forage_env.record import copied_rows
 from training.actor_critic import LayerPolicy, MotionActor, NamedNetwork
-from training.behaviour_cloning import clone_behaviour, record_demonstrations
 from training.checkpoint import (
     BEST_POLICY,
     CHECKPOINT,
@@ -43,9 +44,8 @@ from training.policy_file import (
     save_policy,
 )
 from training.ppo_learner import PPOHyperparameters, PPOLearner
-from training.progress import ProgressLogger
 from training.tensor_vec_env import TensorVecEnv
-from training.training_loop import run
+from training.training_loop import ProgressLogger, run
 
 EVERY_TICK = PPOHyperparameters(decision_period=1, discount=0.999, log_std=-2.0)
 """Hyperparameters for a decision in every tick: an exchange is observed for one tick only."""
@@ -229,3 +229,50 @@ def make_env(experiment: Experiment, hyperparameters: PPOHyperparameters) -> Ten
             for name, n_worlds in worlds_per_scenario(experiment).items()
         ]
     )
+
+
+SAMPLE_EVERY = 20
+"""Ticks between two samples of a world; samples of successive ticks are highly correlated."""
+
+EPOCHS, BATCH_SIZE, LEARNING_RATE = 20, 512, 1e-3
+
+Demonstrations = tuple[Float32[Array, "samples numbers"], Float32[Array, "samples 2"]]
+
+
+def clone_behaviour(actor: MotionActor, pairs: Sequence[Demonstrations]) -> float:
+    """Fit a motion network to demonstrations; return its mean squared error in the last epoch.
+
+    Subsumption has memory and draws random numbers, the network does neither: the clone learns the
+    mean behaviour, without the random walk, and without the side on which an obstacle is passed.
+
+    Batches are drawn from torch's global generator: seed it for a repeatable fit.
+    """
+    device = next(actor.parameters()).device
+    observed = torch.from_numpy(np.concatenate([each[0] for each in pairs])).to(device)
+    wheels = torch.from_numpy(np.concatenate([each[1] for each in pairs])).to(device)
+    optimiser = torch.optim.Adam(actor.parameters(), LEARNING_RATE)
+    for _ in range(EPOCHS):
+        total = 0.0
+        for rows in torch.split(torch.randperm(len(observed)), BATCH_SIZE):
+            given, _ = actor(observed[rows])
+            loss = torch.mean((given - wheels[rows]) ** 2)
+            optimiser.zero_grad()
+            loss.backward()  # type: ignore[no-untyped-call]
+            optimiser.step()
+            total += loss.item() * len(rows)
+    return total / len(observed)
+
+
+def record_demonstrations(loop: Loop, layout: FieldLayout) -> Demonstrations:
+    """Record observations and wheel speeds over a whole episode of a hand-written controller."""
+    shown, world = FieldCopies(layout), loop.world
+    observed, wheels = [], []
+    for tick in range(loop.world.scenario.n_ticks):
+        if tick % SAMPLE_EVERY == 0:
+            seen = np.empty((*world.robots.shape, len(layout)), np.float32)
+            shown.read(world, loop.controller.minds, seen)
+            observed.append(seen.reshape(-1, len(layout)))
+        loop.step()
+        if tick % SAMPLE_EVERY == 0:  # what was commanded is shown as the last wheels
+            wheels.append(copied_rows(world.robots, ("command", "wheels")))
+    return np.concatenate(observed), np.concatenate(wheels)

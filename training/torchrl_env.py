@@ -20,7 +20,7 @@ from swarm_forage_env.envs.render import Frame
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import Viewer, check_render_mode
 from swarm_forage_env.task import stage_of
-from training.tensors import array_for, follow_stream, tensor_of, torch_device, worlds_on
+from training.tensor_vec_env import array_for, follow_stream, tensor_of, torch_device, worlds_on
 
 ENDS = ("done", "terminated", "truncated")
 """What is told of the end of an episode."""

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from baselines.cli import app, stoppable
-from baselines.evaluation.backend_options import (
+from baselines.evaluation.common_options import (
     AddressOption,
     BackendOption,
     find_backend,
+    path,
 )
-from baselines.evaluation.common_options import path
 from baselines.evaluation.console import say
 from swarm_forage_env.errors import ConfigError
 
@@ -148,7 +148,7 @@ def train(  # noqa: PLR0913 the options of a command
         workers=workers,
         device=device,
     )
-    from training.folder_lock import lock_folder
+    from training.checkpoint import lock_folder
 
     if backend != "joblib" and device != "cpu":
         raise ConfigError(f"--backend={backend}: runs worlds on CPUs; leave out --device={device}")

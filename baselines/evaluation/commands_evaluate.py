@@ -7,22 +7,20 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from rich.console import Console
 
-from baselines.evaluation.backend_options import (
+from baselines.evaluation.common_options import (
     AddressOption,
     BackendOption,
-    find_backend,
-)
-from baselines.evaluation.common_options import (
     FirstSeedOption,
     PhysicsOption,
     ScenarioArgument,
     SettingsOption,
     ThreadsOption,
     WorkersOption,
+    controller_names,
+    find_backend,
     path,
 )
 from baselines.evaluation.console import say
-from baselines.evaluation.name_completion import controller_names
 
 if TYPE_CHECKING:
     from baselines.evaluation.runner import Plan
@@ -95,7 +93,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
 
 
 def _check_plot(file: Path, out: str | None) -> None:
-    from baselines.evaluation.figure_files import check_plot
+    from baselines.evaluation.figure_page import check_plot
 
     check_plot(file)
     if out and Path(out).resolve() in file.resolve().parents:
@@ -104,7 +102,7 @@ def _check_plot(file: Path, out: str | None) -> None:
 
 def _draw(plan: "Plan", file: Path, command: str) -> None:
     from baselines.evaluation.dataset_reader import EpisodeGroup
-    from baselines.evaluation.figure_files import save_figure
+    from baselines.evaluation.figure_page import save_figure
     from baselines.evaluation.figures.boxplot import boxplot
 
     episodes, n_seeds = plan.results(), len(plan.seeds)

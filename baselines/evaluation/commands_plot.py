@@ -5,9 +5,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from baselines.evaluation.common_options import path
+from baselines.evaluation.common_options import completion_of, path
 from baselines.evaluation.console import say
-from baselines.evaluation.name_completion import completion_of
 
 FIGURE_NAMES = (
     "boxplot", "curve", "on-path", "recruitment", "table", "paths", "learning", "weights",
@@ -108,8 +107,7 @@ def plot(  # noqa: PLR0913 the options of a command
     swarm-forage plot curve runs/es1 --style paper --out beta.pdf
     """
     import baselines.evaluation.figures  # noqa: F401 enters the kinds
-    from baselines.evaluation.figure_files import check_plot, save_figure
-    from baselines.evaluation.figure_page import draw_caption, page_style
+    from baselines.evaluation.figure_page import check_plot, draw_caption, page_style, save_figure
     from baselines.evaluation.figures.base import FIGURES, PlotOptions, check_options
 
     kind_of_figure = FIGURES[kind]

@@ -9,9 +9,9 @@ from baselines.evaluation.common_options import (
     PhysicsOption,
     ScenarioArgument,
     SettingsOption,
+    controller_names,
     path,
 )
-from baselines.evaluation.name_completion import controller_names
 
 
 def watch(  # noqa: PLR0913 the options of a command

@@ -1,11 +1,49 @@
-"""The arguments and options that several commands have in the same words."""
+"""The arguments and options that several commands have in the same words, and their completion."""
 
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from baselines.evaluation.name_completion import scenario_names
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.extras import remedy
+from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS
+
+if TYPE_CHECKING:
+    from baselines.evaluation.backends import Backend
+
+
+def completion_of(names: Collection[str]) -> Callable[[str], list[str]]:
+    """What completes one of these names.
+
+    >>> completion_of(["paths", "on-path", "png"])("p")
+    ['paths', 'png']
+    """
+
+    def complete(incomplete: str) -> list[str]:
+        return [name for name in names if name.startswith(incomplete)]
+
+    return complete
+
+
+def scenario_names(incomplete: str) -> Iterator[str]:
+    """Scenarios, and .toml files beside, that begin so."""
+    yield from (name for name in SCENARIOS if name.startswith(incomplete))
+    yield from (str(file) for file in Path().glob("*.toml") if str(file).startswith(incomplete))
+
+
+def controller_names(incomplete: str) -> Iterator[str]:
+    """Controllers and oracles that begin so, and the kinds of policies that take a file."""
+    names = [*CONTROLLERS, *REFERENCES, *(f"{kind}:" for kind in POLICIES)]
+    yield from (name for name in names if name.startswith(incomplete))
+
+
+def any_name(incomplete: str) -> Iterator[str]:
+    """Whatever can be listed: scenarios and controllers."""
+    yield from scenario_names(incomplete)
+    yield from controller_names(incomplete)
+
 
 ScenarioArgument = Annotated[
     str,
@@ -46,3 +84,47 @@ def path(text: str | Path) -> Path:
             " address"
         )
     return Path(text)
+
+
+BackendOption = Annotated[
+    Literal["joblib", "ray"],
+    typer.Option("--backend", help="joblib: processes of this machine. ray: those of a cluster."),
+]
+
+AddressOption = Annotated[
+    str | None,
+    typer.Option(
+        "--address",
+        metavar="HOST:PORT",
+        help="A running Ray cluster; auto: the one of this machine.",
+        show_default="a local one, started for this command",
+    ),
+]
+
+
+def find_backend(
+    name: str, workers: int, threads: int = 1, address: str | None = None
+) -> "Backend":
+    """The backend of a command's options.
+
+    ConfigError for options that do not fit, or if no cluster answers.
+    """
+    from baselines.evaluation.evaluate_options import check_count
+
+    check_count("--workers", workers)
+    check_count("--threads", threads)
+    if name == "joblib":
+        if address is not None:
+            raise ConfigError(f"--address={address}: is for --backend ray")
+        from baselines.evaluation.backends import JoblibBackend
+
+        return JoblibBackend(workers, threads)
+    try:
+        from baselines.evaluation.ray_backend import RayBackend
+    except ModuleNotFoundError as error:
+        if error.name != "ray":
+            raise
+        raise ConfigError(f"--backend=ray: needs the package ray: {remedy('ray')}") from None
+    backend = RayBackend(workers, threads, address)
+    backend.connect()
+    return backend

@@ -1,12 +1,19 @@
-"""Messages and progress bars of every command, on stderr."""
+"""What every command does on stderr and with signals: messages, progress bars, errors, Ctrl-C."""
 
+import _thread
+import signal
 import sys
+import threading
+import time
 import warnings
 from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
+from functools import partial
+from types import FrameType
 from typing import TYPE_CHECKING, Any, cast
 
-from swarm_forage_env.errors import RenamedWarning
+from swarm_forage_env.errors import ConfigError, RenamedWarning, UnknownNameError, file_reason
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -51,3 +58,101 @@ def old_names_told() -> Iterator[None]:
 
         warnings.showwarning = cast(Any, tell)
         yield
+
+
+WRONG_INPUT, FAILED = 2, 1
+"""Exit statuses: of what was asked, and of what happened on the way."""
+
+
+def error_message(error: Exception, program: str | None) -> tuple[str, int] | None:
+    """The line about an error and the exit status; None for one that only a traceback explains."""
+    if isinstance(error, ConfigError | UnknownNameError):
+        return str(error), WRONG_INPUT
+    if isinstance(error, BrokenExecutor):
+        return "a worker was ended from outside; the same command goes on from here", FAILED
+    if isinstance(error, OSError):
+        return file_reason(error), FAILED
+    if not hasattr(error, "format_message"):  # the parser's errors have one
+        return None
+    message = error.format_message().replace("Value error, ", "")  # a word of pydantic's
+    context = getattr(error, "ctx", None)
+    command = context.command_path if context else program
+    end = "" if message.endswith("?") else "."
+    return f"{message.rstrip('.')}{end} See: {command} --help", WRONG_INPUT
+
+
+@contextmanager
+def of_option(prefix: str) -> Iterator[None]:
+    """Begin an error message about a value with the option that it was given by.
+
+    >>> with of_option("--"):
+    ...     raise ConfigError("seed=-1: must be at least 0")
+    Traceback (most recent call last):
+        ...
+    swarm_forage_env.errors.ConfigError: --seed=-1: must be at least 0
+    """
+    try:
+        yield
+    except (ConfigError, UnknownNameError) as error:
+        raise ConfigError(f"{prefix}{error}") from None
+
+
+PAUSE = 0.01
+"""After which a signal that came at a bad moment is sent again [s]."""
+
+
+@contextmanager
+def interrupts_raised() -> Iterator[None]:
+    """Raise KeyboardInterrupt on SIGTERM, on SIGINT and SIGHUP unless this process ignores them.
+
+    Where Python would drop the exception, as in a finaliser, it is raised soon after.
+    """
+    numbers = [signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) is signal.SIG_DFL:
+        numbers.append(signal.SIGHUP)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        numbers.append(signal.SIGINT)
+    handlers = {number: signal.signal(number, _interrupt) for number in numbers}
+    hook = sys.unraisablehook
+    sys.unraisablehook = partial(_send_again_if_dropped, hook)
+    try:
+        yield
+    finally:
+        sys.unraisablehook = hook
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt, but not while pymunk frees memory, which ends in a crash."""
+    if _is_freeing(frame):
+        _send_again(number)
+    else:
+        raise KeyboardInterrupt
+
+
+def _is_freeing(frame: FrameType | None) -> bool:
+    """Whether pymunk is freeing a space, a body or a shape."""
+    while frame is not None:
+        module = frame.f_globals.get("__name__", "")
+        if module.startswith("pymunk") and "free" in frame.f_code.co_name:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _send_again_if_dropped(hook: Any, dropped: Any) -> None:  # noqa: ANN401 typeshed's own
+    if issubclass(dropped.exc_type, KeyboardInterrupt):
+        _send_again(signal.SIGINT)
+    else:
+        hook(dropped)
+
+
+def _send_again(number: int) -> None:
+    """Send the main thread a signal after a pause, by a thread that takes no lock to start."""
+
+    def send() -> None:
+        time.sleep(PAUSE)
+        signal.pthread_kill(cast(int, threading.main_thread().ident), number)
+
+    _thread.start_new_thread(send, ())

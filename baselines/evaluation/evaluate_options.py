@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
-from baselines.evaluation.console import say
-from baselines.evaluation.error_messages import of_option
+from baselines.evaluation.console import of_option, say
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
     find_layered_controller,

@@ -14,7 +14,7 @@ from typing import Any
 import baselines.controllers
 import baselines.oracles.controllers
 import swarm_forage_env
-from baselines import running, settings
+from baselines import composition, running
 from baselines.controller import REGISTRIES, LayeredController
 from baselines.evaluation import episode
 from swarm_forage_env.controllers import find_controller
@@ -121,7 +121,7 @@ class ExperimentConfig:
         files = {file for file in files if not _is_unhashed(file, world)}
         files |= {file for part in parts for file in getattr(part, "reads", ())}
         files |= _files(self.controller, LayeredController)
-        files |= {Path(running.__file__), Path(settings.__file__), Path(episode.__file__)}
+        files |= {Path(running.__file__), Path(composition.__file__), Path(episode.__file__)}
         text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())
         for file in sorted(files):
             text.update(f"\n{file.parent.name}/{file.name}\n".encode() + _content(file))

@@ -6,20 +6,18 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 
-from baselines.evaluation.backend_options import (
-    AddressOption,
-    BackendOption,
-    find_backend,
-)
 from baselines.evaluation.commands_plot import PageStyleName
 from baselines.evaluation.common_options import (
+    AddressOption,
+    BackendOption,
     FirstSeedOption,
     PhysicsOption,
     ThreadsOption,
     WorkersOption,
+    completion_of,
+    find_backend,
     path,
 )
-from baselines.evaluation.name_completion import completion_of
 
 QUICK_EPISODES = 6
 """Replications of each experiment: the fewest that can show an order."""

@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from baselines.evaluation.error_messages import of_option
+from baselines.evaluation.console import of_option
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
     find_layered_controller,

@@ -10,8 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from baselines.evaluation.box_plots import BOXES, box_panels
-from baselines.evaluation.figure_files import save_figure
-from baselines.evaluation.figure_page import Caption, page_style
+from baselines.evaluation.figure_page import Caption, page_style, save_figure
 from baselines.evaluation.line_plots import BANDS, Curve, curve_panels
 from baselines.papers.experiments import (
     HasExperiments,

@@ -7,7 +7,7 @@ import pytest
 
 from swarm_forage_env.atomic_write import temporary_of
 from swarm_forage_env.controllers import find_controller
-from training.folder_lock import lock_folder
+from training.checkpoint import lock_folder
 from training.train_command import add_commands
 
 TINY = (

@@ -59,9 +59,9 @@ def episode():
 @pytest.fixture
 def measures():
     """What the bench may have found."""
-    from baselines.evaluation.bench.budgets import check
     from baselines.evaluation.bench.cases import all_cases
-    from baselines.evaluation.bench.stages import SHARES
+    from baselines.evaluation.bench.speed import SHARES
+    from baselines.evaluation.bench.tables import check
 
     speeds = {"rigid": 1e6, "kinematic": 1e6, "bare_pymunk": 2e6, "rigid_over_bare": 2.0}
     cases = [{"case": case.name, "rows": case.rows, **speeds} for case in all_cases()]

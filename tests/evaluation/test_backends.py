@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from joblib.externals.loky import get_reusable_executor
 
-from baselines.evaluation.backend_options import find_backend
 from baselines.evaluation.backends import IDLE, JoblibBackend, run_in_order
+from baselines.evaluation.common_options import find_backend
 from swarm_forage_env.errors import ConfigError
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -21,8 +21,13 @@ from baselines.evaluation.bench.cases import (
     enlarged,
     uniform_poses,
 )
-from baselines.evaluation.bench.speed import case_speeds, seconds_per_tick, thread_gain
-from baselines.evaluation.bench.stages import SHARES, stage_shares
+from baselines.evaluation.bench.speed import (
+    SHARES,
+    case_speeds,
+    seconds_per_tick,
+    stage_shares,
+    thread_gain,
+)
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.scenarios import find_scenario

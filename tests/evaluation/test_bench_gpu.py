@@ -7,9 +7,7 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
-from baselines.evaluation.bench.energy import energy_meter
-from baselines.evaluation.bench.gpu import card_bandwidth
-from baselines.evaluation.bench.gpu_table import gpu_table
+from baselines.evaluation.bench.gpu import card_bandwidth, energy_meter, gpu_table
 
 FOUND = {
     "case": "es1 x 10", "rows": 100, "gpu": 2.5e8, "environment": 1.25e8, "cpu": 3e6, "threads": 16,

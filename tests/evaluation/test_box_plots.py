@@ -6,8 +6,14 @@ import pytest
 from PIL import Image
 
 from baselines.evaluation.box_plots import box_panels
-from baselines.evaluation.figure_files import beside, check_plot, save_figure
-from baselines.evaluation.figure_page import Caption, draw_caption, page_style
+from baselines.evaluation.figure_page import (
+    Caption,
+    beside,
+    check_plot,
+    draw_caption,
+    page_style,
+    save_figure,
+)
 from swarm_forage_env.errors import UnknownNameError
 
 COMMAND = "swarm-forage evaluate es1 nc ssgikf --episodes=5"

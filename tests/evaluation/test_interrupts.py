@@ -8,7 +8,7 @@ import pymunk
 import pytest
 
 from baselines.evaluation.backends import defer_interrupts
-from baselines.evaluation.interrupts import interrupts_raised
+from baselines.evaluation.console import interrupts_raised
 
 WAIT = 60.0
 """More than an interrupt takes [s]."""

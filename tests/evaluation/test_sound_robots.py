@@ -11,8 +11,7 @@ from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.dataset_reader import read_groups
 from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.evaluation.listing import describe
-from baselines.evaluation.listing_tables import detail_table
+from baselines.evaluation.listing import describe, detail_table
 from baselines.evaluation.tables import report, to_json
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError

@@ -8,7 +8,7 @@ import torch
 
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
-from training import behaviour_cloning, candidate_rollouts
+from training import candidate_rollouts, ppo
 from training.candidate_rollouts import CandidateRollouts
 
 
@@ -105,15 +105,15 @@ def test_a_copy_is_fitted_in_twenty_epochs_of_batches_of_512(monkeypatch):
     torch.manual_seed(0)
     observed, wheels = np.ones((600, 2), np.float32), np.full((600, 2), 0.5, np.float32)
     actor = Line()
-    behaviour_cloning.clone_behaviour(actor, [(observed[:400], wheels[:400]),
+    ppo.clone_behaviour(actor, [(observed[:400], wheels[:400]),
                                               (observed[400:], wheels[400:])])  # fmt: skip
     assert actor.sizes == [512, 88] * 20
     assert actor.weight.item() == pytest.approx(0.04, rel=0.01)  # 40 steps of Adam of 1e-3
     with monkeypatch.context() as patch:
-        patch.setattr(behaviour_cloning, "LEARNING_RATE", 0.0)
-        patch.setattr(behaviour_cloning, "BATCH_SIZE", 400)
+        patch.setattr(ppo, "LEARNING_RATE", 0.0)
+        patch.setattr(ppo, "BATCH_SIZE", 400)
         still = Line()
-        half = behaviour_cloning.clone_behaviour(
+        half = ppo.clone_behaviour(
             still, [(observed[:300], wheels[:300]), (observed[:300], 0.0 * wheels[:300])]
         )
     assert still.sizes == [400, 200] * 20
@@ -178,7 +178,7 @@ def test_a_demonstration_is_what_is_seen_before_a_step_and_done_in_it(monkeypatc
 
     loop = SimpleNamespace(world=world, step=step, controller=SimpleNamespace(minds=None))
     copies = SimpleNamespace(read=read)
-    monkeypatch.setattr(behaviour_cloning, "FieldCopies", lambda layout: copies)
-    observed, wheels = behaviour_cloning.record_demonstrations(loop, ["wheels.left"])
+    monkeypatch.setattr(ppo, "FieldCopies", lambda layout: copies)
+    observed, wheels = ppo.record_demonstrations(loop, ["wheels.left"])
     assert observed.ravel().tolist() == [0.0, 20.0, 40.0, 60.0]  # every twentieth tick
     assert wheels[:, 0].tolist() == [1.0, 21.0, 41.0, 61.0]

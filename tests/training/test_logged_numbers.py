@@ -12,10 +12,10 @@ import torch
 
 from swarm_forage_env.errors import ConfigError
 from training import cma_es, dagger, ppo
+from training.checkpoint import LOCK, lock_folder
 from training.cma_es import CMAESTraining
 from training.dagger import DAggerTraining
 from training.experiment import step_seed
-from training.folder_lock import LOCK, lock_folder
 from training.ppo import PPOTraining
 from training.ppo_learner import PPOHyperparameters
 

@@ -22,8 +22,7 @@ import training.controllers  # noqa: F401 the kinds of policies, also where no p
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
-from training.sb3_file import SavedModel, Space, read_zip
-from training.sb3_policy import SB3Policy, _check_spaces, _size_of
+from training.sb3_policy import SavedModel, SB3Policy, Space, _check_spaces, _size_of, read_zip
 from training.vec_env import SwarmVecEnv
 
 NUMBERS = {"task.n_robots": 4}
@@ -362,7 +361,7 @@ def test_a_member_that_swells_is_refused_before_it_does(tmp_path, monkeypatch, n
     file = tmp_path / "m.zip"
     saved(file)
     for limit in ("LARGEST", "LARGEST_TELLING"):
-        monkeypatch.setattr(f"training.sb3_file.{limit}", 2**20)
+        monkeypatch.setattr(f"training.sb3_policy.{limit}", 2**20)
     packed(file, compression=zipfile.ZIP_DEFLATED)
     swollen = bytes(64 * 2**20)
     with_parts(file, **{name.replace(".", "_"): None})

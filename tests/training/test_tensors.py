@@ -7,12 +7,12 @@ import pytest
 import torch
 
 from swarm_forage_env import ConfigError
-from training import tensors
-from training.tensors import array_for, follow_stream, tensor_of, torch_device, worlds_on
+from training import tensor_vec_env
+from training.tensor_vec_env import array_for, follow_stream, tensor_of, torch_device, worlds_on
 
 
 def test_torch_must_find_the_gpu_that_the_worlds_are_on(monkeypatch, experiment):
-    for module in ("tensors", "experiment"):
+    for module in ("tensor_vec_env", "experiment"):
         monkeypatch.setattr(f"training.{module}.usable_gpu", lambda: None)
     monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
     with pytest.raises(ConfigError, match=r"device='cuda': torch .* finds no GPU; install its"):
@@ -51,19 +51,19 @@ class FakeDeviceEnv:
 
 @pytest.fixture
 def device_env(monkeypatch):
-    monkeypatch.setattr(tensors, "DeviceArrayEnv", FakeDeviceEnv)
+    monkeypatch.setattr(tensor_vec_env, "DeviceArrayEnv", FakeDeviceEnv)
     return FakeDeviceEnv()
 
 
 def test_tensors_are_where_the_worlds_are(monkeypatch):
     asked = []
-    monkeypatch.setattr(tensors, "usable_gpu", lambda: asked.append("gpu"))
+    monkeypatch.setattr(tensor_vec_env, "usable_gpu", lambda: asked.append("gpu"))
     monkeypatch.setattr(torch.cuda, "is_available", lambda: True)
-    monkeypatch.setattr(tensors, "is_simulated", lambda: False)
+    monkeypatch.setattr(tensor_vec_env, "is_simulated", lambda: False)
     assert torch_device("cpu") == torch.device("cpu")
     assert not asked
     assert torch_device("cuda") == torch.device("cuda")
-    monkeypatch.setattr(tensors, "is_simulated", lambda: True)
+    monkeypatch.setattr(tensor_vec_env, "is_simulated", lambda: True)
     assert torch_device("cuda") == torch.device("cpu")
     assert asked == ["gpu"] * 2
     with pytest.raises(ConfigError, match="device='tpu'"):

@@ -1,7 +1,12 @@
-"""Scores of the cards: random actions, hand-written controllers, oracles, in the test episodes."""
+"""The cards of the ladder: scores of random actions, controllers and oracles; for a terminal."""
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
+
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
 
 from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import say
@@ -11,6 +16,7 @@ from baselines.evaluation.progress import run_with_progress
 from baselines.evaluation.runner import Plan
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.task import task_of
+from training.ladder.algorithms import Algorithm
 from training.ladder.play import play, random_actions, seeds_of_tests
 from training.ladder.rungs import RANDOM, Rung, Score, write_scores
 
@@ -53,3 +59,21 @@ def _score(values: Sequence[float]) -> Score:
     assert found is not None
     low, high = found.interval or (None, None)
     return Score(mean=found.value, low=low, high=high, episodes=found.n)
+
+
+def tables(rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> Group:
+    """Every rung with its scores and what is hard, then the algorithms."""
+    parts: list[Text | Table] = []
+    for rung in rungs:
+        card = rung.card
+        parts.append(Text(f"{card.rung} {rung.name}", style="bold").append(f"  {card.title}"))
+        parts.append(Text(textwrap.fill(card.hard, 78)))
+        shown = [name for name in (RANDOM, *rung.references) if name in card.scores]
+        scores = ", ".join(f"{name} {card.scores[name].mean:.1f}" for name in shown)
+        parts += [Text(scores or "no scores yet: swarm-forage benchmark cards"), Text()]
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for heading in ("algorithm", "", "trained by"):
+        table.add_column(heading)
+    for each in algorithms:
+        table.add_row(each.name, each.title, each.trainer)
+    return Group(*parts, table)

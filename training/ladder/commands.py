@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from baselines.cli import ListedFormat, stoppable
-from baselines.evaluation.backend_options import (
+from baselines.evaluation.common_options import (
     AddressOption,
     BackendOption,
     find_backend,
+    path,
 )
-from baselines.evaluation.common_options import path
 
 if TYPE_CHECKING:
     from training.ladder.rungs import Rung
@@ -38,7 +38,7 @@ def list_cards(form: ListedFormat = "table") -> None:
     from rich.console import Console
 
     from training.ladder.algorithms import read_algorithms
-    from training.ladder.listing import tables
+    from training.ladder.cards import tables
     from training.ladder.rungs import read_rungs
 
     rungs = list(read_rungs().values())
@@ -153,11 +153,11 @@ def _check_loses_nothing(page: Path, n_runs: int, out: Path) -> None:
 
 def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", out: Path) -> None:
     """Write the page and its figures."""
-    from baselines.evaluation.figure_files import check_plot, save_figure
+    from baselines.evaluation.figure_page import check_plot, save_figure
     from swarm_forage_env.atomic_write import write_atomically
     from training.ladder import page as pages
     from training.ladder.figures import curves, profiles
-    from training.ladder.summary import by_rung
+    from training.ladder.runs import by_rung
 
     command = shlex.join(["swarm-forage", "benchmark", "ladder", f"--out={out}", f"--page={page}"])
     folder, groups = page.parent / "images" / "ladder", by_rung(rungs, runs)

@@ -19,8 +19,7 @@ from baselines.evaluation.plot_style import FAINT, SeriesStyle, nth_style
 from baselines.evaluation.statistics import iqm_interval, performance_profile
 from training.ladder.algorithms import read_algorithms
 from training.ladder.rungs import RANDOM, Rung
-from training.ladder.runs import Run
-from training.ladder.summary import by_algorithm, score_word, strata_of
+from training.ladder.runs import Run, by_algorithm, score_word, strata_of
 
 MILLION, MINUTE = 1e6, 60.0
 

@@ -9,8 +9,7 @@ from baselines.evaluation.tables import markdown
 from baselines.papers.time_estimate import format_duration
 from training.ladder.algorithms import read_algorithms
 from training.ladder.rungs import RANDOM, Rung, Score
-from training.ladder.runs import Run
-from training.ladder.summary import Row, by_algorithm, by_rung, over_all, rows_of, score_word
+from training.ladder.runs import Row, Run, by_algorithm, by_rung, over_all, rows_of, score_word
 
 PROFILE = "profile"
 """The name of the figure of all rungs."""

@@ -3,17 +3,20 @@
 Beside the speed: the share of each stage, the memory that it moves, energy, and the first step.
 """
 
+import ctypes
 import os
 import time
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from rich.console import Group
+from rich.text import Text
 
 from baselines.evaluation.bench.cases import CONTROLLER, Case, Tick
-from baselines.evaluation.bench.energy import energy_meter
 from baselines.evaluation.bench.speed import seconds_per_tick
 from baselines.evaluation.experiment_config import find_layered_controller
+from baselines.evaluation.tables import FittingTable
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.device_memory import usable_gpu
 from swarm_forage_env.envs.device_env import array_env
@@ -170,3 +173,79 @@ def _ticks(loop: DeviceLoop) -> Tick:
         loop.check()
 
     return run
+
+
+LIBRARY = "libnvidia-ml.so.1"
+
+
+def energy_meter(uuid: str, library: Any = None) -> Callable[[], float] | None:  # noqa: ANN401 a library, or one of a test
+    """What tells the energy [J] that the GPU of this UUID has used since its driver was loaded.
+
+    None where the driver does not tell it: another system, or a GPU older than Volta.
+    """
+    try:
+        nvml = library or ctypes.CDLL(LIBRARY)
+    except OSError:
+        return None
+    gpu, used = ctypes.c_void_p(), ctypes.c_ulonglong()
+
+    def read() -> bool:
+        return bool(nvml.nvmlDeviceGetTotalEnergyConsumption(gpu, ctypes.byref(used)) == 0)
+
+    is_found = (
+        nvml.nvmlInit_v2() == 0
+        and nvml.nvmlDeviceGetHandleByUUID(uuid.encode(), ctypes.byref(gpu)) == 0
+    )
+    if not is_found or not read():
+        return None
+
+    def joules() -> float:
+        read()
+        return used.value / 1e3
+
+    return joules
+
+
+STAGES = "decide", "tick", "observe"
+
+
+def gpu_table(found: list[dict[str, Any]]) -> Group:
+    """What was measured, a row for each number of worlds; a dash for what the driver tells not."""
+    rows = [_cells(each) for each in found]
+    columns = {heading: [Text(row[heading]) for row in rows] for heading in rows[0]}
+    return Group(
+        Text("Worlds on a GPU: kinematic, ssgikf; millions of robot-steps a second", style="bold"),
+        FittingTable("worlds", [each["case"] for each in found], columns),
+        Text(
+            "Bytes are those of the records that the kernels are handed, each read or written"
+            " once. Energy is in joules per million robot-steps. Learning: by the arrays of an"
+            " environment whose motion is learned, without a network.",
+            style="dim",
+        ),
+    )
+
+
+def _cells(each: dict[str, Any]) -> dict[str, str]:
+    """The cells of a row by their headings."""
+    return {
+        "GPU": _millions(each["gpu"]),
+        "learning": _millions(each["environment"]),
+        "CPU": _millions(each["cpu"]),
+        "threads": str(each["threads"]),
+        **{stage: _or_dash(each["shares"].get(stage), ".0%") for stage in STAGES},
+        "bytes": f"{each['bytes_per_robot_step']:.0f}",
+        "GB/s": _or_dash(each["bandwidth"], ".0f", 1e-9),
+        "of card": _or_dash(each["share_of_card"], ".0%"),
+        "J": _or_dash(each["joules_per_million"], ".3g"),
+        "first [s]": f"{each['first_step_s']:.1f}",
+    }
+
+
+def _millions(speed: float) -> str:
+    """A speed in millions a second, with three digits or all whole ones."""
+    found = speed / 1e6
+    return f"{found:,.0f}" if found >= 100.0 else f"{found:.3g}"
+
+
+def _or_dash(number: float | None, form: str, scale: float = 1.0) -> str:
+    return "-" if number is None else format(number * scale, form)

@@ -7,10 +7,9 @@ from importlib.metadata import version
 from typing import Any
 
 from baselines.evaluation.bench import processes
-from baselines.evaluation.bench.budgets import check
 from baselines.evaluation.bench.cases import all_cases
-from baselines.evaluation.bench.speed import case_speeds, thread_gain
-from baselines.evaluation.bench.stages import stage_shares
+from baselines.evaluation.bench.speed import case_speeds, stage_shares, thread_gain
+from baselines.evaluation.bench.tables import check
 
 ENGINES = ("rigid", "kinematic")
 STAGED = ("es1 x 30", "es3", "es3 x 100")

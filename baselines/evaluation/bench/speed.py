@@ -1,4 +1,4 @@
-"""Speed in robot-steps per second: of whole ticks, of bare pymunk, and on several threads."""
+"""Speed in robot-steps per second, of ticks, of bare pymunk, on threads; shares of the stages."""
 
 import statistics
 import time
@@ -6,6 +6,8 @@ from typing import Any
 
 from baselines.evaluation.bench.bare import bare_pymunk
 from baselines.evaluation.bench.cases import Case, Tick
+from swarm_forage_env.compiler import bind
+from swarm_forage_env.ticks import STAGES, only, run_ticks
 
 REPEATS, LENGTH = 5, 0.5
 """How often a measure is repeated, and about how long each takes [s]; the median counts."""
@@ -50,3 +52,33 @@ def _timed(tick: Tick, count: int) -> float:
     for _ in range(count):
         tick()
     return (time.perf_counter() - start) / count
+
+
+TICKS, QUICK_TICKS = 600, 100
+
+SHARES = (*STAGES, "rest")
+"""engine: what moves bodies that may touch, before the tick, which moves all others, scores, senses
+and lets hear; rest: Python around the stages."""
+
+
+def stage_shares(case: Case, physics: str, quick: bool) -> dict[str, float]:
+    """Share of a tick's time that each stage takes, where each is a call of its own."""
+    loop = case.start(physics, quick)
+    world, layers = loop.world, loop.controller.compiled
+    assert layers is not None  # the controller of all cases is compiled
+    functions = {**world.functions, **layers.functions}
+    kernels = {name: bind(run_ticks, {**functions, **only(name)}) for name in STAGES}
+    spent = dict.fromkeys(STAGES, 0.0)
+    arguments = world.arrays, layers.arrays, world.modes, world.trouble, 0, world.n_worlds, 1
+    for run in kernels.values():  # compiles it
+        run(*arguments)
+    ticks = max(10, (QUICK_TICKS if quick else TICKS) * 100 // max(100, case.rows))
+    begin = time.perf_counter()
+    for _ in range(ticks):
+        for name, run in kernels.items():
+            start = time.perf_counter()
+            run(*arguments)
+            spent[name] += time.perf_counter() - start
+    whole = time.perf_counter() - begin
+    shares = {name: seconds / whole for name, seconds in spent.items()}
+    return shares | {"rest": max(0.0, 1.0 - sum(shares.values()))}
