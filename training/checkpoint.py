@@ -3,7 +3,7 @@
 import hashlib
 import os
 import socket
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
@@ -11,12 +11,11 @@ from typing import IO
 import numpy as np
 
 from baselines.evaluation.statistics import mean_interval
-from swarm_forage_env.arrays import Array, Float32, Float64, Int64
+from swarm_forage_env.arrays import Array, Int64
 from swarm_forage_env.atomic_write import sweep, write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Part
-from training.experiment import Experiment, versions
-from training.policy_file import Card, CurvePoint, Interval, LayerCard, LayerName
+from training.policy_file import CurvePoint, Interval
 
 CHECKPOINT = "checkpoint.safetensors"
 
@@ -47,87 +46,6 @@ class Header(Part):
         for name, array in sorted(arrays.items()):
             found.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())
         return found.hexdigest()
-
-
-class Checkpoint:
-    """Checkpoint of a CMA-ES search: all candidates with their losses, and all evaluated means.
-
-    Telling a new search the same candidates and losses restores its state bit for bit, so the
-    internal state of the search is not stored.
-    """
-
-    def __init__(self, file: Path, identity: Identity, population: int, numbers: int) -> None:
-        """Make a checkpoint without generations."""
-        self._file = file
-        self._identity = identity
-        self._populations = np.zeros((0, population, numbers), np.float32)
-        self._losses = np.zeros((0, population), np.float64)
-        self._means = np.zeros((0, numbers), np.float32)
-        self.curve: list[CurvePoint] = []
-
-    @classmethod
-    def open(cls, experiment: Experiment, population: int, numbers: int) -> "Checkpoint":
-        """Open the checkpoint in an experiment's folder, or write an empty one there.
-
-        ConfigError if the folder cannot be written, holds the checkpoint of another
-        experiment, or one that is damaged.
-        """
-        file = experiment.out / CHECKPOINT
-        checkpoint = cls(file, experiment.identity, population, numbers)
-        if file.exists():
-            checkpoint._read()
-        else:
-            checkpoint.save()
-        return checkpoint
-
-    @property
-    def n_generations(self) -> int:
-        """Number of generations so far."""
-        return len(self._losses)
-
-    @property
-    def best(self) -> tuple[CurvePoint, Float32[Array, " numbers"]]:
-        """The first evaluation with the highest value, and the search mean that it evaluated."""
-        k = int(np.argmax([point.value for point in self.curve]))
-        return self.curve[k], self._means[k]
-
-    def generations(
-        self,
-    ) -> Iterator[tuple[Float32[Array, "n numbers"], Float64[Array, " n"]]]:
-        """Iterate over (candidates, losses) of all generations, in order."""
-        return zip(self._populations, self._losses, strict=True)
-
-    def add(self, population: Float32[Array, "n numbers"], losses: Float64[Array, " n"]) -> None:
-        """Append a generation: its candidates and their losses."""
-        self._populations = np.concatenate([self._populations, population[None]])
-        self._losses = np.concatenate([self._losses, losses[None]])
-
-    def add_point(self, point: CurvePoint, mean: Float32[Array, " numbers"]) -> None:
-        """Append an evaluation of the search mean."""
-        self.curve.append(point)
-        self._means = np.concatenate([self._means, mean[None]])
-
-    def save(self) -> None:
-        """Write the checkpoint file, replacing the previous one."""
-        arrays: dict[str, Array] = {
-            "populations": self._populations,
-            "losses": self._losses,
-            "means": self._means,
-        }
-        write_checkpoint(self._file, self._identity, self.curve, arrays)
-
-    def _read(self) -> None:
-        (_, population), numbers = self._losses.shape, self._means.shape[1]
-        wanted: Shapes = {
-            "populations": (ANY, population, numbers),
-            "losses": (ANY, population),
-            "means": (ANY, numbers),
-        }
-        self.curve, arrays = read_checkpoint(self._file, self._identity, wanted)
-        self._populations, self._losses, self._means = (arrays[name] for name in wanted)
-        lengths = len(self._populations), len(self.curve)
-        if lengths != (len(self._losses), len(self._means)):
-            raise _unreadable(self._file, "its arrays do not fit each other")
 
 
 def write_checkpoint(
@@ -165,9 +83,9 @@ def read_checkpoint(
             record = Header.model_validate_json(kept.metadata()[RECORD])
             arrays = {name: kept.get_tensor(name) for name in kept.keys()}  # noqa: SIM118 no mapping
     except (OSError, SafetensorError, KeyError, TypeError, ValueError) as error:
-        raise _unreadable(file, str(error).splitlines()[0]) from None
+        raise unreadable(file, str(error).splitlines()[0]) from None
     if record.sha256 not in {"", record.hashed(arrays)}:
-        raise _unreadable(file, "its content is damaged")
+        raise unreadable(file, "its content is damaged")
     found = record.experiment
     for name in (*identity, *sorted(found.keys() - identity.keys())):
         there, here = found.get(name, "missing"), identity.get(name, "missing")
@@ -180,7 +98,7 @@ def read_checkpoint(
         has = arrays[name].shape if name in arrays else None
         if has is None or len(has) != len(shape) or not _fits(has, shape):
             told = "missing" if has is None else has
-            raise _unreadable(file, f"array '{name}' is {told}: must be {shape}")
+            raise unreadable(file, f"array '{name}' is {told}: must be {shape}")
     return list(record.curve), {name: arrays[name] for name in wanted}
 
 
@@ -188,30 +106,9 @@ def _fits(has: tuple[int, ...], shape: tuple[int, ...]) -> bool:
     return all(each in (ANY, n) for n, each in zip(has, shape, strict=True))
 
 
-def _unreadable(file: Path, why: str) -> ConfigError:
+def unreadable(file: Path, why: str) -> ConfigError:
+    """The ConfigError for a checkpoint that cannot be used."""
     return ConfigError(f"checkpoint {file}: cannot be read ({why}); remove it to start anew")
-
-
-def policy_card(
-    experiment: Experiment,
-    layers: Mapping[LayerName, LayerCard],
-    packages: tuple[str, ...],
-    curve: Sequence[CurvePoint],
-    score: Mapping[str, Interval],
-) -> Card:
-    """Make the card of a policy that an experiment trained with these packages."""
-    return Card(
-        layers=dict(layers),
-        scenarios=experiment.scenarios,
-        settings=dict(experiment.settings),
-        controller=experiment.controller,
-        algorithm=experiment.algorithm,
-        command=experiment.command,
-        seed=experiment.seed,
-        versions=versions(*packages),
-        curve=tuple(curve),
-        score=dict(score),
-    )
 
 
 def evaluation_point(

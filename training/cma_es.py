@@ -18,7 +18,7 @@ from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from training.candidate_rollouts import CandidateRollouts
-from training.checkpoint import BEST_POLICY, Checkpoint, evaluation_point, policy_card
+from training.checkpoint import ANY, unreadable
 from training.experiment import Experiment, step_seed
 from training.learned_weighting import (
     HIDDEN,
@@ -30,16 +30,8 @@ from training.learned_weighting import (
 from training.linear_motion_policy import NETWORK as LINEAR
 from training.linear_motion_policy import SHAPES as LINEAR_SHAPES
 from training.linear_motion_policy import linear_policy_of
-from training.policy_file import (
-    Card,
-    CurvePoint,
-    LayerName,
-    Policy,
-    Shapes,
-    layer_card,
-    save_policy,
-)
-from training.training_loop import ProgressLogger, run
+from training.policy_file import CurvePoint, LayerCard, LayerName, Policy, Shapes, layer_card
+from training.training_loop import ProgressLogger, Training, run
 
 INITIAL_SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
 """Initial step size: standard deviation of every weight in the first generation."""
@@ -64,12 +56,18 @@ def train(
     return run(CMAESTraining(experiment, backend), experiment, "generation", say)
 
 
-class CMAESTraining:
-    """A resumable CMA-ES search."""
+class CMAESTraining(Training):
+    """A resumable CMA-ES search.
+
+    Telling a new search the same candidates and losses restores its state bit for bit, so a
+    checkpoint holds these, and the means that were evaluated, and not the state of the search.
+    """
+
+    packages = ("cmaes",)
 
     def __init__(self, experiment: Experiment, backend: Backend | None = None) -> None:
         """Start a search, or resume it from the checkpoint in the experiment's folder."""
-        self._experiment = experiment
+        super().__init__(experiment)
         (self._layer,) = experiment.layers
         self._sizes, start = initial_network(experiment, self._layer)
         self._shapes = network_shapes(self._layer, self._sizes)
@@ -83,20 +81,16 @@ class CMAESTraining:
         )
         sigma = INITIAL_SIGMA[self._layer]
         self._search = CMA(start, sigma, population_size=experiment.population)
-        self._checkpoint = Checkpoint.open(experiment, self._search.population_size, len(start))
-        for population, losses in self._checkpoint.generations():
-            self._tell(population, losses)
+        self._populations = np.zeros((0, self._candidates, len(start)), np.float32)
+        self._losses = np.zeros((0, self._candidates), np.float64)
+        self._means = np.zeros((0, len(start)), np.float32)
+        self._open()
         self._rollouts.warm_up(self._search.mean)
 
     @property
     def done(self) -> int:
         """Generations completed so far."""
-        return self._checkpoint.n_generations
-
-    @property
-    def curve(self) -> list[CurvePoint]:
-        """Learning curve so far: evaluations on the held-back seeds."""
-        return self._checkpoint.curve
+        return len(self._losses)
 
     def advance(self, progress: ProgressLogger) -> None:
         """Run one generation (ask, roll out, tell) and save the checkpoint."""
@@ -107,8 +101,9 @@ class CMAESTraining:
         seeds = experiment.training_seeds(self.done * experiment.worlds, experiment.worlds)
         values = fitness_of(self._rollouts.round_trips(population, seeds))
         self._tell(population, -values)
-        self._checkpoint.add(population, -values)
-        self._checkpoint.save()
+        self._populations = np.concatenate([self._populations, population[None]])
+        self._losses = np.concatenate([self._losses, -values[None]])
+        self._save()
         worlds, wall = experiment.worlds * len(population), time.perf_counter() - begin
         progress.log_scalars(
             self.done,
@@ -123,24 +118,56 @@ class CMAESTraining:
 
     def evaluate(self) -> CurvePoint:
         """Evaluate the search mean on the held-back seeds, and save it if it is the best."""
-        experiment = self._experiment
-        mean = self._search.mean.astype(np.float32)
-        found = self._rollouts.round_trips(mean[None], experiment.held_back_seeds)
-        trained = self._rollouts.simulated_s(self.done * experiment.worlds * self._candidates)
-        point = evaluation_point(
-            self.done, trained, {name: each[0] for name, each in found.items()}
-        )
-        self._checkpoint.add_point(point, mean)
-        self._checkpoint.save()
-        self.save_best()
-        return point
+        self._means = np.concatenate([self._means, self._mean[None]])
+        return super().evaluate()
 
-    def save_best(self) -> None:
-        """Write the best policy so far, with the learning curve on its card."""
-        best, numbers = self._checkpoint.best
+    @property
+    def _mean(self) -> Float32[Array, " numbers"]:
+        """The search mean."""
+        return np.asarray(self._search.mean, np.float32)
+
+    @property
+    def _weights(self) -> dict[str, Float32[Array, "..."]]:
+        return self._named(self._mean)
+
+    def _named(self, numbers: Float32[Array, " numbers"]) -> dict[str, Float32[Array, "..."]]:
+        """The arrays of flat weights, as in a policy file."""
         arrays = unflatten(numbers, self._shapes)
-        weights = {f"{self._layer}.{name}": array for name, array in arrays.items()}
-        save_policy(self._experiment.out / BEST_POLICY, weights, self._card(best))
+        return {f"{self._layer}.{name}": array for name, array in arrays.items()}
+
+    @property
+    def _layers(self) -> dict[LayerName, LayerCard]:
+        scenario, layer = next(iter(self._rollouts.scenarios.values())), self._layer
+        return {layer: layer_card(layer, scenario, NETWORKS[layer], self._sizes)}
+
+    @property
+    def _simulated_s(self) -> float:
+        worlds = self.done * self._experiment.worlds * self._candidates
+        return self._rollouts.simulated_s(worlds)
+
+    @property
+    def _state(self) -> dict[str, Array]:
+        return {"populations": self._populations, "losses": self._losses, "means": self._means}
+
+    @property
+    def _wanted(self) -> Mapping[str, tuple[int, ...]]:
+        return {name: (ANY, *array.shape[1:]) for name, array in self._state.items()}
+
+    def _restore(self, arrays: Mapping[str, Array]) -> None:
+        self._populations, self._losses, self._means = (arrays[name] for name in self._state)
+        lengths = len(self._populations), len(self.curve)
+        if lengths != (len(self._losses), len(self._means)):
+            raise unreadable(self._file, "its arrays do not fit each other")
+        for population, losses in zip(self._populations, self._losses, strict=True):
+            self._tell(population, losses)
+        if self.curve:
+            best = int(np.argmax([point.value for point in self.curve]))
+            self._best = self._named(self._means[best])
+
+    def _round_trips(self) -> Mapping[str, Int64[Array, " worlds"]]:
+        seeds = self._experiment.held_back_seeds
+        found = self._rollouts.round_trips(self._mean[None], seeds)
+        return {name: each[0] for name, each in found.items()}
 
     @property
     def _candidates(self) -> int:
@@ -149,12 +176,6 @@ class CMAESTraining:
     def _tell(self, population: Float32[Array, "n numbers"], losses: Float64[Array, " n"]) -> None:
         told = zip(population.astype(np.float64), losses.tolist(), strict=True)
         self._search.tell(list(told))
-
-    def _card(self, best: CurvePoint) -> Card:
-        scenario = next(iter(self._rollouts.scenarios.values()))
-        layer = layer_card(self._layer, scenario, NETWORKS[self._layer], self._sizes)
-        layers = {self._layer: layer}
-        return policy_card(self._experiment, layers, ("cmaes",), self.curve, best.round_trips)
 
 
 def initial_network(

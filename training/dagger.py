@@ -20,30 +20,15 @@ import numpy as np
 import torch
 
 from baselines.evaluation.backends import JoblibBackend, run_in_order
-from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.arrays import Array, Float32, Int64
 from training.actor_critic import ReputationActor, WeightingActor
 from training.candidate_rollouts import CandidateRollouts
-from training.checkpoint import (
-    BEST_POLICY,
-    CHECKPOINT,
-    evaluation_point,
-    policy_card,
-    read_checkpoint,
-    write_checkpoint,
-)
 from training.exchanges import Exchanges, record_exchanges
 from training.experiment import Experiment, worlds_per_scenario
 from training.learned_weighting import flatten, unflatten
-from training.policy_file import (
-    Card,
-    CurvePoint,
-    Policy,
-    layer_card,
-    observation_layout,
-    save_policy,
-)
+from training.policy_file import LayerCard, LayerName, Policy, layer_card, observation_layout
 from training.reputation_weighting import REPUTATION_NETWORK, network_over
-from training.training_loop import ProgressLogger, run
+from training.training_loop import ProgressLogger, Training, run
 
 HIDDEN = 16
 """Hidden units: supervised learning can fit more of them than a search."""
@@ -72,12 +57,12 @@ def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     return run(DAggerTraining(experiment), experiment, "round", say)
 
 
-class DAggerTraining:
+class DAggerTraining(Training):
     """A resumable DAgger training."""
 
     def __init__(self, experiment: Experiment) -> None:
         """Start a training, or resume it from the checkpoint in the experiment's folder."""
-        self._experiment = experiment
+        super().__init__(experiment)
         self._scenarios = experiment.scenarios_by_name
         self._n_worlds = worlds_per_scenario(experiment)
         self._backend = JoblibBackend(experiment.workers)
@@ -90,15 +75,14 @@ class DAggerTraining:
             self._backend,
             architecture=self._actor.architecture,
         )
-        self._file = experiment.out / CHECKPOINT
-        self._best = self._actor.to_numpy()
-        self.done = 0
-        self.curve: list[CurvePoint] = []
-        if self._file.exists():
-            self._read()
-        else:
-            self._save()
+        self._best, self._rounds = self._weights, 0
+        self._open()
         self._rollouts.warm_up(self._numbers)
+
+    @property
+    def done(self) -> int:
+        """Rounds completed so far."""
+        return self._rounds
 
     def advance(self, progress: ProgressLogger) -> str:
         """Run one round (record, fit), save the checkpoint, and return a line on the gain."""
@@ -106,7 +90,7 @@ class DAggerTraining:
         found = self._exchanges()
         wall = time.perf_counter() - begin
         shares = self._fit(found)
-        self.done += 1
+        self._rounds += 1
         self._save()
         numbers = {f"share/{name}": share for name, share in shares.items()}
         numbers["speed/episodes_per_s"] = sum(self._n_worlds.values()) / wall
@@ -114,25 +98,6 @@ class DAggerTraining:
         progress.log_scalars(self.done, numbers)
         gains = ", ".join(f"{name} {share:.0%}" for name, share in shares.items())
         return f"round {self.done}: gain per exchange as a share of the oracle's: {gains}"
-
-    def evaluate(self) -> CurvePoint:
-        """Evaluate the network on the held-back seeds, and save it if it is the best."""
-        seeds = self._experiment.held_back_seeds
-        found = self._rollouts.round_trips(self._numbers[None], seeds)
-        trips = {name: each[0] for name, each in found.items()}
-        point = evaluation_point(self.done, self._simulated_s, trips)
-        if all(point.value > each.value for each in self.curve):
-            self._best = self._actor.to_numpy()
-        self.curve.append(point)
-        self._save()
-        self.save_best()
-        return point
-
-    def save_best(self) -> None:
-        """Write the best policy so far, with the learning curve on its card."""
-        best = max(self.curve, key=lambda point: point.value)
-        weights = {f"weighting.{name}": array for name, array in self._best.items()}
-        save_policy(self._experiment.out / BEST_POLICY, weights, self._card(best))
 
     def _exchanges(self) -> dict[str, Exchanges]:
         """Record the exchanges of one round of new worlds, for each scenario."""
@@ -180,22 +145,27 @@ class DAggerTraining:
         each = (self._n_worlds[k] * s.n_ticks * s.tick for k, s in self._scenarios.items())
         return self.done * sum(each)
 
-    def _save(self) -> None:
-        best = {f"best.{name}": array for name, array in self._best.items()}
-        arrays = {"rounds": np.array(self.done), **self._actor.to_numpy(), **best}
-        write_checkpoint(self._file, self._experiment.identity, self.curve, arrays)
+    @property
+    def _weights(self) -> dict[str, Float32[Array, "..."]]:
+        return {f"weighting.{name}": array for name, array in self._actor.to_numpy().items()}
 
-    def _read(self) -> None:
-        now = {name: array.shape for name, array in self._actor.to_numpy().items()}
-        wanted = {"rounds": (), **now, **{f"best.{name}": shape for name, shape in now.items()}}
-        self.curve, arrays = read_checkpoint(self._file, self._experiment.identity, wanted)
-        self.done = int(arrays["rounds"])
-        self._actor.load_numpy({name: arrays[name] for name in now})
-        self._best = {name: arrays[f"best.{name}"] for name in now}
-
-    def _card(self, best: CurvePoint) -> Card:
+    @property
+    def _layers(self) -> dict[LayerName, LayerCard]:
         scenario, actor = next(iter(self._scenarios.values())), self._actor
-        layer = layer_card("weighting", scenario, actor.network, actor.sizes)
-        return policy_card(
-            self._experiment, {"weighting": layer}, ("torch",), self.curve, best.round_trips
-        )
+        return {"weighting": layer_card("weighting", scenario, actor.network, actor.sizes)}
+
+    @property
+    def _state(self) -> dict[str, Array]:
+        best = {name.replace("weighting", "best", 1): each for name, each in self._best.items()}
+        return {"rounds": np.array(self.done), **self._actor.to_numpy(), **best}
+
+    def _restore(self, arrays: Mapping[str, Array]) -> None:
+        names = self._actor.to_numpy()
+        self._rounds = int(arrays["rounds"])
+        self._actor.load_numpy({name: arrays[name] for name in names})
+        self._best = {f"weighting.{name}": arrays[f"best.{name}"] for name in names}
+
+    def _round_trips(self) -> Mapping[str, Int64[Array, " worlds"]]:
+        seeds = self._experiment.held_back_seeds
+        found = self._rollouts.round_trips(self._numbers[None], seeds)
+        return {name: each[0] for name, each in found.items()}

@@ -23,20 +23,10 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import FieldCopies, FieldLayout
 from swarm_forage_env.record import copied_rows
 from training.actor_critic import LayerPolicy, MotionActor, NamedNetwork
-from training.checkpoint import (
-    BEST_POLICY,
-    CHECKPOINT,
-    evaluation_point,
-    policy_card,
-    read_checkpoint,
-    write_checkpoint,
-)
 from training.controllers import with_learned_layers
 from training.experiment import Experiment, step_seed, worlds_per_scenario
 from training.policy_file import (
-    Card,
-    CurvePoint,
-    Interval,
+    LayerCard,
     LayerName,
     Policy,
     arrays_under,
@@ -45,7 +35,7 @@ from training.policy_file import (
 )
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
-from training.training_loop import ProgressLogger, run
+from training.training_loop import ProgressLogger, Training, run
 
 EVERY_TICK = PPOHyperparameters(decision_period=1, discount=0.999, log_std=-2.0)
 """Hyperparameters for a decision in every tick: an exchange is observed for one tick only."""
@@ -75,12 +65,12 @@ def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     return run(training, experiment, "robot step", say)
 
 
-class PPOTraining:
+class PPOTraining(Training):
     """A resumable PPO training."""
 
     def __init__(self, experiment: Experiment) -> None:
         """Start a training, or resume it from the checkpoint in the experiment's folder."""
-        self._experiment = experiment
+        super().__init__(experiment)
         torch.set_num_threads(experiment.workers)
         torch.manual_seed(experiment.seed)
         self._hyperparameters = terms = HYPERPARAMETERS[experiment.layer]
@@ -88,16 +78,8 @@ class PPOTraining:
         layout = self._env.observation_layout
         self._policy = LayerPolicy(layout, experiment.layers, terms.log_std)
         self._learner = PPOLearner(self._env, self._policy, terms)
-        self._file = experiment.out / CHECKPOINT
-        self.curve: list[CurvePoint] = []
         self._best = self._weights
-        if self._file.exists():
-            wanted = {name: array.shape for name, array in self._state.items()}
-            self.curve, arrays = read_checkpoint(self._file, experiment.identity, wanted)
-            self._learner.restore(arrays)
-            self._best = arrays_under(BEST, arrays)
-        else:
-            self._save()
+        self._open()
 
     @property
     def done(self) -> int:
@@ -135,42 +117,27 @@ class PPOTraining:
         progress.log_scalars(self.done, {**speeds, **learner.diagnostics})
         return f"{speed:,.0f} robot steps/s, {share:.0%} of the time in the environment"
 
-    def evaluate(self) -> CurvePoint:
-        """Evaluate on the held-back seeds; save latest policy, best policy and checkpoint."""
-        experiment, weights = self._experiment, self._weights
-        save_policy(experiment.out / LATEST, weights, self._card({}))
-        trips = {name: self._round_trips(name) for name in experiment.scenarios_by_name}
-        point = evaluation_point(self.done, self._simulated_s, trips)
-        if all(point.value > each.value for each in self.curve):
-            self._best = weights
-        self.curve.append(point)
-        self._save()
-        self.save_best()
-        return point
-
-    def save_best(self) -> None:
-        """Write the best policy so far, with the learning curve on its card."""
-        best = max(self.curve, key=lambda point: point.value)
-        save_policy(self._experiment.out / BEST_POLICY, self._best, self._card(best.round_trips))
-
-    def _round_trips(self, name: str) -> Int64[Array, " worlds"]:
-        """Round trips of the latest policy in each held-back world of a scenario."""
-        experiment = self._experiment
-        scenario, seeds = experiment.scenarios_by_name[name], experiment.held_back_seeds
-        controller = with_learned_layers(
-            experiment.base_controller, experiment.layers, experiment.out / LATEST
-        )
-        episodes = run_episodes(scenario, controller, seeds, experiment.physics)
-        return np.array([each.round_trips for each in episodes])
-
-    def _save(self) -> None:
-        write_checkpoint(self._file, self._experiment.identity, self.curve, self._state)
+    def _round_trips(self) -> Mapping[str, Int64[Array, " worlds"]]:
+        """Round trips of the latest policy, which is saved, in each held-back world."""
+        experiment, file = self._experiment, self._experiment.out / LATEST
+        save_policy(file, self._weights, self._card({}))
+        controller = with_learned_layers(experiment.base_controller, experiment.layers, file)
+        seeds, physics = experiment.held_back_seeds, experiment.physics
+        found = {}
+        for name, scenario in experiment.scenarios_by_name.items():
+            episodes = run_episodes(scenario, controller, seeds, physics)
+            found[name] = np.array([each.round_trips for each in episodes])
+        return found
 
     @property
     def _state(self) -> dict[str, Array]:
         """All arrays of a checkpoint: the learner and the best policy."""
         best = {BEST + name: array for name, array in self._best.items()}
         return self._learner.state() | best
+
+    def _restore(self, arrays: Mapping[str, Array]) -> None:
+        self._learner.restore(arrays)
+        self._best = arrays_under(BEST, arrays)
 
     @property
     def _simulated_s(self) -> float:
@@ -199,14 +166,13 @@ class PPOTraining:
         for actor in self._actors.values():
             actor.requires_grad_(learn)
 
-    def _card(self, score: dict[str, Interval]) -> Card:
-        experiment = self._experiment
-        scenario = next(iter(experiment.scenarios_by_name.values()))
-        layers = {
+    @property
+    def _layers(self) -> dict[LayerName, LayerCard]:
+        scenario = next(iter(self._experiment.scenarios_by_name.values()))
+        return {
             layer: layer_card(layer, scenario, actor.network, actor.sizes)
             for layer, actor in self._actors.items()
         }
-        return policy_card(experiment, layers, ("torch",), self.curve, score)
 
 
 def make_env(experiment: Experiment, hyperparameters: PPOHyperparameters) -> TensorVecEnv:

@@ -19,6 +19,11 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.errors import ConfigError
 from training.tensor_vec_env import TensorVecEnv
 
+if TYPE_CHECKING:
+    from stable_baselines3.common.policies import ActorCriticPolicy
+
+    from training.actor_critic import LayerPolicy
+
 CLIP_RANGE = 0.2
 """Clipping of the ratio of probabilities after and before: as stable-baselines3."""
 
@@ -75,11 +80,6 @@ def policy_change(log_ratio: Tensor) -> dict[str, float]:
         "train/clip_fraction": ((ratio - 1.0).abs() > CLIP_RANGE).float().mean().item(),
     }
 
-
-if TYPE_CHECKING:
-    from stable_baselines3.common.policies import ActorCriticPolicy
-
-    from training.actor_critic import LayerPolicy
 
 VALUE_WEIGHT, MAX_GRADIENT_NORM = 0.5, 0.5
 """Weight of the critic's loss, clipping of the gradient: as SB3."""

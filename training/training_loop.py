@@ -3,14 +3,32 @@
 import os
 import socket
 import time
-from collections.abc import Callable, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
 from baselines.evaluation.console import progress_bar
-from training.checkpoint import BEST_POLICY
-from training.experiment import Experiment
-from training.policy_file import CurvePoint, Policy, load_policy
+from swarm_forage_env.arrays import Array, Int64
+from training.checkpoint import (
+    BEST_POLICY,
+    CHECKPOINT,
+    evaluation_point,
+    read_checkpoint,
+    write_checkpoint,
+)
+from training.experiment import Experiment, versions
+from training.policy_file import (
+    Card,
+    CurvePoint,
+    Interval,
+    LayerCard,
+    LayerName,
+    Policy,
+    Weights,
+    load_policy,
+    save_policy,
+)
 
 FOLDER = "tensorboard"
 
@@ -89,30 +107,105 @@ class ProgressLogger:
         self._say(f"{self._unit} {step}: held-back round trips {told}; value {point.value:.4f}")
 
 
-class Training(Protocol):
+class Training(ABC):
     """A training run that resumes from its checkpoint, which `evaluate` saves at the latest."""
 
+    packages: ClassVar[tuple[str, ...]] = ("torch",)
+    """Those, beside the usual ones, whose versions stand on the card."""
+
+    _best: Weights
+    """Weights with the best score on the held-back seeds so far, named as in a policy file."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        """Nothing is trained yet; `_open` goes on from the checkpoint in the folder."""
+        self._experiment = experiment
+        self._file = experiment.out / CHECKPOINT
+        self.curve: list[CurvePoint] = []
+
     @property
+    @abstractmethod
     def done(self) -> int:
         """Training steps completed so far."""
-        ...
 
-    @property
-    def curve(self) -> Sequence[CurvePoint]:
-        """Learning curve so far: evaluations on the held-back seeds."""
-        ...
-
+    @abstractmethod
     def advance(self, progress: ProgressLogger) -> str | None:
         """Run one training step, and return a line to print, if any."""
-        ...
 
     def evaluate(self) -> CurvePoint:
         """Evaluate the current policy on the held-back seeds, and save it if it is the best."""
-        ...
+        point = evaluation_point(self.done, self._simulated_s, self._round_trips())
+        if all(point.value > each.value for each in self.curve):
+            self._best = self._weights
+        self.curve.append(point)
+        self._save()
+        self.save_best()
+        return point
 
     def save_best(self) -> None:
         """Write the best policy so far, with the learning curve on its card."""
-        ...
+        best = max(self.curve, key=lambda point: point.value)
+        save_policy(self._experiment.out / BEST_POLICY, self._best, self._card(best.round_trips))
+
+    @property
+    @abstractmethod
+    def _weights(self) -> Weights:
+        """Weights of the present policy, named as in a policy file."""
+
+    @property
+    @abstractmethod
+    def _layers(self) -> dict[LayerName, LayerCard]:
+        """Cards of the trained layers."""
+
+    @property
+    @abstractmethod
+    def _simulated_s(self) -> float:
+        """Simulated time so far, summed over worlds [s]."""
+
+    @property
+    @abstractmethod
+    def _state(self) -> dict[str, Array]:
+        """All arrays of a checkpoint."""
+
+    @abstractmethod
+    def _restore(self, arrays: Mapping[str, Array]) -> None:
+        """Set what `_state` returned, after `curve`."""
+
+    @abstractmethod
+    def _round_trips(self) -> Mapping[str, Int64[Array, " worlds"]]:
+        """Round trips of the present policy in each held-back world, by scenario."""
+
+    @property
+    def _wanted(self) -> Mapping[str, tuple[int, ...]]:
+        """Shapes of the arrays of a checkpoint."""
+        return {name: array.shape for name, array in self._state.items()}
+
+    def _open(self) -> None:
+        """Resume from the checkpoint, or write the first one; ConfigError for another's."""
+        if self._file.exists():
+            identity = self._experiment.identity
+            self.curve, arrays = read_checkpoint(self._file, identity, self._wanted)
+            self._restore(arrays)
+        else:
+            self._save()
+
+    def _save(self) -> None:
+        write_checkpoint(self._file, self._experiment.identity, self.curve, self._state)
+
+    def _card(self, score: Mapping[str, Interval]) -> Card:
+        """The card of a policy with this score."""
+        experiment = self._experiment
+        return Card(
+            layers=self._layers,
+            scenarios=experiment.scenarios,
+            settings=dict(experiment.settings),
+            controller=experiment.controller,
+            algorithm=experiment.algorithm,
+            command=experiment.command,
+            seed=experiment.seed,
+            versions=versions(*self.packages),
+            curve=tuple(self.curve),
+            score=dict(score),
+        )
 
 
 def run(

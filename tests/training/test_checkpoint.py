@@ -11,9 +11,7 @@ from safetensors.numpy import save_file
 from swarm_forage_env.errors import ConfigError
 from training.checkpoint import (
     ANY,
-    CHECKPOINT,
     RECORD,
-    Checkpoint,
     mean_with_interval,
     read_checkpoint,
     write_checkpoint,
@@ -122,16 +120,3 @@ def test_a_mean_has_an_interval_and_that_of_one_world_is_itself():
     assert found.low < found.mean == 4.0 < found.high
     alone = mean_with_interval(np.array([3]))
     assert (alone.low, alone.mean, alone.high) == (3.0, 3.0, 3.0)
-
-
-def test_arrays_of_other_lengths_are_refused(experiment, tmp_path):
-    mine = experiment(out=tmp_path)
-    kept = {"populations": np.zeros((2, 4, 3), np.float32), "losses": np.zeros((2, 4)),
-            "means": np.zeros((1, 3), np.float32)}  # fmt: skip
-    for name in kept:
-        odd = {**kept, name: np.concatenate([kept[name], kept[name][:1]])}
-        write_checkpoint(tmp_path / CHECKPOINT, mine.identity, [POINT], odd)
-        with pytest.raises(ConfigError, match="its arrays do not fit each other"):
-            Checkpoint.open(mine, 4, 3)
-    write_checkpoint(tmp_path / CHECKPOINT, mine.identity, [POINT], kept)
-    assert Checkpoint.open(mine, 4, 3).n_generations == 2
