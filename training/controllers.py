@@ -19,15 +19,13 @@ from baselines.controllers import FREQUENT, PENALISED, SINGLE, SUBSUMPTION
 from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.registry import CONTROLLERS, POLICIES
-from training.callable_policy import CallablePolicy
+from training.exported_policies import CallablePolicy, OnnxPolicy, TorchScriptPolicy
 from training.learned_motion import LearnedMotion
 from training.learned_weighting import LearnedWeighting
-from training.onnx_policy import OnnxPolicy
 from training.policy_controller import named_policy
 from training.policy_file import LayerName
 from training.reputation_weighting import REPUTATION_NETWORK, LearnedReputation, network_over
 from training.sb3_policy import SB3Policy
-from training.torchscript_policy import TorchScriptPolicy
 
 REPUTATION = ReputationOdometryParameters(weighs_unknown=True, pause=5.0, refractory=10.0)
 

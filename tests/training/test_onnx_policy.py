@@ -15,10 +15,9 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from training.onnx_policy import OnnxPolicy
+from training.exported_policies import OnnxPolicy, TorchScriptPolicy
 from training.policy_card import save_policy_card
 from training.policy_controller import policy_controller
-from training.torchscript_policy import TorchScriptPolicy
 
 SMALL = {"task.n_robots": 4, "task.duration": 60.0}
 

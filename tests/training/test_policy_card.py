@@ -15,8 +15,8 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from training import policy_card
-from training.callable_policy import CallablePolicy
 from training.controllers import about
+from training.exported_policies import CallablePolicy
 from training.policy import FunctionPolicy
 from training.policy_card import card_from, read_policy_card, save_policy_card
 from training.policy_controller import _check_observes, policy_controller
