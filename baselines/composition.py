@@ -24,8 +24,7 @@ Crew = Sequence[Sequence[Any]]
 """The layers of every robot of every world, None for a robot of another estimator. Robots of one
 controller have the same object."""
 
-Members = Bool[Array, " robots"]
-"""Which robots of a world are meant."""
+Members = Bool[Array, " robots"]  # which robots of a world are meant
 
 
 def settings_of(crew: Crew, parts: Sequence[str], members: Members, is_last: bool = False) -> Array:

@@ -35,19 +35,15 @@ from training.policy import PolicyFile, Predict
 from training.policy_card import PolicyCard, card_from
 from training.policy_file import check_weights, misfit
 
-PICKLED = ":serialized:"
-"""Key of what stable-baselines3 keeps as a pickle, within its JSON."""
+PICKLED = ":serialized:"  # key of what stable-baselines3 keeps as a pickle, within its JSON
 
 NO_MATTER = (PICKLED, ":type:", "optimizer_class", "optimizer_kwargs")
 """What makes no difference to a policy that is not trained on."""
 
 ACTIVATION = re.compile(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>")
 
-Widths = Annotated[list[Count], Field(max_length=100)]
-"""Numbers of units of the hidden layers."""
-
-Branches = dict[Literal["pi", "vf", "qf"], Widths]
-"""Hidden layers of the actor, and of the critic."""
+Widths = Annotated[list[Count], Field(max_length=100)]  # numbers of units of the hidden layers
+Branches = dict[Literal["pi", "vf", "qf"], Widths]  # hidden layers of the actor, and of the critic
 
 
 class Told(BaseModel):
@@ -190,8 +186,7 @@ KNOWN = {
 }
 """Classes of policies that need no pickle: of PPO and A2C, DQN, SAC, TD3 and DDPG."""
 
-Chosen = tuple[type[Any], dict[str, Any]]
-"""The class of a policy, and its keywords."""
+Chosen = tuple[type[Any], dict[str, Any]]  # the class of a policy, and its keywords
 
 
 class SB3Policy(PolicyFile):

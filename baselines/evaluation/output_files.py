@@ -7,8 +7,7 @@ from urllib.parse import quote
 from baselines.evaluation.console import say
 from swarm_forage_env.errors import ConfigError
 
-LONGEST_NAME = 255
-"""Of a file or folder [byte], on the usual file systems."""
+LONGEST_NAME = 255  # of a file or folder [byte], on the usual file systems
 
 
 def folder_name(name: str, prefix: str = "") -> str:

@@ -19,8 +19,7 @@ from swarm_forage_env.errors import ConfigError
 
 LOGGER = logging.getLogger("swarm-forage")
 
-LOCALISATION = "estimator"
-"""The layer that a row of the table varies."""
+LOCALISATION = "estimator"  # the layer that a row of the table varies
 
 
 class MotionByLocalisation:
