@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from swarm_forage_env.record import numbers_record, record_dtype
 from swarm_forage_env.task import consecutive
 from swarm_forage_env.ticks import nothing
 
+Layer = EstimatorLayer | WeightingLayer | MotionLayer
 Layers = tuple[EstimatorLayer, WeightingLayer, MotionLayer]
 
 LAYERS = ("estimator", "weighting", "motion")
@@ -134,23 +135,22 @@ def check_on_gpu(name: str, estimator: EstimatorLayer, has_rules: bool, n_squads
             )
 
 
-def composition_of(controller: Any, layers: Layers) -> list[Any]:  # noqa: ANN401 of any task
+def composition_of(controller: Any, layers: Layers) -> list[tuple[list[object], object]]:  # noqa: ANN401
     """What each layer of a controller consists of, but for its numbers; or its rule in NumPy."""
-    parts = (getattr(controller, name) for name in LAYERS)
-    return [
-        (functions_of(layer), part)
-        if not hasattr(part, "layer") or is_numpy_motion(layer)
-        else (functions_of(layer), None)
-        for part, layer in zip(parts, layers, strict=True)
-    ]
+    found, own = [], cast("tuple[Layer, ...]", layers)
+    for name, layer in zip(LAYERS, own, strict=True):
+        part = getattr(controller, name)
+        is_rule = not hasattr(part, "layer") or is_numpy_motion(layer)
+        found.append((functions_of(layer), part if is_rule else None))
+    return found
 
 
-def is_numpy_motion(layer: Any) -> bool:  # noqa: ANN401 any of the three
+def is_numpy_motion(layer: Layer) -> bool:
     """Whether a layer leaves the motion to a rule in NumPy."""
-    return getattr(layer, "steer", None) is no_motion
+    return isinstance(layer, MotionLayer) and layer.steer is no_motion
 
 
-def functions_of(layer: Any) -> list[Any]:  # noqa: ANN401 any of the three
+def functions_of(layer: Layer) -> list[object]:
     """What a layer consists of, but for its numbers: their names and shapes."""
     numbers = ("numbers", "heard_p_share", "own_weighting")
     kept = [getattr(layer, each.name) for each in fields(layer) if each.name not in numbers]
@@ -158,7 +158,7 @@ def functions_of(layer: Any) -> list[Any]:  # noqa: ANN401 any of the three
 
 
 @kernel
-def no_motion(*seen: Any) -> None:  # noqa: ANN401 of any task
+def no_motion(*seen: object) -> None:
     """The command stays as it is: that of a rule written in NumPy comes as an action."""
 
 

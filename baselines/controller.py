@@ -11,7 +11,7 @@ from baselines.running import RunningLayers
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.parameters import Part, leaves, override, resolve, validated
-from swarm_forage_env.task import task_of
+from swarm_forage_env.task import World, task_of
 
 REGISTRIES = {"estimator": ESTIMATORS, "weighting": WEIGHTING_RULES, "motion": MOTIONS}
 """Where the parts of each layer are registered."""
@@ -93,7 +93,7 @@ class LayeredController:
 
     def build(
         self,
-        world: Any,  # noqa: ANN401 of any task
+        world: World,
         seeds: Sequence[int],
         each: Sequence[Any],
     ) -> RunningLayers:
@@ -115,7 +115,7 @@ class LayeredController:
 
     def build_team(
         self,
-        world: Any,  # noqa: ANN401 of any task
+        world: World,
         seeds: Sequence[int],
         each: Sequence[Sequence[Any]],
     ) -> RunningLayers:

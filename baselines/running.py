@@ -31,7 +31,7 @@ from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, Kernel, Motio
 from swarm_forage_env.no_layers import set_no_stream
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import copied_rows, record_dtype
-from swarm_forage_env.task import task_of
+from swarm_forage_env.task import World, task_of
 from swarm_forage_env.ticks import only, run_ticks
 
 
@@ -98,7 +98,7 @@ class RunningLayers:
 
     def __init__(
         self,
-        world: Any,  # noqa: ANN401 of any task
+        world: World,
         seeds: Sequence[int],
         controllers: Sequence[Sequence[Any]],
     ) -> None:
@@ -300,7 +300,7 @@ class RunningLayers:
         )
 
 
-def _rule(part: Any, running: RunningLayers, world: Any) -> Any:  # noqa: ANN401 as above
+def _rule(part: Any, running: RunningLayers, world: World) -> Any:  # noqa: ANN401 as above
     """A weighting written in NumPy; None for a compiled one."""
     if hasattr(part, "layer"):
         return None

@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from inspect import getdoc
 from pathlib import Path
-from typing import Any
 
 from baselines.controller import LayeredController
 from baselines.controllers import FREQUENT, PENALISED, SINGLE, SUBSUMPTION
 from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from baselines.weighting.sgiff import SGIFF
+from swarm_forage_env.parameters import Part
 from swarm_forage_env.registry import CONTROLLERS, POLICIES
 from training.exported_policies import CallablePolicy, OnnxPolicy, TorchScriptPolicy
 from training.learned_motion import LearnedMotion
@@ -70,7 +70,7 @@ for kind, policy in KINDS.items():
     POLICIES.register(kind, about(policy))(named_policy(kind, policy()))
 
 
-def learned_layer(layer: LayerName, controller: LayeredController) -> Any:  # noqa: ANN401 a Part
+def learned_layer(layer: LayerName, controller: LayeredController) -> type[Part]:
     """Class of a learned layer of a controller, which runs a policy from a file."""
     if layer == "motion":
         return LearnedMotion
@@ -82,8 +82,9 @@ def with_learned_layers(
     controller: LayeredController, layers: Sequence[LayerName], policy: Path
 ) -> LayeredController:
     """Copy a controller, with some layers replaced by those of a policy file."""
-    parts = {layer: learned_layer(layer, controller)(policy=str(policy)) for layer in layers}
-    return replace(controller, **parts)
+    chosen = {"policy": str(policy)}
+    parts = {each: learned_layer(each, controller).model_validate(chosen) for each in layers}
+    return replace(controller, **parts)  # type: ignore[arg-type] # of no `name`
 
 
 def controller_name(controller: LayeredController) -> str | None:

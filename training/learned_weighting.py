@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -179,7 +178,7 @@ class LearnedWeighting(Part):
         """Files, other than source code, that its output depends on."""
         return (policy_path(self.policy),)
 
-    def check_usable(self, scenario: Any = None) -> None:  # noqa: ANN401 of any task
+    def check_usable(self, scenario: object = None) -> None:
         """ConfigError or UnknownNameError if the policy is missing or does not fit."""
         network_of(load_policy(self.policy))
 

@@ -43,9 +43,10 @@ class Policy(PolicyKeywords):
 
     @field_validator("discrete", mode="before")
     @classmethod
-    def _grid(cls, discrete: Any) -> Any:  # noqa: ANN401 whatever was given
-        is_grid = isinstance(discrete, str) and "x" in discrete
-        return tuple(discrete.split("x")) if is_grid else discrete
+    def _grid(cls, discrete: object) -> object:
+        if isinstance(discrete, str) and "x" in discrete:
+            return tuple(discrete.split("x"))
+        return discrete
 
     @property
     def reads(self) -> tuple[Path, ...]:

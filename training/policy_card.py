@@ -126,12 +126,12 @@ def _names(config: EnvConfig) -> Sequence[str]:
     return [each if isinstance(each, str) else _path(each) for each in listed]
 
 
-def _path(observation: Any) -> str:  # noqa: ANN401 a class or what it makes
+def _path(observation: object) -> str:
     made_by = observation if isinstance(observation, type) else type(observation)
     return f"{made_by.__module__}:{made_by.__qualname__}"
 
 
-def _text(controller: Any) -> str:  # noqa: ANN401 of any kind
+def _text(controller: Controller) -> str:
     """A controller as its name and the parameters that differ from those of that name."""
     name = str(controller.name)
     if name not in CONTROLLERS or not hasattr(controller, "parameters"):

@@ -21,7 +21,7 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, RunningController
 from swarm_forage_env.parameters import Part, validated
 from swarm_forage_env.registry import CONTROLLERS
-from swarm_forage_env.task import task_of
+from swarm_forage_env.task import World, task_of
 from training.policy import FunctionPolicy, Policy, Predict
 from training.policy_card import PolicyCard, as_in_a_name
 from training.running_policy import RunningPolicy, usable_rows
@@ -80,7 +80,7 @@ class PolicyController(LayeredController):
 
     def build(  # type: ignore[override]  # a running controller of another class
         self,
-        world: Any,  # noqa: ANN401 of any task
+        world: World,
         seeds: Sequence[int],
         each: Sequence[Any],
     ) -> "RunningPolicy":
@@ -104,7 +104,7 @@ class PolicyController(LayeredController):
 
     def over(
         self,
-        world: Any,  # noqa: ANN401 of any task
+        world: World,
         inner: RunningController,
         robots: Sequence[int],
     ) -> "RunningPolicy":

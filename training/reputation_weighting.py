@@ -6,8 +6,6 @@ It is a network as that of `training.learned_weighting`, shown also what the est
 Not in the papers: all of it; JosangIsmail2002 for the reputations.
 """
 
-from typing import Any
-
 import numpy as np
 from pydantic import Field
 
@@ -81,7 +79,7 @@ REPUTATION_NETWORK = WeightingNetwork(
 """The network that sees what a robot remembers, too."""
 
 
-def network_over(estimator: Any) -> WeightingNetwork:  # noqa: ANN401 parameters of any estimator
+def network_over(estimator: object) -> WeightingNetwork:
     """The architecture of a weighting over an estimator: what it is shown and asked about."""
     remembers = getattr(estimator, "weighs_unknown", False)
     return REPUTATION_NETWORK if remembers else ENCOUNTER_NETWORK
@@ -102,7 +100,7 @@ class LearnedReputation(LearnedWeighting):
         description="The network: a bundled policy, or a file as runs/x/best.safetensors",
     )
 
-    def check_usable(self, scenario: Any = None) -> None:  # noqa: ANN401 of any task
+    def check_usable(self, scenario: object = None) -> None:
         """ConfigError or UnknownNameError if the policy is missing or does not fit."""
         REPUTATION_NETWORK.numbers_of(load_policy(self.policy))
 

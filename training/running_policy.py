@@ -18,6 +18,7 @@ from swarm_forage_env.interface import (
     CompiledLayers,
     RunningController,
 )
+from swarm_forage_env.task import World
 from training.foreign_file import reason
 from training.policy import Predict
 
@@ -33,7 +34,7 @@ class RunningPolicy:
 
     def __init__(
         self,
-        world: Any,  # noqa: ANN401 of any task
+        world: World,
         inner: RunningController,
         form: PolicyForm,
         steer: Predict,
@@ -151,7 +152,7 @@ def usable_rows(
     """
     actions, space = form.actions(robots), form.action_space
 
-    def rows(given: Any) -> Float32[Array, "robots n"]:  # noqa: ANN401 whatever the policy gives
+    def rows(given: object) -> Float32[Array, "robots n"]:
         try:
             found = np.asarray(given)
         except (ValueError, TypeError, RuntimeError) as error:  # ragged; a tensor with gradients

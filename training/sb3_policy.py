@@ -11,9 +11,10 @@ from collections.abc import Mapping
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import numpy as np
+from gymnasium.spaces import Box, Discrete
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError, field_validator
 
 from swarm_forage_env.arrays import Array
@@ -34,6 +35,9 @@ from training.foreign_file import (
 from training.policy import PolicyFile, Predict
 from training.policy_card import PolicyCard, card_from
 from training.policy_file import check_weights, misfit
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.policies import BasePolicy
 
 PICKLED = ":serialized:"  # key of what stable-baselines3 keeps as a pickle, within its JSON
 
@@ -104,7 +108,7 @@ class Network(Part):
 
     @field_validator("activation_fn", mode="before")
     @classmethod
-    def _of_torch(cls, told: Any) -> type[Any]:  # noqa: ANN401 JSON
+    def _of_torch(cls, told: object) -> type[Any]:
         from torch.nn.modules import activation
 
         named = ACTIVATION.fullmatch(str(told))
@@ -174,7 +178,7 @@ def read_weights(file: str, content: bytes) -> Mapping[str, Any]:
     return found
 
 
-def _is_pickled(told: Any) -> bool:  # noqa: ANN401 JSON
+def _is_pickled(told: object) -> bool:
     return isinstance(told, str) and told.startswith("<") and not ACTIVATION.fullmatch(told)
 
 
@@ -263,16 +267,17 @@ def _named_class(told: ClassTold) -> type[Any] | None:
     return found
 
 
-def _make(file: str, chosen: Chosen, form: PolicyForm) -> Any:  # noqa: ANN401 a policy
+def _make(file: str, chosen: Chosen, form: PolicyForm) -> "BasePolicy":
     """The policy with random weights."""
     policy, keywords = chosen
     try:
-        return policy(form.observation_space, form.action_space, lambda _: 0.0, **keywords)
+        made = policy(form.observation_space, form.action_space, lambda _: 0.0, **keywords)
+        return cast("BasePolicy", made)
     except (TypeError, AssertionError, RuntimeError, ValueError) as error:
         raise ConfigError(f"policy {file}: cannot be made here: {reason(error)}") from None
 
 
-def _load(file: str, model: Any, weights: Mapping[str, Any]) -> None:  # noqa: ANN401 a policy
+def _load(file: str, model: "BasePolicy", weights: Mapping[str, Any]) -> None:
     """Give a policy its weights; ConfigError for others than it has, NaN and infinity."""
     import torch
 
@@ -301,5 +306,7 @@ def _check_spaces(file: str, told: SavedModel, form: PolicyForm) -> None:
         )
 
 
-def _size_of(space: Any) -> str:  # noqa: ANN401 a Box or Discrete
-    return f"one of {space.n} choices" if hasattr(space, "n") else "x".join(map(str, space.shape))
+def _size_of(space: "Box | Discrete[Any]") -> str:
+    if isinstance(space, Discrete):
+        return f"one of {space.n} choices"
+    return "x".join(map(str, space.shape))

@@ -152,20 +152,20 @@ def worlds_on(device: torch.device | str) -> str:
     return "cuda" if wanted.type == "cuda" else "cpu"
 
 
-def follow_stream(env: Any) -> None:  # noqa: ANN401 an ArrayEnv, or one of a GPU
+def follow_stream(env: Block) -> None:
     """Let worlds on a GPU run in the order of torch's current stream from now on."""
     if isinstance(env, DeviceArrayEnv) and torch.cuda.is_initialized():  # type: ignore[no-untyped-call]
         env.stream = torch.cuda.current_stream(FIRST_GPU).cuda_stream
 
 
-def tensor_of(array: Any) -> Tensor:  # noqa: ANN401 of NumPy or of a GPU
+def tensor_of(array: object) -> Tensor:
     """The tensor in the place of an array, on its device."""
     if hasattr(array, "__cuda_array_interface__"):
         return torch.as_tensor(array, device="cuda")
     return torch.from_numpy(np.ascontiguousarray(array))
 
 
-def array_for(env: Any, tensor: Tensor) -> Any:  # noqa: ANN401 an ArrayEnv, or one of a GPU
+def array_for(env: Block, tensor: Tensor) -> Any:  # noqa: ANN401 of NumPy or of a GPU
     """The array in the place of a tensor, as the environment's `step` takes it."""
     given = tensor.detach().contiguous()
     if not isinstance(env, DeviceArrayEnv):

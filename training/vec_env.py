@@ -149,7 +149,7 @@ class SwarmVecEnv(VecEnv):
     def set_attr(
         self,
         attr_name: str,
-        value: Any,  # noqa: ANN401 whatever the attribute holds
+        value: object,
         indices: int | Iterable[int] | None = None,
     ) -> None:
         """Refuse: what the worlds are was fixed when they were made."""
@@ -171,7 +171,7 @@ class SwarmVecEnv(VecEnv):
 
     def env_is_wrapped(
         self,
-        wrapper_class: Any,  # noqa: ANN401 a type
+        wrapper_class: type,
         indices: int | Iterable[int] | None = None,
     ) -> list[bool]:
         """Return False for each environment: none is wrapped individually."""
@@ -220,6 +220,6 @@ class SwarmVecEnv(VecEnv):
         return observations.reshape(self.num_envs, -1)
 
 
-def on_cpu(array: Any) -> Array:  # noqa: ANN401 of NumPy or of a GPU
+def on_cpu(array: object) -> Array:
     """A copy of an array of a GPU in the CPU's memory; one of NumPy as it is."""
     return np.asarray(array.copy_to_host() if hasattr(array, "copy_to_host") else array)

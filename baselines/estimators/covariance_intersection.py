@@ -4,7 +4,6 @@ Smith et al. 2021 (BOIDS), Section 2.2; Fraenken and Huepper 2005.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import cos_sin
 from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, Record, field
 from swarm_forage_env.waypoints.control import observe_world
@@ -232,6 +232,6 @@ class CovarianceIntersection(Localisation):
             own_weighting=OWN_WEIGHTING,
         )
 
-    def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task
+    def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
         """Social odometry whose estimates are fused by covariance intersection."""
         return foraging_variants.covariance_intersection(scenario)

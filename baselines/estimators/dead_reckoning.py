@@ -3,7 +3,7 @@
 Smith et al. 2021 (BOIDS), Section 2.1.
 """
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from baselines.estimators import foraging_variants
 from baselines.estimators.base import ESTIMATORS
@@ -13,6 +13,7 @@ from baselines.estimators.pose_belief import PoseMind
 from baselines.estimators.pose_prediction import take_in_alone
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers
 from swarm_forage_env.waypoints.control import observe_world
@@ -44,6 +45,6 @@ class DeadReckoning(Localisation):
             PoseMind, numbers, KERNELS, observe_world, own_weighting=OWN_WEIGHTING
         )
 
-    def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task
+    def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
         """Social odometry of robots that do not speak."""
         return foraging_variants.dead_reckoning(scenario)

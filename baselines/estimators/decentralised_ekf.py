@@ -6,8 +6,6 @@ Robot i keeps its pose x_i, its covariance P_i, and a factor s_ij for every othe
 P_ij = s_ij s_ji'. All factors start at zero.
 """
 
-from typing import Any
-
 from baselines.estimators import foraging_variants
 from baselines.estimators.authors_ekf import AUTHORS_KERNELS, AuthorsMind
 from baselines.estimators.base import ESTIMATORS
@@ -30,6 +28,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import atan2, hypot
 from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers
 from swarm_forage_env.waypoints.control import observe_world
@@ -167,6 +166,6 @@ class DecentralisedEKF(Localisation):
             own_weighting=OWN_WEIGHTING,
         )
 
-    def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task
+    def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
         """Social odometry whose estimates are corrected with what they share."""
         return foraging_variants.decentralised_ekf(scenario)

@@ -13,16 +13,16 @@ Not in the paper, and chosen here: the corrected filters hold a device's constan
 of its noise (the variances add up), for nothing tells them of it.
 """
 
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, WeightingLayer
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.record import Numbers
-from swarm_forage_env.task import task_of
 from swarm_forage_env.waypoints.records import Exchange
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
@@ -56,12 +56,12 @@ class Localisation(Part):
         description="What made the paper's figures (waypoints only), or textbook filters (chosen)",
     )
 
-    def layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of any task
+    def layer(self, scenario: Scenario | WaypointsScenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario.
 
         ConfigError for the authors' setting where robots forage.
         """
-        if task_of(scenario).name == "waypoints":
+        if isinstance(scenario, WaypointsScenario):
             return self.waypoints_layer(scenario)
         if self.setting != "corrected":
             raise ConfigError(
@@ -74,7 +74,7 @@ class Localisation(Part):
         """The layer of robots that visit waypoints."""
         raise NotImplementedError
 
-    def foraging_layer(self, scenario: Any) -> EstimatorLayer:  # noqa: ANN401 of that task
+    def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
         """The layer of robots that forage."""
         raise NotImplementedError
 

@@ -207,7 +207,7 @@ def _changes(base: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _number(value: Any) -> str:  # noqa: ANN401 a value of JSON
+def _number(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

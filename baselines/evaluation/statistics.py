@@ -8,10 +8,14 @@ import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import stats
+
+from swarm_forage_env.arrays import Array, Float64
+
+Values = Float64[Array, "..."]
 
 CONFIDENCE = 0.95
 """Of all intervals."""
@@ -97,7 +101,7 @@ def mann_whitney_p(values: Sequence[float], base: Sequence[float]) -> float | No
     return float(stats.mannwhitneyu(values, base, alternative="two-sided").pvalue)
 
 
-def iqm(values: Any, axis: int = -1) -> Any:  # noqa: ANN401 arrays of numbers
+def iqm(values: ArrayLike, axis: int = -1) -> Values:
     """The interquartile mean: of the middle half of the values.
 
     Source: AgarwalEtAl2021, Section 4.3.
@@ -105,7 +109,7 @@ def iqm(values: Any, axis: int = -1) -> Any:  # noqa: ANN401 arrays of numbers
     >>> float(iqm([0.0, 1.0, 2.0, 30.0]))
     1.5
     """
-    return stats.trim_mean(values, 0.25, axis=axis)
+    return np.asarray(stats.trim_mean(values, 0.25, axis=axis))
 
 
 def iqm_interval(strata: Sequence[Sequence[float]], seed: int = 0) -> Estimate | None:
@@ -128,7 +132,7 @@ def iqm_interval(strata: Sequence[Sequence[float]], seed: int = 0) -> Estimate |
 
 def performance_profile(
     strata: Sequence[Sequence[float]], taus: Sequence[float], seed: int = 0
-) -> tuple[Any, Any, Any]:
+) -> tuple[Values, Values, Values]:
     """The share of runs above each tau, and the ends of its stratified bootstrap interval.
 
     Source: AgarwalEtAl2021, Section 4.2; DolanMore2002.
@@ -142,7 +146,7 @@ def performance_profile(
     return share, ends[:, 0], ends[:, 1]
 
 
-def _resampled(strata: Sequence[Sequence[float]], seed: int) -> Any | None:  # noqa: ANN401 an array
+def _resampled(strata: Sequence[Sequence[float]], seed: int) -> Float64[Array, "draws runs"] | None:
     """Resamples of all runs, drawn within each stratum: a row for each; None without runs."""
     generator = np.random.default_rng(seed)
     parts = [
@@ -153,13 +157,13 @@ def _resampled(strata: Sequence[Sequence[float]], seed: int) -> Any | None:  # n
     return np.concatenate(parts, axis=1) if parts else None
 
 
-def _percentiles(values: Any) -> tuple[Any, Any]:  # noqa: ANN401 arrays of numbers
+def _percentiles(values: Values) -> tuple[Values, Values]:
     tail = 50.0 * (1.0 - CONFIDENCE)
     low, high = np.percentile(values, [tail, 100.0 - tail], axis=0)
     return low, high
 
 
-def _ratio(x: Any, b: Any, seed: int) -> Estimate | None:  # noqa: ANN401 arrays of numbers
+def _ratio(x: Values, b: Values, seed: int) -> Estimate | None:
     """Ratio of the means, its interval resampling whole seeds; None to a base of zero."""
     if b.mean() == 0.0:
         return None
@@ -168,13 +172,13 @@ def _ratio(x: Any, b: Any, seed: int) -> Estimate | None:  # noqa: ANN401 arrays
     return Estimate(ratio, _interval((x, b), _mean_ratio, seed) if varied else None, len(x))
 
 
-def _mean_ratio(x: Any, b: Any, axis: int = -1) -> Any:  # noqa: ANN401 arrays of numbers
+def _mean_ratio(x: Values, b: Values, axis: int = -1) -> Values:
     with np.errstate(divide="ignore", invalid="ignore"):  # a resample of b may be all zero
-        return np.mean(x, axis=axis) / np.mean(b, axis=axis)
+        return np.asarray(np.mean(x, axis=axis) / np.mean(b, axis=axis))
 
 
 def _interval(
-    samples: tuple[Any, ...], statistic: Callable[..., Any], seed: int
+    samples: tuple[Values, ...], statistic: Callable[..., Values], seed: int
 ) -> tuple[float, float] | None:
     """Bootstrap interval, resampling the samples together; None where it is not finite."""
     if len(samples[0]) < 2:

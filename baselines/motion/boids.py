@@ -9,14 +9,16 @@ negative where a stimulus exceeds its allowed value.
 """
 
 from importlib import import_module
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
 from baselines.motion.base import MOTIONS
+from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.parameters import NotNegative, Part, Positive
 from swarm_forage_env.task import task_of
+from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 
 @MOTIONS.register("boids")
@@ -57,7 +59,7 @@ class BoidsParameters(Part):
             return 0.0, 0.0, 0.0, 0.0, 1.0
         return self.alignment, self.separation, self.cohesion, self.homing, self.seeking
 
-    def layer(self, scenario: Any) -> MotionLayer:  # noqa: ANN401 of either task
+    def layer(self, scenario: Scenario | WaypointsScenario) -> MotionLayer:
         """The functions of the motion, with its numbers in a scenario.
 
         Those of each task are in a module of its own, `boids_foraging` or `boids_waypoints`.

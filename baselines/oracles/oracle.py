@@ -5,10 +5,11 @@ one exchange; not a bound on what blending can do, nor on a whole episode.
 """
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from baselines.running import RunningLayers
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.foraging.metrics import nearest_areas
 from swarm_forage_env.foraging.world import ForagingWorld
@@ -21,7 +22,7 @@ class OracleWeighting(Part):
 
     heard_p_share: ClassVar[float] = 1.0
 
-    def start_knowing(self, running: Any, world: ForagingWorld) -> "NearerEstimate":  # noqa: ANN401 RunningLayers
+    def start_knowing(self, running: RunningLayers, world: ForagingWorld) -> "NearerEstimate":
         """The rule for the robots of a running controller, in a world that it sees through."""
         return NearerEstimate(running.minds, world)
 

@@ -12,6 +12,6 @@ WEIGHTING_RULES: Registry[Any] = Registry("weighting rule")
 
 
 @kernel
-def no_gain(*seen: Any) -> float:  # noqa: ANN401 of any task
+def no_gain(*seen: object) -> float:
     """Nothing is taken over: the weight of a rule written in NumPy comes as an action."""
     return 0.0

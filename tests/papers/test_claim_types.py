@@ -3,12 +3,12 @@
 import math
 
 import pytest
+from baselines.papers.claim_result import above, claim_result, estimate, within
 
 import baselines.papers.reproduction  # noqa: F401 enters the papers
 from baselines.evaluation.statistics import Comparison, Estimate
 from baselines.papers import claim_types
 from baselines.papers.beta_sweep import BestBeta, BetaSweep
-from baselines.papers.claim_result import above, claim_result, estimate, within
 from baselines.papers.claim_types import (
     Below,
     Contrast,

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from training.ladder.summary import over_all, rows_of
 
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
@@ -14,7 +15,6 @@ from training.ladder.algorithms import Algorithm, read_algorithms
 from training.ladder.play import random_actions
 from training.ladder.rungs import RANDOM, Card, Rung, Score, _number
 from training.ladder.runs import Job, Run, keep, read_run
-from training.ladder.summary import over_all, rows_of
 
 TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_robots": 3,
         "task.duration": 2.0, "discount": 0.75}  # fmt: skip

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 import torch
 from numpy.testing import assert_array_equal
+from training.behaviour_cloning import clone_behaviour, record_demonstrations
+from training.progress import ProgressLogger
 
 from swarm_forage_env.loop import Loop
 from training import ppo
 from training.actor_critic import MotionActor
-from training.behaviour_cloning import clone_behaviour, record_demonstrations
 from training.checkpoint import BEST_POLICY
 from training.policy_file import load_policy, observation_layout
 from training.ppo_learner import PPOHyperparameters
-from training.progress import ProgressLogger
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62"}
 

@@ -5,14 +5,14 @@ import copy
 import math
 import os
 import tempfile
-from typing import Any
 
 import torch
 from benchmarl.algorithms import algorithm_config_registry
 from benchmarl.environments import TaskClass
 from benchmarl.experiment import Callback, Experiment
 from benchmarl.models.mlp import MlpConfig
-from tensordict import TensorDict
+from tensordict import TensorDict, TensorDictBase
+from tensordict.nn import TensorDictModuleBase
 from torchrl.envs.utils import ExplorationType, set_exploration_type
 
 from swarm_forage_env.arrays import Array
@@ -86,7 +86,7 @@ class _Watcher(Callback):  # type: ignore[misc]
         super().__init__()
         self._watch = watch
 
-    def on_train_end(self, training_td: Any, group: str) -> None:  # noqa: ANN401 as BenchMARL's
+    def on_train_end(self, training_td: TensorDictBase, group: str) -> None:
         """Evaluate what the last update has made; _Trained when it is the last one."""
         experiment = self.experiment
         robot_steps = experiment.collector.env.base_env.array_env.robot_steps
@@ -101,7 +101,7 @@ class _Watcher(Callback):  # type: ignore[misc]
             raise _Trained
 
 
-def _acting(policy: Any, group: str) -> Act:  # noqa: ANN401 a TensorDictModule
+def _acting(policy: TensorDictModuleBase, group: str) -> Act:
     """The policy, acting deterministically."""
 
     def act(observations: Array) -> Array:

@@ -1,11 +1,9 @@
 """Train by stable-baselines3: PPO, one policy for all robots."""
 
-from typing import Any
-
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
 
 from swarm_forage_env.arrays import Array
 from training.ladder.algorithms import Algorithm
@@ -39,7 +37,7 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
             watch.evaluate(env.env.robot_steps, acting, lambda: _acting(_copied(model)))
 
 
-def _acting(policy: Any) -> Act:  # noqa: ANN401 a policy of any kind
+def _acting(policy: BasePolicy) -> Act:
     """The policy, acting deterministically."""
 
     def act(observations: Array) -> Array:

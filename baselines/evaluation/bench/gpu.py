@@ -149,7 +149,7 @@ def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
     return dict(zip(loop.stages, means, strict=True))
 
 
-def card_bandwidth(device: Any) -> float | None:  # noqa: ANN401 numba's device
+def card_bandwidth(device: Any) -> float | None:  # noqa: ANN401 numba's
     """The most bytes that a GPU's memory moves in a second; None if the driver tells not.
 
     Two transfers in a cycle, as memories of GPUs have a double data rate.
