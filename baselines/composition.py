@@ -61,7 +61,6 @@ def _write(out: Array, row: Sequence[Any], parts: Sequence[str], members: Member
 
 
 def _numbers_of(layers: Layers, parts: Sequence[str]) -> Iterator[tuple[str, KernelNumbers]]:
-    """The numbers of each of these layers."""
     estimator, weighting, motion = layers
     every = estimator.numbers, weighting.all_numbers, motion.numbers
     return ((part, numbers) for part, numbers in zip(LAYERS, every, strict=True) if part in parts)

@@ -234,5 +234,4 @@ class LayerPolicy(nn.Module):
 
 
 def _log_probs(gaussian: Normal, actions: Tensor) -> Tensor:
-    """Log probability of the actions of each row."""
     return cast(Tensor, gaussian.log_prob(actions).sum(1))  # type: ignore[no-untyped-call]

@@ -123,7 +123,6 @@ class CMAESTraining(Training):
 
     @property
     def _mean(self) -> Float32[Array, " numbers"]:
-        """The search mean."""
         return np.asarray(self._search.mean, np.float32)
 
     @property
@@ -131,7 +130,6 @@ class CMAESTraining(Training):
         return self._named(self._mean)
 
     def _named(self, numbers: Float32[Array, " numbers"]) -> dict[str, Float32[Array, "..."]]:
-        """The arrays of flat weights, as in a policy file."""
         arrays = unflatten(numbers, self._shapes)
         return {f"{self._layer}.{name}": array for name, array in arrays.items()}
 

@@ -134,7 +134,6 @@ class DAggerTraining(Training):
 
     @property
     def _numbers(self) -> Float32[Array, " numbers"]:
-        """Flat weights of the current network."""
         shapes = self._actor.architecture.shapes(self._actor.sizes)
         return flatten(self._actor.to_numpy(), shapes).astype(np.float32)
 

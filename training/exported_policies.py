@@ -126,7 +126,6 @@ class CallablePolicy(PolicyFile):
         return self._function()
 
     def _function(self) -> Predict:
-        """What the name stands for; ConfigError if it is no function."""
         home, _, name = self.file.partition(":")
         if not name:
             raise ConfigError(

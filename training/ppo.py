@@ -126,7 +126,6 @@ class PPOTraining(Training):
 
     @property
     def _state(self) -> dict[str, Array]:
-        """All arrays of a checkpoint: the learner and the best policy."""
         best = {BEST + name: array for name, array in self._best.items()}
         return self._learner.state() | best
 
@@ -136,7 +135,6 @@ class PPOTraining(Training):
 
     @property
     def _simulated_s(self) -> float:
-        """Simulated time so far, summed over worlds [s]."""
         n_worlds = worlds_per_scenario(self._experiment)
         ticks = self.done / self._env.n_rows
         scenarios = self._experiment.scenarios_by_name.items()
@@ -148,7 +146,6 @@ class PPOTraining(Training):
 
     @property
     def _weights(self) -> dict[str, Float32[Array, "..."]]:
-        """Weights of all actors, named as in a policy file."""
         return {
             f"{layer}.{name}": array
             for layer, actor in self._actors.items()
@@ -156,7 +153,6 @@ class PPOTraining(Training):
         }
 
     def _set_trainable(self, learn: bool) -> None:
-        """Train the actors and the critic (`learn`), or the critic alone."""
         self._policy.log_std.requires_grad_(learn)
         for actor in self._actors.values():
             actor.requires_grad_(learn)

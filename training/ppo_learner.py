@@ -237,7 +237,6 @@ class PPOLearner:
         )
 
     def _update(self, rollout: Rollout) -> None:
-        """Train policy and critic on a rollout."""
         terms, policy = self._hyperparameters, self.policy
         gains = advantages(rollout, terms.discount, terms.gae_lambda)
         returns = (gains + rollout.values[:-1]).flatten()

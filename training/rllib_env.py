@@ -126,7 +126,6 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         return [{agent: {} for agent in self.env.learners} for _ in range(self.num_envs)]
 
     def _log(self) -> list[OfAgents]:
-        """What is logged of each agent."""
         return [
             {
                 agent: dict(zip(self.env.infos, row, strict=True))

@@ -93,7 +93,6 @@ class TensorVecEnv:
         return Step(_rows(observations), torch.cat(rewards), _rows(final), rows)
 
     def _follow_stream(self) -> None:
-        """Run in the order of torch's current stream."""
         for block in self.blocks:
             follow_stream(block)
 
@@ -108,7 +107,6 @@ def host_of(block: Block) -> ArrayEnv:
 
 
 def _rows(observations: Sequence[Tensor]) -> Tensor:
-    """Observations of all blocks, a row for each learner."""
     return torch.cat([each.flatten(0, 1) for each in observations])
 
 

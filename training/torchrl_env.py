@@ -132,7 +132,6 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         return self._told(observations, told)
 
     def _step(self, tensordict: TensorDictBase) -> TensorDict:
-        """One decision period."""
         follow_stream(self.array_env)
         action = tensordict.get((self.group, "action"))
         if self._is_one_hot:
@@ -163,12 +162,10 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         return TensorDict(found, self.batch_size, device=device)
 
     def _of_robots(self, numbers: Array) -> Tensor:
-        """Numbers of each robot; of a world, those of all of its robots."""
         found = _float(numbers)
         return found if found.ndim > 1 else found[:, None].expand(self._per_robot)
 
     def _make_specs(self) -> None:
-        """What goes in and comes out, with its bounds."""
         env, worlds, per_robot = self._names, self.batch_size, self._per_robot
         one = Unbounded(shape=per_robot)
         info = {name: one.clone() for name in (*env.infos, *_of_step(env))}
@@ -188,7 +185,6 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         self.done_spec = self._of_group(ends).update(of_worlds)
 
     def _of_group(self, specs: dict[str, TensorSpec]) -> Composite:
-        """These of the group of learners."""
         group = Composite(specs, shape=self._per_robot)
         return Composite({self.group: group}, shape=self.batch_size).to(self.device)
 

@@ -176,7 +176,6 @@ class Training(ABC):
 
     @property
     def _wanted(self) -> Mapping[str, tuple[int, ...]]:
-        """Shapes of the arrays of a checkpoint."""
         return {name: array.shape for name, array in self._state.items()}
 
     def _open(self) -> None:
@@ -192,7 +191,6 @@ class Training(ABC):
         write_checkpoint(self._file, self._experiment.identity, self.curve, self._state)
 
     def _card(self, score: Mapping[str, Interval]) -> Card:
-        """The card of a policy with this score."""
         experiment = self._experiment
         return Card(
             layers=self._layers,

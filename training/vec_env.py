@@ -178,18 +178,15 @@ class SwarmVecEnv(VecEnv):
         return [False for _ in self._get_indices(indices)]
 
     def _follow(self) -> None:
-        """Show the worlds in the window, if there is one."""
         if self.render_mode == "human":
             self._download()
         self._screen.follow()
 
     def _drawn(self) -> list[Frame | None]:
-        """The frame of each world as it stands."""
         self._download()
         return self._screen.draw()
 
     def _download(self) -> None:
-        """Let the environment on the CPU stand as the one on the GPU does."""
         if isinstance(self._on, DeviceArrayEnv):
             self._on.download()
 

@@ -143,7 +143,6 @@ def _draw_groups(axes: Axes, groups: Samples, layout: _Layout) -> None:
 
 
 def _set_ticks(axes: Axes, groups: Samples, layout: _Layout, limits: tuple[float, float]) -> None:
-    """Label the ticks: names beside the boxes, numbers below them, decades as powers."""
     if layout.lies:
         axes.set_yticks(range(len(groups)), [wrapped_name(tick, LETTERS) for tick in groups])
         axes.set_ylim(*limits[::-1])  # the first on top

@@ -225,12 +225,10 @@ def _check_texts(row: Mapping[str, Any], file: Path) -> None:
 
 
 def _kinds() -> list[EpisodeKind]:
-    """What episodes of every task are."""
     return [TASKS[name].episode for name in TASKS]
 
 
 def _differs(table: pa.Table) -> str:
-    """Describe how the columns of a file differ from a dataset's."""
     has = set(table.schema.names)
     wanted = min((set(schema(kind).names) for kind in _kinds()), key=has.__xor__)
     lacks, extra = sorted(wanted - has), sorted(has - wanted)

@@ -36,7 +36,6 @@ def drive(
 
 
 def _score(scene: Scene, robot: int) -> str:
-    """What a robot has brought in."""
     if scene.localised is not None:
         return f"{scene.localised.right[robot]} goals reached"
     return f"{scene.round_trips[robot]} round trips"

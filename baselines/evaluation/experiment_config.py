@@ -216,7 +216,6 @@ def _json(tree: Mapping[str, Any]) -> str:
 
 
 def _is_unhashed(file: Path, world: Path) -> bool:
-    """Whether a file is of the world, and NOT_HASHED."""
     inside = file.relative_to(world).parts if file.is_relative_to(world) else ()
     return not NOT_HASHED.keys().isdisjoint(inside)
 

@@ -94,7 +94,6 @@ def _shade(axes: Axes, cells: Sequence[Sequence[Estimate | None]]) -> None:
 
 
 def _cell_text(cell: Estimate | None) -> str:
-    """A cell's text: the mean over its interval."""
     if cell is None:
         return "none"
     top = max(abs(cell.value), *map(abs, cell.interval or (0.0, 0.0)))
@@ -250,7 +249,6 @@ def _draw_area(
 
 
 def _draw_outside(axes: Axes, stage: Stage) -> None:
-    """Fill the rectangle around an outer wall of another shape."""
     x, y = stage.length / 2, stage.width / 2
     corners, ahead = stage.corners, np.roll(stage.corners, -1, axis=0)
     area = float(np.sum(corners[:, 0] * ahead[:, 1] - ahead[:, 0] * corners[:, 1]))
@@ -262,7 +260,6 @@ def _draw_outside(axes: Axes, stage: Stage) -> None:
 
 
 def _draw_obstacle(axes: Axes, outline: Outline) -> None:
-    """Draw a disc, walls, or a filled polygon with its walls."""
     points = outline.points
     if outline.is_closed:
         axes.add_patch(Polygon(points, facecolor=BODY, edgecolor=INK, lw=0.8))

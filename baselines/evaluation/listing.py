@@ -150,7 +150,6 @@ def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> I
 
 
 def _first_line(thing: object) -> str:
-    """The first sentence of a docstring."""
     return (inspect.getdoc(thing) or "").partition("\n")[0]
 
 
@@ -236,7 +235,6 @@ def _score(score: Score | None) -> str:
 
 
 def _way(name: str, found: Any) -> str:  # noqa: ANN401 as `find` gives
-    """How a number of what was found is changed on the command line."""
     bare = name.partition(":")[0]
     if not isinstance(found, LayeredController):
         return f"--set {_example(found)}"
@@ -244,7 +242,6 @@ def _way(name: str, found: Any) -> str:  # noqa: ANN401 as `find` gives
 
 
 def _example(scenario: Any) -> str:  # noqa: ANN401 of any task
-    """How a number of the scenario is changed."""
     numbers = leaves(scenario.model_dump(exclude={"name"}))
     name = next(each for each in (*EXAMPLES, *numbers) if each in numbers)
     return f"{name}={_shown(numbers[name])}"

@@ -141,7 +141,6 @@ def code_here() -> str:
 
 
 def _call(shared: tuple[Callable[[Any], Any], str], job: Any) -> Any:  # noqa: ANN401 of any kind
-    """A call on a node."""
     function, code = shared
     if code_here() != code:
         raise ConfigError(

@@ -205,12 +205,10 @@ def warm_up(configuration: ExperimentConfig) -> None:
 
 
 def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
-    """Cut the seeds into parts of nearly equal size, none larger than `size`."""
     return np.array_split(np.asarray(seeds, dtype=np.uint64), -(-len(seeds) // size))
 
 
 def _run_block(block: Block, threads: int, is_recorded: bool) -> Ended:
-    """Run a block in one process."""
     configuration = block.configuration
     what = configuration.scenario, configuration.controller, block.seeds, configuration.physics
     if not is_recorded:
@@ -221,7 +219,6 @@ def _run_block(block: Block, threads: int, is_recorded: bool) -> Ended:
 
 
 def _run_and_keep(block: Block, threads: int, stores: Stores) -> Ended:
-    """Run a block in one process, which keeps its episodes."""
     key, episodes, contents = _run_block(block, threads, stores[1] is not None)
     _keep(stores, block.configuration, episodes, contents)
     return key, episodes, {}

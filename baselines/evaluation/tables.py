@@ -167,7 +167,6 @@ def summary(groups: EpisodesByController, metrics: Sequence[str]) -> FittingTabl
 
 
 def _is_there(metric: str, kind: EpisodeKind, episodes: Sequence[Any]) -> bool:
-    """Whether a metric that only some scenarios have is one of these episodes'."""
     return metric in kind.sometimes and any(
         getattr(episode, metric) is not None for episode in episodes
     )

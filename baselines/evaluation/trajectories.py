@@ -149,7 +149,6 @@ class TrajectoryRecorder:
         return {seed: sink.getvalue().to_pybytes() for seed, sink in sinks}
 
     def _flush(self) -> None:
-        """Compress what was taken down."""
         if not self._times:
             return
         times = np.stack(self._times)

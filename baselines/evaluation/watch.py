@@ -89,7 +89,6 @@ def _record(
     options: WatchOptions,
     recorders: Sequence[Sequence[Recorder]],
 ) -> None:
-    """Run the episodes side by side, and pass the scenes of each to its recorders."""
     episodes = [_scenes(each, seed, stage, options) for each in configurations]
     try:
         for scenes in zip(*episodes, strict=True):
@@ -117,7 +116,6 @@ def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: Wa
 
 
 def _check_number(controllers: Sequence[str], options: WatchOptions) -> None:
-    """ConfigError unless so many controllers can be shown."""
     if len(controllers) > MOST:
         raise ConfigError(f"{len(controllers)} controllers: at most {MOST} are shown side by side")
     if len(controllers) > 1 and (options.html is None or options.video or options.frame):
@@ -143,7 +141,6 @@ def command_of(chosen: EvaluateOptions, options: WatchOptions) -> str:
 def _scenes(
     configuration: ExperimentConfig, seed: int, stage: Stage, options: WatchOptions
 ) -> Iterator[Scene]:
-    """The scenes to show, one a tick, after those that trails start from."""
     scenario, controller = configuration.scenario, configuration.controller
     loop = Loop(scenario, controller, [seed], configuration.physics)
     first = max(0, round((options.start - TRAIL) / stage.tick))
@@ -158,7 +155,6 @@ def _scenes(
 def _recorders(
     stage: Stage, chosen: EvaluateOptions, options: WatchOptions, command: str
 ) -> list[list[Recorder]]:
-    """The recorders that the options ask for, of each controller."""
     recorders: list[list[Recorder]] = [[] for _ in chosen.controllers]
     if options.html:
         beside = chosen.controllers[1] if len(chosen.controllers) > 1 else None

@@ -206,7 +206,6 @@ def orders(setting: str) -> list[Order]:
 
 
 def _rule_orders(setting: str) -> Iterator[Order]:
-    """Claims: one set of rules above another, for an estimator over all group sizes."""
     of = partial(boids_experiment, setting)
     for measure, higher, lower, n_estimators in (
         (COVARIANCE, "goal", "static", 3), (COVARIANCE, "static", "adaptive", 3),
@@ -223,7 +222,6 @@ def _rule_orders(setting: str) -> Iterator[Order]:
 
 
 def _estimator_orders(setting: str) -> Iterator[Order]:
-    """Claims: one estimator above another, over all rules and group sizes."""
     of = partial(boids_experiment, setting)
     reckoning, intersection, filter_ = ESTIMATORS
     for measure, higher, lower in (

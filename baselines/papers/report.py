@@ -70,7 +70,6 @@ def page(paper: Paper, claim_results: Sequence[ClaimResult], results: Results, c
 
 
 def _figure(figure: PaperFigure) -> str:
-    """A figure in Markdown, with the words below it."""
     words = " ".join(part for part in (figure.caption, figure.reading) if part)
     return f"![{figure.caption}](figures/{figure.name}.png)\n\n*{words}*"
 

@@ -237,7 +237,6 @@ def _ratio(found: Comparison) -> float:
 
 
 def _percent(found: Comparison) -> str:
-    """A ratio in percent with its interval."""
     if found.ratio is None:
         return "-"
     low, high = found.ratio.ends

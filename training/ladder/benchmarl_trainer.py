@@ -102,8 +102,6 @@ class _Watcher(Callback):  # type: ignore[misc]
 
 
 def _acting(policy: TensorDictModuleBase, group: str) -> Act:
-    """The policy, acting deterministically."""
-
     def act(observations: Array) -> Array:
         worlds, robots = observations.shape[:2]
         seen = TensorDict({"observation": torch.from_numpy(observations)}, [worlds, robots])

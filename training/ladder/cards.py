@@ -42,7 +42,6 @@ def score_references(rung: Rung, out: Path, backend: Backend) -> dict[str, Score
 
 
 def _plan(rung: Rung, seeds: Sequence[int], out: Path) -> Plan:
-    """The episodes of the references."""
     scenario = rung.test_scenario
     physics = task_of(scenario).physics
     configurations = [

@@ -152,7 +152,6 @@ def _check_loses_nothing(page: Path, n_runs: int, out: Path) -> None:
 
 
 def _write_page(page: Path, rungs: "Sequence[Rung]", runs: "Sequence[Run]", out: Path) -> None:
-    """Write the page and its figures."""
     from baselines.evaluation.figure_page import check_plot, save_figure
     from swarm_forage_env.atomic_write import write_atomically
     from training.ladder import page as pages

@@ -56,7 +56,6 @@ def _card(rung: Rung) -> tuple[str, ...]:
 
 
 def _rung(rung: Rung, runs: Sequence[Run]) -> str:
-    """The section of a rung."""
     card = rung.card
     parts = [f"### {rung.name}", f"**{card.title}.** {card.hard}"]
     lines = [_reference(rung, name) for name in (RANDOM, *rung.references) if name in card.scores]
@@ -90,7 +89,6 @@ def _learned(row: Row) -> tuple[str, ...]:
 
 
 def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
-    """The table over all rungs, and the profiles."""
     if not runs:
         return "Nothing was run yet."
     heads = ("algorithm", "normalised score, interquartile mean", "rungs", "runs")

@@ -38,8 +38,6 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
 
 
 def _acting(policy: BasePolicy) -> Act:
-    """The policy, acting deterministically."""
-
     def act(observations: Array) -> Array:
         rows = observations.reshape(-1, observations.shape[-1])
         actions: Array = policy.predict(rows, deterministic=True)[0]
@@ -49,7 +47,6 @@ def _acting(policy: BasePolicy) -> Act:
 
 
 def _copied(model: BaseAlgorithm) -> ActorCriticPolicy:
-    """The policy as it is now."""
     made = ActorCriticPolicy(model.observation_space, model.action_space, lambda _: 0.0)
     made.load_state_dict(model.policy.state_dict())
     return made

@@ -162,8 +162,6 @@ def card_bandwidth(device: Any) -> float | None:  # noqa: ANN401 numba's
 
 
 def _ticks(loop: DeviceLoop) -> Tick:
-    """Some ticks of the GPU, for which the CPU then waits."""
-
     def run() -> None:
         for _ in range(TICKS):
             loop.step()
@@ -223,7 +221,6 @@ def gpu_table(found: list[dict[str, Any]]) -> Group:
 
 
 def _cells(each: dict[str, Any]) -> dict[str, str]:
-    """The cells of a row by their headings."""
     return {
         "GPU": _millions(each["gpu"]),
         "learning": _millions(each["environment"]),
