@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -173,6 +174,8 @@ class LearnedWeighting(Part):
         description="The network: a bundled policy, or a file as runs/x/best.safetensors",
     )
 
+    architecture: ClassVar[WeightingNetwork] = ENCOUNTER_NETWORK
+
     @property
     def reads(self) -> tuple[Path, ...]:
         """Files, other than source code, that its output depends on."""
@@ -180,11 +183,11 @@ class LearnedWeighting(Part):
 
     def check_usable(self, scenario: object = None) -> None:
         """ConfigError or UnknownNameError if the policy is missing or does not fit."""
-        network_of(load_policy(self.policy))
+        self.architecture.numbers_of(load_policy(self.policy))
 
     def layer(self, scenario: Scenario) -> WeightingLayer:
         """The network of the policy file; ConfigError if it is missing or does not fit."""
-        return network_weighting(network_of(load_policy(self.policy)))
+        return self.architecture.layer(self.architecture.numbers_of(load_policy(self.policy)))
 
 
 def network_of(policy: Policy) -> Float64[Array, " numbers"]:

@@ -13,8 +13,6 @@ from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import log1p, tanh
 from swarm_forage_env.foraging.records import Exchange
-from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import WeightingLayer
 from swarm_forage_env.record import Numbers
 from training.learned_weighting import (
     ENCOUNTER_NETWORK,
@@ -26,7 +24,6 @@ from training.learned_weighting import (
     log_odds,
     scaled_features,
 )
-from training.policy_file import load_policy
 
 REMEMBERED = (
     "own_known",
@@ -95,15 +92,9 @@ class LearnedReputation(LearnedWeighting):
     Not in the papers: all of it but the form, as in `learned`.
     """
 
+    architecture = REPUTATION_NETWORK
+
     policy: str = Field(
         "weighting-sceptical",
         description="The network: a bundled policy, or a file as runs/x/best.safetensors",
     )
-
-    def check_usable(self, scenario: object = None) -> None:
-        """ConfigError or UnknownNameError if the policy is missing or does not fit."""
-        REPUTATION_NETWORK.numbers_of(load_policy(self.policy))
-
-    def layer(self, scenario: Scenario) -> WeightingLayer:
-        """The network of the policy file; ConfigError if it is missing or does not fit."""
-        return REPUTATION_NETWORK.layer(REPUTATION_NETWORK.numbers_of(load_policy(self.policy)))

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from baselines.evaluation.recorders import Recorder
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
@@ -11,13 +12,12 @@ from swarm_forage_env.rendering.window import Window
 from swarm_forage_env.scene import Scene, Stage
 
 
-class LiveWindow:
+class LiveWindow(Recorder):
     """A window that shows the scenes as they come."""
 
     def __init__(self, window: Window, start: float) -> None:
         """Use this window; it opens with the first scene."""
-        self._window = window
-        self._start = start
+        self._window, self._start = window, start
 
     def take(self, scene: Scene) -> bool:
         """Show the scene; return false once the user has closed the window."""
@@ -34,7 +34,7 @@ class LiveWindow:
     discard = close
 
 
-class ImageRecorder:
+class ImageRecorder(Recorder):
     """Base of the recorders that paint scenes into a file."""
 
     def __init__(self, stage: Stage, size: int, select: int | None) -> None:
@@ -42,9 +42,6 @@ class ImageRecorder:
         self._layout = Layout(stage, checked_size(size), beliefs=select is not None)
         self._painter = Painter(stage, self._layout)
         self._show = Show(selected=select)
-
-    def discard(self) -> None:
-        """Do nothing: no file was written yet."""
 
 
 class StillRecorder(ImageRecorder):

@@ -170,7 +170,8 @@ def overview_tables() -> Group:
         _scenarios(), Text(SCENARIO_SCORES), Text(),
         _controllers("controller", CONTROLLERS), Text(CONTROLLER_SCORES), Text(),
         Text("References, which know the truth: to compare with, not to use"),
-        _controllers("reference", REFERENCES), Text(), _engines(), Text(), _policies(), Text(),
+        _controllers("reference", REFERENCES), Text(),
+        _named("engine", ENGINES), Text(), _named("policy", POLICIES, ":FILE"), Text(),
         Text("Every number of one of them: swarm-forage list es1, swarm-forage list ssgiff"),
     )  # fmt: skip
 
@@ -208,17 +209,10 @@ def _controllers(kind: str, registry: Registry[Any]) -> Table:
     return table
 
 
-def _policies() -> Table:
-    table = _table("policy", "what it is")
-    for name in POLICIES:
-        table.add_row(f"{name}:FILE", POLICIES.about(name))
-    return table
-
-
-def _engines() -> Table:
-    table = _table("engine", "what it is")
-    for name in ENGINES:
-        table.add_row(name, ENGINES.about(name))
+def _named(kind: str, registry: Registry[Any], after: str = "") -> Table:
+    table = _table(kind, "what it is")
+    for name in registry:
+        table.add_row(f"{name}{after}", registry.about(name))
     return table
 
 

@@ -39,7 +39,7 @@ def check_kept(plan: Plan) -> None:
     """Raise OSError, which names the files, unless every episode of the plan is kept."""
     check_files(plan.dataset, plan.files)
     if plan.trajectories:
-        beside = plan.trajectories.dataset
+        beside = plan.trajectories
         wanted = [beside.place(each, s) for each in plan.configurations for s in plan.seeds]
         check_files(beside, wanted)
 

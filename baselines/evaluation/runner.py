@@ -233,5 +233,5 @@ def _keep(
     """Keep trajectories first: an episode that is there has its own."""
     dataset, trajectories = stores
     if trajectories is not None:
-        trajectories.keep(configuration, contents)
+        trajectories.keep_files(configuration, contents)
     dataset.keep(configuration, episodes)

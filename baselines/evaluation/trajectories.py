@@ -77,20 +77,12 @@ def beside(folder: Path) -> Path:
     return named.with_name(f"{named.name}-trajectories")
 
 
-class Trajectories:
+class Trajectories(Dataset):
     """The folder of trajectories that goes with a dataset."""
 
     def __init__(self, dataset: Dataset) -> None:
         """Name the folder; it may be missing until `open`."""
-        self.dataset = Dataset(beside(dataset.folder), ENDING)
-
-    def open(self) -> None:
-        """Make the folder, check that it is writable, and remove temporary files of killed runs."""
-        self.dataset.open()
-
-    def place(self, configuration: ExperimentConfig, seed: int) -> Path:
-        """Path of an episode's trajectory, whether it exists or not."""
-        return self.dataset.place(configuration, seed)
+        super().__init__(beside(dataset.folder), ENDING)
 
     def holds(self, configuration: ExperimentConfig, seed: int) -> bool:
         """Whether the whole trajectory of an episode is kept; a damaged one is set aside."""
@@ -105,7 +97,7 @@ class Trajectories:
             return False
         return True
 
-    def keep(self, configuration: ExperimentConfig, contents: Mapping[int, bytes]) -> None:
+    def keep_files(self, configuration: ExperimentConfig, contents: Mapping[int, bytes]) -> None:
         """Write the trajectory of each seed atomically to its file."""
         for seed, content in contents.items():
             write_atomically(self.place(configuration, seed), content)

@@ -11,7 +11,7 @@ from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.output_files import check_file
 from baselines.evaluation.plot_style import colour_of
-from baselines.evaluation.recorders import Recorder, ReplayRecorder, SecondSwarm
+from baselines.evaluation.recorders import Recorder, ReplayRecorder
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.rendering.layout import checked_size
@@ -161,9 +161,8 @@ def _recorders(
         colours = tuple(map(colour_of, chosen.controllers))
         opening = Opening(options.start, options.speed, options.select, beside, colours)
         replay = Replay(stage, chosen.seeds()[0], command, opening=opening)
-        recorders[0].append(ReplayRecorder(options.html, replay))
-        for others in recorders[1:]:
-            others.append(SecondSwarm(replay))
+        for swarm, own in enumerate(recorders):
+            own.append(ReplayRecorder(options.html, replay, swarm))
     if options.needs_pictures:
         recorders[0] += _image_recorders(stage, options)
     return recorders
@@ -185,15 +184,18 @@ def _image_recorders(stage: Stage, options: WatchOptions) -> list[Recorder]:
     return found
 
 
+def _check_robot(option: str, robot: int | None, stage: Stage) -> None:
+    if robot is not None and not 0 <= robot < stage.n_robots:
+        raise ConfigError(
+            f"{option}={robot}: must be 0 to {stage.n_robots - 1}, a robot of {stage.scenario}"
+        )
+
+
 def _check_drive(options: WatchOptions, stage: Stage) -> None:
     """ConfigError for a robot that cannot be driven by hand."""
     if options.drive is None:
         return
-    if not 0 <= options.drive < stage.n_robots:
-        raise ConfigError(
-            f"--drive={options.drive}: must be 0 to {stage.n_robots - 1}, a robot of"
-            f" {stage.scenario}"
-        )
+    _check_robot("--drive", options.drive, stage)
     if not options.in_a_window or options.start:
         raise ConfigError(
             f"--drive={options.drive}: a robot is driven in a window, from the start on; leave out"
@@ -205,11 +207,7 @@ def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:
     """Check the options and fill in the length; ConfigError for what cannot be shown."""
     checked_speed(options.speed)
     checked_size(options.size)
-    if options.select is not None and not 0 <= options.select < stage.n_robots:
-        raise ConfigError(
-            f"--select={options.select}: must be 0 to {stage.n_robots - 1}, a robot of"
-            f" {stage.scenario}"
-        )
+    _check_robot("--select", options.select, stage)
     _check_drive(options, stage)
     if not 0.0 <= options.start < stage.duration:
         raise ConfigError(

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,17 @@ class Case:
         """Ticks of the warm-up, a fifth of them for a quick run."""
         return self.warm_up // 5 if quick else self.warm_up
 
+    def _warm(self, step: Callable[[int], None], quick: bool) -> Tick:
+        """A step that is told how many came before, after the warm-up."""
+        numbers = count()
+
+        def counted() -> None:
+            step(next(numbers))
+
+        for _ in range(self.n_warm_up(quick)):
+            counted()
+        return counted
+
 
 class EpisodeCase(Case):
     """A case in which whole episodes are evaluated: worlds made, run and measured."""
@@ -89,18 +101,13 @@ class BatchCase(Case):
         options: dict[str, Any] = {"physics": physics, "threads": threads, "decision_period": 1}
         env = ArrayEnv(self.scenario, self.n_worlds, CONTROLLER, **options)
         actions = random_wheels(self.rows).reshape(-1, self.n_worlds, len(env.learners), 2)
-        count = 0
 
-        def step() -> None:
-            nonlocal count
+        def step(count: int) -> None:
             if count % env.max_cycles == 0:
                 env.reset(0)
             env.step(actions[count // HELD % len(actions)])
-            count += 1
 
-        for _ in range(self.n_warm_up(quick)):
-            step()
-        return step
+        return self._warm(step, quick)
 
 
 class DictionaryCase(Case):
@@ -115,18 +122,13 @@ class DictionaryCase(Case):
         )
         agents = env.possible_agents
         actions = [dict(zip(agents, each, strict=True)) for each in random_wheels(len(agents))]
-        count = 0
 
-        def step() -> None:
-            nonlocal count
+        def step(count: int) -> None:
             if not env.agents:
                 env.reset(seed=count)
             env.step(actions[count // HELD % len(actions)])
-            count += 1
 
-        for _ in range(self.n_warm_up(quick)):
-            step()
-        return step
+        return self._warm(step, quick)
 
 
 def random_wheels(rows: int) -> Float32[Array, "actions rows 2"]:
