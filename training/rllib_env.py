@@ -28,6 +28,9 @@ from swarm_forage_env.envs.array_env import ArrayEnv
 OfAgents = dict[str, Any]
 """What each agent of a world is told; under `__all__`, what holds for all."""
 
+Told = tuple[list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents]]
+"""Observations, rewards, terminations, truncations and infos of a step, world by world."""
+
 ALL = "__all__"
 
 
@@ -82,11 +85,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         self._over = False
         return self._by_agent(observations), self._silence()
 
-    def step(
-        self, actions: Sequence[OfAgents]
-    ) -> tuple[
-        list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents]
-    ]:  # fmt: skip
+    def step(self, actions: Sequence[OfAgents]) -> Told:
         """One decision period; after the end of the episodes a reset, whatever the actions."""
         if not self._over:
             return self.advance(actions)
@@ -95,11 +94,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         never = self._all(False)
         return observations, rewards, never, self._all(False), infos
 
-    def advance(
-        self, actions: Sequence[OfAgents]
-    ) -> tuple[
-        list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents]
-    ]:  # fmt: skip
+    def advance(self, actions: Sequence[OfAgents]) -> Told:
         """One decision period; the last infos tell what `parallel_env` logs of a robot."""
         agents = self.env.learners
         rows = np.array([each[agent] for each in actions for agent in agents])

@@ -105,11 +105,7 @@ def _draw(plan: "Plan", file: Path, command: str) -> None:
     from baselines.evaluation.figure_page import save_figure
     from baselines.evaluation.figures.boxplot import boxplot
 
-    episodes, n_seeds = plan.results(), len(plan.seeds)
-    groups = [
-        EpisodeGroup.of(configuration, episodes[number * n_seeds : (number + 1) * n_seeds])
-        for number, configuration in enumerate(plan.configurations)
-    ]
+    groups = list(map(EpisodeGroup.of, plan.configurations, plan.by_configuration()))
     save_figure(boxplot(groups, groups[0].kind.score, command), file, command)
     say(f"wrote {file}")
 

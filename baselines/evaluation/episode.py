@@ -1,7 +1,7 @@
 """Episodes of any task: run a block of worlds from reset to the end, and measure each."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from swarm_forage_env.episode import EpisodeKind
@@ -54,6 +54,11 @@ def run_episodes(
     ]
 
 
-def kind_of_episode(episode: Any) -> EpisodeKind:  # noqa: ANN401 of any task
+def kind_of_episode(episode: object) -> EpisodeKind:
     """What an episode is judged by."""
     return task_of_episode(episode).episode
+
+
+def values_of(episodes: Iterable[object], metric: str) -> list[float | None]:
+    """A metric of each episode; None where one has none."""
+    return [getattr(each, metric) for each in episodes]

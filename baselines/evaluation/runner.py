@@ -147,6 +147,11 @@ class Plan:
             for seed in self.seeds
         ]
 
+    def by_configuration(self) -> list[list[Any]]:
+        """The results of each configuration, in their order."""
+        episodes, n = self.results(), len(self.seeds)
+        return [episodes[k * n : (k + 1) * n] for k in range(len(self.configurations))]
+
     @property
     def files(self) -> list[Path]:
         """The file of every episode, whether it exists or not, by controller, then seed."""

@@ -71,12 +71,11 @@ def measure(scenario: str, controller: str, out: Path, workers: int) -> Score:
     from baselines.evaluation.evaluate_options import EvaluateOptions
     from baselines.evaluation.progress import run_with_progress
     from baselines.evaluation.statistics import mean_interval
+    from baselines.evaluation.tables import scores
 
-    world = SCENARIOS[scenario]
     plan = EvaluateOptions(scenario, [controller], EPISODES).plan(out)
     run_with_progress(plan, JoblibBackend(workers))
-    metric = task_of(world).episode.score
-    mean = mean_interval([float(getattr(each, metric)) for each in plan.results()])
+    mean = mean_interval(scores(plan.results()))
     assert mean is not None
     low, high = (None, None) if mean.interval is None else map(_rounded, mean.interval)
     return Score(scenario, controller, _rounded(mean.value), low, high, mean.n)

@@ -13,7 +13,7 @@ from rich.console import Console, ConsoleOptions, Group
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.episode import kind_of_episode
+from baselines.evaluation.episode import kind_of_episode, values_of
 from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
 from swarm_forage_env.episode import EpisodeKind
 
@@ -167,9 +167,7 @@ def summary(groups: EpisodesByController, metrics: Sequence[str]) -> FittingTabl
 
 
 def _is_there(metric: str, kind: EpisodeKind, episodes: Sequence[Any]) -> bool:
-    return metric in kind.sometimes and any(
-        getattr(episode, metric) is not None for episode in episodes
-    )
+    return metric in kind.sometimes and values_of(episodes, metric) != [None] * len(episodes)
 
 
 def comparison(groups: EpisodesByController) -> FittingTable:
@@ -182,7 +180,8 @@ def comparison(groups: EpisodesByController) -> FittingTable:
 
 def scores(episodes: Sequence[Any]) -> list[float]:
     """The score of each episode: round trips, or goals per robot."""
-    return [getattr(episode, kind_of_episode(episode).score) for episode in episodes]
+    found = values_of(episodes, kind_of_episode(episodes[0]).score)
+    return [float(value) for value in found if value is not None]
 
 
 def _verdict(comparison: Comparison) -> tuple[str, str, str]:
@@ -192,7 +191,7 @@ def _verdict(comparison: Comparison) -> tuple[str, str, str]:
 
 def _cell(episodes: Sequence[Any], metric: str, factor: float) -> Text:
     """A table cell: mean over interval, and the number of episodes if not all count."""
-    values = [getattr(episode, metric) for episode in episodes]
+    values = values_of(episodes, metric)
     estimate = mean_interval([factor * value for value in values if value is not None])
     if estimate is None:
         return Text(NOT_APPLICABLE)

@@ -50,11 +50,7 @@ class Paper:
 
     def results(self, plan: Plan) -> Results:
         """The episodes of a finished plan, by experiment."""
-        episodes, n_seeds = plan.results(), len(plan.seeds)
-        return {
-            experiment: episodes[index * n_seeds : (index + 1) * n_seeds]
-            for index, experiment in enumerate(self.experiments)
-        }
+        return dict(zip(self.experiments, plan.by_configuration(), strict=True))
 
     def judge(self, results: Results) -> list[ClaimResult]:
         """The result of every claim."""

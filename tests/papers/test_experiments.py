@@ -100,7 +100,7 @@ def test_a_paper_runs_each_experiment_once_and_those_of_most_robot_steps_first()
 
 
 def test_the_episodes_of_a_plan_are_shared_out_by_experiment():
-    plan = SimpleNamespace(seeds=range(2), results=lambda: ["a0", "a1", "b0", "b1", "c0", "c1"])
+    plan = SimpleNamespace(by_configuration=lambda: [["a0", "a1"], ["b0", "b1"], ["c0", "c1"]])
     assert paper(A, B, C).results(plan) == {A: ["a0", "a1"], B: ["b0", "b1"], C: ["c0", "c1"]}
     assert paper(A).table({}) == ""
 

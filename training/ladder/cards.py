@@ -15,6 +15,7 @@ from baselines.evaluation.experiment_config import ExperimentConfig, find_layere
 from baselines.evaluation.progress import run_with_progress
 from baselines.evaluation.runner import Plan
 from baselines.evaluation.statistics import mean_interval
+from baselines.evaluation.tables import scores
 from swarm_forage_env.task import task_of
 from training.ladder.algorithms import Algorithm
 from training.ladder.play import play, random_actions, seeds_of_tests
@@ -29,28 +30,20 @@ def score_references(rung: Rung, out: Path, backend: Backend) -> dict[str, Score
     seeds = seeds_of_tests(rung.card.episodes)
     keywords = rung.test_keywords
     say(f"{rung.name}: random actions, {len(seeds)} episodes")
-    scores = {RANDOM: _score(play(keywords, random_actions(keywords), seeds))}
-    plan = _plan(rung, seeds, out)
-    run_with_progress(plan, backend)
-    metric = task_of(rung.test_scenario).episode.score
-    episodes = plan.results()
-    for number, configuration in enumerate(plan.configurations):
-        own = episodes[number * len(seeds) : (number + 1) * len(seeds)]
-        scores[configuration.label] = _score([float(getattr(each, metric)) for each in own])
-    write_scores(rung, scores)
-    return scores
-
-
-def _plan(rung: Rung, seeds: Sequence[int], out: Path) -> Plan:
-    scenario = rung.test_scenario
+    found = {RANDOM: _score(play(keywords, random_actions(keywords), seeds))}
+    scenario, dataset = rung.test_scenario, Dataset(out)
     physics = task_of(scenario).physics
+    dataset.open()
     configurations = [
         ExperimentConfig(name, scenario, find_layered_controller(name), physics)
         for name in rung.references
     ]
-    dataset = Dataset(out)
-    dataset.open()
-    return Plan(configurations, seeds, dataset)
+    plan = Plan(configurations, seeds, dataset)
+    run_with_progress(plan, backend)
+    for name, episodes in zip(rung.references, plan.by_configuration(), strict=True):
+        found[name] = _score(scores(episodes))
+    write_scores(rung, found)
+    return found
 
 
 def _score(values: Sequence[float]) -> Score:
@@ -68,8 +61,8 @@ def tables(rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> Group:
         parts.append(Text(f"{card.rung} {rung.name}", style="bold").append(f"  {card.title}"))
         parts.append(Text(textwrap.fill(card.hard, 78)))
         shown = [name for name in (RANDOM, *rung.references) if name in card.scores]
-        scores = ", ".join(f"{name} {card.scores[name].mean:.1f}" for name in shown)
-        parts += [Text(scores or "no scores yet: swarm-forage benchmark cards"), Text()]
+        listed = ", ".join(f"{name} {card.scores[name].mean:.1f}" for name in shown)
+        parts += [Text(listed or "no scores yet: swarm-forage benchmark cards"), Text()]
     table = Table(box=None, padding=(0, 2, 0, 0))
     for heading in ("algorithm", "", "trained by"):
         table.add_column(heading)

@@ -17,7 +17,7 @@ from baselines.evaluation.figure_page import (
 from baselines.evaluation.line_plots import Means, draw_band
 from baselines.evaluation.plot_style import FAINT, SeriesStyle, nth_style
 from baselines.evaluation.statistics import iqm_interval, performance_profile
-from training.ladder.algorithms import read_algorithms
+from training.ladder.algorithms import read_algorithms, title_of
 from training.ladder.rungs import RANDOM, Rung
 from training.ladder.runs import Run, by_algorithm, score_word, strata_of
 
@@ -34,7 +34,7 @@ def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
     figure, panels = panel_grid(2, 3.0, 3.0)
     for axes, name in zip(panels, ("robot_steps", "wall_s"), strict=True):
         for algorithm, own in found.items():
-            title = _title(algorithm)
+            title = title_of(algorithm)
             draw_band(axes, title, _curve(own, name), styles[title])
         axes.set_xlim(left=0.0)
     word = score_word(rung)
@@ -56,7 +56,7 @@ def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure
     for algorithm, own in found.items():
         share, low, high = performance_profile(strata_of(rungs, own), TAUS.tolist())
         means = Means(TAUS, 100.0 * share, 100.0 * low, 100.0 * high)
-        draw_band(axes, _title(algorithm), means, styles[_title(algorithm)])
+        draw_band(axes, title_of(algorithm), means, styles[title_of(algorithm)])
     axes.set_xlim(TAUS[0], TAUS[-1])
     labels = "normalised score: 0 random, 1 oracle", "runs above it [%]"
     finish_panel(axes, "Performance profiles", labels)
@@ -68,11 +68,7 @@ def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure
 def _styles(found: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
     """A style for each algorithm, the same on all figures."""
     known = list(read_algorithms())
-    return {_title(name): nth_style(known.index(name)) for name in found}
-
-
-def _title(algorithm: str) -> str:
-    return read_algorithms()[algorithm].title
+    return {title_of(name): nth_style(known.index(name)) for name in found}
 
 
 def _curve(runs: Sequence[Run], over: str) -> Means:

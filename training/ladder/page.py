@@ -7,7 +7,7 @@ from string import Template
 
 from baselines.evaluation.tables import markdown
 from baselines.papers.time_estimate import format_duration
-from training.ladder.algorithms import read_algorithms
+from training.ladder.algorithms import title_of
 from training.ladder.rungs import RANDOM, Rung, Score
 from training.ladder.runs import Row, Run, by_algorithm, by_rung, over_all, rows_of, score_word
 
@@ -79,7 +79,7 @@ def _reference(rung: Rung, name: str) -> tuple[str, ...]:
 
 def _learned(row: Row) -> tuple[str, ...]:
     return (
-        f"**{_title(row.algorithm)}**",
+        f"**{title_of(row.algorithm)}**",
         _with_interval(row.score.value, row.score.interval),
         f"{row.normalised:.2f}",
         _counted(row.seeds, "seed"),
@@ -93,7 +93,7 @@ def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
         return "Nothing was run yet."
     heads = ("algorithm", "normalised score, interquartile mean", "rungs", "runs")
     lines = [
-        (_title(name), _with_interval(estimate.value, estimate.interval), str(n), str(estimate.n))
+        (title_of(name), _with_interval(estimate.value, estimate.interval), str(n), str(estimate.n))
         for name, (estimate, n) in over_all(rungs, runs).items()
     ]
     words = "Algorithms that were run on other rungs are not to be compared here."
@@ -106,7 +106,7 @@ def _made(runs: Sequence[Run]) -> str:
         return "Nothing."
     seconds = sum(run.train_s for run in runs)
     lines = [
-        f"- {_title(name)}: "
+        f"- {title_of(name)}: "
         + "; ".join(
             f"`{rung}` {_counted(len(own), 'seed')} of {_millions(own[0].robot_steps)} robot-steps"
             for rung, own in _by_rung_name(each).items()
@@ -152,7 +152,3 @@ def _millions(number: int) -> str:
 
 def _counted(n: int, what: str) -> str:
     return f"{n} {what}" if n == 1 else f"{n} {what}s"
-
-
-def _title(algorithm: str) -> str:
-    return read_algorithms()[algorithm].title

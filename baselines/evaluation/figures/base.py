@@ -9,6 +9,7 @@ from typing import Protocol
 from matplotlib.figure import Figure
 
 from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
+from baselines.evaluation.episode import values_of
 from baselines.evaluation.figure_page import Caption
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.registry import Registry
@@ -124,7 +125,7 @@ def check_options(options: PlotOptions) -> None:
 def sample(group: EpisodeGroup, metric: str) -> list[float]:
     """The metric of each episode, in the units of its axis, without missing values."""
     factor = group.kind.columns[metric][1]
-    values = [getattr(episode, metric) for episode in group.episodes]
+    values = values_of(group.episodes, metric)
     return [factor * value for value in values if value is not None]
 
 

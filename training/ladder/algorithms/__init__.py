@@ -44,6 +44,11 @@ def read_algorithms(folder: Path = FOLDER) -> dict[str, Algorithm]:
     return found
 
 
+def title_of(algorithm: str) -> str:
+    """The name of an algorithm on figures and pages."""
+    return read_algorithms()[algorithm].title
+
+
 def find_algorithms(names: Sequence[str] | None) -> list[Algorithm]:
     """The algorithms of these names, all without names; UnknownNameError for a name of none."""
     known = read_algorithms()
