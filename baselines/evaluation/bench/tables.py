@@ -1,7 +1,6 @@
 """The budgets of the benchmark, and the tables of its results for a terminal."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
 from typing import Any
 
 from rich.console import Group
@@ -77,16 +76,7 @@ def _note(text: str) -> Text:
 MILLION = 1e6
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """One benchmark result beside its budget."""
-
-    what: str
-    measured: float
-    budget: float
-    unit: str
-    is_met: bool
-
+VERDICT = ("what", "measured", "budget", "unit", "is_met")  # of a budget, with its result
 
 SPEEDS = {
     "es1 x 30": {"kinematic": 4.0, "rigid": 1.2},
@@ -118,37 +108,26 @@ GROWTH = 1.0  # most by which peak memory may grow in a long run [MB]: flat, but
 
 def check(found: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Every budget with its result, as dictionaries."""
-    return [asdict(verdict) for verdict in verdicts(found)]
-
-
-def verdicts(found: Mapping[str, Any]) -> list[Verdict]:
-    """Every budget with its result."""
     speeds = {row["case"]: row for row in found["speeds"]}
-    listed = [
-        _at_least(f"{case}, {engine}", speeds[case][engine] / MILLION, budget, "M/s")
+    least = [
+        (f"{case}, {engine}", speeds[case][engine] / MILLION, budget, "M/s")
         for case, budgets in SPEEDS.items()
         for engine, budget in budgets.items()
     ]
     for row in found["threads"]:
         name = f"{row['threads']} threads : 1, {row['physics']}"
-        listed.append(_at_least(name, row["gain"], GAIN_PER_THREAD * row["threads"], ""))
+        least.append((name, row["gain"], GAIN_PER_THREAD * row["threads"], ""))
+    most = []
     for engine in ("kinematic", "rigid"):
         ratio = speeds["es3 spread"][engine] / speeds["es3 x 100"][engine]
-        name = f"cost of a robot, 10,000 : 100, {engine}"
-        listed.append(_at_most(name, ratio, COST_RATIO, ""))
-    listed += [
-        _at_most(START_UP_NAMES[name], found["start_up_s"][name], budget, "s")
+        most.append((f"cost of a robot, 10,000 : 100, {engine}", ratio, COST_RATIO, ""))
+    most += [
+        (START_UP_NAMES[name], found["start_up_s"][name], budget, "s")
         for name, budget in START_UP.items()
         if name in found["start_up_s"]
     ]
     memory = found["memory"]
-    name = f"memory growth, {memory['ticks']:,} ticks"
-    return [*listed, _at_most(name, memory["growth_mb"], GROWTH, "MB")]
-
-
-def _at_least(what: str, measured: float, budget: float, unit: str) -> Verdict:
-    return Verdict(what, measured, budget, unit, measured >= budget)
-
-
-def _at_most(what: str, measured: float, budget: float, unit: str) -> Verdict:
-    return Verdict(what, measured, budget, unit, measured <= budget)
+    most.append((f"memory growth, {memory['ticks']:,} ticks", memory["growth_mb"], GROWTH, "MB"))
+    verdicts = [(*each, each[1] >= each[2]) for each in least]
+    verdicts += [(*each, each[1] <= each[2]) for each in most]
+    return [dict(zip(VERDICT, each, strict=True)) for each in verdicts]
