@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 from rich.console import Console
+from typer import Argument, Option
 
 from baselines.evaluation.commands_evaluate import evaluate
 from baselines.evaluation.commands_plot import plot as plot_figure
@@ -30,7 +31,7 @@ app = typer.Typer(
 
 
 ListedFormat = Annotated[
-    Literal["table", "json"], typer.Option("--format", help="How to write the result.")
+    Literal["table", "json"], Option("--format", help="How to write the result.")
 ]
 
 
@@ -81,9 +82,7 @@ def stoppable(keeps: bool = True) -> Iterator[None]:
 @app.callback(invoke_without_command=True)
 def root(
     context: typer.Context,
-    show_version: Annotated[
-        bool, typer.Option("--version", help="Print the version and stop.")
-    ] = False,
+    show_version: Annotated[bool, Option("--version", help="Print the version and stop.")] = False,
 ) -> None:
     """Multi-robot foraging: hand-written controllers, evaluated and compared."""
     if show_version:
@@ -99,7 +98,7 @@ def root(
 def list_names(
     name: Annotated[
         str | None,
-        typer.Argument(
+        Argument(
             help="A scenario, a .toml file or a controller: shows all its numbers.",
             autocompletion=any_name,
         ),
@@ -122,9 +121,9 @@ app.command()(stoppable()(evaluate))
 
 @app.command()
 def bench(
-    quick: Annotated[bool, typer.Option("--quick", help="A short run, less exact.")] = False,
-    threads: Annotated[int, typer.Option(help="Threads whose gain over one is measured.")] = 2,
-    device: Annotated[str, typer.Option(help="cpu, or cuda for worlds on a GPU.")] = "cpu",
+    quick: Annotated[bool, Option("--quick", help="A short run, less exact.")] = False,
+    threads: Annotated[int, Option(help="Threads whose gain over one is measured.")] = 2,
+    device: Annotated[str, Option(help="cpu, or cuda for worlds on a GPU.")] = "cpu",
     form: ListedFormat = "table",
 ) -> None:
     """Measure speed and memory against the budgets; takes a few minutes."""

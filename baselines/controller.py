@@ -34,11 +34,7 @@ class LayeredController:
     @property
     def layers(self) -> dict[str, Part]:
         """The parameters of each layer."""
-        return {
-            "estimator": self.estimator,
-            "weighting": self.weighting,
-            "motion": self.motion,
-        }
+        return {"estimator": self.estimator, "weighting": self.weighting, "motion": self.motion}
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -91,12 +87,7 @@ class LayeredController:
             parts[layer] = validated(part, kept)
         return replace(self, **parts)
 
-    def build(
-        self,
-        world: World,
-        seeds: Sequence[int],
-        each: Sequence[Any],
-    ) -> RunningLayers:
+    def build(self, world: World, seeds: Sequence[int], each: Sequence[Any]) -> RunningLayers:
         """The running controller of a block of worlds, with the numbers of `each` of them.
 
         ConfigError if a layer is not made for such a world.
@@ -114,10 +105,7 @@ class LayeredController:
         return functions_of(layer), numbers
 
     def build_team(
-        self,
-        world: World,
-        seeds: Sequence[int],
-        each: Sequence[Sequence[Any]],
+        self, world: World, seeds: Sequence[int], each: Sequence[Sequence[Any]]
     ) -> RunningLayers:
         """The running controller of some robots, worlds by robots; None for one of another's."""
         return RunningLayers(world, seeds, each)

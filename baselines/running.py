@@ -97,10 +97,7 @@ class RunningLayers:
     minds: Array
 
     def __init__(
-        self,
-        world: World,
-        seeds: Sequence[int],
-        controllers: Sequence[Sequence[Any]],
+        self, world: World, seeds: Sequence[int], controllers: Sequence[Sequence[Any]]
     ) -> None:
         """Put the layers of every robot together: worlds by robots, None for one of another team.
 

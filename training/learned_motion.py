@@ -132,8 +132,7 @@ class LearnedMotion(Part):
     """A trained policy sets the wheel speeds. Not in the papers: all of it."""
 
     policy: str = Field(
-        "motion",
-        description="The network: a bundled policy, or a file as runs/x/best.safetensors",
+        "motion", description="The network: a bundled policy, or a file as runs/x/best.safetensors"
     )
 
     @property
@@ -191,11 +190,7 @@ class NetworkMotion:
         self._columns = self._layout.columns("situation")
 
     def __call__(
-        self,
-        situation: Rows,
-        readings: Rows,
-        heard: Rows,
-        wheels: Float32[Array, "rows 2"],
+        self, situation: Rows, readings: Rows, heard: Rows, wheels: Float32[Array, "rows 2"]
     ) -> Float32[Array, "rows 2"]:
         """Left and right wheel speed of every robot, as a share of cruise speed in [-1, 1]."""
         seen = {"situation": situation, "readings": readings, "heard": heard}

@@ -79,10 +79,7 @@ class PolicyController(LayeredController):
         return found
 
     def build(  # type: ignore[override]  # a running controller of another class
-        self,
-        world: World,
-        seeds: Sequence[int],
-        each: Sequence[Any],
+        self, world: World, seeds: Sequence[int], each: Sequence[Any]
     ) -> "RunningPolicy":
         """The running controller of a block of worlds; ConfigError if the policy does not fit."""
         if any(own.policy != self.policy for own in each):
@@ -103,10 +100,7 @@ class PolicyController(LayeredController):
         return self.under(scenario).language(scenario)
 
     def over(
-        self,
-        world: World,
-        inner: RunningController,
-        robots: Sequence[int],
+        self, world: World, inner: RunningController, robots: Sequence[int]
     ) -> "RunningPolicy":
         """The policy of some robots, over what does the rest; ConfigError if it does not fit."""
         form = self.form(world.scenario)

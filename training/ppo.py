@@ -25,14 +25,7 @@ from swarm_forage_env.record import copied_rows
 from training.actor_critic import LayerPolicy, MotionActor, NamedNetwork
 from training.controllers import with_learned_layers
 from training.experiment import Experiment, step_seed, worlds_per_scenario
-from training.policy_file import (
-    LayerCard,
-    LayerName,
-    Policy,
-    arrays_under,
-    layer_card,
-    save_policy,
-)
+from training.policy_file import LayerCard, LayerName, Policy, arrays_under, layer_card, save_policy
 from training.ppo_learner import PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 from training.training_loop import ProgressLogger, Training, run

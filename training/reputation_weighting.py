@@ -25,15 +25,7 @@ from training.learned_weighting import (
     scaled_features,
 )
 
-REMEMBERED = (
-    "own_known",
-    "own_visited",
-    "right",
-    "wrong",
-    "support",
-    "suspicion",
-    "dissent",
-)
+REMEMBERED = ("own_known", "own_visited", "right", "wrong", "support", "suspicion", "dissent")
 """Inputs of the network that a robot remembers, for one area of an exchange."""
 
 REMEMBERED_SCALES = ((1.0, 0.35, 0.35), (1.0, 0.35, 0.35), (1.0, 0.7, 0.7), (1.0, 0.7, 0.7),

@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
+from typer import Argument, Option
 
 from baselines.cli import app, stoppable
 from baselines.evaluation.common_options import (
     AddressOption,
     BackendOption,
+    EverySettingsOption,
     find_backend,
     path,
 )
@@ -40,82 +42,78 @@ DEFAULT_CONTROLLER = {
 
 def train(  # noqa: PLR0913 the options of a command
     layer: Annotated[
-        Literal["weighting", "motion", "both"],
-        typer.Argument(help="Layer that the policy replaces."),
+        Literal["weighting", "motion", "both"], Argument(help="Layer that the policy replaces.")
     ],
     scenarios: Annotated[
         list[str],
-        typer.Argument(
+        Argument(
             help="One or more, each with what differs there: es1 es2 es1:radio.frames=50",
             metavar="SCENARIO",
         ),
     ],
     algorithm: Annotated[
         Literal["cma", "imitation", "ppo"] | None,
-        typer.Option(
+        Option(
             help="cma: CMA-ES on the round trips of the swarm. imitation:"
             " DAgger, supervised by the true errors of the estimates. ppo: policy gradient.",
             show_default="cma for weighting, else ppo",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of the training; the worlds follow from it.")] = 0,
+    seed: Annotated[int, Option(help="Of the training; the worlds follow from it.")] = 0,
     out: Annotated[
         Path | None,
-        typer.Option(
+        Option(
             parser=path,
             help="Folder of policy, checkpoint and curves.",
             show_default="runs/train-<layer>-<algorithm>",
         ),
     ] = None,
     workers: Annotated[
-        int, typer.Option(help="Processes to run worlds in; for ppo, threads of torch.")
+        int, Option(help="Processes to run worlds in; for ppo, threads of torch.")
     ] = 2,
     budget: Annotated[
         int | None,
-        typer.Option(
+        Option(
             help="How long: generations (cma), rounds (imitation) or robot steps (ppo).",
             show_default=_listed(BUDGET),
         ),
     ] = None,
     every: Annotated[
         int | None,
-        typer.Option(
+        Option(
             help="Evaluate on held-back seeds so often: generations, rounds or steps.",
             show_default=_listed(EVERY),
         ),
     ] = None,
     worlds: Annotated[
         int | None,
-        typer.Option(
+        Option(
             help="Parallel worlds: for each candidate in each scenario (cma), or of the"
             " smallest swarm (imitation, ppo).",
             show_default=_listed(WORLDS),
         ),
     ] = None,
     held_back: Annotated[
-        int, typer.Option(help="Held-back seeds of an evaluation, in each scenario.")
+        int, Option(help="Held-back seeds of an evaluation, in each scenario.")
     ] = 10,
     population: Annotated[
         int | None,
-        typer.Option(
+        Option(
             help="Candidates of a generation (cma).", show_default="4 + 3 ln(number of weights)"
         ),
     ] = None,
     controller: Annotated[
         str | None,
-        typer.Option(
+        Option(
             help="Controller of the other layers; parameters as in `evaluate`. If its own layer"
             " is a learned one, cma and imitation start from that.",
             show_default="weighting: dsgiff-frequent, motion: ssgiff, both: dsgiff-penalised",
         ),
     ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
-    ] = None,
-    physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "rigid",
+    settings: EverySettingsOption = None,
+    physics: Annotated[str, Option(help="Engine: rigid or kinematic.")] = "rigid",
     device: Annotated[
-        str, typer.Option(help="cpu, or cuda for worlds, and for ppo the learner, on a GPU.")
+        str, Option(help="cpu, or cuda for worlds, and for ppo the learner, on a GPU.")
     ] = "cpu",
     backend: BackendOption = "joblib",
     address: AddressOption = None,

@@ -147,10 +147,7 @@ class SwarmVecEnv(VecEnv):
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(
-        self,
-        attr_name: str,
-        value: object,
-        indices: int | Iterable[int] | None = None,
+        self, attr_name: str, value: object, indices: int | Iterable[int] | None = None
     ) -> None:
         """Refuse: what the worlds are was fixed when they were made."""
         raise ConfigError(
@@ -170,9 +167,7 @@ class SwarmVecEnv(VecEnv):
         return [result for _ in self._get_indices(indices)]
 
     def env_is_wrapped(
-        self,
-        wrapper_class: type,
-        indices: int | Iterable[int] | None = None,
+        self, wrapper_class: type, indices: int | Iterable[int] | None = None
     ) -> list[bool]:
         """Return False for each environment: none is wrapped individually."""
         return [False for _ in self._get_indices(indices)]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from rich.console import Console
+from typer import Argument, Option
 
 from baselines.evaluation.common_options import (
     AddressOption,
@@ -30,19 +31,19 @@ def evaluate(  # noqa: PLR0913 the options of a command
     scenario: ScenarioArgument,
     controllers: Annotated[
         list[str],
-        typer.Argument(
+        Argument(
             help="Names, with parameters if need be: ssgiff:beta=0.02,refractory=10; or layers:"
             " social_odometry+sgiff+subsumption",
             autocompletion=controller_names,
         ),
     ],
-    episodes: Annotated[int, typer.Option(help="Episodes for each controller.")] = 30,
+    episodes: Annotated[int, Option(help="Episodes for each controller.")] = 30,
     seed: FirstSeedOption = 0,
     workers: WorkersOption = 2,
     threads: ThreadsOption = 1,
     out: Annotated[
         str | None,
-        typer.Option(
+        Option(
             metavar="PATH",
             help="Folder of the dataset (Parquet), or an address: s3://bucket/x.",
             show_default="runs/<scenario>",
@@ -51,20 +52,20 @@ def evaluate(  # noqa: PLR0913 the options of a command
     settings: SettingsOption = None,
     physics: PhysicsOption = None,
     form: Annotated[
-        Literal["table", "json", "csv"], typer.Option("--format", help="How to write the result.")
+        Literal["table", "json", "csv"], Option("--format", help="How to write the result.")
     ] = "table",
     series: Annotated[
-        bool, typer.Option("--series", help="In JSON, tell what is known over time as well.")
+        bool, Option("--series", help="In JSON, tell what is known over time as well.")
     ] = False,
     trajectories: Annotated[
         bool,
-        typer.Option(
+        Option(
             "--trajectories",
             help="Keep where every robot was in every tick, in the folder OUT-trajectories.",
         ),
     ] = False,
     plot: Annotated[
-        Path | None, typer.Option(parser=path, help="Draw the scores to a .png, .pdf or .svg file.")
+        Path | None, Option(parser=path, help="Draw the scores to a .png, .pdf or .svg file.")
     ] = None,
     backend: BackendOption = "joblib",
     address: AddressOption = None,

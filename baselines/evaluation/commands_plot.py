@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-import typer
+from typer import Argument, Option
 
 from baselines.evaluation.common_options import completion_of, path
 from baselines.evaluation.console import say
@@ -20,7 +20,7 @@ PageStyleName = Literal["screen", "paper"]  # the page styles of figures
 def plot(  # noqa: PLR0913 the options of a command
     kind: Annotated[
         str,
-        typer.Argument(
+        Argument(
             metavar="KIND",
             help="What to draw: one of the above.",
             autocompletion=completion_of(FIGURE_NAMES),
@@ -28,7 +28,7 @@ def plot(  # noqa: PLR0913 the options of a command
     ],
     sources: Annotated[
         list[str],
-        typer.Argument(
+        Argument(
             metavar="DATASET",
             help="Folders that evaluate or reproduce has written; cards for learning,"
             " controllers for weights.",
@@ -36,17 +36,17 @@ def plot(  # noqa: PLR0913 the options of a command
     ],
     out: Annotated[
         list[Path],
-        typer.Option(
+        Option(
             parser=path, metavar="FILE", help="A .png, .pdf or .svg file; several, if repeated."
         ),
     ],
     scenarios: Annotated[
         list[str] | None,
-        typer.Option("--scenario", metavar="NAME", help="Only this one; may be repeated."),
+        Option("--scenario", metavar="NAME", help="Only this one; may be repeated."),
     ] = None,
     controllers: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             "--controller",
             metavar="NAME",
             help="Only this one: ssgiff, or ssgiff:beta=0.01; may be repeated.",
@@ -54,30 +54,25 @@ def plot(  # noqa: PLR0913 the options of a command
     ] = None,
     metric: Annotated[
         str | None,
-        typer.Option(
+        Option(
             help="Of boxplot, curve and table: messages, on_path_share, ...",
             show_default="the score",
         ),
     ] = None,
     x: Annotated[
         str | None,
-        typer.Option(
+        Option(
             metavar="NAME",
             help="Of curve: beta, task.n_robots, ...",
             show_default="the one number that varies",
         ),
     ] = None,
-    seed: Annotated[
-        int | None, typer.Option(min=0, help="Of paths.", show_default="the first")
-    ] = None,
+    seed: Annotated[int | None, Option(min=0, help="Of paths.", show_default="the first")] = None,
     style: Annotated[
-        PageStyleName, typer.Option(help="As broad as a page, or as a column of a paper.")
+        PageStyleName, Option(help="As broad as a page, or as a column of a paper.")
     ] = "screen",
     caption: Annotated[
-        bool,
-        typer.Option(
-            "--caption", help="Draw the caption, with command and code, below the panels."
-        ),
+        bool, Option("--caption", help="Draw the caption, with command and code, below the panels.")
     ] = False,
 ) -> None:
     """Draw a figure of episodes that have been evaluated.

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
 from baselines.evaluation.common_options import (
     PhysicsOption,
@@ -18,42 +18,38 @@ def watch(  # noqa: PLR0913 the options of a command
     scenario: ScenarioArgument,
     controllers: Annotated[
         list[str],
-        typer.Argument(
+        Argument(
             metavar="CONTROLLER",
             help="A name, with parameters if need be: ssgiff:beta=0.02; of two, --html shows both"
             " side by side.",
             autocompletion=controller_names,
         ),
     ],
-    seed: Annotated[int, typer.Option(help="Seed of the world.")] = 0,
+    seed: Annotated[int, Option(help="Seed of the world.")] = 0,
     settings: SettingsOption = None,
     physics: PhysicsOption = None,
     speed: Annotated[
-        float | None,
-        typer.Option(help="Multiple of real time.", show_default="10; 1 with --drive"),
+        float | None, Option(help="Multiple of real time.", show_default="10; 1 with --drive")
     ] = None,
     select: Annotated[
-        int | None, typer.Option(help="Draw what this robot believes; they count from 0.")
+        int | None, Option(help="Draw what this robot believes; they count from 0.")
     ] = None,
-    start: Annotated[float, typer.Option(help="Show from this time of the episode on [s].")] = 0.0,
+    start: Annotated[float, Option(help="Show from this time of the episode on [s].")] = 0.0,
     seconds: Annotated[
-        float | None,
-        typer.Option(help="Show so much of the episode [s].", show_default="to its end"),
+        float | None, Option(help="Show so much of the episode [s].", show_default="to its end")
     ] = None,
     drive: Annotated[
-        int | None,
-        typer.Option(help="Drive this robot yourself: hold the arrow keys in the window."),
+        int | None, Option(help="Drive this robot yourself: hold the arrow keys in the window.")
     ] = None,
-    size: Annotated[int, typer.Option(help="Width of the picture [px].")] = 720,
+    size: Annotated[int, Option(help="Width of the picture [px].")] = 720,
     video: Annotated[
-        Path | None, typer.Option(parser=path, help="Write a video: an .mp4, or a looping .gif.")
+        Path | None, Option(parser=path, help="Write a video: an .mp4, or a looping .gif.")
     ] = None,
     html: Annotated[
-        Path | None,
-        typer.Option(parser=path, help="Write a replay for the browser: an .html file."),
+        Path | None, Option(parser=path, help="Write a replay for the browser: an .html file.")
     ] = None,
     frame: Annotated[
-        Path | None, typer.Option(parser=path, help="Write the last moment shown: a .png file.")
+        Path | None, Option(parser=path, help="Write the last moment shown: a .png file.")
     ] = None,
 ) -> None:
     """Watch one episode.

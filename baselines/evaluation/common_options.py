@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
+from typer import Argument, Option
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
@@ -47,29 +48,29 @@ def any_name(incomplete: str) -> Iterator[str]:
 
 ScenarioArgument = Annotated[
     str,
-    typer.Argument(
+    Argument(
         help="A name (see `swarm-forage list`) or a .toml file.", autocompletion=scenario_names
     ),
 ]
 
-FirstSeedOption = Annotated[
-    int, typer.Option(help="Seed of the first; the others count up from it.")
-]
+FirstSeedOption = Annotated[int, Option(help="Seed of the first; the others count up from it.")]
 
-WorkersOption = Annotated[int, typer.Option(help="Processes to run them in.")]
+WorkersOption = Annotated[int, Option(help="Processes to run them in.")]
 
-ThreadsOption = Annotated[
-    int, typer.Option(help="Threads that the worlds of a process are spread over.")
-]
+ThreadsOption = Annotated[int, Option(help="Threads that the worlds of a process are spread over.")]
 
 SettingsOption = Annotated[
+    list[str] | None, Option("--set", metavar="NAME=VALUE", help="Change a number of the scenario.")
+]
+
+EverySettingsOption = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="Change a number of the scenario."),
+    Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
 ]
 
 PhysicsOption = Annotated[
     str | None,
-    typer.Option(help="Engine: rigid or kinematic.", show_default="rigid; kinematic for waypoints"),
+    Option(help="Engine: rigid or kinematic.", show_default="rigid; kinematic for waypoints"),
 ]
 
 
@@ -88,12 +89,12 @@ def path(text: str | Path) -> Path:
 
 BackendOption = Annotated[
     Literal["joblib", "ray"],
-    typer.Option("--backend", help="joblib: processes of this machine. ray: those of a cluster."),
+    Option("--backend", help="joblib: processes of this machine. ray: those of a cluster."),
 ]
 
 AddressOption = Annotated[
     str | None,
-    typer.Option(
+    Option(
         "--address",
         metavar="HOST:PORT",
         help="A running Ray cluster; auto: the one of this machine.",

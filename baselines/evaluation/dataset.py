@@ -195,12 +195,7 @@ def _columns(episode: Any, configuration: ExperimentConfig) -> dict[str, Any]:  
     return columns | {"configuration": configuration.key}
 
 
-def episode_of(
-    row: dict[str, Any],
-    kind: EpisodeKind,
-    scenario: str,
-    controller: str,
-) -> Any:  # noqa: ANN401 of its task
+def episode_of(row: dict[str, Any], kind: EpisodeKind, scenario: str, controller: str) -> Any:  # noqa: ANN401 of its task
     """Make the episode that a row of a dataset file holds."""
     numbers = {name: row[name] for name in kind.episode.__dataclass_fields__ if name in row}
     numbers |= {name: tuple(row[name]) for name in kind.series if name in row}

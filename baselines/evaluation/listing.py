@@ -12,12 +12,7 @@ from rich.text import Text
 
 from baselines.controller import LayeredController
 from baselines.evaluation.experiment_config import find_layered_controller
-from baselines.evaluation.scores import (
-    EPISODES,
-    Score,
-    score_of_controller,
-    score_of_scenario,
-)
+from baselines.evaluation.scores import EPISODES, Score, score_of_controller, score_of_scenario
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.parameters import Part, leaves
 from swarm_forage_env.physics import ENGINES

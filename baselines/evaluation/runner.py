@@ -97,11 +97,7 @@ class Plan:
             for seeds in _cut(todo, min(share, threads * self._room(key)))
         ]
 
-    def run(
-        self,
-        backend: Backend,
-        tell: Callable[[str], None] = lambda _: None,
-    ) -> Iterator[int]:
+    def run(self, backend: Backend, tell: Callable[[str], None] = lambda _: None) -> Iterator[int]:
         """Run the missing episodes; yield after each block that is kept how many it holds.
 
         Those found are kept anew where they were asked for by another name, as figures show it.

@@ -5,11 +5,13 @@ from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
+from typer import Argument, Option
 
 from baselines.evaluation.commands_plot import PageStyleName
 from baselines.evaluation.common_options import (
     AddressOption,
     BackendOption,
+    EverySettingsOption,
     FirstSeedOption,
     PhysicsOption,
     ThreadsOption,
@@ -28,44 +30,39 @@ PAPER_NAMES = "social-odometry", "ants2008", "adaptive-boids", "boids-foraging",
 
 def reproduce(  # noqa: PLR0913 the options of a command
     paper: Annotated[
-        str,
-        typer.Argument(help="One of the above.", autocompletion=completion_of(PAPER_NAMES)),
+        str, Argument(help="One of the above.", autocompletion=completion_of(PAPER_NAMES))
     ],
     quick: Annotated[
-        bool, typer.Option("--quick", help=f"{QUICK_EPISODES} replications, less exact.")
+        bool, Option("--quick", help=f"{QUICK_EPISODES} replications, less exact.")
     ] = False,
     episodes: Annotated[
-        int | None,
-        typer.Option(help="Replications of each experiment.", show_default="as in the paper"),
+        int | None, Option(help="Replications of each experiment.", show_default="as in the paper")
     ] = None,
     seed: FirstSeedOption = 0,
     workers: WorkersOption = 2,
     threads: ThreadsOption = 1,
     out: Annotated[
         Path | None,
-        typer.Option(
+        Option(
             parser=path,
             help="Folder of dataset, figures, claims and page.",
             show_default="runs/reproduce-<paper>",
         ),
     ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="Change a number of every scenario."),
-    ] = None,
+    settings: EverySettingsOption = None,
     physics: PhysicsOption = None,
     page: Annotated[
         Path | None,
-        typer.Option(
+        Option(
             parser=path, help="Write the page here, its figures beside it.", show_default="in --out"
         ),
     ] = None,
     style: Annotated[
         PageStyleName,
-        typer.Option(help="Figures as broad as a page, or as a paper's column, then as PDF too."),
+        Option(help="Figures as broad as a page, or as a paper's column, then as PDF too."),
     ] = "screen",
     form: Annotated[
-        Literal["table", "json"], typer.Option("--format", help="How to write the claims.")
+        Literal["table", "json"], Option("--format", help="How to write the claims.")
     ] = "table",
     backend: BackendOption = "joblib",
     address: AddressOption = None,

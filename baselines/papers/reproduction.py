@@ -98,10 +98,7 @@ class Reproduction:
         return self.paper.judge(self.results)
 
     def write(
-        self,
-        claim_results: Sequence[ClaimResult],
-        page: Path | None = None,
-        style: str = "screen",
+        self, claim_results: Sequence[ClaimResult], page: Path | None = None, style: str = "screen"
     ) -> list[Path]:
         """Write claims, figures and page; return the files of claims and page."""
         page = page or self.folder / f"{self.paper.page}.md"

@@ -21,6 +21,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.table import Table
+from typer import Option
 
 from baselines.cli import run, stoppable
 from baselines.controllers import SINGLE, SUBSUMPTION
@@ -165,16 +166,15 @@ def best_set(address: str, runner: Runner, trials: int, seed: int) -> dict[str, 
 @app.command()
 @stoppable()
 def command(  # noqa: PLR0913 the options of a command
-    trials: Annotated[int, typer.Option(min=0, help="Sets in all, those tried included.")] = 300,
-    report: Annotated[int, typer.Option(min=0, help="Other worlds to judge the best set in.")] = 0,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
-    physics: Annotated[str, typer.Option(help="Engine: rigid or kinematic.")] = "kinematic",
-    workers: Annotated[int, typer.Option(min=1, help="Processes to run episodes in.")] = 2,
+    trials: Annotated[int, Option(min=0, help="Sets in all, those tried included.")] = 300,
+    report: Annotated[int, Option(min=0, help="Other worlds to judge the best set in.")] = 0,
+    seed: Annotated[int, Option(min=0, help="Seed of the search.")] = 0,
+    physics: Annotated[str, Option(help="Engine: rigid or kinematic.")] = "kinematic",
+    workers: Annotated[int, Option(min=1, help="Processes to run episodes in.")] = 2,
     settings: SettingsOption = None,
-    out: Annotated[Path, typer.Option(parser=path, help="Folder of the episodes.")] = OUT,
+    out: Annotated[Path, Option(parser=path, help="Folder of the episodes.")] = OUT,
     storage: Annotated[
-        str,
-        typer.Option(metavar="URL", help="Database of trials.", show_default="a file in --out"),
+        str, Option(metavar="URL", help="Database of trials.", show_default="a file in --out")
     ] = "",
 ) -> None:
     """Search one set of open parameters for es1, es2 and es3; the same command goes on later.

@@ -21,12 +21,7 @@ from training.ladder.algorithms import Algorithm
 from training.ladder.play import Act, Watch, robot_steps_of_a_decision
 from training.ladder.rungs import Rung
 
-SILENT = {
-    "evaluation": False,
-    "render": False,
-    "create_json": False,
-    "loggers": [],
-}
+SILENT = {"evaluation": False, "render": False, "create_json": False, "loggers": []}
 """Settings of an experiment that another one watches over."""
 
 
@@ -93,9 +88,7 @@ class _Watcher(Callback):  # type: ignore[misc]
         if self._watch.due(robot_steps):
             policy = experiment.policy
             self._watch.evaluate(
-                robot_steps,
-                _acting(policy, group),
-                lambda: _acting(copy.deepcopy(policy), group),
+                robot_steps, _acting(policy, group), lambda: _acting(copy.deepcopy(policy), group)
             )
         if robot_steps >= self._watch.robot_steps:
             raise _Trained

@@ -7,14 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from typer import Option
 
 from baselines.cli import ListedFormat, stoppable
-from baselines.evaluation.common_options import (
-    AddressOption,
-    BackendOption,
-    find_backend,
-    path,
-)
+from baselines.evaluation.common_options import AddressOption, BackendOption, find_backend, path
 
 if TYPE_CHECKING:
     from training.ladder.rungs import Rung
@@ -27,8 +23,7 @@ benchmark = typer.Typer(
 )
 
 Rungs = Annotated[
-    list[str] | None,
-    typer.Option("--rung", metavar="NAME", help="Only this one; may be repeated."),
+    list[str] | None, Option("--rung", metavar="NAME", help="Only this one; may be repeated.")
 ]
 
 
@@ -57,12 +52,10 @@ def list_cards(form: ListedFormat = "table") -> None:
 def cards(
     rungs: Rungs = None,
     missing: Annotated[
-        bool, typer.Option("--missing", help="Only rungs whose cards have no scores yet.")
+        bool, Option("--missing", help="Only rungs whose cards have no scores yet.")
     ] = False,
-    workers: Annotated[int, typer.Option(min=1, help="Processes to run episodes in.")] = 2,
-    out: Annotated[Path, typer.Option(parser=path, help="Folder of the episodes.")] = Path(
-        "runs/cards"
-    ),
+    workers: Annotated[int, Option(min=1, help="Processes to run episodes in.")] = 2,
+    out: Annotated[Path, Option(parser=path, help="Folder of the episodes.")] = Path("runs/cards"),
     backend: BackendOption = "joblib",
     address: AddressOption = None,
 ) -> None:
@@ -83,22 +76,17 @@ def ladder(  # noqa: PLR0913 the options of a command
     rungs: Rungs = None,
     algorithms: Annotated[
         list[str] | None,
-        typer.Option("--algorithm", metavar="NAME", help="Only this one; may be repeated."),
+        Option("--algorithm", metavar="NAME", help="Only this one; may be repeated."),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=0, help="Trainings of each; 0: none anew.")] = 5,
+    seeds: Annotated[int, Option(min=0, help="Trainings of each; 0: none anew.")] = 5,
     budget: Annotated[
-        int | None,
-        typer.Option(min=1, help="Robot-steps of a training.", show_default="the rung's"),
+        int | None, Option(min=1, help="Robot-steps of a training.", show_default="the rung's")
     ] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes to train in.")] = 2,
-    out: Annotated[Path, typer.Option(parser=path, help="Folder of the runs.")] = Path(
-        "runs/ladder"
-    ),
+    workers: Annotated[int, Option(min=1, help="Processes to train in.")] = 2,
+    out: Annotated[Path, Option(parser=path, help="Folder of the runs.")] = Path("runs/ladder"),
     page: Annotated[
         Path | None,
-        typer.Option(
-            parser=path, help="Write a page of all runs (.md), with its figures beside it."
-        ),
+        Option(parser=path, help="Write a page of all runs (.md), with its figures beside it."),
     ] = None,
     backend: BackendOption = "joblib",
     address: AddressOption = None,

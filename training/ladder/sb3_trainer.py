@@ -23,12 +23,7 @@ def train(rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
     keywords = {**rung.keywords, **algorithm.keywords}
     env = SwarmVecEnv(n_worlds=algorithm.worlds, seed=seed, stagger=True, **keywords)
     model = PPO(
-        "MlpPolicy",
-        env,
-        gamma=keywords["discount"],
-        seed=seed,
-        device="cpu",
-        **algorithm.settings,
+        "MlpPolicy", env, gamma=keywords["discount"], seed=seed, device="cpu", **algorithm.settings
     )
     while env.env.robot_steps < watch.robot_steps:
         model.learn(1, reset_num_timesteps=False)  # one rollout, and the updates of it

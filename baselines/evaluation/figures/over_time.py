@@ -5,12 +5,7 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
-from baselines.evaluation.figures.base import (
-    FIGURES,
-    SELECTION,
-    PlotOptions,
-    by_setup,
-)
+from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions, by_setup
 from baselines.evaluation.line_plots import (
     BANDS,
     Curve,
@@ -44,11 +39,7 @@ class ShareOverTime:
 
 
 FIGURES.register("on-path")(
-    ShareOverTime(
-        "Robots that know both areas.",
-        "robots on the path [%]",
-        path_over_time,
-    )
+    ShareOverTime("Robots that know both areas.", "robots on the path [%]", path_over_time)
 )
 FIGURES.register("recruitment")(
     ShareOverTime(

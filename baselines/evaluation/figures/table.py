@@ -6,13 +6,7 @@ import logging
 from matplotlib.figure import Figure
 
 from baselines.evaluation.dataset_reader import EpisodeGroup
-from baselines.evaluation.figures.base import (
-    FIGURES,
-    SELECTION,
-    PlotOptions,
-    by_setup,
-    sample,
-)
+from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions, by_setup, sample
 from baselines.evaluation.heat_maps import table_panels
 from baselines.evaluation.statistics import Estimate, mean_interval
 from swarm_forage_env.errors import ConfigError
