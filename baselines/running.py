@@ -42,18 +42,14 @@ class Squad:
     members: Members
     minds: Array
     """The minds of their team, with their own memory of the motion."""
-
     settings: Array
     functions: Mapping[str, Kernel]
     """What the templates of a tick have free names for."""
-
     motion: MotionLayer
     weigh: Any
     """Their weighting, if it is written in NumPy."""
-
     steer: Any
     """Their motion, if it is written in NumPy."""
-
     is_last: bool
     """No other robots of their team are decided after them."""
 

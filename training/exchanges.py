@@ -142,7 +142,6 @@ class RecordingWeighting:
     architecture: WeightingNetwork = ENCOUNTER_NETWORK
     recorded: list[Exchanges] = field(default_factory=list)
     """The exchanges so far, in the order of the ticks in which they ended."""
-
     heard_p_share: ClassVar[float] = 1.0
 
     @property

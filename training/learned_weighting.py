@@ -173,7 +173,6 @@ class LearnedWeighting(Part):
         "weighting",
         description="The network: a bundled policy, or a file as runs/x/best.safetensors",
     )
-
     architecture: ClassVar[WeightingNetwork] = ENCOUNTER_NETWORK
 
     @property

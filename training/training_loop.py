@@ -112,7 +112,6 @@ class Training(ABC):
 
     packages: ClassVar[tuple[str, ...]] = ("torch",)
     """Those, beside the usual ones, whose versions stand on the card."""
-
     _best: Weights
     """Weights with the best score on the held-back seeds so far, named as in a policy file."""
 

@@ -63,7 +63,6 @@ class ExperimentConfig:
 
     label: str
     """The controller as it was asked for."""
-
     scenario: Any
     """Of any task."""
     controller: LayeredController

@@ -27,7 +27,6 @@ class PageStyle:
 
     width: float
     """Of the figure [inch]."""
-
     scale: float
     """Of letters, lines and panels, against those of the style `screen`."""
 
@@ -72,16 +71,12 @@ class Caption:
 
     text: str = ""
     """What is shown, and how."""
-
     note: str = ""
     """How many episodes stand behind it."""
-
     command: str = ""
     """The command line that draws the figure again."""
-
     code: tuple[str, ...] = ()
     """Of the code that ran the episodes."""
-
     n: int = 0
     """Episodes behind each mean or box, the most; 0: not told."""
 

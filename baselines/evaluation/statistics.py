@@ -51,10 +51,8 @@ class Comparison:
 
     difference: Estimate
     """Mean of the differences, seed by seed."""
-
     ratio: Estimate | None
     """Ratio of the means."""
-
     p: float | None
     """Two-sided p of the Mann-Whitney U test."""
 

@@ -24,10 +24,8 @@ class FittingTable:
 
     head: str
     """Heading of the names."""
-
     names: Sequence[str]
     """What each row is of."""
-
     columns: Mapping[str, Sequence[Text]]
     """Cells of each column by its heading, a cell for each name."""
 

@@ -59,10 +59,8 @@ class Measure:
 
     field: str
     """Of the episode."""
-
     column: str
     """Of the published values."""
-
     words: str
     axis: str
     factor: float = 1.0
@@ -248,7 +246,6 @@ class OverDensity:
 
     number: int
     """Of the figure in the paper."""
-
     setting: str
     measure: Measure
     reading: ClassVar[str] = ""

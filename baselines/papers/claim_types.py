@@ -46,15 +46,12 @@ class ClaimResult:
     claim: str
     published: float | str
     """The number of the paper, or the range or order it states."""
-
     ours: float | None
     """None where nothing can be said: a ratio to zero."""
-
     low: float | None
     """Ends of the 95 % interval; None where all values are equal, or there is one only."""
     high: float | None
     reproduced: bool
-
     p: float | None = None
     """Of a comparison: its Mann-Whitney p, the largest one of several."""
 

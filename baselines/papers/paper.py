@@ -19,19 +19,14 @@ class Paper:
 
     name: str
     """On the command line."""
-
     page: str
     """Name of its page, without ending."""
-
     claims: tuple[Claim, ...]
     figures: tuple[PaperFigure, ...]
-
     replications: int
     """Of each experiment, in the paper."""
-
     left_open: Mapping[str, str]
     """Whose docstring says what the paper leaves open, by heading."""
-
     table: Callable[[Results], str] = lambda results: ""
     """A table of its page, in Markdown, for a page that has one."""
 
