@@ -21,14 +21,16 @@ Layers = tuple[EstimatorLayer, WeightingLayer, MotionLayer]
 
 LAYERS = ("estimator", "weighting", "motion")
 
-Crew = Sequence[Sequence[Any]]
+RobotLayers = Sequence[Sequence[Any]]
 """The layers of every robot of every world, None for a robot of another estimator. Robots of one
 controller have the same object."""
 
 Members = Bool[Array, " robots"]  # which robots of a world are meant
 
 
-def settings_of(crew: Crew, parts: Sequence[str], members: Members, is_last: bool = False) -> Array:
+def settings_of(
+    robot_layers: RobotLayers, parts: Sequence[str], members: Members, is_last: bool = False
+) -> Array:
     """A record for each robot of each world: is it a member, and the numbers of these layers.
 
     Of a robot that is none only the estimator's numbers are written. `is_last` tells that no
@@ -36,17 +38,17 @@ def settings_of(crew: Crew, parts: Sequence[str], members: Members, is_last: boo
 
     Robots that all have the same numbers share one column.
     """
-    n_worlds, n_robots = len(crew), len(members)
-    some = crew[0][int(np.argmax(members))]
+    n_worlds, n_robots = len(robot_layers), len(members)
+    some = robot_layers[0][int(np.argmax(members))]
     kinds = [(part, numbers_record(**numbers)) for part, numbers in _numbers_of(some, parts)]
     dtype = record_dtype([("is_member", np.bool_), ("is_last", np.bool_), *kinds])
-    different = list({id(row): row for row in crew}.values())
+    different = list({id(row): row for row in robot_layers}.values())
     is_shared = all(layers is row[0] for row in different for layers in row)
     n_columns = 1 if is_shared else n_robots
     settings = np.zeros((n_worlds, n_columns), dtype)
     settings["is_member"], settings["is_last"] = members[:n_columns], is_last
-    for first, last in consecutive(range(n_worlds), crew):
-        _write(settings[first:last], crew[first][:n_columns], parts, members[:n_columns])
+    for first, last in consecutive(range(n_worlds), robot_layers):
+        _write(settings[first:last], robot_layers[first][:n_columns], parts, members[:n_columns])
     return settings
 
 
@@ -66,24 +68,24 @@ def _numbers_of(layers: Layers, parts: Sequence[str]) -> Iterator[tuple[str, Ker
     return ((part, numbers) for part, numbers in zip(LAYERS, every, strict=True) if part in parts)
 
 
-def crew_of(controllers: Sequence[Sequence[Any]], scenarios: Sequence[Any]) -> Crew:
+def layers_by_robot(controllers: Sequence[Sequence[Any]], scenarios: Sequence[Any]) -> RobotLayers:
     """The layers of every robot, made once for each controller in each scenario.
 
     Worlds of the same controllers and scenario share one row.
     """
     made: dict[tuple[int, ...], Sequence[Any]] = {}
-    crew = []
+    robot_layers = []
     for row, scenario in zip(controllers, scenarios, strict=True):
         key = id(scenario), *map(id, row)
         if key not in made:
             different = {id(each): each for each in row if each is not None}
             layers = {each: layers_of(own, scenario) for each, own in different.items()}
             made[key] = [layers.get(id(each)) for each in row]
-        crew.append(made[key])
-    return crew
+        robot_layers.append(made[key])
+    return robot_layers
 
 
-def squads_of(controllers: Sequence[Any], layers: Sequence[Any]) -> list[Members]:
+def groups_of(controllers: Sequence[Any], layers: Sequence[Any]) -> list[Members]:
     """Which robots of a world have layers of the same functions."""
     compositions: dict[int, list[Any]] = {}
     for controller, own in zip(controllers, layers, strict=True):
@@ -99,12 +101,14 @@ def squads_of(controllers: Sequence[Any], layers: Sequence[Any]) -> list[Members
     ]
 
 
-def check_alike(controllers: Sequence[Sequence[Any]], crew: Crew) -> None:
+def check_alike(controllers: Sequence[Sequence[Any]], robot_layers: RobotLayers) -> None:
     """ConfigError if the controllers of a robot differ from world to world but in numbers."""
     checked = set()
-    different = {id(layers): (row, layers) for row, layers in zip(controllers, crew, strict=True)}
+    different = {
+        id(layers): (row, layers) for row, layers in zip(controllers, robot_layers, strict=True)
+    }
     for row, layers in different.values():
-        for one, other, mine, his in zip(controllers[0], row, crew[0], layers, strict=True):
+        for one, other, mine, his in zip(controllers[0], row, robot_layers[0], layers, strict=True):
             if (id(mine), id(his)) in checked or mine is None:
                 continue
             checked.add((id(mine), id(his)))
@@ -117,11 +121,11 @@ def check_alike(controllers: Sequence[Sequence[Any]], crew: Crew) -> None:
                     )
 
 
-def check_on_gpu(name: str, estimator: EstimatorLayer, has_rules: bool, n_squads: int) -> None:
+def check_on_gpu(name: str, estimator: EstimatorLayer, has_rules: bool, n_groups: int) -> None:
     """ConfigError for a controller that runs on a CPU only, with the reason."""
     reasons = {
         "a layer of it is a rule in NumPy": has_rules,
-        "its robots have several compositions": n_squads > 1,
+        "its robots have several compositions": n_groups > 1,
         "its estimator keeps something of each pair of robots": estimator.shared is not None,
         "its estimator takes in with a template of its own": estimator.observe
         not in (observe_world, nothing),

@@ -1,8 +1,8 @@
 """The running controller: the layers of all robots of a block of worlds, compiled together.
 
 Robots whose estimators have the same functions are a team: they understand each other's messages.
-Those of a team whose weighting and motion have the same functions too are a squad: one kernel
-decides for them. All robots of one controller are a team of one squad.
+Those of a team whose weighting and motion have the same functions too are a group: one kernel
+decides for them. All robots of one controller are a team of one group.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,15 +15,15 @@ import numpy as np
 
 from baselines.composition import (
     LAYERS,
-    Crew,
     Members,
+    RobotLayers,
     check_alike,
     check_on_gpu,
-    crew_of,
+    groups_of,
     is_numpy_motion,
+    layers_by_robot,
     set_stream,
     settings_of,
-    squads_of,
 )
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, typed_once
@@ -36,7 +36,7 @@ from swarm_forage_env.ticks import only, run_ticks
 
 
 @dataclass
-class Squad:
+class CompositionGroup:
     """Robots whose layers have the same functions."""
 
     members: Members
@@ -75,7 +75,7 @@ class Squad:
             self.steer.reset(world, seed)
 
     def act(self, action: Array, layer: str, name: str, given: Float32[Array, "rows n"]) -> None:
-        """Write what a rule gives for the squad, where no learner acts."""
+        """Write what a rule gives for the group, where no learner acts."""
         own = (action[layer] == KEEP) | (action[layer] == RULE)
         own &= self.members
         action[layer][own] = RULE
@@ -95,44 +95,44 @@ class RunningLayers:
     def __init__(
         self, world: World, seeds: Sequence[int], controllers: Sequence[Sequence[Any]]
     ) -> None:
-        """Put the layers of every robot together: worlds by robots, None for one of another team.
+        """Compile the layers. `controllers[world][robot]` is None for robots of other teams.
 
         A robot's controller differs from world to world in its numbers only.
         """
         self._world, self._task = world, task_of(world.scenario)
         self._controllers = controllers
-        crew = crew_of(controllers, world.scenarios)
-        check_alike(controllers, crew)
-        squads = squads_of(controllers[0], crew[0])
-        leader = int(np.argmax(squads[0]))
-        self.estimator, self.weighting, self.motion = crew[0][leader]
-        self._first_crew = crew[0]
-        self._allocate(crew[0])
-        team: Members = np.any(squads, axis=0)
-        self._settings = settings_of(crew, ("estimator",), team)
-        self._squads = [
-            self._squad(controllers[0], crew, members, members is squads[-1], seeds)
-            for members in squads
+        robot_layers = layers_by_robot(controllers, world.scenarios)
+        check_alike(controllers, robot_layers)
+        groups = groups_of(controllers[0], robot_layers[0])
+        leader = int(np.argmax(groups[0]))
+        self.estimator, self.weighting, self.motion = robot_layers[0][leader]
+        self._first_layers = robot_layers[0]
+        self._allocate(robot_layers[0])
+        team: Members = np.any(groups, axis=0)
+        self._settings = settings_of(robot_layers, ("estimator",), team)
+        self._groups = [
+            self._group(controllers[0], robot_layers, members, members is groups[-1], seeds)
+            for members in groups
         ]
 
     @property
     def has_rules(self) -> bool:
         """A layer is a rule in NumPy, which is asked about all worlds at once."""
-        return any(squad.steer is not None or squad.weigh is not None for squad in self._squads)
+        return any(group.steer is not None or group.weigh is not None for group in self._groups)
 
     @property
     def compiled(self) -> CompiledLayers | None:
-        """All that it does between two cuts, for one call; None for robots of several squads."""
-        if len(self._squads) > 1:
+        """All that it does between two cuts, for one call; None for robots of several groups."""
+        if len(self._groups) > 1:
             return None
-        squad, n_robots = self._squads[0], self._world.n_robots
-        motion = squad.motion
+        group, n_robots = self._groups[0], self._world.n_robots
+        motion = group.motion
         firsts = (
             self.estimator.mind.array((1,), robots=n_robots),
             motion.memory.array((1,), robots=n_robots),
         )
-        arrays = self._estimators, squad.memories, self.shared, squad.settings
-        return CompiledLayers(squad.functions, arrays, firsts, int(motion.noise))
+        arrays = self._estimators, group.memories, self.shared, group.settings
+        return CompiledLayers(group.functions, arrays, firsts, int(motion.noise))
 
     @cached_property
     def _observe(self) -> Kernel:
@@ -142,7 +142,7 @@ class RunningLayers:
 
     def observe(self, first: int, last: int) -> None:
         """Take in what the worlds first .. last - 1 gave back."""
-        memories = self._squads[0].memories
+        memories = self._groups[0].memories
         arrays = self._estimators, memories, self.shared, self._settings
         world = self._world
         self._observe(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
@@ -150,14 +150,14 @@ class RunningLayers:
     def consult(self) -> None:
         """Ask the rules written in NumPy; where a learner acts already they are not heard."""
         action = self._world.robots["action"]
-        for squad in self._squads:
-            if squad.steer is not None:
-                wheels = squad.steer(*self._motion_inputs())
-                squad.act(action, "motion", self._task.commanded, wheels)
-            if squad.weigh is not None:
+        for group in self._groups:
+            if group.steer is not None:
+                wheels = group.steer(*self._motion_inputs())
+                group.act(action, "motion", self._task.commanded, wheels)
+            if group.weigh is not None:
                 exchange = copied_rows(self._estimators, ("exchange",))
                 if exchange.is_valid.any():
-                    squad.act(action, "weighting", "weight", squad.weigh(exchange))
+                    group.act(action, "weighting", "weight", group.weigh(exchange))
 
     def decide(self, first: int, last: int) -> None:
         """Write the next commands of the worlds first .. last - 1, and merge what was heard.
@@ -165,29 +165,32 @@ class RunningLayers:
         A command or a weight that is not finite is noted in the world.
         """
         world = self._world
-        for squad in self._squads:
-            arrays = self._estimators, squad.memories, self.shared, squad.settings
-            squad.decide(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
+        for group in self._groups:
+            arrays = self._estimators, group.memories, self.shared, group.settings
+            group.decide(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
 
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world, and draw from this seed from now on."""
         self.estimator.mind.restart(self._estimators[world])
         self.shared[world] = 0.0
-        for squad in self._squads:
-            squad.reset(world, seed)
+        for group in self._groups:
+            group.reset(world, seed)
 
     def numbers_in(self, world: int, scenario: Any) -> list[Array]:  # noqa: ANN401 of its task
-        """The numbers of one world's robots in another scenario: of the team, of each squad.
+        """The numbers of one world's robots in another scenario: of the team, of each group.
 
         ConfigError if a layer is not made for it.
         """
         own = self._controllers[world]
-        crew = crew_of([own], [scenario])
-        check_alike([self._controllers[0], own], [self._first_crew, crew[0]])
-        team: Members = np.any([squad.members for squad in self._squads], axis=0)
+        robot_layers = layers_by_robot([own], [scenario])
+        check_alike([self._controllers[0], own], [self._first_layers, robot_layers[0]])
+        team: Members = np.any([group.members for group in self._groups], axis=0)
         return [
-            settings_of(crew, ("estimator",), team),
-            *(settings_of(crew, LAYERS, each.members, each.is_last) for each in self._squads),
+            settings_of(robot_layers, ("estimator",), team),
+            *(
+                settings_of(robot_layers, LAYERS, each.members, each.is_last)
+                for each in self._groups
+            ),
         ]
 
     def renumber(self, world: int, numbers: Sequence[Array]) -> None:
@@ -201,7 +204,7 @@ class RunningLayers:
             "minds": self.minds.copy(),
             "shared": self.shared.copy(),
             "settings": [settings.copy() for settings in self._all_settings],
-            "motions": deepcopy([squad.steer for squad in self._squads]),
+            "motions": deepcopy([group.steer for group in self._groups]),
         }
 
     def restore(self, kept: Mapping[str, Any]) -> None:
@@ -209,13 +212,13 @@ class RunningLayers:
         self.minds[...], self.shared[...] = kept["minds"], kept["shared"]
         for settings, own in zip(self._all_settings, kept["settings"], strict=True):
             settings[...] = own
-        for squad, motion in zip(self._squads, deepcopy(kept["motions"]), strict=True):
-            squad.steer = motion
+        for group, motion in zip(self._groups, deepcopy(kept["motions"]), strict=True):
+            group.steer = motion
 
     def check_on_gpu(self) -> None:
         """ConfigError for layers that run on a CPU only."""
         name = self._controllers[0][0].name
-        check_on_gpu(name, self.estimator, self.has_rules, len(self._squads))
+        check_on_gpu(name, self.estimator, self.has_rules, len(self._groups))
 
     def _motion_inputs(self) -> Iterator[Any]:
         """Copies of what the motion layer sees, in the order in which `steer` takes it."""
@@ -225,7 +228,7 @@ class RunningLayers:
 
     @property
     def _all_settings(self) -> list[Array]:
-        return [self._settings, *(squad.settings for squad in self._squads)]
+        return [self._settings, *(group.settings for group in self._groups)]
 
     def _allocate(self, row: Sequence[Any]) -> None:
         """Make the records of every robot, with room for the largest memory of a motion."""
@@ -258,17 +261,17 @@ class RunningLayers:
         )
         return self.minds.view(dtype)
 
-    def _squad(
+    def _group(
         self,
         controllers: Sequence[Any],
-        crew: Crew,
+        robot_layers: RobotLayers,
         members: Members,
         is_last: bool,
         seeds: Sequence[int],
-    ) -> Squad:
-        """The robots of a squad: what they are, and their half of a tick, compiled."""
+    ) -> CompositionGroup:
+        """The robots of a group: what they are, and their half of a tick, compiled."""
         leader = int(np.argmax(members))
-        controller, (_, weighting, motion) = controllers[leader], crew[0][leader]
+        controller, (_, weighting, motion) = controllers[leader], robot_layers[0][leader]
         memory = motion.memory
         functions = {
             **self.estimator.kernels,
@@ -281,10 +284,10 @@ class RunningLayers:
         steer = None
         if is_numpy_motion(motion):
             steer = controller.motion.start(self._world.scenario, seeds)
-        return Squad(
+        return CompositionGroup(
             members,
             self._minds_with(motion.memory.dtype(robots=len(members))),
-            settings_of(crew, LAYERS, members, is_last),
+            settings_of(robot_layers, LAYERS, members, is_last),
             functions,
             motion,
             _rule(controller.weighting, self, self._world),

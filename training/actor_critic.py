@@ -22,7 +22,7 @@ from training.learned_motion import (
     pooled_features,
     wheel_speeds,
 )
-from training.learned_weighting import ENCOUNTER_NETWORK, HIDDEN
+from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN
 from training.policy_file import LayerName, Shapes, Weights, action_features
 from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK
 
@@ -108,7 +108,7 @@ class MotionCritic(NamedNetwork):
 class WeightingActor(NamedNetwork):
     """The actor of a learned weighting: the network of `training.learned_weighting` in PyTorch."""
 
-    architecture = ENCOUNTER_NETWORK
+    architecture = EXCHANGE_NETWORK
     network = architecture.name
     unit: Tensor
     centre: Tensor

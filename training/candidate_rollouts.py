@@ -17,7 +17,7 @@ from swarm_forage_env.foraging.metrics import total
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer, WeightingLayer
 from swarm_forage_env.loop import Loop
-from training.learned_weighting import ENCOUNTER_NETWORK, WeightingNetwork
+from training.learned_weighting import EXCHANGE_NETWORK, WeightingNetwork
 from training.linear_motion_policy import linear_motion
 from training.policy_file import LayerName
 
@@ -30,7 +30,7 @@ class CandidateWeighting:
     """A weighting by a network of these flat weights."""
 
     network: Float32[Array, " numbers"]
-    architecture: WeightingNetwork = ENCOUNTER_NETWORK
+    architecture: WeightingNetwork = EXCHANGE_NETWORK
 
     def layer(self, scenario: Scenario) -> WeightingLayer:
         """The network as a compiled layer."""
@@ -70,7 +70,7 @@ class CandidateRollouts:
     physics: str = "rigid"
     backend: Backend = JoblibBackend()  # noqa: RUF009 frozen
     layer: LayerName = "weighting"
-    architecture: WeightingNetwork = ENCOUNTER_NETWORK
+    architecture: WeightingNetwork = EXCHANGE_NETWORK
     """Architecture of the candidates for a weighting."""
     device: str = "cpu"
     """Where worlds run: "cpu" or "cuda"."""

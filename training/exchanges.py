@@ -26,7 +26,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.record import Rows
 from training.actor_critic import WeightingActor
-from training.learned_weighting import ENCOUNTER_NETWORK, WeightingNetwork
+from training.learned_weighting import EXCHANGE_NETWORK, WeightingNetwork
 from training.policy_file import observation_layout
 from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK, network_over
 
@@ -139,7 +139,7 @@ class RecordingWeighting:
     """Flat weights of the network."""
     layout: FieldLayout
     """Layout of the observations that are recorded."""
-    architecture: WeightingNetwork = ENCOUNTER_NETWORK
+    architecture: WeightingNetwork = EXCHANGE_NETWORK
     recorded: list[Exchanges] = field(default_factory=list)
     """The exchanges so far, in the order of the ticks in which they ended."""
     heard_p_share: ClassVar[float] = 1.0

@@ -149,13 +149,13 @@ class WeightingNetwork:
         return flatten(policy.weights_of("weighting", shapes), shapes)
 
 
-ENCOUNTER_NETWORK = WeightingNetwork(NETWORK, FEATURES, SCALES, gain)
+EXCHANGE_NETWORK = WeightingNetwork(NETWORK, FEATURES, SCALES, gain)
 """The network that sees what a learner of the weighting observes."""
 
 
 def network_weighting(network: Array) -> WeightingLayer:
-    """The weighting layer of a network of encounters, from its flat weights."""
-    return ENCOUNTER_NETWORK.layer(network)
+    """The weighting layer of a network of exchanges, from its flat weights."""
+    return EXCHANGE_NETWORK.layer(network)
 
 
 @WEIGHTING_RULES.register("learned")
@@ -173,7 +173,7 @@ class LearnedWeighting(Part):
         "weighting",
         description="The network: a bundled policy, or a file as runs/x/best.safetensors",
     )
-    architecture: ClassVar[WeightingNetwork] = ENCOUNTER_NETWORK
+    architecture: ClassVar[WeightingNetwork] = EXCHANGE_NETWORK
 
     @property
     def reads(self) -> tuple[Path, ...]:
@@ -190,5 +190,5 @@ class LearnedWeighting(Part):
 
 
 def network_of(policy: Policy) -> Float64[Array, " numbers"]:
-    """Flat weights of a policy's network of encounters; ConfigError if it does not fit."""
-    return ENCOUNTER_NETWORK.numbers_of(policy)
+    """Flat weights of a policy's network of exchanges; ConfigError if it does not fit."""
+    return EXCHANGE_NETWORK.numbers_of(policy)

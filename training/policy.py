@@ -33,7 +33,7 @@ Predict = Callable[[Float32[Array, "robots numbers"]], Any]
 """The actions of the robots of a world, from what each of them observes."""
 
 
-class Policy(PolicyKeywords):
+class ForeignPolicy(PolicyKeywords):
     """A policy, and the keywords of `parallel_env` under which it was trained."""
 
     discrete: bool | tuple[Count, Count] = Field(
@@ -80,7 +80,7 @@ class Policy(PolicyKeywords):
         raise NotImplementedError
 
 
-class PolicyFile(Policy):
+class PolicyFile(ForeignPolicy):
     """A policy that is kept in a file."""
 
     file: str = Field("", description="The file")
@@ -113,7 +113,7 @@ class PolicyFile(Policy):
         return read_policy_card(self.path)
 
 
-class FunctionPolicy(Policy):
+class FunctionPolicy(ForeignPolicy):
     """A function of Python's, from what the robots of a world observe to their actions."""
 
     function: Any = None

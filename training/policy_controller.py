@@ -22,16 +22,16 @@ from swarm_forage_env.interface import Controller, RunningController
 from swarm_forage_env.parameters import Part, validated
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.task import World, task_of
-from training.policy import FunctionPolicy, Policy, Predict
+from training.policy import ForeignPolicy, FunctionPolicy, Predict
 from training.policy_card import PolicyCard, as_in_a_name
-from training.running_policy import RunningPolicy, usable_rows
+from training.running_policy import RunningForeignPolicy, usable_rows
 
 
 @dataclass(frozen=True)
 class PolicyController(LayeredController):
     """A policy in the place of a layer, or of everything, and hand-written layers for the rest."""
 
-    policy: Policy
+    policy: ForeignPolicy
 
     main_parameter = "file"
     """What a name says after its colon: `sb3:model.zip`."""
@@ -80,7 +80,7 @@ class PolicyController(LayeredController):
 
     def build(  # type: ignore[override]  # a running controller of another class
         self, world: World, seeds: Sequence[int], each: Sequence[Any]
-    ) -> "RunningPolicy":
+    ) -> "RunningForeignPolicy":
         """The running controller of a block of worlds; ConfigError if the policy does not fit."""
         if any(own.policy != self.policy for own in each):
             raise ConfigError(f"policy {self.policy.source}: all worlds of a block need the same")
@@ -101,10 +101,10 @@ class PolicyController(LayeredController):
 
     def over(
         self, world: World, inner: RunningController, robots: Sequence[int]
-    ) -> "RunningPolicy":
+    ) -> "RunningForeignPolicy":
         """The policy of some robots, over what does the rest; ConfigError if it does not fit."""
         form = self.form(world.scenario)
-        return RunningPolicy(world, inner, form, self._started(form, robots), robots)
+        return RunningForeignPolicy(world, inner, form, self._started(form, robots), robots)
 
     def check_usable(self, scenario: Any) -> None:  # noqa: ANN401 of any task
         """ConfigError or UnknownNameError if a layer or the policy does not fit the scenario."""
@@ -223,13 +223,13 @@ def policy_controller(
     return named_policy(name, policy)._beside(controller)
 
 
-def named_policy(name: str, policy: Policy) -> PolicyController:
+def named_policy(name: str, policy: ForeignPolicy) -> PolicyController:
     """A controller of a policy beside the layers of `ssgikf`."""
     return PolicyController(name, SINGLE, SGIKF(), SUBSUMPTION, policy)
 
 
 def _check_observes(
-    policy: Policy, trained: Sequence[tuple[str, str]], here: Sequence[tuple[str, str]]
+    policy: ForeignPolicy, trained: Sequence[tuple[str, str]], here: Sequence[tuple[str, str]]
 ) -> None:
     """ConfigError for the first number that was another one in training."""
     both = trained, here

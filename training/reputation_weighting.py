@@ -15,7 +15,7 @@ from swarm_forage_env.equations.elementary import log1p, tanh
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import Numbers
 from training.learned_weighting import (
-    ENCOUNTER_NETWORK,
+    EXCHANGE_NETWORK,
     FEATURES,
     SCALES,
     Features,
@@ -71,7 +71,7 @@ REPUTATION_NETWORK = WeightingNetwork(
 def network_over(estimator: object) -> WeightingNetwork:
     """The architecture of a weighting over an estimator: what it is shown and asked about."""
     remembers = getattr(estimator, "weighs_unknown", False)
-    return REPUTATION_NETWORK if remembers else ENCOUNTER_NETWORK
+    return REPUTATION_NETWORK if remembers else EXCHANGE_NETWORK
 
 
 @WEIGHTING_RULES.register("learned_reputation")

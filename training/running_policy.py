@@ -23,7 +23,7 @@ from training.foreign_file import reason
 from training.policy import Predict
 
 
-class RunningPolicy:
+class RunningForeignPolicy:
     """A policy of some robots and what does the rest, on a block of worlds.
 
     It acts where no learner does, so that its robots can be the team-mates of some.

@@ -20,7 +20,7 @@ from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.observed_fields import FieldLayout
 
-Block = ArrayEnv | DeviceArrayEnv
+BatchEnv = ArrayEnv | DeviceArrayEnv
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class TensorVecEnv:
     whose episode ends is reset at once. `stepping_s` is the wall time of all steps [s].
     """
 
-    def __init__(self, blocks: Sequence[Block]) -> None:
+    def __init__(self, blocks: Sequence[BatchEnv]) -> None:
         """Join blocks of any numbers of worlds and robots."""
         self.blocks = list(blocks)
         first = self.blocks[0]
@@ -96,12 +96,12 @@ class TensorVecEnv:
         for block in self.blocks:
             follow_stream(block)
 
-    def _with_learners(self) -> Iterator[tuple[int, Block]]:
+    def _with_learners(self) -> Iterator[tuple[int, BatchEnv]]:
         """Each block, after its number of learners in a world."""
         return zip(self._n_learners, self.blocks, strict=True)
 
 
-def host_of(block: Block) -> ArrayEnv:
+def host_of(block: BatchEnv) -> ArrayEnv:
     """The environment on the CPU with the names and the episodes of a block."""
     return block.host if isinstance(block, DeviceArrayEnv) else block
 
@@ -150,7 +150,7 @@ def worlds_on(device: torch.device | str) -> str:
     return "cuda" if wanted.type == "cuda" else "cpu"
 
 
-def follow_stream(env: Block) -> None:
+def follow_stream(env: BatchEnv) -> None:
     """Let worlds on a GPU run in the order of torch's current stream from now on."""
     if isinstance(env, DeviceArrayEnv) and torch.cuda.is_initialized():  # type: ignore[no-untyped-call]
         env.stream = torch.cuda.current_stream(FIRST_GPU).cuda_stream
@@ -163,7 +163,7 @@ def tensor_of(array: object) -> Tensor:
     return torch.from_numpy(np.ascontiguousarray(array))
 
 
-def array_for(env: Block, tensor: Tensor) -> Any:  # noqa: ANN401 of NumPy or of a GPU
+def array_for(env: BatchEnv, tensor: Tensor) -> Any:  # noqa: ANN401 of NumPy or of a GPU
     """The array in the place of a tensor, as the environment's `step` takes it."""
     given = tensor.detach().contiguous()
     if not isinstance(env, DeviceArrayEnv):

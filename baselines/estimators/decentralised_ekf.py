@@ -152,7 +152,7 @@ KERNELS: dict[str, Kernel] = {"take_in": take_in, "describe": describe, "merge":
 
 @ESTIMATORS.register("decentralised_ekf")
 class DecentralisedEKF(Localisation):
-    """The decentralised Kalman filter: who sees whom corrects both, and both know it."""
+    """Decentralised Kalman filter: a sighting corrects both robots and their cross-covariance."""
 
     def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
         """Poses that are corrected by range and bearing of those seen."""

@@ -36,7 +36,7 @@ WRITERS = 16  # files that this process writes at a time
 
 
 @dataclass(frozen=True)
-class Block:
+class EpisodeBlock:
     """Episodes of one configuration that run side by side in one process."""
 
     configuration: ExperimentConfig
@@ -88,11 +88,11 @@ class Plan:
         """Number of episodes still to run."""
         return sum(map(len, self.todo.values()))
 
-    def blocks(self, workers: int, threads: int = 1) -> list[Block]:
+    def blocks(self, workers: int, threads: int = 1) -> list[EpisodeBlock]:
         """The episodes still to run, cut into blocks of nearly equal size."""
         share = -(-self.n_todo // (ROUNDS * workers))
         return [
-            Block(self._named[key], tuple(seeds.tolist()))
+            EpisodeBlock(self._named[key], tuple(seeds.tolist()))
             for key, todo in self.todo.items()
             for seeds in _cut(todo, min(share, threads * self._room(key)))
         ]
@@ -209,7 +209,7 @@ def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
     return np.array_split(np.asarray(seeds, dtype=np.uint64), -(-len(seeds) // size))
 
 
-def _run_block(block: Block, threads: int, is_recorded: bool) -> Ended:
+def _run_block(block: EpisodeBlock, threads: int, is_recorded: bool) -> Ended:
     configuration = block.configuration
     what = configuration.scenario, configuration.controller, block.seeds, configuration.physics
     if not is_recorded:
@@ -219,7 +219,7 @@ def _run_block(block: Block, threads: int, is_recorded: bool) -> Ended:
     return configuration.key, episodes, recorder.contents()
 
 
-def _run_and_keep(block: Block, threads: int, stores: Stores) -> Ended:
+def _run_and_keep(block: EpisodeBlock, threads: int, stores: Stores) -> Ended:
     key, episodes, contents = _run_block(block, threads, stores[1] is not None)
     _keep(stores, block.configuration, episodes, contents)
     return key, episodes, {}

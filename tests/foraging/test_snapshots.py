@@ -176,7 +176,7 @@ def test_kernels_know_the_records_of_a_copy_at_once(copied):
         assert copied_one.dtype is mine.dtype
         assert not np.shares_memory(mine, copied_one)
     assert other.task is loop.task
-    mine, copied_ones = loop.controller._squads, other.controller._squads
+    mine, copied_ones = loop.controller._groups, other.controller._groups
     assert [each.functions for each in copied_ones] == [each.functions for each in mine]
 
 

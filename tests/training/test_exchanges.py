@@ -20,7 +20,7 @@ from training.exchanges import (
     RecordingWeighting,
     record_exchanges,
 )
-from training.learned_weighting import ENCOUNTER_NETWORK
+from training.learned_weighting import EXCHANGE_NETWORK
 from training.policy_file import observation_layout
 from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK
 
@@ -167,7 +167,7 @@ def test_what_both_know_is_kept_of_the_goal_or_under_a_double_filter_of_both(
 ):
     # of the second exchange the nest is known to both, but the robot heads for the prey
     expected = [*kept[:1], (2, 1)] if not double else kept
-    found, rows, answer = record(monkeypatch, ENCOUNTER_NETWORK, double)
+    found, rows, answer = record(monkeypatch, EXCHANGE_NETWORK, double)
     assert rows == expected
     assert found.observed.shape == (len(rows), len(LAYOUT))
     both = KNOWN & TOLD
