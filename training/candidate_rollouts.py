@@ -24,6 +24,8 @@ from training.policy_file import LayerName
 MAX_ROWS = 2000
 """Robots in one job, about; larger batches hardly reduce the overhead per robot any further."""
 
+AT_ONCE = 100  # ticks of a compiled call, between two of which a command can be stopped
+
 
 @dataclass(frozen=True)
 class CandidateWeighting:
@@ -134,12 +136,10 @@ def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:
 def after_episode(job: RolloutJob) -> Loop:
     """The worlds of a job as they stand at the end of their episodes."""
     loop = Loop(job.scenario, job.controllers, job.seeds, job.physics)
-    if job.device == "cpu":
-        for _ in range(job.scenario.n_ticks):
-            loop.step()
+    running = loop if job.device == "cpu" else DeviceLoop(loop)
+    for tick in range(0, job.scenario.n_ticks, AT_ONCE):
+        running.run(min(AT_ONCE, job.scenario.n_ticks - tick))
+    if isinstance(running, Loop):
         return loop
-    on_gpu = DeviceLoop(loop)
-    for _ in range(job.scenario.n_ticks):
-        on_gpu.step()
-    on_gpu.check()
-    return on_gpu.download()
+    running.check()
+    return running.download()

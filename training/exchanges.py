@@ -221,6 +221,5 @@ def record_exchanges(
     layout = observation_layout("weighting", scenario)
     weighting = RecordingWeighting(numbers, layout, network_over(controller.estimator))
     loop = Loop(scenario, replace(controller, weighting=weighting), seeds, physics)
-    for _ in range(scenario.n_ticks):
-        loop.step()
+    loop.run(scenario.n_ticks)
     return Exchanges.of(weighting.recorded, weighting.n_numbers)

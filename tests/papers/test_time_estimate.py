@@ -24,10 +24,10 @@ def clock(monkeypatch):
 
 
 def test_a_loop_runs_in_beats_of_twenty_ticks_until_the_time_is_up(clock):
-    def step():
-        clock.seconds += 0.01
+    def run(n_ticks):
+        clock.seconds += 0.01 * n_ticks
 
-    loop = SimpleNamespace(step=step)
+    loop = SimpleNamespace(run=run)
     assert run_for(loop, 0.5) == (60, pytest.approx(0.6))  # after 40 ticks 0.4 s are spent
     assert run_for(loop, 0.0) == (0, 0.0)
 
@@ -40,10 +40,11 @@ def test_a_tick_of_a_world_is_timed_after_the_robots_had_time_to_meet(monkeypatc
         def __init__(self, scenario, controller, seeds, physics):
             made.append((scenario, controller, len(seeds), physics))
 
-        def step(self):
-            so_far = sum(spent)  # exact in binary
-            spent.append(1 / 1024 if so_far < 0.3125 else 2 / 1024 if so_far < 0.625 else 0.125)
-            clock.seconds += spent[-1]
+        def run(self, n_ticks):
+            for _ in range(n_ticks):
+                so_far = sum(spent)  # exact in binary
+                spent.append(1 / 1024 if so_far < 0.3125 else 2 / 1024 if so_far < 0.625 else 0.125)
+                clock.seconds += spent[-1]
 
     monkeypatch.setattr(time_estimate, "Loop", Loop)
     monkeypatch.setattr(time_estimate, "warm_up", lambda configuration: None)

@@ -156,14 +156,16 @@ def test_a_backend_runs_the_jobs_of_a_cpu_only(monkeypatch, device, by_backend):
 
 def test_an_episode_on_a_gpu_has_all_its_ticks_and_is_checked(monkeypatch):
     done = []
-    monkeypatch.setattr(candidate_rollouts, "Loop", lambda *given: "worlds")
+    monkeypatch.setattr(
+        candidate_rollouts, "Loop", type("Loop", (), {"__new__": lambda *_: "worlds"})
+    )
     monkeypatch.setattr(candidate_rollouts, "DeviceLoop", lambda loop: SimpleNamespace(
-        step=lambda: done.append("step"), check=lambda: done.append("check"),
+        run=done.append, check=lambda: done.append("check"),
         download=lambda: (loop, "at the end")))  # fmt: skip
-    job = SimpleNamespace(scenario=SimpleNamespace(n_ticks=3), controllers=(), seeds=(),
+    job = SimpleNamespace(scenario=SimpleNamespace(n_ticks=230), controllers=(), seeds=(),
                           physics="kinematic", device="cuda")  # fmt: skip
     assert candidate_rollouts.after_episode(job) == ("worlds", "at the end")
-    assert done == ["step"] * 3 + ["check"]
+    assert done == [100, 100, 30, "check"]
 
 
 def test_a_demonstration_is_what_is_seen_before_a_step_and_done_in_it(monkeypatch):

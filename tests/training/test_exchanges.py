@@ -203,9 +203,10 @@ def test_whole_episodes_are_recorded(monkeypatch, name, n_numbers):
             ran.append((scenario, seeds, physics))
             self.weighting = controller.weighting
 
-        def step(self):
-            ran.append("tick")
-            self.weighting.recorded.append(three(self.weighting.n_numbers))
+        def run(self, n_ticks):
+            ran.extend(["tick"] * n_ticks)
+            recorded = [three(self.weighting.n_numbers) for _ in range(n_ticks)]
+            self.weighting.recorded.extend(recorded)
 
     monkeypatch.setattr(exchanges, "Loop", Episodes)
     scenario = find_scenario("es1", {"task.duration": 2.0})

@@ -59,8 +59,7 @@ class Case:
             world: Any = loop.world
             world.robots["pose"] = uniform_poses(self.scenario, self.n_worlds)
             world.sense_first()
-        for _ in range(self.n_warm_up(quick)):
-            loop.step()
+        loop.run(self.n_warm_up(quick))
         return loop
 
     def n_warm_up(self, quick: bool) -> int:
