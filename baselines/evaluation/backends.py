@@ -43,24 +43,20 @@ class Backend(Protocol):
     @property
     def workers(self) -> int:
         """Number of calls that run at a time."""
-        ...
 
     @property
     def threads(self) -> int:
         """Number of threads of each call."""
-        ...
 
     @property
     def shares_files(self) -> bool:
         """Workers read and write the files of this machine."""
-        ...
 
     def run(self, function: Callable[[Any], Any], jobs: Sequence[Any]) -> Results:
         """Call the function with every job; yield what it returns as the calls end.
 
         Closing the iterator ends the calls that run. BrokenExecutor if workers keep dying.
         """
-        ...
 
 
 @dataclass(frozen=True)

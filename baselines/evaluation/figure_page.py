@@ -5,7 +5,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
@@ -258,20 +258,11 @@ def save_figure(figure: Figure, file: Path, command: str, title: str = "Round tr
     with rc_context({"svg.hashsalt": "swarm-forage", "svg.fonttype": "none", "pdf.fonttype": 42}):
         figure.savefig(content, format=ending[1:], dpi=200, metadata=metadata)
     write_atomically(file, content.getvalue())
-    write_atomically(beside(file), _to_json(caption, title))
+    words = {"title": title, **asdict(caption)}
+    del words["n"]
+    write_atomically(beside(file), (json.dumps(words, indent=1) + "\n").encode())
 
 
 def beside(file: Path) -> Path:
     """The JSON file of a figure's file."""
     return file.with_name(f"{file.name}.json")
-
-
-def _to_json(caption: Caption, title: str) -> bytes:
-    tree = {
-        "title": title,
-        "text": caption.text,
-        "note": caption.note,
-        "command": caption.command,
-        "code": list(caption.code),
-    }
-    return (json.dumps(tree, indent=1) + "\n").encode()

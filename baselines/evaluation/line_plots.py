@@ -66,7 +66,10 @@ def curve_panels(
 ) -> Figure:
     """A figure of mean curves with 95 % bootstrap bands, a panel for each setup."""
     means = {
-        title: {name: _mean_of(curve) for name, curve in curves.items()}
+        title: {
+            name: Means(curve.x, curve.y.mean(axis=0), *band(curve.y))
+            for name, curve in curves.items()
+        }
         for title, curves in panels.items()
     }
     return band_panels(means, axes_names, caption, controllers)
@@ -204,11 +207,6 @@ def recruited_over_time(episodes: Sequence[ForagingEpisode], points: int = 101) 
     times = np.linspace(0.0, episodes[0].duration_s, points)
     counts = [np.searchsorted(each.recruited_at_s, times, side="right") for each in episodes]
     return Curve(times, 100.0 * np.array(counts) / episodes[0].n_robots)
-
-
-def _mean_of(curve: Curve) -> Means:
-    low, high = band(curve.y)
-    return Means(curve.x, curve.y.mean(axis=0), low, high)
 
 
 def _draw_means(axes: Axes, name: str, means: Means, style: SeriesStyle) -> None:

@@ -23,11 +23,9 @@ class Trainer(Protocol):
 
     def is_discrete(self, algorithm: Algorithm) -> bool:
         """The algorithm needs actions that are choices."""
-        ...
 
     def train(self, rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
         """Train from scratch; the watch is told."""
-        ...
 
 
 def trainer_of(algorithm: Algorithm) -> Trainer:

@@ -96,6 +96,7 @@ def ladder(  # noqa: PLR0913 the options of a command
     Every run is kept in --out as soon as it has ended; the same command later makes only those
     that are missing. There is also one file for marl-eval of all runs, OUT/marl_eval.json.
     """
+    from baselines.evaluation.output_files import check_file
     from training.ladder.algorithms import find_algorithms
     from training.ladder.benchmark import jobs_of, run_jobs
     from training.ladder.rungs import find_rungs, read_rungs
@@ -104,7 +105,7 @@ def ladder(  # noqa: PLR0913 the options of a command
     known = read_rungs()
     chosen, trained = find_rungs(rungs, known), find_algorithms(algorithms)
     if page:
-        _check_page(page)
+        check_file("--page", page, [".md"])
     for rung in chosen if seeds else ():
         rung.normalised(0.0)  # tells early that its card has no scores
     spread = find_backend(backend, workers, address=address)
@@ -117,12 +118,6 @@ def ladder(  # noqa: PLR0913 the options of a command
     for run in read_runs(out, chosen, trained):
         normalised = known[run.rung].normalised(run.score)
         typer.echo(f"{run.rung} {run.algorithm} {run.seed}: {run.score:.1f}, {normalised:.2f}")
-
-
-def _check_page(page: Path) -> None:
-    from baselines.evaluation.output_files import check_file
-
-    check_file("--page", page, [".md"])
 
 
 def _check_loses_nothing(page: Path, n_runs: int, out: Path) -> None:

@@ -30,7 +30,7 @@ def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
         cards=cards_table(rungs),
         rungs="\n\n".join(_rung(rung, groups.get(rung.name, [])) for rung in rungs),
         together=_together(rungs, runs),
-        made=_made(runs),
+        made=_made(rungs, runs),
     )
 
 
@@ -100,7 +100,7 @@ def _together(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     return f"{markdown(heads, lines)}\n\n{words}\n\n![Profiles](images/ladder/{PROFILE}.png)"
 
 
-def _made(runs: Sequence[Run]) -> str:
+def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
     """How many runs, how long they took, with which versions."""
     if not runs:
         return "Nothing."
@@ -109,7 +109,7 @@ def _made(runs: Sequence[Run]) -> str:
         f"- {title_of(name)}: "
         + "; ".join(
             f"`{rung}` {_counted(len(own), 'seed')} of {_millions(own[0].robot_steps)} robot-steps"
-            for rung, own in _by_rung_name(each).items()
+            for rung, own in by_rung(rungs, each).items()
         )
         for name, each in by_algorithm(runs).items()
     ]
@@ -123,10 +123,6 @@ def runs_told_of(text: str) -> int:
     """How many runs a page was made of, as `_made` says."""
     found = re.search(r"^(\d+) runs?, .* of training in all", text, re.MULTILINE)
     return int(found[1]) if found else 0
-
-
-def _by_rung_name(runs: Sequence[Run]) -> dict[str, list[Run]]:
-    return {name: [run for run in runs if run.rung == name] for name in [r.rung for r in runs]}
 
 
 def _mean(rung: Rung, name: str) -> float:

@@ -105,7 +105,6 @@ class FigureKind(Protocol):
 
     def draw(self, options: PlotOptions) -> Figure:
         """Draw the figure; ConfigError if the sources lack what it needs."""
-        ...
 
 
 FIGURES: Registry[FigureKind] = Registry("kind of figure")  # the kinds of figures by name

@@ -23,7 +23,11 @@ class MotionByLocalisation:
 
     def draw(self, options: PlotOptions) -> Figure:
         """Draw a row for each motion, a column for each localisation."""
-        varied = {each.label(LOCALISATION) for each in options.groups if names_localisation(each)}
+        varied = {
+            each.label(LOCALISATION)
+            for each in options.groups
+            if LOCALISATION in json.loads(each.parameters)
+        }
         combined = [each for each in options.groups if each.label(LOCALISATION) in varied]
         if not combined:
             raise ConfigError(
@@ -42,11 +46,6 @@ class MotionByLocalisation:
 
 
 FIGURES.register("table")(MotionByLocalisation())
-
-
-def names_localisation(group: EpisodeGroup) -> bool:
-    """Whether the controller was evaluated with another localisation than its own."""
-    return LOCALISATION in json.loads(group.parameters)
 
 
 def _table(
