@@ -11,6 +11,7 @@ Not in the paper, and chosen here:
   over the size of the group, and the time of the k-th robot of 30. Both are drawn.
 """
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -52,7 +53,7 @@ def experiment_of_size(controller: str, size: int) -> Experiment:
     return Experiment(SCENARIO, controller, (f"task.n_robots={size}",))
 
 
-def slope(results: Results, sizes: tuple[int, ...]) -> list[float]:
+def slope(results: Results, sizes: Sequence[int]) -> list[float]:
     """Round trips gained per robot added, for each seed: a linear fit over these sizes."""
     trips = [sample(results, experiment_of_size(LOCAL, size), round_trips) for size in sizes]
     return [float(each) for each in np.polyfit(sizes, np.array(trips), 1)[0]]
@@ -60,9 +61,8 @@ def slope(results: Results, sizes: tuple[int, ...]) -> list[float]:
 
 def slopes(results: Results) -> tuple[list[float], list[float]]:
     """Round trips gained per robot below the bend and above it, for each seed."""
-    below = tuple(size for size in SIZES if size <= BEND)
-    above = tuple(size for size in SIZES if size >= BEND)
-    return slope(results, below), slope(results, above)
+    bend = SIZES.index(BEND)
+    return slope(results, SIZES[: bend + 1]), slope(results, SIZES[bend:])
 
 
 def claims() -> list[Claim]:

@@ -60,18 +60,13 @@ REAL_BETA = "beta=0.01"  # the only one run on the real robots (TR 6.2)
 
 def strategies(setup: str) -> dict[str, Source]:
     """The five strategies of a setup by name; SGIFF with its best beta."""
-    if setup == "real":
-        single: Source = Experiment(setup, f"ssgiff:{REAL_BETA}")
-        double: Source = Experiment(setup, f"dsgiff:{REAL_BETA}")
-    else:
-        single, double = BetaSweep(setup, "ssgiff").best, BetaSweep(setup, "dsgiff").best
-    return {
-        "NC": Experiment(setup, "nc"),
-        "SSGIKF": Experiment(setup, "ssgikf"),
-        "DSGIKF": Experiment(setup, "dsgikf"),
-        "SSGIFF": single,
-        "DSGIFF": double,
+    of: dict[str, Source] = {
+        name.upper(): Experiment(setup, name) for name in ("nc", "ssgikf", "dsgikf")
     }
+    for name in ("ssgiff", "dsgiff"):
+        real = Experiment(setup, f"{name}:{REAL_BETA}")
+        of[name.upper()] = real if setup == "real" else BetaSweep(setup, name).best
+    return of
 
 
 def communicating(setup: str) -> tuple[Source, ...]:
@@ -109,11 +104,10 @@ def filter_claims(setup: str, best_beta: float) -> list[Claim]:
 
 def path_claims(setup: str) -> list[Claim]:
     """Claims on the share of the robots on the path."""
-    text = f"{setup}: share on the path, with communication"
-    alone = f"{setup}: share on the path, NC"
+    text, alone = f"{setup}: share on the path", (strategies(setup)["NC"],)
     return [
-        Share(text, communicating(setup), (0.5, 0.7)),
-        Share(alone, (strategies(setup)["NC"],), (0.0, 0.2)),
+        Share(f"{text}, with communication", communicating(setup), (0.5, 0.7)),
+        Share(f"{text}, NC", alone, (0.0, 0.2)),
     ]
 
 
@@ -171,11 +165,9 @@ def box_panel(setup: str, names: tuple[str, ...]) -> dict[str, dict[str, Source]
 
 def beta_panel(setup: str) -> dict[str, dict[str, Source]]:
     """One panel with both filters under each beta."""
+    filters = ("ssgiff", "dsgiff")
     return {
-        f"{beta:g}": {
-            "SSGIFF": BetaSweep(setup, "ssgiff").at(beta),
-            "DSGIFF": BetaSweep(setup, "dsgiff").at(beta),
-        }
+        f"{beta:g}": {name.upper(): BetaSweep(setup, name).at(beta) for name in filters}
         for beta in BETAS
     }
 
