@@ -52,8 +52,7 @@ class Experiment:
 
     scenario: str
     controller: str
-    settings: tuple[str, ...] = ()
-    """Numbers of the scenario to change: `task.n_robots=5`."""
+    settings: tuple[str, ...] = ()  # numbers of the scenario to change: `task.n_robots=5`
 
     @property
     def experiments(self) -> tuple["Experiment", ...]:
