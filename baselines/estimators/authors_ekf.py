@@ -118,10 +118,7 @@ def is_refused(mind: AuthorsMind, along: float, across: float) -> bool:
 
 @kernel
 def correct_each_alone(
-    crowd: Array,
-    shared: Float64[Array, "robots robots 2 3 3"],
-    sightings: Array,
-    numbers: Numbers,
+    crowd: Array, shared: Float64[Array, "robots robots 2 3 3"], sightings: Array, numbers: Numbers
 ) -> None:
     """Every robot corrects itself by all that it sees, all from what was said before.
 

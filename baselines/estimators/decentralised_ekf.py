@@ -61,10 +61,7 @@ def propagate_factors(
 
 @kernel
 def take_in(
-    mind: FilterMind,
-    factors: Float64[Array, "robots 3 3"],
-    readings: Readings,
-    numbers: Numbers,
+    mind: FilterMind, factors: Float64[Array, "robots 3 3"], readings: Readings, numbers: Numbers
 ) -> None:
     """Go on by the robot's own readings, and carry along what it shares with others.
 
@@ -135,10 +132,7 @@ def correct_both(
 
 @kernel
 def correct_by_sight(
-    crowd: Array,
-    factors: Float64[Array, "robots robots 3 3"],
-    sightings: Array,
-    numbers: Numbers,
+    crowd: Array, factors: Float64[Array, "robots robots 3 3"], sightings: Array, numbers: Numbers
 ) -> None:
     """Every sight corrects both robots, one after the other in the order of their numbers."""
     for i in range(crowd.shape[0]):

@@ -103,11 +103,7 @@ def slot_of(heard: Heard, sender: int) -> int:
 
 @kernel
 def accumulate_message(
-    belief: Belief,
-    message: Message,
-    beam: Float32[Array, "3"],
-    weight: float,
-    message_path: float,
+    belief: Belief, message: Message, beam: Float32[Array, "3"], weight: float, message_path: float
 ) -> None:
     """Add one message to the running means of an exchange, in the receiver's own frame.
 

@@ -6,10 +6,11 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, cast
 
@@ -22,6 +23,28 @@ if TYPE_CHECKING:
 def say(line: str) -> None:
     """Write one line to stderr, under the program's name."""
     sys.stderr.write(f"swarm-forage: {line}\n")
+
+
+def check_file(option: str, file: Path, endings: Collection[str]) -> None:
+    """Raise ConfigError unless an option's file can be written.
+
+    A folder that is missing is made, and the user told.
+    """
+    if file.suffix.lower() not in endings:
+        raise ConfigError(f"{option} {file}: the name must end in {', '.join(endings)}")
+    existed, had_folder = file.exists(), file.parent.exists()
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        if not had_folder:
+            say(f"{option} {file}: made the folder {file.parent}")
+        with file.open("ab"):
+            pass
+        if not existed:
+            file.unlink()
+    except OSError as error:
+        raise ConfigError(
+            f"{option} {file}: cannot be written ({error.strerror}); name another file"
+        ) from None
 
 
 def progress_bar(unit: str) -> "Progress":

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, get_type_hints
+from urllib.parse import quote
 from zlib import crc32
 
 import pyarrow as pa
@@ -19,7 +20,6 @@ import pyarrow.parquet as pq
 
 from baselines.evaluation.episode import kind_of_episode
 from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.evaluation.output_files import folder_name
 from swarm_forage_env.atomic_write import sweep, temporary_of, write_atomically
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
@@ -85,8 +85,24 @@ def with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
     return table.select(columns.names)
 
 
+LONGEST_NAME = 255  # of a file or folder [byte], on the usual file systems
 DAMAGED = ".damaged"
 """Ending of files set aside; their names start with `_`, which readers skip."""
+
+
+def folder_name(name: str, prefix: str = "") -> str:
+    """The name of a folder: a prefix, and any text as readers of hive partitions decode it.
+
+    ConfigError for a text that names no folder of its own.
+
+    >>> folder_name("a/b", "scenario=")
+    'scenario=a%2Fb'
+    """
+    found = prefix + quote(name, safe="")
+    if found in {"", ".", ".."} or len(found) > LONGEST_NAME:
+        shown = name if len(name) < 40 else f"{name[:40]}..."
+        raise ConfigError(f"name='{shown}': cannot name a folder; give it another name")
+    return found
 
 
 class DamagedFileError(Exception):

@@ -14,7 +14,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from baselines.evaluation.output_files import check_file
+from baselines.evaluation.console import check_file
 from baselines.evaluation.plot_style import FAINT, GRID, style_of
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.atomic_write import write_atomically

@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import chain
 from pathlib import Path
+from typing import Any
 
-from baselines.evaluation.console import say
+from baselines.evaluation.console import check_file, say
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.evaluation.output_files import check_file
 from baselines.evaluation.plot_style import colour_of
 from baselines.evaluation.recorders import Recorder, ReplayRecorder
 from swarm_forage_env.errors import ConfigError
@@ -93,14 +93,36 @@ def _record(
 
 
 def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: WatchOptions) -> None:
-    """Let the user drive a robot. ImportError without pygame."""
-    from baselines.evaluation.drive import drive
+    """Run an episode in which the arrow keys move a robot, and say what it came to.
+
+    It ends after so many seconds of its own time, or when the user closes the window. ImportError
+    without pygame.
+    """
+    from swarm_forage_env.envs.array_env import ArrayEnv
+    from swarm_forage_env.envs.manual_policy import action_of
     from swarm_forage_env.rendering.window import Window
 
     assert options.drive is not None
     assert options.seconds is not None
+    scenario, robot = configuration.scenario, options.drive
+    terms: dict[str, Any] = {"physics": configuration.physics, "decision_period": 1}
     window = Window(stage, options.size, options.speed, options.select)
-    drive(configuration, seed, options.drive, window, options.seconds)
+    env = ArrayEnv(
+        scenario, controller=configuration.controller, learn="motion", learners=[robot], **terms
+    )
+    env.reset(seed)
+    window.drive(robot)
+    scene = env.loop.scene()
+    window.show(scene)
+    while not window.closed and scene.time < options.seconds - 1e-9:
+        env.step(action_of(window.arrows, env.action_layout.names)[None, None])
+        scene = env.loop.scene()
+        window.show(scene)
+    window.close()
+    score = f"{scene.round_trips[robot]} round trips"
+    if scene.localised is not None:
+        score = f"{scene.localised.right[robot]} goals reached"
+    say(f"robot {robot}: {score} of the swarm's {scene.total}, in {scene.time:g} s")
 
 
 def _check_number(controllers: Sequence[str], options: WatchOptions) -> None:

@@ -17,15 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from baselines.motion.flock import (
-    ALIGN,
-    COHERE,
-    GOAL,
-    HOME,
-    SEPARATE,
-    choose_gains,
-    sum_of_rules,
-)
+from baselines.motion.flock import ALIGN, COHERE, GOAL, HOME, SEPARATE, choose_gains, sum_of_rules
 from baselines.motion.subsumption import Course, SubsumptionParameters, subsume
 from swarm_forage_env.arrays import NEST, Array, Float32, Float64
 from swarm_forage_env.compiler import kernel

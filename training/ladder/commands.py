@@ -96,7 +96,7 @@ def ladder(  # noqa: PLR0913 the options of a command
     Every run is kept in --out as soon as it has ended; the same command later makes only those
     that are missing. There is also one file for marl-eval of all runs, OUT/marl_eval.json.
     """
-    from baselines.evaluation.output_files import check_file
+    from baselines.evaluation.console import check_file
     from training.ladder.algorithms import find_algorithms
     from training.ladder.benchmark import jobs_of, run_jobs
     from training.ladder.rungs import find_rungs, read_rungs
