@@ -40,13 +40,18 @@ class CompositionGroup:
     """Robots whose layers have the same functions."""
 
     members: Members
-    minds: Array  # the minds of their team, with their own memory of the motion
+    minds: Array
+    """The minds of their team, with their own memory of the motion."""
     settings: Array
-    functions: Mapping[str, Kernel]  # what the templates of a tick have free names for
+    functions: Mapping[str, Kernel]
+    """What the templates of a tick have free names for."""
     motion: MotionLayer
-    weigh: Any  # their weighting, if it is written in NumPy
-    steer: Any  # their motion, if it is written in NumPy
-    is_last: bool  # no other robots of their team are decided after them
+    weigh: Any
+    """Their weighting, if it is written in NumPy."""
+    steer: Any
+    """Their motion, if it is written in NumPy."""
+    is_last: bool
+    """No other robots of their team are decided after them."""
 
     @cached_property
     def decide(self) -> Kernel:

@@ -35,7 +35,8 @@ GAIN = 0.01
 class NamedNetwork(nn.Module):
     """A network of dense layers whose parameters have the names and shapes of a policy file."""
 
-    network: ClassVar[str]  # name of the architecture on a policy card
+    network: ClassVar[str]
+    """Name of the architecture on a policy card."""
     sizes: Mapping[str, int]
 
     def __init__(self, shapes: Shapes, last: str, gain: float) -> None:

@@ -57,7 +57,8 @@ class RolloutJob:
     scenario: Scenario
     controllers: tuple[LayeredController, ...]
     """Controller of each world: its candidate, and the layers that all share."""
-    seeds: tuple[int, ...]  # seed of each world
+    seeds: tuple[int, ...]
+    """Seed of each world."""
     physics: str
     device: str
 
@@ -73,7 +74,8 @@ class CandidateRollouts:
     layer: LayerName = "weighting"
     architecture: WeightingNetwork = EXCHANGE_NETWORK
     """Architecture of the candidates for a weighting."""
-    device: str = "cpu"  # where worlds run: "cpu" or "cuda"
+    device: str = "cpu"
+    """Where worlds run: "cpu" or "cuda"."""
 
     def warm_up(self, network: Float32[Array, " numbers"]) -> None:
         """Compile every kernel once, so that worker processes find them in the cache.

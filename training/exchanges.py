@@ -67,10 +67,14 @@ class Exchanges:
 
     observed: Float32[Array, "rows numbers"]
     """Observation of the exchange; of a network that sees it also what is remembered."""
-    area: Float32[Array, "rows areas"]  # one-hot vector of the area
-    known: Float32[Array, " rows"]  # 1 where the robot has an estimate of its own, else 0
-    own_error: Float32[Array, "rows 2"]  # true error of the robot's own estimate of the area [m]
-    heard_error: Float32[Array, "rows 2"]  # true error of the estimate that it heard [m]
+    area: Float32[Array, "rows areas"]
+    """One-hot vector of the area."""
+    known: Float32[Array, " rows"]
+    """1 where the robot has an estimate of its own, else 0."""
+    own_error: Float32[Array, "rows 2"]
+    """True error of the robot's own estimate of the area [m]."""
+    heard_error: Float32[Array, "rows 2"]
+    """True error of the estimate that it heard [m]."""
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -131,8 +135,10 @@ class Exchanges:
 class RecordingWeighting:
     """A weighting by a network that records all exchanges with their true errors."""
 
-    numbers: Float32[Array, " numbers"]  # flat weights of the network
-    layout: FieldLayout  # layout of the observations that are recorded
+    numbers: Float32[Array, " numbers"]
+    """Flat weights of the network."""
+    layout: FieldLayout
+    """Layout of the observations that are recorded."""
     architecture: WeightingNetwork = EXCHANGE_NETWORK
     recorded: list[Exchanges] = field(default_factory=list)
     """The exchanges so far, in the order of the ticks in which they ended."""

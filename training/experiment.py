@@ -61,19 +61,25 @@ class Experiment:
     algorithm: str
     out: Path
     seed: int = 0
-    budget: int = 100  # generations (cma), rounds (imitation) or robot steps (ppo)
-    every: int = 5  # generations, rounds or robot steps between two evaluations
+    budget: int = 100
+    """Generations (cma), rounds (imitation) or robot steps (ppo)."""
+    every: int = 5
+    """Generations, rounds or robot steps between two evaluations."""
     worlds: int = 8
     """Parallel worlds: for each candidate in each scenario (cma), or of the scenario with the
     fewest robots (imitation and ppo); scenarios with more robots get fewer worlds."""
-    held_back: int = 10  # number of held-back seeds of an evaluation, in each scenario
-    population: int | None = None  # candidates of a generation (cma); None: the default of CMA-ES
+    held_back: int = 10
+    """Number of held-back seeds of an evaluation, in each scenario."""
+    population: int | None = None
+    """Candidates of a generation (cma); None: the default of CMA-ES."""
     settings: Mapping[str, str] = field(default_factory=dict)
     """Changes of every scenario, by dotted name."""
-    controller: str = "ssgiff"  # controller whose other layers are used
+    controller: str = "ssgiff"
+    """Controller whose other layers are used."""
     physics: str = "rigid"
     workers: int = 1
-    device: str = "cpu"  # where worlds run, and for ppo the learner: "cpu" or "cuda"
+    device: str = "cpu"
+    """Where worlds run, and for ppo the learner: "cpu" or "cuda"."""
 
     def check(self) -> None:
         """Raise ConfigError or UnknownNameError for the first invalid option."""

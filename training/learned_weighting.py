@@ -124,11 +124,14 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 class WeightingNetwork:
     """An architecture of learned weightings."""
 
-    name: str  # name on a policy card
-    features: tuple[str, ...]  # inputs of the network for one area of an exchange
+    name: str
+    """Name on a policy card."""
+    features: tuple[str, ...]
+    """Inputs of the network for one area of an exchange."""
     scales: tuple[tuple[float, float, float], ...]
     """Unit, centre and spread by which each input is scaled."""
-    gain: Kernel  # the weight that a network of this architecture gives
+    gain: Kernel
+    """The weight that a network of this architecture gives."""
 
     def shapes(self, sizes: Mapping[str, int]) -> Shapes:
         """Shapes of the arrays of the network, in the order of the flat weights."""

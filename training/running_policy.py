@@ -29,7 +29,8 @@ class RunningForeignPolicy:
     It acts where no learner does, so that its robots can be the team-mates of some.
     """
 
-    has_rules = True  # the policy is asked about all worlds at once
+    has_rules = True
+    """The policy is asked about all worlds at once."""
 
     def __init__(
         self,

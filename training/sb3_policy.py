@@ -59,7 +59,8 @@ class Told(BaseModel):
 class Space(Told):
     """A space of observations or actions."""
 
-    n: int | None = None  # how many choices there are
+    n: int | None = None
+    """How many choices there are."""
     shape: tuple[int, ...] | None = Field(None, alias="_shape", max_length=100)
     policy_card: Annotated[str, Field(max_length=LARGEST_CARD)] | None = None
     """The card of the policy as JSON, on the space of observations."""

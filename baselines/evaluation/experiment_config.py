@@ -61,8 +61,10 @@ ORACLES = baselines.oracles.controllers.NAMED
 class ExperimentConfig:
     """A scenario, a controller with its parameters, an engine, and the code they run on."""
 
-    label: str  # the controller as it was asked for
-    scenario: Any  # of any task
+    label: str
+    """The controller as it was asked for."""
+    scenario: Any
+    """Of any task."""
     controller: LayeredController
     physics: str = "rigid"
 

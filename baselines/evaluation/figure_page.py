@@ -25,8 +25,10 @@ from swarm_forage_env.registry import Registry
 class PageStyle:
     """The size of a figure and of all that is on it."""
 
-    width: float  # of the figure [inch]
-    scale: float  # of letters, lines and panels, against those of the style `screen`
+    width: float
+    """Of the figure [inch]."""
+    scale: float
+    """Of letters, lines and panels, against those of the style `screen`."""
 
     def points(self, size: float) -> float:
         """A size of letters or lines on this page [pt], from that of `screen`."""
@@ -67,11 +69,16 @@ def style_in_use() -> PageStyle:
 class Caption:
     """The words that belong to a figure; drawn is the note, the file keeps them all."""
 
-    text: str = ""  # what is shown, and how
-    note: str = ""  # how many episodes stand behind it
-    command: str = ""  # the command line that draws the figure again
-    code: tuple[str, ...] = ()  # of the code that ran the episodes
-    n: int = 0  # episodes behind each mean or box, the most; 0: not told
+    text: str = ""
+    """What is shown, and how."""
+    note: str = ""
+    """How many episodes stand behind it."""
+    command: str = ""
+    """The command line that draws the figure again."""
+    code: tuple[str, ...] = ()
+    """Of the code that ran the episodes."""
+    n: int = 0
+    """Episodes behind each mean or box, the most; 0: not told."""
 
     def __str__(self) -> str:
         """All of it, as text."""

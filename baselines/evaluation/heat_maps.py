@@ -47,8 +47,10 @@ Table = Mapping[str, Mapping[str, Estimate | None]]
 class Density:
     """Robots per square metre in cells of the arena, mean over time."""
 
-    values: Float64[Array, "ys xs"]  # [1/m^2], from the lower left corner
-    stage: Stage  # the arena, and which controller moved the robots
+    values: Float64[Array, "ys xs"]
+    """[1/m^2], from the lower left corner."""
+    stage: Stage
+    """The arena, and which controller moved the robots."""
 
 
 def table_panels(

@@ -51,7 +51,8 @@ class Means:
     high: Float64[Array, " points"]
     published: Float64[Array, " points"] | None = None
     """Means of a paper, drawn as crosses; NaN where there is none."""
-    is_level: bool = False  # the same at every x: drawn as a line in its band
+    is_level: bool = False
+    """The same at every x: drawn as a line in its band."""
 
 
 PANEL = 2.4  # least breadth of a panel [inch]

@@ -47,7 +47,8 @@ class RayBackend:
     """Workers of a Ray cluster: the one at an address, or else a local one, started here."""
 
     workers: int = 1
-    threads: int = 1  # threads of each call, and the CPUs that Ray reserves for it
+    threads: int = 1
+    """Threads of each call, and the CPUs that Ray reserves for it."""
     address: str | None = None
     shares_files: bool = False
 

@@ -29,7 +29,8 @@ class Score:
     scenario: str
     controller: str
     mean: float
-    low: float | None  # end of the 95 % bootstrap interval; None where all episodes score the same
+    low: float | None
+    """End of the 95 % bootstrap interval; None where all episodes score the same."""
     high: float | None
     episodes: int
 

@@ -22,8 +22,10 @@ from swarm_forage_env.episode import EpisodeKind
 class FittingTable:
     """Columns of numbers beside the names of controllers, in as many tables as the width takes."""
 
-    head: str  # heading of the names
-    names: Sequence[str]  # what each row is of
+    head: str
+    """Heading of the names."""
+    names: Sequence[str]
+    """What each row is of."""
     columns: Mapping[str, Sequence[Text]]
     """Cells of each column by its heading, a cell for each name."""
 

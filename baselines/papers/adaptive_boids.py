@@ -57,8 +57,10 @@ RMS = 1.3  # most that the deviations, in standard errors, may have as their roo
 class Measure:
     """A metric of a waypoint episode, with its published column and its words."""
 
-    field: str  # of the episode
-    column: str  # of the published values
+    field: str
+    """Of the episode."""
+    column: str
+    """Of the published values."""
     words: str
     axis: str
     factor: float = 1.0
@@ -242,7 +244,8 @@ def claims() -> list[Claim]:
 class OverDensity:
     """Figure of a measure over the density of robots, a panel for each estimator."""
 
-    number: int  # of the figure in the paper
+    number: int
+    """Of the figure in the paper."""
     setting: str
     measure: Measure
     reading: ClassVar[str] = ""

@@ -52,7 +52,8 @@ class Experiment:
 
     scenario: str
     controller: str
-    settings: tuple[str, ...] = ()  # numbers of the scenario to change: `task.n_robots=5`
+    settings: tuple[str, ...] = ()
+    """Numbers of the scenario to change: `task.n_robots=5`."""
 
     @property
     def experiments(self) -> tuple["Experiment", ...]:

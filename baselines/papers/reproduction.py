@@ -40,10 +40,13 @@ class ReproduceOptions:
     """Options of the command `reproduce`."""
 
     paper: str
-    episodes: int | None = None  # None: as many as in the paper
+    episodes: int | None = None
+    """None: as many as in the paper."""
     seed: int = 0
-    physics: str | None = None  # None: the one that each scenario goes with
-    settings: Sequence[str] = ()  # numbers of every scenario to change: `task.duration=600`
+    physics: str | None = None
+    """None: the one that each scenario goes with."""
+    settings: Sequence[str] = ()
+    """Numbers of every scenario to change: `task.duration=600`."""
 
     @property
     def command(self) -> str:

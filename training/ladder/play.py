@@ -88,9 +88,12 @@ def seeds_of_tests(episodes: int) -> list[int]:
 class Watch:
     """Scores a policy on held-back seeds while it learns, and keeps the best one."""
 
-    keywords: Mapping[str, Any]  # of the test worlds
-    robot_steps: int  # when it ends
-    episodes: int  # of an evaluation
+    keywords: Mapping[str, Any]
+    """Of the test worlds."""
+    robot_steps: int
+    """When it ends."""
+    episodes: int
+    """Of an evaluation."""
     curve: list[dict[str, Any]] = field(default_factory=list)
     """Of each evaluation `robot_steps`, `wall_s` without evaluations, and `scores`."""
     best: Act | None = None

@@ -34,7 +34,8 @@ class Job:
     rung: Rung
     algorithm: Algorithm
     seed: int
-    budget: int | None = None  # robot-steps; None: the rung's times the algorithm's share
+    budget: int | None = None
+    """Robot-steps; None: the rung's times the algorithm's share."""
 
     @property
     def robot_steps(self) -> int:
@@ -75,11 +76,14 @@ class Run:
     seed: int
     key: str
     config: Mapping[str, Any]
-    robot_steps: int  # how long it was to train, over all robots [ticks]
-    train_s: float  # wall-clock time of the training, without evaluations [s]
+    robot_steps: int
+    """How long it was to train, over all robots [ticks]."""
+    train_s: float
+    """Wall-clock time of the training, without evaluations [s]."""
     curve: Sequence[Mapping[str, Any]]
     """Evaluations on held-back seeds: `robot_steps`, `wall_s`, `scores`."""
-    scores: Sequence[float]  # of the best of these policies, in each test episode
+    scores: Sequence[float]
+    """Of the best of these policies, in each test episode."""
     versions: Mapping[str, str]
 
     def file(self, out: Path) -> Path:
@@ -177,11 +181,13 @@ class Row:
     """An algorithm on a rung."""
 
     algorithm: str
-    score: Estimate  # interquartile mean over the runs, each the mean of its test episodes
+    score: Estimate
+    """Interquartile mean over the runs, each the mean of its test episodes."""
     normalised: float
     seeds: int
     robot_steps: int
-    train_s: float  # median wall-clock time of a training [s]
+    train_s: float
+    """Median wall-clock time of a training [s]."""
 
 
 def by_algorithm(runs: Sequence[Run]) -> dict[str, list[Run]]:

@@ -29,10 +29,12 @@ class Case:
     name: str
     scenario: Scenario
     n_worlds: int = 1
-    is_spread: bool = False  # robots are placed all over the arena, not in the start circle
+    is_spread: bool = False
+    """Robots are placed all over the arena, not in the start circle."""
     warm_up: int = 3000
     """Ticks before the clock starts, in which robots spread, find the areas and talk."""
-    n_ticks: int = 1  # ticks of a call that is timed
+    n_ticks: int = 1
+    """Ticks of a call that is timed."""
 
     @property
     def rows(self) -> int:

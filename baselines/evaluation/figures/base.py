@@ -20,14 +20,21 @@ class PlotOptions:
     """Options of the command `plot`."""
 
     kind: str
-    sources: Sequence[str]  # folders of datasets; for some kinds something else
+    sources: Sequence[str]
+    """Folders of datasets; for some kinds something else."""
     scenarios: Sequence[str] = ()
-    controllers: Sequence[str] = ()  # empty: all that there are
-    metric: str | None = None  # None: the score
-    x: str | None = None  # None: the one number that varies
-    seed: int | None = None  # None: the first
-    style: str = "screen"  # page style
-    with_caption: bool = False  # the whole caption is drawn
+    controllers: Sequence[str] = ()
+    """Empty: all that there are."""
+    metric: str | None = None
+    """None: the score."""
+    x: str | None = None
+    """None: the one number that varies."""
+    seed: int | None = None
+    """None: the first."""
+    style: str = "screen"
+    """Page style."""
+    with_caption: bool = False
+    """The whole caption is drawn."""
 
     @property
     def choices(self) -> dict[str, object]:
@@ -93,7 +100,8 @@ class PlotOptions:
 class FigureKind(Protocol):
     """Protocol of a kind of figure."""
 
-    options: frozenset[str]  # options that it has
+    options: frozenset[str]
+    """Options that it has."""
 
     def draw(self, options: PlotOptions) -> Figure:
         """Draw the figure; ConfigError if the sources lack what it needs."""

@@ -32,8 +32,10 @@ class Span(_Entry):
 class Point(_Entry):
     """One evaluation of a policy during its training."""
 
-    simulated_s: float = Field(ge=0.0)  # simulated time so far, summed over worlds [s]
-    round_trips: dict[str, Span]  # in each scenario
+    simulated_s: float = Field(ge=0.0)
+    """Simulated time so far, summed over worlds [s]."""
+    round_trips: dict[str, Span]
+    """In each scenario."""
 
 
 class TrainingCard(_Entry):

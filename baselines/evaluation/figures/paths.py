@@ -37,10 +37,14 @@ class Job:
 
     scenario: Scenario
     seed: int
-    controller: str  # by its name
-    kept: Path | None = None  # the file of its trajectory; None: it is run
-    configuration: ExperimentConfig | None = None  # what to run
-    trips: int | None = None  # the round trips it must have
+    controller: str
+    """By its name."""
+    kept: Path | None = None
+    """The file of its trajectory; None: it is run."""
+    configuration: ExperimentConfig | None = None
+    """What to run."""
+    trips: int | None = None
+    """The round trips it must have."""
 
 
 class PathMaps:
