@@ -25,7 +25,8 @@ RobotLayers = Sequence[Sequence[Any]]
 """The layers of every robot of every world, None for a robot of another estimator. Robots of one
 controller have the same object."""
 
-Members = Bool[Array, " robots"]  # which robots of a world are meant
+Members = Bool[Array, " robots"]
+"""Which robots of a world are meant."""
 
 
 def settings_of(

@@ -26,7 +26,8 @@ from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN
 from training.policy_file import LayerName, Shapes, Weights, action_features
 from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK
 
-LOG_STD_WITHOUT_EFFECT = -5.0  # logarithm of the standard deviation of an action that has no effect
+LOG_STD_WITHOUT_EFFECT = -5.0
+"""Logarithm of the standard deviation of an action that has no effect."""
 
 GAIN = 0.01
 """Gain of the orthogonal initialisation of an actor's last layer: actions start near zero."""

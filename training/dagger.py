@@ -30,7 +30,8 @@ from training.policy_file import LayerCard, LayerName, Policy, layer_card, obser
 from training.reputation_weighting import REPUTATION_NETWORK, network_over
 from training.training_loop import ProgressLogger, Training, run
 
-HIDDEN = 16  # hidden units: supervised learning can fit more of them than a search
+HIDDEN = 16
+"""Hidden units: supervised learning can fit more of them than a search."""
 
 GRADIENT_STEPS, LEARNING_RATE = 500, 0.01
 """Of Adam: steps in a round, and initial learning rate, which falls linearly to zero over the

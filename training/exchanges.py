@@ -36,7 +36,8 @@ MAX_SQUARED_ERROR = 0.5
 UNKNOWN_ERROR = 0.15
 """What it counts in the loss not to know an area [m2]: as if its place erred by 0.4 m."""
 
-BATCH_SIZE = 1024  # exchanges of each scenario in a gradient step
+BATCH_SIZE = 1024
+"""Exchanges of each scenario in a gradient step."""
 
 
 def squared_error(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:

@@ -39,14 +39,20 @@ from training.policy_file import (
 )
 
 NETWORK = "deep-set-motion"
-SIZES = {"message": 16, "hidden": 64}  # sizes of the default network
+SIZES = {"message": 16, "hidden": 64}
+"""Sizes of the default network."""
 
 NEAR, FAR = 0.15, 1.5
 """Length scales of the distance features [m]: between robots, and between areas."""
 
-LONG_PATH = 2.0  # length scale of the path feature p / (p + LONG_PATH) [m]
-OWN, MESSAGE = 33, 5  # number of features of the robot itself, and of each message
-Columns = Mapping[str, slice]  # columns of each field in a matrix of observations
+LONG_PATH = 2.0
+"""Length scale of the path feature p / (p + LONG_PATH) [m]."""
+
+OWN, MESSAGE = 33, 5
+"""Number of features of the robot itself, and of each message."""
+
+Columns = Mapping[str, slice]
+"""Columns of each field in a matrix of observations."""
 
 
 def motion_network_shapes(sizes: Mapping[str, int]) -> Shapes:

@@ -20,7 +20,8 @@ from swarm_forage_env.parameters import Part
 from swarm_forage_env.record import Numbers
 from training.policy_file import Policy, Shapes, Weights, load_policy, policy_path
 
-NETWORK = "log-odds"  # name of this architecture on a policy card
+NETWORK = "log-odds"
+"""Name of this architecture on a policy card."""
 
 FEATURES = (
     "own_p",
@@ -39,8 +40,11 @@ SCALES = ((0.1, 3.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.5), (0.1, 3.0, 1.5), (0
 """Feature scaling: unit u [m, or frames], centre c and spread s of (ln(1 + x / u) - c) / s, which
 maps centimetres as well as tens of metres to within a few units of zero."""
 
-Features = tuple[float, ...]  # the scaled features of one area of an exchange
-HIDDEN = 4  # default number of hidden units
+Features = tuple[float, ...]
+"""The scaled features of one area of an exchange."""
+
+HIDDEN = 4
+"""Default number of hidden units."""
 
 
 def weighting_network_shapes(sizes: Mapping[str, int], n: int = len(FEATURES)) -> Shapes:

@@ -30,7 +30,8 @@ from swarm_forage_env.record import Numbers, field
 from training.learned_weighting import flatten
 from training.policy_file import Policy, Shapes
 
-NETWORK = "reflexes"  # name of this architecture on a policy card
+NETWORK = "reflexes"
+"""Name of this architecture on a policy card."""
 
 FEATURES = (
     "one", "target_left", "target_ahead", "near", "unsure",
@@ -47,12 +48,14 @@ SHAPES: Shapes = {
 }
 """Shapes of the arrays of a policy."""
 
-N_WEIGHTS = 5 * len(FEATURES)  # number of weights of a policy
+N_WEIGHTS = 5 * len(FEATURES)
+"""Number of weights of a policy."""
 
 CLOSE, LONG = 0.15, 2.0
 """Distances [m] at which `near` and the closeness of a robot, and `unsure`, are one half."""
 
-SPAN = math.log(10.0)  # largest change of the logarithm of a straight run's length
+SPAN = math.log(10.0)
+"""Largest change of the logarithm of a straight run's length."""
 
 
 class SearchCourse(Course):

@@ -24,7 +24,8 @@ from swarm_forage_env.parameters import Part
 from swarm_forage_env.registry import CONTROLLERS
 from training.foreign_file import LARGEST_CARD, read_file, reason
 
-ON_SPACE = "policy_card"  # attribute of an observation space that holds a card as JSON
+ON_SPACE = "policy_card"
+"""Attribute of an observation space that holds a card as JSON."""
 
 Word = Annotated[str, Field(max_length=1000, pattern=r"^\P{C}*$")]
 """What a message can quote: no line ends, nothing that a terminal obeys."""

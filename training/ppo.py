@@ -40,9 +40,14 @@ HYPERPARAMETERS: Mapping[str, PPOHyperparameters] = {
 }
 """Hyperparameters for each choice of the trained layer."""
 
-LATEST = "latest.safetensors"  # file of the policy of the last interval
-BEST = "best."  # what the names of the best policy's arrays begin with in a checkpoint
-DEMONSTRATORS = 80  # number of robots of each scenario that behaviour cloning records, about
+LATEST = "latest.safetensors"
+"""File of the policy of the last interval."""
+
+BEST = "best."
+"""What the names of the best policy's arrays begin with in a checkpoint."""
+
+DEMONSTRATORS = 80
+"""Number of robots of each scenario that behaviour cloning records, about."""
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:

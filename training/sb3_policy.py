@@ -39,15 +39,19 @@ from training.policy_file import check_weights, misfit
 if TYPE_CHECKING:
     from stable_baselines3.common.policies import BasePolicy
 
-PICKLED = ":serialized:"  # key of what stable-baselines3 keeps as a pickle, within its JSON
+PICKLED = ":serialized:"
+"""Key of what stable-baselines3 keeps as a pickle, within its JSON."""
 
 NO_MATTER = (PICKLED, ":type:", "optimizer_class", "optimizer_kwargs")
 """What makes no difference to a policy that is not trained on."""
 
 ACTIVATION = re.compile(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>")
 
-Widths = Annotated[list[Count], Field(max_length=100)]  # numbers of units of the hidden layers
-Branches = dict[Literal["pi", "vf", "qf"], Widths]  # hidden layers of the actor, and of the critic
+Widths = Annotated[list[Count], Field(max_length=100)]
+"""Numbers of units of the hidden layers."""
+
+Branches = dict[Literal["pi", "vf", "qf"], Widths]
+"""Hidden layers of the actor, and of the critic."""
 
 
 class Told(BaseModel):
@@ -190,7 +194,8 @@ KNOWN = {
 }
 """Classes of policies that need no pickle: of PPO and A2C, DQN, SAC, TD3 and DDPG."""
 
-Chosen = tuple[type[Any], dict[str, Any]]  # the class of a policy, and its keywords
+Chosen = tuple[type[Any], dict[str, Any]]
+"""The class of a policy, and its keywords."""
 
 
 class SB3Policy(PolicyFile):

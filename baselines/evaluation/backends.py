@@ -19,7 +19,8 @@ from typing import Any, Protocol
 from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.backend import resource_tracker as loky_tracker
 
-Results = Generator[Any, None, None]  # what calls return, as they end
+Results = Generator[Any, None, None]
+"""What calls return, as they end."""
 
 IDLE = 86_400.0
 """A worker without a job ends after this time [s].
@@ -28,7 +29,8 @@ After joblib's 300 s it may end just as a job comes. joblib then warns in its ow
 warnings are errors (`python -W error`) that ends the thread, and the call waits for ever.
 """
 
-DEFERRED = signal.SIGINT, signal.SIGHUP  # what a terminal sends to a command and its workers alike
+DEFERRED = signal.SIGINT, signal.SIGHUP
+"""What a terminal sends to a command and its workers alike."""
 
 SETTLE = 0.1
 """Time for joblib's thread to hand over the first calls, before a signal that was held back [s].

@@ -14,7 +14,8 @@ FIGURE_NAMES = (
 """The kinds of figures, which are not loaded to complete their names."""
 
 
-PageStyleName = Literal["screen", "paper"]  # the page styles of figures
+PageStyleName = Literal["screen", "paper"]
+"""The page styles of figures."""
 
 
 def plot(  # noqa: PLR0913 the options of a command

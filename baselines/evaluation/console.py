@@ -83,7 +83,8 @@ def old_names_told() -> Iterator[None]:
         yield
 
 
-WRONG_INPUT, FAILED = 2, 1  # exit statuses: of what was asked, and of what happened on the way
+WRONG_INPUT, FAILED = 2, 1
+"""Exit statuses: of what was asked, and of what happened on the way."""
 
 
 def error_message(error: Exception, program: str | None) -> tuple[str, int] | None:
@@ -119,7 +120,8 @@ def of_option(prefix: str) -> Iterator[None]:
         raise ConfigError(f"{prefix}{error}") from None
 
 
-PAUSE = 0.01  # after which a signal that came at a bad moment is sent again [s]
+PAUSE = 0.01
+"""After which a signal that came at a bad moment is sent again [s]."""
 
 
 @contextmanager

@@ -38,7 +38,8 @@ class PageStyle:
 TITLE, LABEL, TICK, NOTE, LINE = 10.0, 9.0, 8.0, 7.5, 1.6
 """Sizes of letters and width of a line in the style `screen` [pt]."""
 
-LETTER = 0.0078  # breadth of a letter, about, for each point of its size [inch]
+LETTER = 0.0078
+"""Breadth of a letter, about, for each point of its size [inch]."""
 
 PAGE_STYLES: Registry[PageStyle] = Registry("style of figures")
 """Page styles by name: as broad as a page of the docs, or as a column of a paper."""
@@ -93,7 +94,8 @@ class CaptionedFigure(Figure):
     caption = Caption()
 
 
-HEIGHT, LONE = 2.3, 3.0  # of a panel, and of one that is alone, in the style `screen` [inch]
+HEIGHT, LONE = 2.3, 3.0
+"""Of a panel, and of one that is alone, in the style `screen` [inch]."""
 
 
 def panel_grid(

@@ -26,11 +26,15 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.episode import ForagingEpisode
 
-RESAMPLES = 1000  # drawn for a band
-BANDS = "Means with 95 % bootstrap bands."  # what a caption says of them
+RESAMPLES = 1000
+"""Drawn for a band."""
+
+BANDS = "Means with 95 % bootstrap bands."
+"""What a caption says of them."""
 
 
-FEW = 6  # so many values of x are numbered one by one
+FEW = 6
+"""So many values of x are numbered one by one."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,8 @@ class Means:
     """The same at every x: drawn as a line in its band."""
 
 
-PANEL = 2.4  # least breadth of a panel [inch]
+PANEL = 2.4
+"""Least breadth of a panel [inch]."""
 
 
 def curve_panels(

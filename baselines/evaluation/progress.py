@@ -9,7 +9,8 @@ from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.runner import Plan
 
-NAMED = 20  # files that a message names, at most
+NAMED = 20
+"""Files that a message names, at most."""
 
 
 def run_with_progress(plan: Plan, backend: Backend) -> None:

@@ -83,7 +83,8 @@ def _width(texts: Sequence[Text]) -> int:
 
 NOT_APPLICABLE = "n/a"
 
-COMPARED = "difference of means", "ratio of means", "p"  # headings of the comparison
+COMPARED = "difference of means", "ratio of means", "p"
+"""Headings of the comparison."""
 
 EpisodesByController = Mapping[str, Sequence[Any]]
 """Episodes by controller, the seeds in the same order for each."""

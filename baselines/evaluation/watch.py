@@ -22,7 +22,8 @@ from swarm_forage_env.rendering.video import FORMATS
 from swarm_forage_env.scene import Scene, Stage
 from swarm_forage_env.task import stage_of
 
-MOST = 2  # controllers that are shown side by side, at most
+MOST = 2
+"""Controllers that are shown side by side, at most."""
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,8 @@ from baselines.papers.paper import PAPERS, Paper
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 SIZES = (5, 10, 25, 50)
-SIDE = 10.0  # of the world [m]
+SIDE = 10.0
+"""Of the world [m]."""
 
 RULES = ("goal", "static", "adaptive")
 ESTIMATORS = {
@@ -48,9 +49,14 @@ ESTIMATORS = {
 }
 SETTINGS = ("authors", "corrected")
 
-TRIALS = 100  # of each experiment
-ERRORS = 3.0  # standard errors within which a published mean is met
-RMS = 1.3  # most that the deviations, in standard errors, may have as their root mean square
+TRIALS = 100
+"""Of each experiment."""
+
+ERRORS = 3.0
+"""Standard errors within which a published mean is met."""
+
+RMS = 1.3
+"""Most that the deviations, in standard errors, may have as their root mean square."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +86,8 @@ MEASURES = (
 COVARIANCE, ERROR, GOALS, SUCCESS = MEASURES
 
 
-Cell = tuple[str, str, int]  # estimator, rule and group size of an experiment of a setting
+Cell = tuple[str, str, int]
+"""Estimator, rule and group size of an experiment of a setting."""
 
 
 def boids_experiment(setting: str, estimator: str, rule: str, size: int) -> Experiment:

@@ -25,7 +25,8 @@ LOCALISATIONS = {
     "dead_reckoning": "dead reckoning",
 }
 
-REPLICATIONS = 30  # as in the TR
+REPLICATIONS = 30
+"""As in the TR."""
 
 LEFT_OPEN = {
     "The filters among e-pucks": "baselines.estimators.foraging_variants",

@@ -16,8 +16,11 @@ from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 
-Metric = Callable[[ForagingEpisode], float]  # a number of an episode
-FOLDS = 2  # groups of seeds: what is chosen on one is scored on the others
+Metric = Callable[[ForagingEpisode], float]
+"""A number of an episode."""
+
+FOLDS = 2
+"""Groups of seeds: what is chosen on one is scored on the others."""
 
 
 @runtime_checkable

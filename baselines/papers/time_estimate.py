@@ -7,8 +7,11 @@ from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.runner import MAX_ROWS, Plan, warm_up
 from swarm_forage_env.loop import Loop
 
-PROBE = 0.3  # computing time of a probe, and as much again to let the robots meet [s]
-BEAT = 20  # ticks between two looks at the clock
+PROBE = 0.3
+"""Computing time of a probe, and as much again to let the robots meet [s]."""
+
+BEAT = 20
+"""Ticks between two looks at the clock."""
 
 
 def expected_seconds(plan: Plan, workers: int) -> float:

@@ -23,8 +23,11 @@ from training.ladder.runs import Run, by_algorithm, score_word, strata_of
 
 MILLION, MINUTE = 1e6, 60.0
 
-CLOSE = 0.045  # of the height of a panel: labels of lines that lie closer are pushed apart
-TAUS = np.linspace(0.0, 1.5, 61)  # normalised scores at which a profile is drawn
+CLOSE = 0.045
+"""Of the height of a panel: labels of lines that lie closer are pushed apart."""
+
+TAUS = np.linspace(0.0, 1.5, 61)
+"""Normalised scores at which a profile is drawn."""
 
 
 def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:

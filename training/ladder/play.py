@@ -15,12 +15,14 @@ from training.experiment import HELD_BACK_SEEDS, TEST_SEEDS
 Act = Callable[[Array], Array]
 """Actions (worlds, robots, numbers) of observations (worlds, robots, numbers)."""
 
-ROWS = 1000  # robots in a block, about
+ROWS = 1000
+"""Robots in a block, about."""
 
 PER_ROBOT = "per_robot"
 """The end of a score's name that is a mean over the robots, and not their sum."""
 
-POINTS = 8  # evaluations of a curve, evenly spread over the robot-steps
+POINTS = 8
+"""Evaluations of a curve, evenly spread over the robot-steps."""
 
 
 def play(keywords: Mapping[str, Any], act: Act, seeds: Sequence[int]) -> list[float]:

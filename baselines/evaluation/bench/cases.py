@@ -18,8 +18,11 @@ from swarm_forage_env.scenarios import find_scenario
 
 CONTROLLER = "ssgikf"
 
-HELD = 20  # ticks for which a random action is held, so that robots get about
-Tick = Callable[[], object]  # a call that is timed: a tick of a block, or several
+HELD = 20
+"""Ticks for which a random action is held, so that robots get about."""
+
+Tick = Callable[[], object]
+"""A call that is timed: a tick of a block, or several."""
 
 
 @dataclass(frozen=True)

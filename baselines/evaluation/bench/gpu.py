@@ -27,8 +27,11 @@ from swarm_forage_env.scenarios import find_scenario
 N_WORLDS = {"es1": (1, 10, 100, 1_000, 10_000, 100_000), "es3": (1, 10, 100, 1_000)}
 """Numbers of worlds of each scenario that are timed."""
 
-QUICK_WORLDS = 1_000  # the most worlds of a quick run
-TICKS = 10  # ticks of the GPU between two that the CPU waits for
+QUICK_WORLDS = 1_000
+"""The most worlds of a quick run."""
+
+TICKS = 10
+"""Ticks of the GPU between two that the CPU waits for."""
 
 Tell = Callable[[str], None]
 

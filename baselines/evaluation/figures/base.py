@@ -107,8 +107,11 @@ class FigureKind(Protocol):
         """Draw the figure; ConfigError if the sources lack what it needs."""
 
 
-FIGURES: Registry[FigureKind] = Registry("kind of figure")  # the kinds of figures by name
-SELECTION = frozenset({"scenario", "controller"})  # options of every kind that reads a dataset
+FIGURES: Registry[FigureKind] = Registry("kind of figure")
+"""The kinds of figures by name."""
+
+SELECTION = frozenset({"scenario", "controller"})
+"""Options of every kind that reads a dataset."""
 
 
 def check_options(options: PlotOptions) -> None:

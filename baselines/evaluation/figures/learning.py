@@ -12,7 +12,8 @@ from baselines.evaluation.figures.base import FIGURES, PlotOptions
 from baselines.evaluation.line_plots import Means, band_panels
 from swarm_forage_env.errors import ConfigError
 
-HOUR = 3600.0  # [s]
+HOUR = 3600.0
+"""[s]."""
 
 
 class _Entry(BaseModel):

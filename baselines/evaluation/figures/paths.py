@@ -27,8 +27,11 @@ from swarm_forage_env.task import stage_of, task_of
 
 LOGGER = logging.getLogger("swarm-forage")
 
-CELL = 0.02  # side of a cell, about: the cells fill the arena [m]
-MOST = 6  # panels, at most
+CELL = 0.02
+"""Side of a cell, about: the cells fill the arena [m]."""
+
+MOST = 6
+"""Panels, at most."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ from swarm_forage_env.errors import ConfigError
 
 LOGGER = logging.getLogger("swarm-forage")
 
-LOCALISATION = "estimator"  # the layer that a row of the table varies
+LOCALISATION = "estimator"
+"""The layer that a row of the table varies."""
 
 
 class MotionByLocalisation:
