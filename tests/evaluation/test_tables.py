@@ -6,12 +6,11 @@ import json
 from dataclasses import asdict, replace
 
 import pytest
-from baselines.evaluation.bench.gpu_table import gpu_table
-from baselines.evaluation.fitting_table import FittingTable
 from rich.console import Console
 from rich.text import Text
 
-from baselines.evaluation.tables import report, to_csv, to_json
+from baselines.evaluation.bench.gpu import gpu_table
+from baselines.evaluation.tables import FittingTable, report, to_csv, to_json
 
 
 @pytest.fixture

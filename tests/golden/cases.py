@@ -154,7 +154,7 @@ def _beside() -> Iterator[dict[str, Any]]:
 
 
 def _worlds() -> Iterator[dict[str, Any]]:
-    """Mixed swarms, of several teams and squads, and numbers drawn anew for each episode."""
+    """Mixed swarms, of several teams and groups, and numbers drawn anew for each episode."""
     mixed = ["ssgikf", "ssgikf", "ssgiff", "dsgikf", "nc", "learned-motion", "covariance"]
     drawn = {"sensors.wheel_noise": (0.0, 0.2), "radio.max_range": (0.1, 0.3)}
     for learn in ("weighting", "motion"):

@@ -177,7 +177,7 @@ def test_an_experiment_is_the_scenario_of_its_size_and_the_tolerance_of_the_pape
 
 def mean_matches(errors):
     """A claim on a published mean, and trials so many standard errors of the paper's from it."""
-    claim = MeanMatches("dead_reckoning", "goal", 10, ERROR)
+    claim = MeanMatches(("dead_reckoning", "goal", 10), ERROR)
     mean, sd = published()["dead_reckoning", "goal", 10]["err"]
     value = mean + errors * sd / math.sqrt(100)
     return claim, {claim.experiments[0]: [replace(EPISODE, position_error_m=value)] * 4}
@@ -207,9 +207,9 @@ def test_a_deviation_of_no_trial_is_none_and_of_trials_that_vary_is_smaller():
 def test_the_root_mean_square_of_the_deviations_may_be_one_and_a_third(
     monkeypatch, deviations, reproduced
 ):
-    parts = tuple(MeanMatches("dead_reckoning", "goal", size, ERROR) for size in (5, 10))
+    parts = tuple(MeanMatches(("dead_reckoning", "goal", size), ERROR) for size in (5, 10))
     found = dict(zip((5, 10), deviations, strict=True))
-    monkeypatch.setattr(MeanMatches, "deviation", lambda part, _: found[part.size])
+    monkeypatch.setattr(MeanMatches, "deviation", lambda part, _: found[part.cell[2]])
     judged = AllMeansMatch(parts).judge({})
     assert (judged.reproduced, judged.published) == (reproduced, "<= 1.3")
     assert judged.ours == pytest.approx(math.hypot(*deviations) / math.sqrt(2.0))

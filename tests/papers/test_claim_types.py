@@ -18,6 +18,10 @@ from baselines.papers.claim_types import (
     Ratio,
     Share,
     _both,
+    above,
+    claim_result,
+    estimate,
+    within,
 )
 from baselines.papers.experiments import (
     Experiment,

@@ -5,12 +5,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from baselines.papers.claim_result import ClaimResult
 from PIL import Image
 
 from baselines.evaluation import progress
 from baselines.papers import commands_reproduce, report, reproduction
-from baselines.papers.claim_types import Number, Order
+from baselines.papers.claim_types import ClaimResult, Number, Order
 from baselines.papers.experiments import Experiment
 from baselines.papers.figures import Boxes
 from baselines.papers.paper import PAPERS, Paper

@@ -10,8 +10,8 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from training import cma_es
 from training.candidate_rollouts import CandidateRollouts
-from training.checkpoint import BEST_POLICY, Checkpoint
-from training.cma_es import fitness_of, initial_mean, initial_network, train
+from training.checkpoint import BEST_POLICY, CHECKPOINT, write_checkpoint
+from training.cma_es import CMAESTraining, fitness_of, initial_mean, initial_network, train
 from training.learned_weighting import HIDDEN, network_of, weighting_network_shapes
 from training.linear_motion_policy import linear_policy_of
 from training.policy_file import CurvePoint, load_policy, save_policy
@@ -72,13 +72,27 @@ def test_every_generation_has_worlds_and_random_numbers_of_its_own(experiment, m
     assert len(set(drawn)) == 8
 
 
-def test_the_best_is_the_first_mean_with_the_highest_value(experiment):
-    checkpoint = Checkpoint.open(experiment(), population=4, numbers=1)
-    for step, value in enumerate((1.0, 3.0, 2.0, 3.0)):
-        point = CurvePoint(step=step, simulated_s=0.0, value=value, round_trips={})
-        checkpoint.add_point(point, np.array([step], np.float32))
-    best, numbers = checkpoint.best
-    assert (best.step, numbers.tolist()) == (1.0, [1.0])
+def test_a_search_goes_on_from_its_generations_and_from_the_first_mean_of_the_highest_value(
+    experiment,
+):
+    mine, n = experiment(), len(initial_mean(0, "weighting"))
+    mine.out.mkdir(parents=True)
+    kept = {"populations": np.zeros((2, 4, n), np.float32), "losses": np.zeros((2, 4)),
+            "means": np.arange(4, dtype=np.float32)[:, None].repeat(n, 1)}  # fmt: skip
+    curve = [
+        CurvePoint(step=step, simulated_s=0.0, value=value, round_trips={})
+        for step, value in enumerate((1.0, 3.0, 2.0, 3.0))
+    ]
+    for name in kept:
+        odd = {**kept, name: np.concatenate([kept[name], kept[name][:1]])}
+        write_checkpoint(mine.out / CHECKPOINT, mine.identity, curve, odd)
+        with pytest.raises(ConfigError, match="its arrays do not fit each other"):
+            CMAESTraining(mine)
+    write_checkpoint(mine.out / CHECKPOINT, mine.identity, curve, kept)
+    training = CMAESTraining(mine)
+    assert training.done == 2
+    training.save_best()
+    np.testing.assert_array_equal(network_of(load_policy(mine.out / BEST_POLICY)), 1.0)
 
 
 @pytest.mark.usefixtures("_imagined")
@@ -149,7 +163,7 @@ def test_a_motion_is_searched_and_runs_as_a_controller(experiment):
 @pytest.mark.usefixtures("_imagined")
 def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, broken_anywhere):
     mine = experiment(budget=3, every=2)
-    policy = broken_anywhere(train, mine, (Checkpoint, "save"), range(1, 6))
+    policy = broken_anywhere(train, mine, (CMAESTraining, "_save"), range(1, 6))
     assert len(policy.card.curve) == 3
 
 

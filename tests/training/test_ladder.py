@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from training.ladder.summary import over_all, rows_of, strata_of
 
 from baselines.evaluation.backends import JoblibBackend
 from swarm_forage_env.envs.array_env import ArrayEnv
@@ -16,7 +15,18 @@ from training.ladder.algorithms import find_algorithms, read_algorithms
 from training.ladder.cards import score_references
 from training.ladder.play import play, random_actions
 from training.ladder.rungs import RANDOM, Score, find_rungs, read_rungs, write_scores
-from training.ladder.runs import Job, Run, find, keep, marl_eval, read_run, read_runs
+from training.ladder.runs import (
+    Job,
+    Run,
+    find,
+    keep,
+    marl_eval,
+    over_all,
+    read_run,
+    read_runs,
+    rows_of,
+    strata_of,
+)
 
 TINY = {
     "scenario": "near",

@@ -8,7 +8,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from baselines.evaluation import figure_files
+from baselines.evaluation import figure_page
 from swarm_forage_env.errors import ConfigError
 from training.experiment import HELD_BACK_SEEDS
 from training.ladder import benchmark, cards, commands, figures, play, runs
@@ -100,7 +100,7 @@ def test_a_page_has_a_figure_of_each_rung_that_was_run_and_one_of_all(
     drawn = []
     monkeypatch.setattr(figures, "curves", lambda rung, *rest: f"curves of {rung.name}")
     monkeypatch.setattr(figures, "profiles", lambda rungs, *rest: f"profiles of {len(rungs)}")
-    monkeypatch.setattr(figure_files, "save_figure", lambda *given: drawn.append(given[:2]))
+    monkeypatch.setattr(figure_page, "save_figure", lambda *given: drawn.append(given[:2]))
     page = tmp_path / "page.md"
     call("ladder", "--seeds=0", f"--out={tmp_path}", f"--page={page}")
     folder = tmp_path / "images" / "ladder"

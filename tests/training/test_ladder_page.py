@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from swarm_forage_env.errors import ConfigError
-from training.ladder import commands, figures, listing, page
+from training.ladder import cards, commands, figures, page
 from training.ladder.algorithms import Algorithm, read_algorithms
 from training.ladder.figures import TAUS
 from training.ladder.rungs import RANDOM, Card, Rung, Score
@@ -167,7 +167,7 @@ def test_the_list_shows_each_rung_and_then_the_algorithms(rung):
     hard = CARD.model_copy(update={"hard": f"{line} {'word ' * 30}", "scores": {}})
     algorithms = [Algorithm(name="one", title="First", trainer="sb3"),
                   Algorithm(name="another", title="Second", trainer="sb3")]  # fmt: skip
-    console.print(listing.tables([rung, replace(rung, card=hard)], algorithms))
+    console.print(cards.tables([rung, replace(rung, card=hard)], algorithms))
     assert [line.rstrip() for line in console.file.getvalue().splitlines()] == [
         "3 tiny  Tiny",
         "Nothing.",

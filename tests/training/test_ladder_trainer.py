@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from training.ladder.summary import over_all, rows_of
 
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
@@ -14,7 +13,7 @@ from training.ladder import benchmark, cards, sb3_trainer
 from training.ladder.algorithms import Algorithm, read_algorithms
 from training.ladder.play import random_actions
 from training.ladder.rungs import RANDOM, Card, Rung, Score, _number
-from training.ladder.runs import Job, Run, keep, read_run
+from training.ladder.runs import Job, Run, keep, over_all, read_run, rows_of
 
 TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_robots": 3,
         "task.duration": 2.0, "discount": 0.75}  # fmt: skip
@@ -174,19 +173,16 @@ def test_algorithms_are_told_the_best_first_and_those_of_most_rungs_before(rung)
     assert list(over_all([rung, other], both)) == ["sb3_ppo", "qmix", "mappo"]
 
 
-def test_references_are_scored_by_their_own_episodes(monkeypatch, rung):
-    trips = [0.0, 2.0, 4.0, 4.0]  # two episodes of each
-    plan = SimpleNamespace(
-        configurations=[SimpleNamespace(label="nc"), SimpleNamespace(label="no-error")],
-        results=lambda: [SimpleNamespace(round_trips=each) for each in trips],
-    )
+def test_references_are_scored_by_their_own_episodes(monkeypatch, rung, tmp_path):
     said, written = [], []
     monkeypatch.setattr(cards, "say", said.append)
-    monkeypatch.setattr(cards, "_plan", lambda *given: plan)
+    two_of_each = [0.0, 2.0, 4.0, 4.0]
+    monkeypatch.setattr(cards.Plan, "results", lambda plan: two_of_each)
+    monkeypatch.setattr(cards, "scores", list)
     monkeypatch.setattr(cards, "run_with_progress", lambda *given: None)
     monkeypatch.setattr(cards, "play", lambda *given: [5.0, 6.0])
     monkeypatch.setattr(cards, "write_scores", lambda rung, scores: written.append(scores))
-    found = cards.score_references(rung, None, None)
+    found = cards.score_references(rung, tmp_path, None)
     assert {name: (score.mean, score.episodes) for name, score in found.items()} == {
         RANDOM: (5.5, 2), "nc": (1.0, 2), "no-error": (4.0, 2),
     }  # fmt: skip

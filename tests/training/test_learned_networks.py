@@ -24,7 +24,7 @@ from training.learned_motion import (
     wheel_speeds,
 )
 from training.learned_weighting import (
-    ENCOUNTER_NETWORK,
+    EXCHANGE_NETWORK,
     LearnedWeighting,
     flatten,
     log_odds,
@@ -164,7 +164,7 @@ def test_flat_weights_lie_in_the_order_of_the_shapes():
 @pytest.mark.parametrize(
     ("network", "rule", "policy"),
     [
-        (ENCOUNTER_NETWORK, LearnedWeighting, "weighting"),
+        (EXCHANGE_NETWORK, LearnedWeighting, "weighting"),
         (REPUTATION_NETWORK, LearnedReputation, "weighting-sceptical"),
     ],
 )
@@ -201,8 +201,8 @@ def test_a_policy_of_another_architecture_is_refused(wrong, rule):
     ("estimator", "network"),
     [
         (SimpleNamespace(weighs_unknown=True), REPUTATION_NETWORK),
-        (SimpleNamespace(weighs_unknown=False), ENCOUNTER_NETWORK),
-        (SimpleNamespace(), ENCOUNTER_NETWORK),
+        (SimpleNamespace(weighs_unknown=False), EXCHANGE_NETWORK),
+        (SimpleNamespace(), EXCHANGE_NETWORK),
     ],
 )
 def test_a_network_over_an_estimator_that_remembers_is_shown_what_it_remembers(estimator, network):

@@ -11,7 +11,7 @@ import pytest
 import torch
 
 from swarm_forage_env.errors import ConfigError
-from training import cma_es, dagger, ppo
+from training import cma_es, dagger, ppo, training_loop
 from training.checkpoint import LOCK, lock_folder
 from training.cma_es import CMAESTraining
 from training.dagger import DAggerTraining
@@ -45,7 +45,7 @@ class Logged:
 
 def test_a_round_of_imitation_logs_its_shares_and_speeds(monkeypatch, clock):
     training, log, saved = DAggerTraining.__new__(DAggerTraining), Logged(), []
-    training._n_worlds, training._scenarios, training.done = {"a": 3, "b": 1}, TICKS, 2
+    training._n_worlds, training._scenarios, training._rounds = {"a": 3, "b": 1}, TICKS, 2
     monkeypatch.setattr(DAggerTraining, "_exchanges", lambda self: "exchanges")
     monkeypatch.setattr(
         DAggerTraining, "_fit", lambda self, found: {"a": 0.25, "b": 0.5} if found else {}
@@ -75,9 +75,9 @@ def test_a_generation_logs_its_values_its_spread_and_its_speeds(monkeypatch, clo
         scenarios=TICKS, simulated_s=lambda worlds: 15.0 * worlds,
         round_trips=lambda networks, seeds: {"a": np.array([[0, 0], [1, 1], [3, 3]])},
     )  # fmt: skip
-    training._checkpoint = SimpleNamespace(
-        add=lambda *given: kept.append(given), save=lambda: kept.append("saved"), n_generations=5
-    )
+    training._populations = np.zeros((5, 3, 2), np.float32)
+    training._losses = np.zeros((5, 3))
+    monkeypatch.setattr(CMAESTraining, "_save", lambda self: kept.append(self._losses[-1]))
     monkeypatch.setattr(CMAESTraining, "_tell", lambda self, *given: told.append(given))
     training.advance(log)
     assert seeds == [(20, 4)]
@@ -86,8 +86,8 @@ def test_a_generation_logs_its_values_its_spread_and_its_speeds(monkeypatch, clo
     ((candidates, losses),) = told
     np.testing.assert_array_equal(candidates, population)
     np.testing.assert_allclose(losses, -values)
-    np.testing.assert_allclose(kept[0][1], -values)
-    assert kept[1] == "saved"
+    np.testing.assert_allclose(kept, [-values])
+    assert training.done == 6
     (logged,) = log.steps.values()
     spread = (np.std([1.0, 3.0, 5.0]) + np.std([2.0, 2.0, 8.0])) / 2.0
     assert logged == pytest.approx({
@@ -156,20 +156,15 @@ def points(value):
     ("values", "value", "is_best"),
     [((), 1.0, True), ((1.0,), 1.0, False), ((1.0, 3.0, 2.0), 2.5, False), ((1.0, 3.0), 3.1, True)],
 )
-def test_the_policy_kept_by_imitation_is_the_first_one_of_the_highest_value(
-    monkeypatch, values, value, is_best
-):
+def test_the_policy_kept_is_the_first_one_of_the_highest_value(monkeypatch, values, value, is_best):
     training = DAggerTraining.__new__(DAggerTraining)
     training.curve, training._best = [points(each) for each in values], {"weights": "before"}
-    training._experiment = SimpleNamespace(held_back_seeds=range(2))
-    training._actor = SimpleNamespace(to_numpy=lambda: {"weights": "now"})
-    training._rollouts = SimpleNamespace(round_trips=lambda numbers, seeds: {})
-    training.done = 5
-    for name in ("_simulated_s", "_numbers"):
-        monkeypatch.setattr(DAggerTraining, name, np.zeros(1))
-    for name in ("save_best", "_save"):
-        monkeypatch.setattr(DAggerTraining, name, lambda training: None)
-    monkeypatch.setattr(dagger, "evaluation_point", lambda *given: points(value))
+    training._rounds = 5
+    monkeypatch.setattr(DAggerTraining, "_simulated_s", 0.0)
+    monkeypatch.setattr(DAggerTraining, "_weights", {"weights": "now"})
+    for name in ("save_best", "_save", "_round_trips"):
+        monkeypatch.setattr(DAggerTraining, name, lambda *given: None)
+    monkeypatch.setattr(training_loop, "evaluation_point", lambda *given: points(value))
     training.evaluate()
     assert training._best == {"weights": "now" if is_best else "before"}
     assert [each.value for each in training.curve] == [*values, value]
@@ -198,7 +193,7 @@ class Slope:
 @pytest.mark.parametrize(("done", "moved"), [(0, 5.0), (5, 2.5), (9, 0.5)])
 def test_a_fit_takes_five_hundred_steps_of_a_rate_that_falls_to_zero(done, moved):
     training, slope = DAggerTraining.__new__(DAggerTraining), Slope()
-    training._experiment, training.done = SimpleNamespace(seed=3, budget=10), done
+    training._experiment, training._rounds = SimpleNamespace(seed=3, budget=10), done
     training._actor = torch.nn.Linear(1, 1, bias=False)
     torch.nn.init.constant_(training._actor.weight, 7.0)
     assert training._fit({"a": slope}) == {"a": 20.0}

@@ -26,7 +26,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from training.policy_card import save_policy_card
 from training.policy_controller import policy_controller
-from training.running_policy import RunningPolicy
+from training.running_policy import RunningForeignPolicy
 from training.vec_env import SwarmVecEnv
 
 BUSY = {"task.n_robots": 4, "robot.cruise_speed": 0.12, "task.area_distance": 0.62}
@@ -376,7 +376,7 @@ def test_a_policy_takes_over_its_robots_that_no_learner_has(residual, mode):
     policy = SimpleNamespace(
         _world=SimpleNamespace(robots={"action": action}), _form=form, _robots=np.arange(4)
     )
-    own = RunningPolicy._take_over(policy)
+    own = RunningForeignPolicy._take_over(policy)
     assert own["motion"].tolist() == [[True, True, False, False, False]]
     assert own["weighting"].tolist() == [[True, False, True, True, False]]
     assert action["motion"].tolist() == [[mode, mode, REPLACE, CORRECT, KEEP]]
@@ -386,7 +386,7 @@ def test_a_policy_takes_over_its_robots_that_no_learner_has(residual, mode):
 def policy_at(ticks):
     """A running policy of robots 0 and 1 of three, in worlds at these ticks; what is noted."""
     n, noted = len(ticks), SimpleNamespace(asked=[], acted=[], begun=[], seen=None)
-    policy = RunningPolicy.__new__(RunningPolicy)
+    policy = RunningForeignPolicy.__new__(RunningForeignPolicy)
     policy._world = SimpleNamespace(worlds={"ticks": np.array(ticks)}, n_worlds=n)
     policy._inner = SimpleNamespace(consult=lambda: noted.acted.append("rules"))
     policy._own, policy._robots = {}, np.arange(2)
@@ -443,7 +443,7 @@ def test_the_actions_of_learners_are_left_as_they_were(learns):
         _robots=np.arange(2), _held=np.full((1, 3, 2), 9.0, np.float32),
     )  # fmt: skip
     own = np.array([[True, not learns, False]])
-    RunningPolicy._act(policy, {"motion": own, "weighting": own})
+    RunningForeignPolicy._act(policy, {"motion": own, "weighting": own})
     second = (1.0, 2.0) if learns else (9.0, 5.0)
     assert action["wheels"][0, :, 0].tolist() == [9.0, second[0], 1.0]
     assert action["weight"][0].tolist() == [5.0, second[1], 2.0]

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 import torch
 from numpy.testing import assert_array_equal
-from training.behaviour_cloning import clone_behaviour, record_demonstrations
-from training.progress import ProgressLogger
 
 from swarm_forage_env.loop import Loop
 from training import ppo
 from training.actor_critic import MotionActor
 from training.checkpoint import BEST_POLICY
 from training.policy_file import load_policy, observation_layout
+from training.ppo import clone_behaviour, record_demonstrations
 from training.ppo_learner import PPOHyperparameters
+from training.training_loop import ProgressLogger
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62"}
 
@@ -34,7 +34,7 @@ def quick(monkeypatch, tmp_path):
     every_tick = replace(QUICK, decision_period=1)
     hyperparameters = {"weighting": every_tick, "motion": QUICK, "both": every_tick}
     monkeypatch.setattr(ppo, "HYPERPARAMETERS", hyperparameters)
-    monkeypatch.setattr("training.behaviour_cloning.EPOCHS", 1)
+    monkeypatch.setattr("training.ppo.EPOCHS", 1)
 
 
 @pytest.fixture
@@ -132,7 +132,7 @@ def test_both_layers_are_trained_once_the_critic_is(motion, tmp_path, monkeypatc
     rollout = 120 * 2 * 10
     longer = replace(QUICK, decision_period=1, n_steps=120, n_epochs=3)
     monkeypatch.setattr(ppo, "HYPERPARAMETERS", {"both": longer})
-    monkeypatch.setattr(ppo.PPOTraining, "_round_trips", lambda *_: np.ones(2))
+    monkeypatch.setattr(ppo, "run_episodes", lambda *_: [SimpleNamespace(round_trips=1)] * 2)
     terms = {"scenarios": ("es1",), "budget": 3 * rollout, "every": rollout}
     experiment = motion(layer="both", out=tmp_path / "both", settings=TALKATIVE, **terms)
     training, kept, rates = ppo.PPOTraining(experiment), [], []
@@ -178,7 +178,9 @@ def test_a_weighting_learns_from_exchanges_of_areas_that_both_know(motion, tmp_p
 
 def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
     scores = iter([[5, 6], [6, 7], [9, 9], [9, 9]])
-    monkeypatch.setattr(ppo.PPOTraining, "_round_trips", lambda *_: np.array(next(scores)))
+    monkeypatch.setattr(
+        ppo, "run_episodes", lambda *_: [SimpleNamespace(round_trips=n) for n in next(scores)]
+    )
     experiment = motion(out=tmp_path / "run", scenarios=("es1",), budget=4000)
     training, latest = ppo.PPOTraining(experiment), []
     with ProgressLogger(experiment.out, "robot step", silent) as progress:
@@ -196,7 +198,7 @@ def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
 
 
 def test_a_copy_does_what_it_was_shown(motion, monkeypatch):
-    monkeypatch.setattr("training.behaviour_cloning.EPOCHS", 10)
+    monkeypatch.setattr("training.ppo.EPOCHS", 10)
     experiment = motion()
     scenario = experiment.scenarios_by_name["es1"]
     layout = observation_layout("motion", scenario)
