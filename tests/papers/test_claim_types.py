@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from baselines.papers.claim_result import above, claim_result, estimate, within
 
 import baselines.papers.reproduction  # noqa: F401 enters the papers
 from baselines.evaluation.statistics import Comparison, Estimate
