@@ -230,7 +230,8 @@ def _kinds() -> list[EpisodeKind]:
 
 def _differs(table: pa.Table) -> str:
     has = set(table.schema.names)
-    wanted = min((set(schema(kind).names) for kind in _kinds()), key=has.__xor__)
+    every = (set(schema(kind).names) for kind in _kinds())
+    wanted = min(every, key=lambda names: len(has ^ names))
     lacks, extra = sorted(wanted - has), sorted(has - wanted)
     parts = [f"lacks {', '.join(lacks)}"] if lacks else []
     parts += [f"has {', '.join(extra)}"] if extra else []

@@ -35,7 +35,6 @@ NOT_HASHED = {
     "events.py": "rewards",
     "extras.py": "refusals",
     "global_state.py": "what a learner's critic is shown",
-    "on_gpu.py": "a GPU",
     "potential.py": "rewards",
     "randomise.py": "environments for learning",
     "rendering": "pictures",
