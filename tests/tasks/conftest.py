@@ -12,7 +12,7 @@ from swarm_forage_env import registry
 from swarm_forage_env.registry import CONTROLLERS, PLUGIN_GROUP, SCENARIOS
 from swarm_forage_env.task import TASKS
 
-collect_ignore = ["patrol"]
+collect_ignore = ["patrol", "coverage_of_floor.py"]
 
 
 @pytest.fixture(scope="module")
