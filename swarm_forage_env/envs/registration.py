@@ -18,6 +18,7 @@ NAMES = {
     "two-prey": "Two-Prey",
     "moving-prey": "Moving-Prey",
     "two-nests": "Two-Nests",
+    "aggregation": "Aggregation",
     **{f"mg1-{shape}": f"MG1-{shape.title()}" for shape in ("square", "hexagon", "dodecagon")},
     **{f"waypoints-{size}": f"Waypoints-{size}" for size in ("05", "10", "25", "50")},
     **{
