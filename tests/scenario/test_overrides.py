@@ -88,7 +88,7 @@ def test_a_scenario_is_found_by_name(name):
     assert find_scenario(name).name == name
 
 
-@pytest.mark.parametrize(("typo", "advice"), [("ess1", "did you mean 'es1'"), ("?", "known: ants")])
+@pytest.mark.parametrize(("typo", "advice"), [("ess1", "did you mean 'es1'"), ("?", "known: agg")])
 def test_an_unknown_scenario_is_refused_with_a_name_that_exists(typo, advice):
     with pytest.raises(UnknownNameError) as error:
         find_scenario(typo)

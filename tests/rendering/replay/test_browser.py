@@ -227,8 +227,8 @@ def test_hovering_over_a_robot_shows_what_it_believes_and_hears(page, scenes, st
     senders = sorted({int(a) for pairs in recent for a, b in pairs if b == robot})
     assert [int(number) for number in re.findall(r"\d+", heard)] == senders
     (after,) = pixels(page, [scene.believed[robot, 0]])
-    assert not alike(before, palette.AREA[0], 40)
-    assert alike(after, palette.AREA[0], 40)
+    assert not alike(before, palette.AREA[0], 80)
+    assert alike(after, palette.AREA[0], 80)  # a thin line, which may lie between two pixels
     page.mouse.move(2, 2)
     page.evaluate(DRAWN)
     assert "Point at a robot" in card.inner_text()
