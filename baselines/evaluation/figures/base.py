@@ -66,19 +66,20 @@ class PlotOptions:
         ConfigError for sources that are no such datasets.
         """
         groups = read_groups(self.sources, self.scenarios, self.controllers)
-        if len({group.task.name for group in groups}) > 1:
+        if len(tasks := sorted({group.task.name for group in groups})) > 1:
             raise ConfigError(
-                f"{', '.join(self.sources)}: holds episodes of foraging and of waypoints; choose"
+                f"{', '.join(self.sources)}: holds episodes of {' and of '.join(tasks)}; choose"
                 " with --scenario"
             )
         return groups
 
     @property
     def foraging_groups(self) -> list[EpisodeGroup]:
-        """The episode groups, for figures of foraging; ConfigError for waypoints."""
-        if self.groups[0].task.name != "foraging":
+        """The episode groups, for figures of foraging; ConfigError for those of another task."""
+        task = self.groups[0].task.name
+        if task != "foraging":
             raise ConfigError(
-                f"{', '.join(self.sources)}: episodes of waypoints have no nest and prey, which"
+                f"{', '.join(self.sources)}: episodes of {task} have no nest and prey, which"
                 f" '{self.kind}' shows; boxplot, curve and table do for them"
             )
         return self.groups
