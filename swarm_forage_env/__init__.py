@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 from swarm_forage_env.envs.registration import register_with_gymnasium, register_with_pettingzoo
 
 if TYPE_CHECKING:
-    from swarm_forage_env.envs.array_env import ArrayEnv
-    from swarm_forage_env.envs.device_env import array_env
+    from swarm_forage_env.envs.array_env import ArrayEnv, array_env
     from swarm_forage_env.envs.pettingzoo_env import env, parallel_env, raw_env
     from swarm_forage_env.errors import ConfigError, UnknownNameError
     from swarm_forage_env.foraging.world import ForagingWorld
@@ -31,7 +30,7 @@ __all__ = [
 
 _WHERE = {
     "ArrayEnv": "swarm_forage_env.envs.array_env",
-    "array_env": "swarm_forage_env.envs.device_env",
+    "array_env": "swarm_forage_env.envs.array_env",
     "ConfigError": "swarm_forage_env.errors",
     "UnknownNameError": "swarm_forage_env.errors",
     "ForagingWorld": "swarm_forage_env.foraging.world",

@@ -86,6 +86,11 @@ def bind(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any
     return _bound(template, parts_of(template, {**_lanes_on_cpu(), **functions}))
 
 
+def bind_row(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel
+    """Bind a template of one row, which becomes part of the kernels that call it."""
+    return _bound_row(template, parts_of(template, functions))
+
+
 def typed_once(kernel: Callable[..., Any]) -> Callable[..., Any]:
     """The kernel for arguments of the types of its first call: later ones must have the same.
 

@@ -5,7 +5,7 @@ the GPU; what is asked for is copied back. A kernel cannot raise: what goes wron
 raised by `check`.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 from typing import Any
 
@@ -15,7 +15,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind_grid
 from swarm_forage_env.device_memory import DeviceMemory, Grid
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import CompiledLayers, GpuTask
+from swarm_forage_env.interface import CompiledLayers, GpuTask, Kernel
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import FieldLayout, spans_of
 from swarm_forage_env.random_streams import checked_seed
@@ -59,9 +59,18 @@ class DeviceLoop:
         return self.memory.launch(self.grid)
 
     @property
-    def earned(self) -> Any:  # noqa: ANN401 an array of the GPU
-        """What each robot earned since somebody set it to 0."""
-        return self.arrays["earned"]
+    def estimators(self) -> Any:  # noqa: ANN401 an array of the GPU
+        """What the estimators keep, worlds by robots; None where no robot has one."""
+        return self.arrays["minds"] if self.layers.has_beliefs else None
+
+    def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
+        """A template over worlds, in one launch; its last argument it is given here."""
+        compiled, n_worlds = bind_grid(template, functions), self.world.n_worlds
+
+        def run(*arguments: Any) -> None:  # noqa: ANN401 the template's
+            compiled[self.launch](*arguments, (0, n_worlds))
+
+        return run
 
     def run(self, n_ticks: int, modes: Any = None) -> None:  # noqa: ANN401 as above
         """Some ticks of every world in one launch, of which nothing is copied back.
@@ -122,13 +131,14 @@ class DeviceLoop:
         own[which] = [checked_seed(seed) for seed in seeds]
         self._restart(self.memory.to_device(own), self.memory.to_device(is_new))
 
-    def fields(self, layout: FieldLayout) -> tuple[Any, Any, int, Any]:
-        """The words of robots and minds, how many robots a world has, and the spans of a layout."""
+    def fields(self, layout: FieldLayout) -> tuple[Any, Any, Any, Any, int]:
+        """Where the fields of a layout lie, for `read_fields` and `write_fields`."""
         at, own = self.arrays, self.layers.arrays[0].dtype
         minds = np.dtype([("estimator", own)]) if self.layers.has_beliefs else own
         spans = spans_of(layout, {"robots": self.world.robots.dtype, "minds": minds})
-        words = (at[name].view(np.float32) for name in ("robots", "minds"))
-        return (*words, self.world.n_robots, self.memory.to_device(spans))
+        words = [at[name].view(np.float32) for name in ("robots", "minds")]
+        robots, minds = words
+        return robots, minds, robots, self.memory.to_device(spans), self.world.n_robots
 
     def upload(self, which: Sequence[int], names: Sequence[str] | None = None) -> None:
         """Bring these worlds to the GPU as they stand on the CPU, or arrays of these names."""

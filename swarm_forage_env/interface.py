@@ -145,9 +145,6 @@ class GpuTask:
     log: Mapping[bool, Kernel]
     """Row functions that write what is logged of a robot: with beliefs, and without."""
 
-    potential: Kernel
-    """The potential of one robot, for shaping; of the robot and its world."""
-
 
 class WeightingRule(Protocol):
     """A weighting written in NumPy."""

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from swarm_forage_env.arrays import Array, Int8
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller, Kernel, RunningController
@@ -29,7 +30,8 @@ from swarm_forage_env.task import (
     one_task,
     trouble_in,
 )
-from swarm_forage_env.ticks import run_ticks
+from swarm_forage_env.ticks import RUNS, run_ticks
+from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class Snapshot:
     """What the robots believed and remembered, with the numbers of their layers."""
 
 
-class Loop:
+class Loop(WorldsOnCpu):
     """A block of worlds and the controller of all their robots, in turn.
 
     The result does not depend on the number of threads: each runs its own worlds. A copy, by
@@ -79,6 +81,7 @@ class Loop:
         leader = next(mixed, controllers[0])
         self.controllers, self._name, build = controllers, str(leader.name), leader.build
         self.controller: RunningController = build(self.world, seeds, controllers)
+        super().__init__(self.world, self.controller.minds)
         self.threads = checked_threads(threads)
         self._chunks = chunks(self.world.n_worlds, self.threads)
         self._compiled = self.controller.compiled
@@ -131,6 +134,10 @@ class Loop:
             for w, scenario in zip(which, scenarios, strict=True)
         ]
 
+    def download(self) -> "Loop":
+        """The loop itself: what a loop of a GPU copies back is here already."""
+        return self
+
     def step(self) -> None:
         """One tick of every world.
 
@@ -138,22 +145,19 @@ class Loop:
         """
         self.run(1)
 
-    def run(self, n_ticks: int) -> None:
+    def run(self, n_ticks: int, modes: Int8[Array, " worlds"] | None = None) -> None:
         """Some ticks of every world, in one compiled call where no Python must come in between.
 
-        ConfigError for a command or a weight that is not finite.
+        `modes` is STANDS or RUNS for each world; by default all run. ConfigError for a command or
+        a weight that is not finite.
         """
         is_stepped = self._whole is None or self.controller.has_rules
         at_once = 1 if is_stepped else max(n_ticks, 1)
+        chosen = self.world.modes if modes is None else modes
         for _ in range(n_ticks // at_once):
             self.controller.consult()
-            self._on_all_threads(partial(self._advance, at_once))
+            self._on_all_threads(partial(self._advance, at_once, chosen))
             self.check()
-
-    def step_worlds(self, first: int, last: int) -> None:
-        """One tick of the worlds first .. last - 1 alone, in which no rule in NumPy is asked."""
-        self._advance(1, first, last)
-        self.check()
 
     def snapshot(self) -> Snapshot:
         """All that the next ticks depend on, to be restored any number of times."""
@@ -222,17 +226,27 @@ class Loop:
             return None
         return typed_once(bind(run_ticks, {**self.world.functions, **self._compiled.functions}))
 
-    def _advance(self, n_ticks: int, first: int, last: int) -> None:
-        """Some ticks of the worlds first .. last - 1, or one, stage by stage."""
+    def _advance(self, n_ticks: int, modes: Int8[Array, " worlds"], first: int, last: int) -> None:
+        """Some ticks of those of the worlds first .. last - 1 that run, or one, by stages."""
         world = self.world
         if self._whole is not None and self._compiled is not None:
             layers = self._compiled.arrays
-            self._whole(world.arrays, layers, world.modes, world.trouble, first, last, n_ticks)
+            self._whole(world.arrays, layers, modes, world.trouble, first, last, n_ticks)
             return
-        self.controller.decide(first, last)
-        if not world.trouble[-1]:
-            world.tick(first, last)
-            self.controller.observe(first, last)
+        for begin, end in consecutive([w for w in range(first, last) if modes[w] == RUNS]):
+            self.controller.decide(begin, end)
+            if not world.trouble[-1]:
+                world.tick(begin, end)
+                self.controller.observe(begin, end)
+
+    def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
+        """A template over worlds, run on all threads; its last argument it is given here."""
+        compiled = typed_once(bind(template, functions))
+
+        def run(*arguments: Any) -> None:  # noqa: ANN401 the template's
+            self._on_all_threads(lambda first, last: compiled(*arguments, (first, last)))
+
+        return run
 
     def check(self) -> None:
         """Raise what went wrong in a tick, once."""

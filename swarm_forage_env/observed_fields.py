@@ -5,7 +5,6 @@ numbers of a robot are copied between its records and a row of an observation or
 of float32 words, alike on a CPU and on a GPU.
 """
 
-import operator
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle, product
@@ -13,11 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32, UInt64
-from swarm_forage_env.compiler import entry_point
+from swarm_forage_env.arrays import Array, Float32, Int64, UInt64
+from swarm_forage_env.compiler import inlined
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.record import Field, Record, offset_of
 from swarm_forage_env.spaces import Feature, Layout
+
+lane: Kernel
+lanes: Kernel
+first_world: Kernel
+end_world: Kernel
+"""Free names of the templates: lanes."""
 
 Sizes = Mapping[str, int]
 """Sizes of named axes, as slots=4."""
@@ -191,60 +197,63 @@ def words_of(records: Array) -> Words:
     return records.view(np.float32).reshape(len(records), -1)
 
 
-class FieldCopies:
-    """Copies fields between the records of a block of worlds and rows of numbers."""
-
-    def __init__(self, layout: FieldLayout) -> None:
-        """Of this layout; where the fields lie is found out at the first copy."""
-        self._layout = layout
-        self._names = list(dict.fromkeys(path.source.split(".")[0] for path in layout.paths))
-        self._arrays: list[Array] = []
-
-    def read(self, world: Any, minds: Array, out: Float32[Array, "worlds robots n"]) -> None:  # noqa: ANN401 of any task
-        """Write the fields of all robots to the first numbers of rows, which may be longer."""
-        self._look_at(world, minds)
-        copy_to_rows(self._words, self._spans, out)
-
-    def write(
-        self,
-        world: Any,  # noqa: ANN401 of any task
-        minds: Array,
-        robots: Any,  # noqa: ANN401 a slice, or numbers
-        rows: Float32[Array, "worlds robots numbers"],
-    ) -> None:
-        """Write rows of numbers to the fields of some robots of every world."""
-        self._look_at(world, minds)
-        for fields, begin, end in self._fields:
-            fields[:, robots] = rows[:, :, begin:end]
-
-    def _look_at(self, world: Any, minds: Array) -> None:  # noqa: ANN401 of any task
-        """Take views of the arrays, if they are others than before."""
-        arrays = [minds if name == "minds" else getattr(world, name) for name in self._names]
-        if len(self._arrays) and all(map(operator.is_, arrays, self._arrays)):
-            return
-        dtypes = (each.dtype for each in arrays)
-        self._arrays, self._words = arrays, tuple(map(words_of, arrays))
-        self._spans = spans_of(self._layout, dict(zip(self._names, dtypes, strict=True)))
-        robots = [
-            words.reshape(*each.shape[:2], -1)
-            for words, each in zip(self._words, arrays, strict=True)
-        ]
-        self._fields = [
-            (robots[source][:, :, at : at + count], to, to + count)
-            for source, at, count, to in self._spans.tolist()
-        ]
+Fields = tuple[Words, Words, Words, Spans, int]
+"""Where the numbers of a layout lie: the words of the robots, of their minds, and of one more array
+of the task's own or of the robots again; spans of them; and how many robots a world has."""
 
 
-@entry_point
-def copy_to_rows(
-    sources: tuple[Words, ...], spans: Spans, out: Float32[Array, "worlds robots numbers"]
-) -> None:
-    """Write spans of the records of all robots to rows."""
-    n_worlds, n_robots = np.uint64(out.shape[0]), np.uint64(out.shape[1])
+def source_of_its_own(layout: FieldLayout) -> str:
+    """The array of a task's own that a layout has fields of; `robots` if it has none."""
+    sources = [path.source.split(".")[0] for path in layout.paths]
+    own, *more = {*sources} - {"robots", "minds"} or {"robots"}
+    if more:
+        raise ConfigError(
+            f"observed fields: lie in {sorted({own, *more})}; one array can be read"
+            " beside robots and minds"
+        )
+    return own
+
+
+@inlined
+def read_fields(fields: Fields, w: int, i: int, row: Float32[Array, " numbers"]) -> None:
+    """Write the fields of robot i of world w to the first numbers of a row."""
+    robots, minds, others, spans, n_robots = fields
     for s in range(spans.shape[0]):
-        words, at, count, to = sources[spans[s, 0]], spans[s, 1], spans[s, 2], spans[s, 3]
-        size = np.uint64(words.shape[1]) // n_robots
-        for w in range(n_worlds):
-            for i in range(n_robots):
-                for k in range(count):
-                    out[w, i, to + k] = words[w, i * size + at + k]
+        words = robots if spans[s, 0] == 0 else minds if spans[s, 0] == 1 else others
+        size = np.uint64(words.shape[1]) // np.uint64(n_robots)
+        at = np.uint64(i) * size + spans[s, 1]
+        for k in range(spans[s, 2]):
+            row[spans[s, 3] + k] = words[w, at + k]
+
+
+@inlined
+def write_fields(row: Float32[Array, " numbers"], fields: Fields, w: int, i: int) -> None:
+    """Write a row to the fields of robot i of world w."""
+    robots, minds, others, spans, n_robots = fields
+    for s in range(spans.shape[0]):
+        words = robots if spans[s, 0] == 0 else minds if spans[s, 0] == 1 else others
+        size = np.uint64(words.shape[1]) // np.uint64(n_robots)
+        at = np.uint64(i) * size + spans[s, 1]
+        for k in range(spans[s, 2]):
+            words[w, at + k] = row[spans[s, 3] + k]
+
+
+def read_rows(
+    fields: Fields, out: Float32[Array, "worlds robots numbers"], which: tuple[int, int]
+) -> None:
+    """Write the fields of all robots to rows. Free names: lanes."""
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for i in range(lane(), out.shape[1], lanes()):
+            read_fields(fields, w, i, out[w, i])
+
+
+def write_rows(
+    rows: Float32[Array, "worlds some numbers"],
+    fields: Fields,
+    robots: Int64[Array, " some"],
+    which: tuple[int, int],
+) -> None:
+    """Write rows to the fields of some robots of every world. Free names: lanes."""
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for k in range(lane(), robots.shape[0], lanes()):
+            write_fields(rows[w, k], fields, w, robots[k])

@@ -430,8 +430,8 @@ class Task:
     no_layers: Controller | None = None
     """What runs where a policy is everything; None: the task has no such policy."""
 
-    potential: Callable[[Any], Callable[[], Float64[Array, " rows"]]]
-    """Makes the potential of every robot of a block of worlds, for shaping."""
+    potential: Kernel
+    """The potential of one robot, for shaping; of the robot and its world."""
 
     most_shaping: Callable[[Any], tuple[float, str]] | None = None
     """The largest weight of its potential that leaves a scenario as it is, and why; None: any."""

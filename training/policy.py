@@ -12,7 +12,7 @@ from swarm_forage_env.envs import (
     actions,
     added_observations,
     config,
-    frames,
+    decision_kernels,
     observations,
     policy_form,
 )
@@ -25,7 +25,14 @@ from training.policy_card import PolicyCard, read_policy_card
 
 SHOWN_BY = tuple(
     Path(getfile(module))
-    for module in (actions, added_observations, config, frames, observations, policy_form)
+    for module in (
+        actions,
+        added_observations,
+        config,
+        decision_kernels,
+        observations,
+        policy_form,
+    )
 )
 """The code of environments between a policy and the world."""
 

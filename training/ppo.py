@@ -18,9 +18,9 @@ import torch
 
 from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.arrays import Array, Float32, Int64
-from swarm_forage_env.envs.device_env import array_env
+from swarm_forage_env.envs.array_env import array_env
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.observed_fields import FieldCopies, FieldLayout
+from swarm_forage_env.observed_fields import FieldLayout, read_rows
 from swarm_forage_env.record import copied_rows
 from training.actor_critic import LayerPolicy, MotionActor, NamedNetwork
 from training.controllers import with_learned_layers
@@ -220,12 +220,12 @@ def clone_behaviour(actor: MotionActor, pairs: Sequence[Demonstrations]) -> floa
 
 def record_demonstrations(loop: Loop, layout: FieldLayout) -> Demonstrations:
     """Record observations and wheel speeds over a whole episode of a hand-written controller."""
-    shown, world = FieldCopies(layout), loop.world
+    read, fields, world = loop.kernel(read_rows, {}), loop.fields(layout), loop.world
     observed, wheels = [], []
     for tick in range(loop.world.scenario.n_ticks):
         if tick % SAMPLE_EVERY == 0:
             seen = np.empty((*world.robots.shape, len(layout)), np.float32)
-            shown.read(world, loop.controller.minds, seen)
+            read(fields, seen)
             observed.append(seen.reshape(-1, len(layout)))
         loop.step()
         if tick % SAMPLE_EVERY == 0:  # what was commanded is shown as the last wheels

@@ -18,7 +18,10 @@ from swarm_forage_env.interface import (
     CompiledLayers,
     RunningController,
 )
+from swarm_forage_env.observed_fields import write_rows
 from swarm_forage_env.task import World
+from swarm_forage_env.ticks import BEGINS, RUNS, STANDS
+from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 from training.foreign_file import reason
 from training.policy import Predict
 
@@ -44,8 +47,11 @@ class RunningForeignPolicy:
         self._world, self._inner, self._form, self._steer = world, inner, form, steer
         self._robots = np.array(robots)
         self.minds = inner.minds
-        self._frames = form.frames(world.n_worlds)
-        self._held = np.zeros((*world.robots.shape, len(form.policy.action)), np.float32)
+        place = WorldsOnCpu(world, inner.minds)
+        self._observing = form.observing(place, robots)
+        self._write, self._fields = place.kernel(write_rows, {}), place.fields(form.policy.action)
+        shape = world.n_worlds, len(robots), len(form.policy.action)
+        self._held = np.zeros(shape, np.float32)
         self._own: dict[str, Bool[Array, "worlds robots"]] | None = None
 
     @property
@@ -73,7 +79,7 @@ class RunningForeignPolicy:
             self._held[ticks == 0] = 0.0
             seen = self._seen(ticks // period, due)
             for world in due:
-                self._held[world, self._robots] = self._steer(seen[world, self._robots])
+                self._held[world] = self._steer(seen[world])
             self._act(self._own)
         self._inner.consult()
 
@@ -96,7 +102,7 @@ class RunningForeignPolicy:
     def snapshot(self) -> dict[str, Any]:
         """What was observed and is being done, whose robots are the policy's, and all the rest."""
         return {
-            "frames": self._frames.snapshot(),
+            "frames": self._observing.snapshot(),
             "held": self._held.copy(),
             "own": deepcopy(self._own),
             "rest": self._inner.snapshot(),
@@ -104,7 +110,7 @@ class RunningForeignPolicy:
 
     def restore(self, kept: Mapping[str, Any]) -> None:
         """Go on as when that snapshot was taken."""
-        self._frames.restore(kept["frames"])
+        self._observing.restore(kept["frames"])
         self._held[...] = kept["held"]
         self._own = deepcopy(kept["own"])
         self._inner.restore(kept["rest"])
@@ -121,20 +127,19 @@ class RunningForeignPolicy:
         return own
 
     def _seen(self, decisions: Array, due: Array) -> Float32[Array, "worlds robots numbers"]:
-        """What every robot observes; right in the worlds where a decision is due."""
-
-        def share_left() -> Array:
-            return np.asarray(1.0 - np.minimum(decisions / self._form.max_cycles, 1.0))
-
-        seen = self._form.observe(self._world, self._inner, share_left, self._held)
-        self._frames.add(seen, due)
-        return self._frames.begin(seen, due[decisions[due] == 0])
+        """What every robot of the policy observes; right in the worlds where a decision is due."""
+        modes = np.full(self._world.n_worlds, STANDS, np.int8)
+        modes[due] = np.where(decisions[due] == 0, BEGINS, RUNS)
+        seen: Float32[Array, "worlds robots numbers"] = self._observing(
+            self._held, modes, lambda: 1.0 - np.minimum(decisions / self._form.max_cycles, 1.0)
+        )
+        return seen
 
     def _act(self, own: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
         """Write the actions, and leave those of learners as they were."""
         action, robots = self._world.robots["action"], self._robots
         before = None if all(mask[:, robots].all() for mask in own.values()) else action.copy()
-        self._form.act(self._world, self.minds, robots, self._held[:, robots])
+        self._write(self._held, self._fields, robots)
         if before is None:
             return
         fields = {"weighting": "weight", "motion": self._form.task.commanded}
@@ -163,7 +168,7 @@ def usable_rows(
         if isinstance(space, Box) and found.shape[1:] == space.shape and is_finite:
             found = np.clip(found, space.low, space.high)
         try:
-            return actions.rows(found)
+            return form.action.to_raw(actions.rows(found))
         except ConfigError as error:
             raise ConfigError(f"policy {source}: {error}") from None
 

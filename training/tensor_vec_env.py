@@ -14,13 +14,10 @@ from torch import Tensor
 
 from swarm_forage_env.compiler import is_simulated
 from swarm_forage_env.device_memory import usable_gpu
-from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.envs.device_env import DeviceArrayEnv, check_device
+from swarm_forage_env.envs.array_env import ArrayEnv, check_device
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.observed_fields import FieldLayout
-
-BatchEnv = ArrayEnv | DeviceArrayEnv
 
 
 @dataclass(frozen=True)
@@ -49,11 +46,11 @@ class TensorVecEnv:
     whose episode ends is reset at once. `stepping_s` is the wall time of all steps [s].
     """
 
-    def __init__(self, blocks: Sequence[BatchEnv]) -> None:
+    def __init__(self, blocks: Sequence[ArrayEnv]) -> None:
         """Join blocks of any numbers of worlds and robots."""
         self.blocks = list(blocks)
         first = self.blocks[0]
-        self.device = torch_device("cuda" if isinstance(first, DeviceArrayEnv) else "cpu")
+        self.device = torch_device(first.device)
         self.observation_space, self.action_space = first.observation_space, first.action_space
         self.observation_layout = cast(FieldLayout, first.observation_layout)
         self._n_learners = [len(each.learners) for each in self.blocks]
@@ -64,7 +61,7 @@ class TensorVecEnv:
     def seed(self, seed: int) -> None:
         """Seed the sequences from which resets draw the seeds of the worlds, as `SwarmVecEnv`."""
         for block in self.blocks:
-            episodes = host_of(block).episodes
+            episodes = block.episodes
             for world, own in enumerate(checked_seeds(seed, block.n_worlds)):
                 episodes.generators[world] = np.random.default_rng(own)
 
@@ -80,7 +77,7 @@ class TensorVecEnv:
         observations, final, rewards, ended = [], [], [], []
         shares = torch.split(actions, self._n_rows)
         for (n_learners, block), share in zip(self._with_learners(), shares, strict=True):
-            shaped = share.reshape(block.n_worlds, n_learners, *host_of(block).action_shape)
+            shaped = share.reshape(block.n_worlds, n_learners, *block.action_shape)
             after, earned, *_ = block.step(array_for(block, shaped))
             final.append(tensor_of(after))
             rewards.append(tensor_of(earned).float().flatten())
@@ -96,14 +93,9 @@ class TensorVecEnv:
         for block in self.blocks:
             follow_stream(block)
 
-    def _with_learners(self) -> Iterator[tuple[int, BatchEnv]]:
+    def _with_learners(self) -> Iterator[tuple[int, ArrayEnv]]:
         """Each block, after its number of learners in a world."""
         return zip(self._n_learners, self.blocks, strict=True)
-
-
-def host_of(block: BatchEnv) -> ArrayEnv:
-    """The environment on the CPU with the names and the episodes of a block."""
-    return block.host if isinstance(block, DeviceArrayEnv) else block
 
 
 def _rows(observations: Sequence[Tensor]) -> Tensor:
@@ -150,9 +142,9 @@ def worlds_on(device: torch.device | str) -> str:
     return "cuda" if wanted.type == "cuda" else "cpu"
 
 
-def follow_stream(env: BatchEnv) -> None:
+def follow_stream(env: ArrayEnv) -> None:
     """Let worlds on a GPU run in the order of torch's current stream from now on."""
-    if isinstance(env, DeviceArrayEnv) and torch.cuda.is_initialized():  # type: ignore[no-untyped-call]
+    if env.device == "cuda" and torch.cuda.is_initialized():  # type: ignore[no-untyped-call]
         env.stream = torch.cuda.current_stream(FIRST_GPU).cuda_stream
 
 
@@ -163,9 +155,9 @@ def tensor_of(array: object) -> Tensor:
     return torch.from_numpy(np.ascontiguousarray(array))
 
 
-def array_for(env: BatchEnv, tensor: Tensor) -> Any:  # noqa: ANN401 of NumPy or of a GPU
+def array_for(env: ArrayEnv, tensor: Tensor) -> Any:  # noqa: ANN401 of NumPy or of a GPU
     """The array in the place of a tensor, as the environment's `step` takes it."""
     given = tensor.detach().contiguous()
-    if not isinstance(env, DeviceArrayEnv):
+    if env.device == "cpu":
         return given.numpy(force=True)
-    return given if given.is_cuda else env.loop.memory.to_device(given.numpy())
+    return given if given.is_cuda else env.memory.to_device(given.numpy())

@@ -13,7 +13,6 @@ from torchrl.envs import EnvBase
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.envs.device_env import DeviceArrayEnv, array_env
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.notebook import title_of
 from swarm_forage_env.envs.render import Frame
@@ -43,7 +42,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     other. Choices (`discrete`) are numbers, or one-hot with `categorical_actions=False`.
 
     With `device="cuda"` the worlds run on a GPU, and no tensor leaves its memory but the mask of
-    the worlds that a reset starts anew. What `DeviceArrayEnv` refuses is refused, and the "state",
+    the worlds that a reset starts anew. What `ArrayEnv` refuses there is refused, and the "state",
     which a CPU writes: `physics="kinematic"` and `return_state=False` must be said.
     """
 
@@ -67,8 +66,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
                 " or device='cpu'"
             )
         terms = {"n_worlds": n_worlds, "controller": controller, "stagger": stagger, **options}
-        self.array_env = env = array_env(scenario, device=where, **terms)
-        self._names: ArrayEnv = env.host if isinstance(env, DeviceArrayEnv) else env
+        self.array_env = env = ArrayEnv(scenario, device=where, **terms)
         on = torch_device(where) if where == "cuda" else device
         super().__init__(device=on, batch_size=[n_worlds])
         self.return_state, self.categorical_actions = return_state, categorical_actions
@@ -76,7 +74,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         self.group = env.learners[0].rpartition("_")[0]
         self.group_map = {self.group: list(env.learners)}
         self.max_cycles = env.max_cycles
-        self._title = title_of(controller, self._names)
+        self._title = title_of(controller, self.array_env)
         self._view: Viewer | None = None
         self._seeds: list[int | None] = [None] * n_worlds
         self._per_robot = torch.Size((n_worlds, len(env.learners)))
@@ -87,7 +85,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     @property
     def has_render(self) -> bool:
         """The worlds can be drawn."""
-        return self._names.task.scene is not None
+        return self.array_env.task.scene is not None
 
     def episodes(self, seen: TensorDictBase) -> dict[str, Tensor]:
         """What is logged of the episodes that ended in a rollout: by name, one number each.
@@ -95,19 +93,17 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         Of a world's robots a count, as `round_trips`, is the sum, and all else the mean.
         """
         info = seen["next", self.group, "info"][seen["next", "done"].squeeze(-1)]
-        counts = self._names.truth.counts
-        found = {name: info[name] for name in self._names.infos}
+        counts = self.array_env.truth.counts
+        found = {name: info[name] for name in self.array_env.infos}
         return {name: v.sum(-1) if name in counts else v.mean(-1) for name, v in found.items()}
 
     def render(self, mode: str = "rgb_array", width: int | None = None) -> Frame | None:
         """The first world as it stands, rows of red, green and blue; None where in a window."""
         if self._view is None:
             check_render_mode(mode)
-            stage = stage_of(self._names.world.scenario, self._title)
+            stage = stage_of(self.array_env.world.scenario, self._title)
             self._view = Viewer(stage, mode, width)
-        if isinstance(self.array_env, DeviceArrayEnv):
-            self.array_env.download()
-        return self._view.draw(self._names.loop.scene())
+        return self._view.draw(self.array_env.download().loop.scene())
 
     def close(self, *, raise_if_closed: bool = True) -> None:
         """Close the window, if there is one."""
@@ -147,7 +143,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         env, per_robot, device = self.array_env, self._per_robot, self.device
         done = torch.from_numpy(env.is_over)[:, None]
         never = torch.zeros_like(done)
-        info = dict(zip(self._names.infos, _float(env.log()).unbind(-1), strict=True))
+        info = dict(zip(self.array_env.infos, _float(env.log()).unbind(-1), strict=True))
         info |= {name: self._of_robots(numbers) for name, numbers in told.items()}
         group = {
             "observation": tensor_of(observations),
@@ -166,7 +162,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         return found if found.ndim > 1 else found[:, None].expand(self._per_robot)
 
     def _make_specs(self) -> None:
-        env, worlds, per_robot = self._names, self.batch_size, self._per_robot
+        env, worlds, per_robot = self.array_env, self.batch_size, self._per_robot
         one = Unbounded(shape=per_robot)
         info = {name: one.clone() for name in (*env.infos, *_of_step(env))}
         seen = _spec(env.observation_space, per_robot)

@@ -8,7 +8,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from swarm_forage_env.arrays import Array, Bool, Float32
 from swarm_forage_env.envs.actions import as_array
-from swarm_forage_env.envs.device_env import DeviceArrayEnv, array_env
+from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.make import checked_parts
 from swarm_forage_env.envs.notebook import title_of
@@ -33,7 +33,7 @@ class SwarmVecEnv(VecEnv):
     `parallel_env` logs of a robot, as `round_trips`. Actions out of bounds and NaN are refused
     with a ConfigError: PPO clips its own.
 
-    With `device="cuda"` the worlds run on a GPU, under what `DeviceArrayEnv` refuses. Trainers of
+    With `device="cuda"` the worlds run on a GPU, under what `ArrayEnv` refuses there. Trainers of
     stable-baselines3 want NumPy: every step copies all actions to the GPU, and all observations
     and rewards back, and makes a dictionary for each row on the CPU. Thousands of worlds pay with
     a trainer that stays on the GPU: `training.ppo_learner`, TorchRL.
@@ -56,8 +56,7 @@ class SwarmVecEnv(VecEnv):
         """Make the worlds; a `seed` starts the sequence of each: one number, or one for each."""
         check_render_mode(render_mode)
         terms = {"n_worlds": n_worlds, "controller": controller, "stagger": stagger, **options}
-        self._on = array_env(scenario, device=device, **terms)
-        self.env = env = self._on.host if isinstance(self._on, DeviceArrayEnv) else self._on
+        self.env = env = ArrayEnv(scenario, device=device, **terms)
         self.scenario = env.world.scenario
         self.max_cycles = env.max_cycles
         self.observation_layout = env.observation_layout
@@ -92,18 +91,13 @@ class SwarmVecEnv(VecEnv):
     def reset(self) -> Float32[Array, "rows numbers"]:
         """Reset every world and return the observation of every learner."""
         self.reset_infos: Infos = [{} for _ in range(self.num_envs)]
-        observations, _ = self._on.reset()
+        observations, _ = self.env.reset()
         self._follow()
-        return self._rows(on_cpu(observations))
+        return self._rows(self.env.memory.read(observations))
 
     def step_async(self, actions: Array) -> None:
         """Store the actions of all learners; ConfigError if they do not fit the action space."""
-        given = as_array(actions)
-        self._next = self.env.actions.rows(given)
-        if isinstance(self._on, DeviceArrayEnv):  # which makes them what the layers take
-            shape = self.env.n_worlds, len(self.env.learners), *self.env.action_shape
-            kind = np.int64 if self.env.config.discrete else np.float32
-            self._next = given.astype(kind, copy=False).reshape(shape)
+        self._next = self.env.actions.rows(as_array(actions))
 
     def step_wait(
         self,
@@ -111,10 +105,7 @@ class SwarmVecEnv(VecEnv):
         """Run one decision period and return observations, rewards, dones and infos."""
         if self._next is None:
             raise ConfigError("step_wait() without an action: call step_async(actions) first")
-        if isinstance(self._on, DeviceArrayEnv):
-            step = self._on.step(self._on.loop.memory.to_device(self._next))
-        else:
-            step = self._on.advance(self._next)
+        step, on_cpu = self.env.advance(self._next), self.env.memory.read
         observations, rewards, over = (on_cpu(step[k]) for k in (0, 1, 3))
         self._next = None
         self._follow()
@@ -122,7 +113,7 @@ class SwarmVecEnv(VecEnv):
         infos: Infos = [{"unshaped_reward": each} for each in unshaped]
         if over.any():
             self._note_ends(infos, observations, over)
-            observations = on_cpu(self._on.reset(worlds=over)[0])
+            observations = on_cpu(self.env.reset(worlds=over)[0])
         dones = np.repeat(over, len(self.env.learners))
         return self._rows(observations), rewards.ravel().astype(np.float32), dones, infos
 
@@ -174,16 +165,12 @@ class SwarmVecEnv(VecEnv):
 
     def _follow(self) -> None:
         if self.render_mode == "human":
-            self._download()
+            self.env.download()
         self._screen.follow()
 
     def _drawn(self) -> list[Frame | None]:
-        self._download()
+        self.env.download()
         return self._screen.draw()
-
-    def _download(self) -> None:
-        if isinstance(self._on, DeviceArrayEnv):
-            self._on.download()
 
     def _shown_at(self) -> dict[str, Any]:
         """The render modes, and how many decisions pass in a second [Hz]."""
@@ -198,7 +185,7 @@ class SwarmVecEnv(VecEnv):
         over: Bool[Array, " worlds"],
     ) -> None:
         """Write what the last step of the episodes that ended leaves behind."""
-        log, n = on_cpu(self._on.log()), len(self.env.learners)
+        log, n = self.env.memory.read(self.env.log()), len(self.env.learners)
         for world in np.flatnonzero(over):
             for k in range(n):
                 info = infos[world * n + k]
@@ -210,8 +197,3 @@ class SwarmVecEnv(VecEnv):
         self, observations: Float32[Array, "worlds learners numbers"]
     ) -> Float32[Array, "rows numbers"]:
         return observations.reshape(self.num_envs, -1)
-
-
-def on_cpu(array: object) -> Array:
-    """A copy of an array of a GPU in the CPU's memory; one of NumPy as it is."""
-    return np.asarray(array.copy_to_host() if hasattr(array, "copy_to_host") else array)

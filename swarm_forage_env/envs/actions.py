@@ -12,6 +12,13 @@ from gymnasium.spaces import Box, Discrete
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, entry_point
 from swarm_forage_env.envs.config import EnvConfig, check_choices
+from swarm_forage_env.envs.decision_kernels import (
+    Form,
+    as_command,
+    convert,
+    raw_of_choice,
+    raw_of_numbers,
+)
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
@@ -23,9 +30,6 @@ NOT_FINITE = "find what made it: a division by 0, or weights that training has d
 
 LEVELS = 3
 """Levels of a weight in a discrete action, beside steering."""
-
-command: Kernel
-"""Free name of the template: the equation of a form of steering."""
 
 Raw = Float32[Array, "rows numbers"]
 """Actions as the layers take them: weights, the command of the motion, what is said."""
@@ -41,34 +45,26 @@ class ActionForm:
         """The form that the options of an environment ask for."""
         self._policy, self._sharpest_turn = policy, config.sharpest_turn
         self._steering = _steering(task, policy, config)
-        command = self.steering_kernel
-        self._write = bind(write_commands, command) if command else None
         self._is_symmetric = config.normalise and policy.n_weights > 0
         self.layout = self._layout()
         """What each number of a continuous action is."""
-        self._raw_choices: Raw | None = None
+        own = None if self._steering is None else self._steering.command
+        n_symmetric = policy.n_weights if self._is_symmetric else 0
+        no_choices = np.zeros((0, len(policy.action)), np.float32)
         self.space: Box | Discrete[Any] = self.layout.box()
+        self.conversion: Form = (
+            no_choices, n_symmetric, -1 if own is None else policy.n_weights, config.sharpest_turn
+        )  # fmt: skip
+        """How an action becomes what the layers take, as `decision_kernels.take` has it."""
+        self.functions: dict[str, Kernel] = {
+            "write_raw": raw_of_numbers, "command": own or as_command
+        }  # fmt: skip
+        """What the templates of a decision have free names for."""
         if config.discrete:
-            choices = self._choices(config.discrete)
-            self.choices = choices
-            self._raw_choices = self.to_raw(choices)
-            self.space = Discrete(len(choices))
-
-    @property
-    def n_symmetric(self) -> int:
-        """How many numbers, the first ones, are weights in [-1, 1]."""
-        return self._policy.n_weights if self._is_symmetric else 0
-
-    @property
-    def steers_at(self) -> int:
-        """Where the two numbers stand that become a command; -1 if none do."""
-        return -1 if self._write is None else self._policy.n_weights
-
-    @property
-    def steering_kernel(self) -> dict[str, Kernel]:
-        """The equation of the form of steering, by its free name."""
-        command = None if self._steering is None else self._steering.command
-        return {} if command is None else {"command": command}
+            self.choices = self._choices(config.discrete)
+            self.conversion = self.to_raw(self.choices), *self.conversion[1:]
+            self.functions = {"write_raw": raw_of_choice}
+            self.space = Discrete(len(self.choices))
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -78,24 +74,13 @@ class ActionForm:
     @property
     def is_discrete(self) -> bool:
         """An action is a choice, and not numbers."""
-        return self._raw_choices is not None
+        return isinstance(self.space, Discrete)
 
-    def raw_of(self, chosen: Array) -> Raw:
-        """What the layers take, of choices."""
-        assert self._raw_choices is not None
-        return np.asarray(self._raw_choices[chosen])
-
-    def to_raw(self, given: Float32[Array, "rows numbers"]) -> Raw:
-        """What the layers take, of numbers as the layout says."""
-        n, write = self._policy.n_weights, self._write
-        if not self._is_symmetric and write is None:
-            return given
-        raw = given.copy()
-        if self._is_symmetric:
-            raw[:, :n] = 0.5 * (given[:, :n] + 1.0)
-        if write is not None:
-            write(raw[:, n : n + 2], self._sharpest_turn)
-        return raw
+    def to_raw(self, given: Array) -> Raw:
+        """What the layers take, of actions, a row for each robot."""
+        raw = np.empty((1, len(given), len(self._policy.action)), np.float32)
+        bind(convert, self.functions)(given[None], self.conversion, raw, (0, 1))
+        return np.asarray(raw[0])
 
     def _layout(self) -> Layout:
         raw, n = self._policy.action, self._policy.n_weights
@@ -151,7 +136,7 @@ def _steering(task: Task, policy: PolicyInterface, config: EnvConfig) -> Steerin
 
 
 class Actions:
-    """Turns the actions of all learners into what the layers take, or says what is wrong."""
+    """Checks the actions of all learners, a row for each, or says what is wrong."""
 
     def __init__(self, agents: Sequence[str], form: ActionForm) -> None:
         """Actions of this form, one for each of these agents."""
@@ -160,8 +145,11 @@ class Actions:
         if isinstance(form.space, Box):
             self._low, self._high = form.space.low, form.space.high
 
-    def matrix(self, actions: Mapping[str, Any]) -> Raw:
-        """A row for each agent. ConfigError or UnknownNameError for what cannot be used."""
+    def matrix(self, actions: Mapping[str, Any]) -> Array:
+        """A row for each agent, of numbers or choices.
+
+        ConfigError or UnknownNameError for what cannot be used.
+        """
         try:
             given = np.array([actions[agent] for agent in self._agents])
             usable = self._usable(given) if len(actions) == len(self._agents) else None
@@ -171,7 +159,7 @@ class Actions:
             raise self._complaint(actions)
         return usable
 
-    def rows(self, given: Array) -> Raw:
+    def rows(self, given: Array) -> Array:
         """The same from an array that has a row for each agent already."""
         usable = self._usable(given)
         if usable is None:
@@ -180,19 +168,19 @@ class Actions:
             raise self._complaint(dict(zip(self._agents, given, strict=True)))
         return usable
 
-    def _usable(self, given: Array) -> Raw | None:
-        """What the layers take, or None if the numbers are not what the space says."""
+    def _usable(self, given: Array) -> Array | None:
+        """The actions as kernels take them, or None if the numbers are not what the space says."""
         if given.shape != self._shape:
             return None
         if self.form.is_discrete:
             n = len(self.form.choices)
             if given.dtype.kind not in "iu" or not ((given >= 0) & (given < n)).all():
                 return None
-            return self.form.raw_of(given)
+            return given.astype(np.int64, copy=False)
         if given.dtype != np.float32 and given.dtype.kind in "fiu":
             given = given.astype(np.float64)
         if given.dtype.kind == "f" and is_within(given, self._low, self._high):
-            return self.form.to_raw(given.astype(np.float32, copy=False))
+            return given.astype(np.float32, copy=False)
         return None
 
     def _complaint(self, actions: Any) -> Exception:  # noqa: ANN401 whatever was passed
@@ -248,15 +236,6 @@ def as_array(actions: Any) -> Array:  # noqa: ANN401 whatever was passed
         return np.asarray(actions)
     except ValueError as error:
         raise ConfigError(f"actions={shown(actions)}: {error}") from None
-
-
-def write_commands(rows: Float32[Array, "rows 2"], sharpest_turn: float) -> None:
-    """Write the commands in the place of the two numbers that stand for them.
-
-    Free name: command.
-    """
-    for i in range(rows.shape[0]):
-        rows[i, 0], rows[i, 1] = command(rows[i, 0], rows[i, 1], sharpest_turn)
 
 
 @entry_point

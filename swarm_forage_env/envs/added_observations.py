@@ -1,20 +1,18 @@
 """Additions to what the learned layer is shown: what an observation is, and those that go by name.
 
-An addition by name is a function of one robot, `put`, which a CPU and a GPU call.
+An addition by name is a function of one robot, `write_row`, which a CPU and a GPU call.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from swarm_forage_env.arrays import Array, Float32, Float64
-from swarm_forage_env.compiler import bind, inlined
+from swarm_forage_env.compiler import inlined
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.spaces import Feature, Layout
-
-put: Kernel
-"""Free name of the template: what writes the numbers of one robot."""
 
 
 @dataclass(frozen=True)
@@ -49,12 +47,8 @@ class Observation(Protocol):
         ...
 
 
-OBSERVATIONS: Registry[type[Observation]] = Registry("observation")
-"""Additions to what the learned layer is shown, by name."""
-
-
 @inlined
-def put_time_left(
+def write_time_left(
     i: int,
     n_robots: int,
     time_left: float,
@@ -66,7 +60,7 @@ def put_time_left(
 
 
 @inlined
-def put_robot_id(
+def write_robot_id(
     i: int,
     n_robots: int,
     time_left: float,
@@ -78,7 +72,7 @@ def put_robot_id(
 
 
 @inlined
-def put_one_hot(
+def write_one_hot(
     i: int,
     n_robots: int,
     time_left: float,
@@ -91,7 +85,7 @@ def put_one_hot(
 
 
 @inlined
-def put_previous_action(
+def write_previous_action(
     i: int,
     n_robots: int,
     time_left: float,
@@ -103,33 +97,26 @@ def put_previous_action(
         out[k] = last_action[k]
 
 
-def put_all(
-    time_left: Float64[Array, " worlds"],
-    last_action: Float32[Array, "worlds robots numbers"],
-    out: Float32[Array, "worlds robots numbers"],
-) -> None:
-    """Write an addition for every robot of every world. Free name: put."""
-    for w in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            put(i, out.shape[1], time_left[w], last_action[w, i], out[w, i])
-
-
-class RowObservation:
+class RowObservation(ABC):
     """An addition that is a function of one robot."""
 
-    put: Kernel
+    write_row: Kernel
     """Writes its numbers: of robot, robots of its world, time left, last action, and output."""
 
-    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
-        """Write the numbers of every robot."""
-        bind(put_all, {"put": self.put})(moment.time_left, moment.last_action, out)
+    @abstractmethod
+    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+        """What each number is, in a scenario with these robots."""
+
+
+OBSERVATIONS: Registry[type[RowObservation]] = Registry("observation")
+"""Additions to what the learned layer is shown, by name."""
 
 
 @OBSERVATIONS.register("time_left")
 class TimeLeft(RowObservation):
     """Share of the episode that is left, the same for all robots of a world."""
 
-    put = staticmethod(put_time_left)
+    write_row = staticmethod(write_time_left)
 
     def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
         """One number."""
@@ -140,7 +127,7 @@ class TimeLeft(RowObservation):
 class RobotId(RowObservation):
     """The robot's number, as a share of all: 0 is the first robot and 1 the last."""
 
-    put = staticmethod(put_robot_id)
+    write_row = staticmethod(write_robot_id)
 
     def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
         """One number."""
@@ -151,7 +138,7 @@ class RobotId(RowObservation):
 class OneHot(RowObservation):
     """The robot's number as one number for each robot, one of which is 1."""
 
-    put = staticmethod(put_one_hot)
+    write_row = staticmethod(write_one_hot)
 
     def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
         """One number for each robot."""
@@ -161,7 +148,7 @@ class OneHot(RowObservation):
 class PreviousAction(RowObservation):
     """What the layers took last from the policy; zeros before the first action."""
 
-    put = staticmethod(put_previous_action)
+    write_row = staticmethod(write_previous_action)
 
     def __init__(self, layout: Layout) -> None:
         """Actions as the layers take them have this layout."""

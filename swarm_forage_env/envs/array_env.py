@@ -1,40 +1,49 @@
 """ArrayEnv, the batch API: W worlds of N robots as arrays. Every API in this folder wraps it."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Self
 
 import numpy as np
 from gymnasium.spaces import Box
 
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int64
+from swarm_forage_env.arrays import Array, Bool, Float32, Int64
+from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.actions import Actions, as_array
-from swarm_forage_env.envs.config import chosen_robots, n_steps
+from swarm_forage_env.envs.added_observations import RowObservation
+from swarm_forage_env.envs.config import EnvConfig, chosen_robots, n_steps
+from swarm_forage_env.envs.decision import Decisions
+from swarm_forage_env.envs.decision_kernels import write_log
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.make import Parts, checked_parts
 from swarm_forage_env.envs.notebook import html_of, title_of
-from swarm_forage_env.envs.observations import Normaliser, normalised
+from swarm_forage_env.envs.observations import Normaliser, added, normalised
 from swarm_forage_env.envs.policy_form import PolicyForm
-from swarm_forage_env.envs.rewards import EarnedInTick, add_shaping
-from swarm_forage_env.envs.stepping import Exchanges, Stepper, Ticks
-from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.envs.rewards import REWARDS, OwnReward
+from swarm_forage_env.envs.stepping import Exchanges, Stepper, Ticks, Worlds
+from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import CORRECT, REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import Count, Part, validated
-from swarm_forage_env.policy_interface import Index
+from swarm_forage_env.policy_interface import Index, PolicyInterface
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import World
+from swarm_forage_env.ticks import BEGINS, STANDS
 
-Infos = dict[str, Array]
-"""Numbers that are no observation, by name: of shape (worlds, learners) or (worlds,)."""
+Infos = dict[str, Any]
+"""Numbers that are no observation, by name: arrays of shape (worlds, learners) or (worlds,)."""
 
-Step = tuple[
-    Float32[Array, "worlds learners numbers"],
-    Float64[Array, "worlds learners"],
-    Bool[Array, " worlds"],
-    Bool[Array, " worlds"],
-    Infos,
-]
-"""Observations, rewards, terminated, truncated, infos."""
+Step = tuple[Any, Any, Any, Any, Infos]
+"""Observations (worlds, learners, numbers), rewards (worlds, learners), terminated and truncated
+(worlds,), and infos: arrays of NumPy, or of a GPU."""
+
+DEVICES = "cpu", "cuda"
+"""Where the worlds of an environment can run."""
+
+
+def check_device(device: str) -> None:
+    """ConfigError for a device on which worlds cannot run."""
+    if device not in DEVICES:
+        raise ConfigError(f"device={device!r}: must be {' or '.join(map(repr, DEVICES))}")
 
 
 class ArrayEnv:
@@ -55,6 +64,19 @@ class ArrayEnv:
     the observation shows the last tick only: for `learn="weighting"` k = 1 is what the
     hand-written rules have. With `step_on="exchange"` a step ends where an exchange of a learner
     does, in each world for itself; `infos["acts"]` tells whose next action counts.
+
+    With `device="cuda"` the worlds run on a GPU, bit for bit as on a CPU:
+
+        env = ArrayEnv("es1", n_worlds=4096, device="cuda", physics="kinematic")
+        observations, infos = env.reset(seed=0)
+        actions = policy(torch.as_tensor(observations, device="cuda"))
+        observations, rewards, terminated, truncated, infos = env.step(actions)
+
+    What it gives then are arrays of the GPU with `__cuda_array_interface__`, new ones in each
+    step; what it takes may be of any library that has that: neither is copied. All is in the order
+    of one stream, `stream`, at first CUDA's default stream, which is torch's too. An action that is
+    refused is found when it is too late for the step alone. The CPU draws the seeds of resets, and
+    numbers that are randomised; rewards and observations of the user's own run on a CPU only.
     """
 
     def __init__(
@@ -63,14 +85,18 @@ class ArrayEnv:
         n_worlds: int = 1,
         controller: Any = None,  # noqa: ANN401 a name, a controller, or one for each robot
         stagger: bool = False,
+        device: str = "cpu",
         **options: Any,  # noqa: ANN401 as parallel_env
     ) -> None:
         """Make the worlds under the keywords of `parallel_env`; `reset` starts their episodes.
 
         With `stagger` the first episodes end one after the other, evenly spread over an
-        episode's time, so that a batch shows all phases of an episode at once.
+        episode's time, so that a batch shows all phases of an episode at once. ConfigError for
+        what does not run on the device.
         """
-        self._made_by = scenario, n_worlds, controller, stagger, options
+        check_device(device)
+        self.device = device
+        self._made_by = scenario, n_worlds, controller, stagger, device, options
         self.n_worlds = validated(_Worlds, {"n_worlds": n_worlds}).n_worlds
         parts = checked_parts(scenario, controller, options)
         self.config, self.task, self._is_staggered = parts.config, parts.task, stagger
@@ -85,13 +111,12 @@ class ArrayEnv:
         """The numbers of the robots that learn."""
         self._learns: Index = slice(None) if is_all else self.learner_numbers
         self._hand_over()
-        n_numbers = len(self.policy.action)
-        self._last_action = np.zeros((*self.world.robots.shape, n_numbers), np.float32)
-        self._potential = self.task.potential(self.world)
-        self._earned = EarnedInTick(self.world, self.task, parts.config.reward)
-        self.episodes = Episodes(self.loop, parts.scenario, parts.config.randomise)
-        self._stepper = self._made_stepper()
-        self._describe()
+        _check_reward(parts.config.reward)
+        if device == "cuda":
+            _check_on_gpu(parts.config, self.policy)
+        self._on: Worlds = self.loop if device == "cpu" else DeviceLoop(self.loop)
+        self.episodes = Episodes(self._on, parts.scenario, parts.config.randomise)
+        self._prepare()
 
     @property
     def world(self) -> World:
@@ -126,73 +151,101 @@ class ArrayEnv:
         worlds, whose others take the next whole numbers, or one for each of them. `options` are
         numbers of the scenario for these episodes, by dotted name.
         """
-        fresh = self.begin(seed, worlds, options)
-        nothing = np.zeros((self.n_worlds, len(self.learners)))
-        return self._observe(fresh), self._infos(nothing)
-
-    def begin(
-        self,
-        seed: Seeds = None,
-        worlds: Any = None,  # noqa: ANN401 a mask, or numbers
-        options: Mapping[str, Any] | None = None,
-    ) -> Int64[Array, " worlds"]:
-        """`reset` without a look at what is observed: the numbers of the worlds that are new."""
+        self._on.check()
         is_first = not self.episodes.ends.any()
         fresh = self.episodes.begin(seed, worlds, checked_options(options), self.max_cycles)
         if is_first and self._is_staggered:
             self.episodes.stagger()
-        self._last_action[fresh] = 0.0
-        return fresh
+        modes = np.full(self.n_worlds, STANDS, np.int8)
+        modes[fresh] = BEGINS
+        self._drawn, memory = self._lent_drawn(), self.memory
+        seen = self._decisions.observe(self.episodes.share_left, memory.to_device(modes))
+        return seen, self._infos(memory.to_device(np.zeros((self.n_worlds, len(self.learners)))))
 
     def step(self, actions: Any) -> Step:  # noqa: ANN401 checked against the action space
         """One decision; observations, rewards, terminated, truncated, infos.
 
         `actions` have the shape (worlds, learners, numbers), or (worlds, learners) where they are
-        choices. A refused action leaves everything as it was.
+        choices; on a GPU they are float32 or whole numbers. A refused action leaves everything as
+        it was.
         """
-        given = as_array(actions)
-        if given.shape[:2] != (self.n_worlds, len(self.learners)):
+        self.episodes.check_running()
+        if self.device == "cuda":
+            return self._decided(self._decisions.checked_on_gpu(actions))
+        given, rows = as_array(actions), (self.n_worlds, len(self.learners))
+        if given.shape[:2] != rows:
             raise ConfigError(
-                f"actions of shape {given.shape}: must be"
-                f" {(self.n_worlds, len(self.learners), *self.action_shape)}"
+                f"actions of shape {given.shape}: must be {(*rows, *self.action_shape)}"
             )
         return self.advance(self.actions.rows(given.reshape(-1, *given.shape[2:])))
 
-    def advance(self, raw: Float32[Array, "rows numbers"]) -> Step:
-        """`step` with what the layers take, as `actions` made it of the actions of all learners."""
+    def advance(self, rows: Array) -> Step:
+        """`step` with a row for each learner of each world, as `actions` has checked them."""
         self.episodes.check_running()
-        action = raw.reshape(self.n_worlds, len(self.learners), -1)
-        self._act(self.world, self.loop.controller.minds, self._learns, action)
-        self._last_action[:, self._learns] = action
-        before = self._potential() if self.config.shaping > 0.0 else None
-        earned = self._stepper.run(self._earned)
-        unshaped = self._earned.credit(earned)
-        rewards = unshaped
-        if before is not None:
-            shaped, discount, weight = earned.copy(), self.config.discount, self.config.shaping
-            add_shaping(shaped.reshape(-1), before, self._potential(), discount, weight)
-            rewards = self._earned.credit(shaped)
-        infos = self._infos(self._of_learners(unshaped))
-        never = np.zeros(self.n_worlds, np.bool_)
-        return self._observe(), self._of_learners(rewards), never, self.is_over, infos
+        shape = self.n_worlds, len(self.learners), *self.action_shape
+        return self._decided(self.memory.to_device(rows.reshape(shape)))
+
+    def _decided(self, given: Any) -> Step:  # noqa: ANN401 an array of the device
+        """One decision after checked actions."""
+        self._decisions.take(given)
+        self._stepper.run()
+        unshaped, rewards = self._decisions.rewards()
+        seen = self._decisions.observe(self.episodes.share_left)
+        truncated, never = self.memory.to_device(self.is_over), self.memory.lend(self._never)
+        return seen, rewards, never, truncated, self._infos(unshaped)
 
     def state(self) -> Float32[Array, "worlds numbers"]:
-        """The truth about every world, as `state_layout` says; for centralised critics."""
-        found: Float32[Array, "worlds numbers"] = self.truth.state(self.episodes.share_gone)
-        if self._state is not None:
-            self._state(found)
-        return found
+        """The truth about every world, as `state_layout` says; for centralised critics.
 
-    def log(self) -> Float64[Array, "worlds learners infos"]:
-        """What is logged of each learner, in the order of `infos`; worked out when asked for."""
-        found: Array = self.truth.log()
-        of_robots = found.reshape(self.n_worlds, self.world.n_robots, -1)
-        return np.asarray(self._of_learners(of_robots))
+        An array of the CPU, which all records are copied to from a GPU.
+        """
+        self.download()
+        state: Float32[Array, "worlds numbers"] = self.truth.state(self.episodes.share_gone)
+        if self._state is not None:
+            self._state(state)
+        return state
+
+    def log(self) -> Any:  # noqa: ANN401 an array of the device
+        """What is logged of each learner, in the order of `infos`: worlds, learners, infos."""
+        if self._write_log is None:
+            of_robots: Array = self.truth.log()
+            return of_robots.reshape(self.n_worlds, self.world.n_robots, -1)[:, self._learns]
+        out = self.memory.empty((self.n_worlds, len(self.learners), len(self.infos)), np.float64)
+        at = self._on.arrays
+        self._write_log(at["robots"], at["minds"], at["worlds"], self._learners, out)
+        return out
+
+    def download(self) -> Self:
+        """Copy the records of a GPU to `loop` and `world`, to be looked at; of a CPU nothing is.
+
+        A later step goes on from the GPU, whatever was done to them.
+        """
+        self._on.check()
+        self._on.download()
+        return self
+
+    @property
+    def memory(self) -> Any:  # noqa: ANN401 HostMemory, or DeviceMemory
+        """Where the arrays lie that `reset` and `step` give: what copies them to and from there."""
+        return self._on.memory
+
+    @property
+    def stream(self) -> int:
+        """The address of the stream of CUDA in whose order a GPU works; 0: the default stream.
+
+        Whoever works in another one says so before a reset or a step, as the wrappers for torch
+        do: `env.stream = torch.cuda.current_stream().cuda_stream`. It waits for the one before.
+        """
+        return int(self.memory.stream)
+
+    @stream.setter
+    def stream(self, address: int) -> None:
+        self.memory.change_stream(address)
 
     def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
         """All that the next steps depend on: to be restored any number of times, and pickled."""
-        kept = self.episodes.snapshot(), self._last_action.copy(), self._frames.snapshot()
-        return self.loop.snapshot(), kept
+        self.download()
+        return self.loop.snapshot(), (self.episodes.snapshot(), self._decisions.snapshot())
 
     def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
         """Go on as when the snapshot was taken, bit for bit.
@@ -200,13 +253,13 @@ class ArrayEnv:
         ConfigError if it is of a block of another kind or of other sizes.
         """
         loop, rest = parts_of(snapshot, 2)
-        episodes, last_action, frames = parts_of(rest, 3)
-        if last_action.shape != self._last_action.shape or not self._frames.fits(frames):
-            raise ConfigError("restore(): the snapshot is of an environment of other options")
+        episodes, decisions = parts_of(rest, 2)
+        self._decisions.restore(parts_of(decisions, 2))
         self.loop.restore(loop)
         self.episodes.restore(episodes)
-        self._last_action[...] = last_action
-        self._frames.restore(frames)
+        self._drawn = self._lent_drawn()
+        if isinstance(self._on, DeviceLoop):
+            self._on.upload(range(self.n_worlds))
 
     def _repr_html_(self) -> str:
         """A picture of the first world and a table, for notebooks."""
@@ -218,8 +271,8 @@ class ArrayEnv:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Make the environment again, and let it go on where it was."""
-        scenario, n_worlds, controller, stagger, options = state["made_by"]
-        ArrayEnv.__init__(self, scenario, n_worlds, controller, stagger, **options)
+        *made_by, options = state["made_by"]
+        ArrayEnv.__init__(self, *made_by, **options)
         self.restore(state["snapshot"])
 
     def _made_loop(self, parts: Parts) -> Loop:
@@ -234,22 +287,31 @@ class ArrayEnv:
             is_residual = self.config.residual and layer == "motion"
             action[layer][:, self._learns] = CORRECT if is_residual else REPLACE
 
-    def _made_stepper(self) -> Stepper:
-        """What a step is."""
-        if self.config.step_on == "exchange":
-            return Exchanges(self.loop, self.episodes, self._learns)
-        return Ticks(self.loop, self.episodes, self.config.period)
-
-    def _describe(self) -> None:
-        """Make the spaces, and what writes observations and the state."""
+    def _prepare(self) -> None:
+        """Make the spaces, and what a decision consists of."""
+        config, worlds, learners = self.config, self._on, self.learner_numbers
         scenarios = self.episodes.extremes
-        form = PolicyForm(scenarios, self.config)
-        self.observer, self._act = form.observe, form.act
-        self._frames = form.frames(self.n_worlds)
+        form = PolicyForm(scenarios, config)
+        self._decisions = Decisions(worlds, form, learners, self.task.potential)
+        self._stepper: Stepper
+        if config.step_on == "exchange":
+            self._stepper = Exchanges(worlds, self.episodes, learners)
+        else:
+            is_named = isinstance(config.reward, str)
+            own = None if is_named else OwnReward(self.world, self.task, config.reward)
+            self._stepper = Ticks(worlds, self.episodes, config.period, own)
+        self._write_log = _log_of(worlds)
+        self._learners = self.memory.to_device(learners)
+        self._never = self.memory.to_device(np.zeros(self.n_worlds, np.bool_))
+        self._drawn = self._lent_drawn()
         self.observation_layout, self.observation_space = form.layout, form.observation_space
         self.action_layout, self.action_space = form.action.layout, form.action_space
         self.action_shape = form.action.shape
         self.actions = Actions(_names(self.learners, self.n_worlds), form.action)
+        self._describe_state(scenarios)
+
+    def _describe_state(self, scenarios: Sequence[Any]) -> None:
+        """Make what writes the truth, which is as wide as in any of these scenarios."""
         truths = [
             self.task.global_state(self.world, self.loop.controller, self.agents, each)
             for each in scenarios
@@ -261,24 +323,47 @@ class ArrayEnv:
         self.state_layout = normalised(state_layout) if is_normal else state_layout
         self.state_space: Box = self.state_layout.box()
 
-    def _observe(
-        self, fresh: Int64[Array, " worlds"] | None = None
-    ) -> Float32[Array, "worlds learners numbers"]:
-        """What every learner observes; worlds that are `fresh` have no earlier frames."""
-        episodes, last = self.episodes, self._last_action
-        seen = self.observer(self.world, self.loop.controller, episodes.share_left, last)
-        seen = self._frames.add(seen) if fresh is None else self._frames.begin(seen, fresh)
-        return self._of_learners(seen)
-
-    def _infos(self, unshaped: Float64[Array, "worlds learners"]) -> Infos:
-        acts = self._stepper.acts()
-        told = {} if acts is None else {"acts": self._of_learners(acts).astype(np.float64)}
-        drawn = {name: numbers.copy() for name, numbers in self.episodes.drawn.items()}
+    def _infos(self, unshaped: Any) -> Infos:  # noqa: ANN401 an array of the device
+        """What is told beside: the reward, whose action counts, and what was drawn."""
+        acts, lend = self._stepper.acts(), self.memory.lend
+        told = {} if acts is None else {"acts": acts}
+        drawn = {name: lend(each) for name, each in self._drawn.items()}
         return {"unshaped_reward": unshaped, **told, **drawn}
 
-    def _of_learners(self, of_robots: Array) -> Array:
-        """The columns of those that learn."""
-        return of_robots[:, self._learns]
+    def _lent_drawn(self) -> dict[str, Any]:
+        """What was drawn of each world's episode, on the device."""
+        drawn = self.episodes.drawn.items()
+        return {name: self.memory.to_device(each) for name, each in drawn}
+
+
+def array_env(scenario: Any = "es1", **options: Any) -> ArrayEnv:  # noqa: ANN401 as ArrayEnv
+    """The batch API: `ArrayEnv` under these keywords, `device="cuda"` among them."""
+    return ArrayEnv(scenario, **options)
+
+
+def _check_reward(reward: Any) -> None:  # noqa: ANN401 a name or a callable
+    """UnknownNameError for the name of no reward."""
+    if isinstance(reward, str) and reward not in REWARDS:
+        raise UnknownNameError("reward", reward, REWARDS)
+
+
+def _check_on_gpu(config: EnvConfig, policy: PolicyInterface) -> None:
+    """ConfigError for what runs on a CPU only."""
+    _, beside = added(config.observation, policy)
+    own = [each for each in beside if not isinstance(each, RowObservation)]
+    refused = "runs on a CPU only; leave it out, or take device='cpu'"
+    if not isinstance(config.reward, str):
+        raise ConfigError(f"reward={config.reward!r}: {refused}")
+    if own:
+        name = type(own[0]).__name__
+        raise ConfigError(f"observation: {name} is written in NumPy, which {refused}")
+
+
+def _log_of(worlds: Worlds) -> Callable[..., None] | None:
+    """What writes what is logged of learners where worlds run; None: a CPU, by `truth`."""
+    if isinstance(worlds, Loop):
+        return None
+    return worlds.kernel(write_log, {"log": worlds.task.log[worlds.layers.has_beliefs]})
 
 
 class _Worlds(Part):

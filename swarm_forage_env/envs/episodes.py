@@ -8,6 +8,7 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64
+from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import leaves, override, resolve
@@ -29,7 +30,7 @@ OPTION = "scenario parameter for an episode"
 class Episodes:
     """The episode that each world of a loop is in."""
 
-    def __init__(self, loop: Loop, scenario: Any, ranges: Mapping[str, Any]) -> None:  # noqa: ANN401 of any task
+    def __init__(self, loop: Loop | DeviceLoop, scenario: Any, ranges: Mapping[str, Any]) -> None:  # noqa: ANN401 of any task
         """Episodes of a scenario of which some numbers are drawn anew for each, within ranges."""
         self._loop, self._scenario = loop, scenario
         self._randomisation = Randomisation(scenario, ranges)
@@ -95,10 +96,6 @@ class Episodes:
         self._restart(self._seeds(given, chosen), chosen, base)
         self.steps[chosen], self.ends[chosen] = 0, n_steps
         return chosen
-
-    def run_on(self, loop: Any) -> None:  # noqa: ANN401 a loop of a GPU
-        """Start worlds anew by the `reset` of another loop from now on, made from the same one."""
-        self._loop = loop
 
     def stagger(self) -> None:
         """Let these episodes end one after the other, evenly spread over an episode's time."""

@@ -18,20 +18,29 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32, Float64
-from swarm_forage_env.compiler import entry_point, inlined
+from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
+from swarm_forage_env.compiler import bind_row, entry_point
 from swarm_forage_env.envs.added_observations import (
     OBSERVATIONS,
     Moment,
     Observation,
     PreviousAction,
+    RowObservation,
 )
-from swarm_forage_env.equations.elementary import hypot
+from swarm_forage_env.envs.decision_kernels import (
+    Scaling,
+    add_feature,
+    add_nothing,
+    normalise_row,
+    observe,
+)
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.no_layers import has_estimators
-from swarm_forage_env.observed_fields import FieldCopies, FieldLayout
+from swarm_forage_env.interface import Kernel
+from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.spaces import Feature, Layout
+from swarm_forage_env.ticks import BEGINS
+from swarm_forage_env.worlds_on_cpu import Place
 
 LAYER = "layer"
 """The name of what the learned layer is shown."""
@@ -39,8 +48,11 @@ LAYER = "layer"
 
 PREVIOUS = "previous_action"
 
+Addition = Observation | RowObservation
+"""What is observed beside the layer: by name, or a class of the user's own."""
 
-def added(observation: Any, policy: PolicyInterface) -> tuple[bool, list[Observation]]:  # noqa: ANN401 names and classes
+
+def added(observation: Any, policy: PolicyInterface) -> tuple[bool, list[Addition]]:  # noqa: ANN401 names and classes
     """Whether what the layer sees is shown, and what is shown beside it.
 
     ConfigError or UnknownNameError for what is no observation.
@@ -48,7 +60,7 @@ def added(observation: Any, policy: PolicyInterface) -> tuple[bool, list[Observa
     given = list(observation) if isinstance(observation, list | tuple) else [observation]
     if not given:
         raise ConfigError("observation=[]: must name something; leave it out for the layer's own")
-    found: list[Observation] = []
+    found: list[Addition] = []
     for each in given:
         if each == PREVIOUS:
             found.append(PreviousAction(policy.action))
@@ -117,27 +129,6 @@ class Normaliser:
         normalise_rows(numbers.reshape(-1, len(self.bound)), self.bound, self.squashes)
 
 
-@inlined
-def normalise_row(
-    row: Float32[Array, " numbers"], bound: Float32[Array, " numbers"], squashes: Array
-) -> None:
-    """Divide by the bound, or squash by the scale, in place."""
-    for k in range(row.shape[0]):
-        if squashes[k]:
-            row[k] = row[k] / (abs(row[k]) + bound[k])
-        else:
-            row[k] = row[k] / bound[k]
-
-
-@inlined
-def write_direction(row: Float32[Array, " numbers"], at: int, to: int) -> None:
-    """Write the unit vector of the two numbers from `at` on; zeros for no direction."""
-    x, y = row[at], row[at + 1]
-    size = hypot(x, y)
-    row[to] = x / size if size > 0.0 else 0.0
-    row[to + 1] = y / size if size > 0.0 else 0.0
-
-
 @entry_point
 def normalise_rows(
     rows: Float32[Array, "rows numbers"], bound: Float32[Array, " numbers"], squashes: Array
@@ -147,31 +138,20 @@ def normalise_rows(
         normalise_row(rows[i], bound, squashes)
 
 
-@entry_point
-def write_directions(out: Float32[Array, "worlds robots numbers"], at: int, to: int) -> None:
-    """Write the direction of every robot."""
-    for w in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            write_direction(out[w, i], at, to)
-
-
 class Observer:
-    """Writes what every robot of a block of worlds observes, a fresh array each time."""
+    """What a policy observes: the layout of its numbers, and what writes them."""
 
     layout: Layout
     """What each number is."""
 
-    parts: list[Observation]
+    parts: list[Addition]
     """What is observed beside the layer."""
 
     spans: list[tuple[int, int]]
     """Where the numbers of each of these stand: first and last + 1."""
 
     shown: FieldLayout
-    """What the layer sees."""
-
-    n_shown: int
-    """How many numbers of it are observed: all, or none."""
+    """What is observed of what the layer sees: all, or nothing."""
 
     def __init__(
         self,
@@ -184,12 +164,11 @@ class Observer:
     ) -> None:
         """What the layer is `shown`, if it is, and what is asked for beside it."""
         has_layer, self.parts = added(observation, policy)
-        layout: Layout = shown if has_layer else Layout(())
-        self.n_shown = len(layout)
-        self.shown, self._copies = shown, FieldCopies(shown)
+        self.shown = shown if has_layer else FieldLayout((), (), shown.sizes)
+        layout: Layout = self.shown
         self._direction = -1
         if normalise and has_layer and policy.target is not None:
-            self._direction = _first_of(policy.target, layout)
+            self._direction = layout.names.index(f"{policy.target}.x")
             layout = Layout((*layout, *_directions(policy.target)))
         self.spans = []
         for part in self.parts:
@@ -199,57 +178,105 @@ class Observer:
         _check_names(layout)
         self._normalise = Normaliser(layout) if normalise else None
         self.layout = normalised(layout) if normalise else layout
-        self._n = len(layout)
 
     @property
-    def on_grid(self) -> tuple[Array, Array, Array]:
-        """Where the target starts and where its direction goes; bounds; which of them squash."""
-        direction = np.array([self._direction, self.n_shown], np.int64)
+    def scaling(self) -> Scaling:
+        """How observations are scaled, as `decision_kernels.observe` takes it."""
+        where = self._direction, len(self.shown)
         if self._normalise is None:
-            return direction, np.zeros(0, np.float32), np.zeros(0, np.bool_)
-        return direction, self._normalise.bound, self._normalise.squashes
+            return *where, np.zeros(0, np.float32), np.zeros(0, np.bool_)
+        return *where, self._normalise.bound, self._normalise.squashes
+
+
+class Observing:
+    """Writes what some robots of the worlds of a place observe, a new array each time."""
+
+    def __init__(
+        self, observer: Observer, place: Place, robots: Int64[Array, " learners"], stack: int
+    ) -> None:
+        """Of the robots of these numbers in every world; the last `stack` observations together."""
+        self._observer, self._place, memory = observer, place, place.memory
+        self._shape = place.arrays["robots"].shape
+        rows = self._shape[0], len(robots)
+        self._robots, self._learners = robots, memory.to_device(robots)
+        self._seen = *rows, len(observer.layout)
+        self._stacked = *rows, stack * len(observer.layout)
+        frames = np.zeros((*rows, stack if stack > 1 else 0, len(observer.layout)), np.float32)
+        self._kept = memory.to_device(frames)
+        *where, bound, squashes = observer.scaling
+        self._scaling = *where, memory.to_device(bound), memory.to_device(squashes)
+        self._fields = place.fields(observer.shown)
+        self._numpy = [
+            (part, span)
+            for part, span in zip(observer.parts, observer.spans, strict=True)
+            if not isinstance(part, RowObservation)
+        ]
+        add: Kernel = add_nothing
+        spans: list[tuple[int, int]] = []
+        for part, span in zip(observer.parts, observer.spans, strict=True):
+            if isinstance(part, RowObservation):
+                parts = {"features_before": add, "write_feature": part.write_row}
+                add, spans = bind_row(add_feature, parts), [*spans, span]
+        self._spans = memory.to_device(np.array(spans, np.int64).reshape(-1, 2))
+        self._none = memory.to_device(np.zeros(rows[0]))
+        self._observe = place.kernel(observe, {"add_features": add})
 
     def __call__(
         self,
-        world: Any,  # noqa: ANN401 of its task
-        controller: Any,  # noqa: ANN401 as above
+        raw: Any,  # noqa: ANN401 an array of the place
+        modes: Any,  # noqa: ANN401 as above
         time_left: Callable[[], Float64[Array, " worlds"]],
-        last_action: Float32[Array, "worlds robots numbers"],
-    ) -> Float32[Array, "worlds robots numbers"]:
-        """What every robot observes.
+    ) -> Any:  # noqa: ANN401 as above
+        """What every robot observes after these actions, as the layers took them.
 
-        The share of the episode that is left is asked for, and the actions before are read, by
-        what is observed beside the layer.
+        Of a world that BEGINS the action is forgotten, and its frames are the first observation;
+        to those of a world that RUNS one is added. The share of the episode that is left is asked
+        for where something is observed beside the layer.
         """
-        shape = (world.n_worlds, world.n_robots, self._n)
-        out = np.empty(shape, np.float32)
-        if self.n_shown:
-            self._copies.read(world, controller.minds, out)
-        if self._direction >= 0:
-            write_directions(out, self._direction, self.n_shown)
-        if self.parts:
-            self._add(_moment(world, controller, time_left(), last_action), out)
-        if self._normalise is not None:
-            self._normalise(out)
+        memory, n_frames = self._place.memory, self._kept.shape[2]
+        seen = memory.empty(self._seen, np.float32)
+        out = memory.empty(self._stacked, np.float32) if n_frames else seen
+        left = self._none
+        if self._observer.parts:
+            share = time_left()
+            left = memory.to_device(share)
+            for part, span in self._numpy:
+                self._add(part, span, share, raw, modes, seen)
+        beside = self._spans, left, raw
+        rows = seen, self._kept, out
+        self._observe(self._fields, self._learners, self._scaling, beside, modes, rows)
         return out
 
-    def _add(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
-        """Write what is observed beside the layer; ConfigError for what is not finite."""
-        for part, (first, last) in zip(self.parts, self.spans, strict=True):
-            part.write(moment, out[:, :, first:last])
-            _check_finite(out[:, :, first:last], self.layout[first:last])
+    def snapshot(self) -> Array:
+        """The frames: what a later `restore` needs."""
+        return np.array(self._place.memory.read(self._kept))
 
+    def fits(self, frames: Any) -> bool:  # noqa: ANN401 of `snapshot`
+        """The snapshot is of as many worlds, robots, observations and numbers."""
+        return bool(frames.shape == self._kept.shape)
 
-def _moment(
-    world: Any,  # noqa: ANN401 of its task
-    controller: Any,  # noqa: ANN401 as above
-    time_left: Float64[Array, " worlds"],
-    last_action: Float32[Array, "worlds robots numbers"],
-) -> Moment:
-    """The records as they stand."""
-    minds = controller.minds
-    estimator = minds["estimator"] if has_estimators(minds) else None
-    return Moment(world.robots, world.worlds, estimator, time_left, last_action)
+    def restore(self, frames: Array) -> None:
+        """Go on as when the snapshot was taken."""
+        self._place.memory.write(self._kept, frames)
+
+    def _add(
+        self,
+        part: Observation,
+        span: tuple[int, int],
+        share: Float64[Array, " worlds"],
+        raw: Float32[Array, "worlds learners numbers"],
+        modes: Int8[Array, " worlds"],
+        seen: Float32[Array, "worlds learners numbers"],
+    ) -> None:
+        """Write what a class of the user's own observes; ConfigError for what is not finite."""
+        raw[modes == BEGINS] = 0.0
+        actions = np.zeros((*self._shape, raw.shape[2]), np.float32)
+        actions[:, self._robots] = raw
+        out = np.empty((*self._shape, span[1] - span[0]), np.float32)
+        at = self._place.arrays
+        part.write(Moment(at["robots"], at["worlds"], self._place.estimators, share, actions), out)
+        seen[:, :, slice(*span)] = own = out[:, self._robots]
+        _check_finite(own, self._observer.layout[slice(*span)])
 
 
 def stacked(layout: Layout, n: int) -> Layout:
@@ -262,11 +289,6 @@ def stacked(layout: Layout, n: int) -> Layout:
         for age in ages
         for each in layout
     )
-
-
-def _first_of(target: str, layout: Layout) -> int:
-    """Where the observed vector of this name starts."""
-    return layout.names.index(f"{target}.x")
 
 
 def _directions(target: str) -> list[Feature]:

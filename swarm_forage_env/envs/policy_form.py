@@ -10,12 +10,12 @@ from gymnasium.spaces import Box, Discrete
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.actions import ActionForm, Actions
 from swarm_forage_env.envs.config import EnvConfig, n_steps
-from swarm_forage_env.envs.frames import Frames
-from swarm_forage_env.envs.observations import Observer, stacked
+from swarm_forage_env.envs.observations import Observer, Observing, stacked
 from swarm_forage_env.errors import UnknownNameError
-from swarm_forage_env.observed_fields import FieldCopies, FieldLayout
+from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import task_of
+from swarm_forage_env.worlds_on_cpu import Place
 
 BOUND = re.compile(r"of [-+.e0-9]+ ")
 """Start of the unit of a number that is divided by its bound, which goes by the scenario."""
@@ -42,20 +42,17 @@ class PolicyForm:
         layouts = [policy.layout(each) for each in scenarios]
         longest = max(layouts, key=len)
         shown = FieldLayout(widest(layouts), longest.paths, longest.sizes)
-        self.observe = Observer(
+        self.observer = Observer(
             policy, config.observation, shown, scenario, self.agents, config.normalise
         )
-        self.layout: Layout = stacked(self.observe.layout, config.stack)
+        self.layout: Layout = stacked(self.observer.layout, config.stack)
         self.observation_space: Box = self.layout.box()
         self.action = ActionForm(self.task, policy, config)
         self.action_space: Box | Discrete[Any] = self.action.space
-        self.act = FieldCopies(policy.action).write
-        """Writes the actions of robots, as layers take them; of world, minds, robots, actions."""
 
-    def frames(self, n_worlds: int) -> Frames:
-        """Room for the last observations of the robots of so many worlds."""
-        shape = n_worlds, len(self.agents)
-        return Frames(shape, self.config.stack, len(self.observe.layout))
+    def observing(self, place: Place, robots: Sequence[int]) -> Observing:
+        """What writes the observations of these robots of worlds."""
+        return Observing(self.observer, place, np.array(robots), self.config.stack)
 
     @property
     def observes(self) -> tuple[tuple[str, str], ...]:

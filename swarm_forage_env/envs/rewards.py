@@ -13,29 +13,13 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.compiler import entry_point, inlined
+from swarm_forage_env.compiler import inlined
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.registry import Registry
 from swarm_forage_env.task import Task, World
 
-Reward = Callable[[Float64[Array, "worlds robots"]], Float64[Array, "worlds robots"]]
-
-REWARDS: Registry[Reward] = Registry("reward")
-"""Rewards by name: from what each robot earned to what each is given."""
-
-
-@REWARDS.register("own")
-def own(earned: Float64[Array, "worlds robots"]) -> Float64[Array, "worlds robots"]:
-    """Each robot gets what it earned: 1 for completing nest -> prey -> nest."""
-    return earned
-
-
-@REWARDS.register("team")
-def team(earned: Float64[Array, "worlds robots"]) -> Float64[Array, "worlds robots"]:
-    """Every robot gets the mean over the robots of its world."""
-    means = np.empty(len(earned))
-    write_means(np.ascontiguousarray(earned), means)
-    return np.broadcast_to(means[:, None], earned.shape)
+REWARDS = "own", "team"
+"""Rewards by name: each robot is given what it earned, 1 for completing nest -> prey -> nest; or
+the mean over the robots of its world."""
 
 
 @inlined
@@ -45,13 +29,6 @@ def mean_of(earned: Float64[Array, " robots"]) -> float:
     for i in range(earned.shape[0]):
         total += earned[i]
     return float(total / earned.shape[0])
-
-
-@entry_point
-def write_means(earned: Float64[Array, "worlds robots"], out: Float64[Array, " worlds"]) -> None:
-    """Write the mean of every world."""
-    for w in range(out.shape[0]):
-        out[w] = mean_of(earned[w])
 
 
 @inlined
@@ -67,46 +44,25 @@ def shaping(before: float, after: float, discount: float, weight: float) -> floa
     return weight * (discount * after - before)
 
 
-@entry_point
-def add_shaping(
-    rewards: Float64[Array, " rows"],
-    before: Float64[Array, " rows"],
-    after: Float64[Array, " rows"],
-    discount: float,
-    weight: float,
-) -> None:
-    """Add to every reward what shaping adds to it."""
-    for row in range(rewards.shape[0]):
-        rewards[row] += shaping(before[row], after[row], discount, weight)
+class OwnReward:
+    """A reward of the user's own: what every robot earned in a tick."""
 
-
-class EarnedInTick:
-    """What every robot earned in a tick: the task's reward, or the user's own."""
-
-    def __init__(self, world: World, task: Task, reward: Any) -> None:  # noqa: ANN401 a name or a callable
-        """The reward of a name, or the given one; ConfigError or UnknownNameError for others."""
-        self._world, self._task = world, task
-        self._own = None if isinstance(reward, str) else _callable(reward, task)
-        self.credit = REWARDS[reward] if isinstance(reward, str) else own
-        if self._own is not None and task.events is not None:
-            self._events = task.events.array(world.robots.shape)
-            self._before = world.robots.copy()
-
-    @property
-    def is_own(self) -> bool:
-        """The reward is the user's own: it is asked in Python after each tick."""
-        return self._own is not None
+    def __init__(self, world: World, task: Task, reward: Any) -> None:  # noqa: ANN401 whatever was given
+        """ConfigError if it cannot be called, or if the task tells no events."""
+        self._world, self._task, self._reward = world, task, _callable(reward, task)
+        assert task.events is not None
+        self._events = task.events.array(world.robots.shape)
+        self._before = world.robots.copy()
 
     def remember(self) -> None:
         """Keep the records of the robots before a tick."""
         self._before[...] = self._world.robots
 
     def in_tick(self) -> Float64[Array, "worlds robots"]:
-        """What every robot earned in the tick since `remember`, by the user's own reward."""
-        assert self._own is not None
+        """What every robot earned in the tick since `remember`."""
         assert self._task.write_events is not None
         self._task.write_events(self._world, self._before, self._events)
-        rewards = self._own(self._before, self._world.robots, self._events)
+        rewards = self._reward(self._before, self._world.robots, self._events)
         return _checked(rewards, self._world.robots.shape)
 
 

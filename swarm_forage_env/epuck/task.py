@@ -98,8 +98,8 @@ class EpuckTask:
             steerings=STEERINGS,
             fixed=("task.n_robots", "radio.slots"),
             residuals=("motion",),
-            gpu=gpu_task(self.world.robot_kind, {True: self.log, False: self.log}, no_potential),
-            potential=lambda world: lambda: np.zeros(world.robots.size),
+            gpu=gpu_task(self.world.robot_kind, {True: self.log, False: self.log}),
+            potential=no_potential,
             most_shaping=lambda scenario: (0.0, f"the task {self.name} has no potential"),
             global_state=partial(SwarmState, self.infos, self.log),
             episode=self.episode,
@@ -117,9 +117,7 @@ class EpuckTask:
         return scene(world, which, score.astype(np.int32), float(share))
 
 
-def gpu_task(
-    robot: type[EpuckState], write_log: Mapping[bool, Kernel], potential: Kernel
-) -> GpuTask:
+def gpu_task(robot: type[EpuckState], write_log: Mapping[bool, Kernel]) -> GpuTask:
     """What a GPU needs of a task of e-pucks."""
     return GpuTask(
         functions={"list_neighbours": list_by_robots},
@@ -127,7 +125,6 @@ def gpu_task(
         restarts=lambda scenario: not scenario.faults.is_any,
         robot=robot,
         log=write_log,
-        potential=potential,
     )
 
 

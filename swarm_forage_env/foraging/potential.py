@@ -2,16 +2,13 @@
 
 import math
 
-import numpy as np
-
-from swarm_forage_env.arrays import NEST, PREY, Array, Float64
-from swarm_forage_env.compiler import entry_point, kernel
+from swarm_forage_env.arrays import NEST, PREY
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.foraging.areas import KINDS
 from swarm_forage_env.foraging.floor import distance_to_kind
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.world import ForagingWorld
 
 LEGS = 3
 """To the first nest, to the prey, back to the nest."""
@@ -56,25 +53,3 @@ def potential(robot: RobotState, world: WorldState) -> float:
     kind = NEST if robot.leg % 2 == 0 else PREY
     d = distance_to_kind(robot.pose[0], robot.pose[1], kind, world)
     return float((robot.leg + 1.0 - min(d / farthest(world), 1.0)) / LEGS)
-
-
-@entry_point
-def write_potentials(robots: Array, worlds: Array, out: Float64[Array, "worlds robots"]) -> None:
-    """Write the potential of every robot."""
-    for w in range(out.shape[0]):
-        for i in range(out.shape[1]):
-            out[w, i] = potential(robots[w, i], worlds[w])
-
-
-class ForagingPotential:
-    """The potential of every robot of a block of worlds, as `potential` defines it."""
-
-    def __init__(self, world: ForagingWorld) -> None:
-        """The potential of the robots of these worlds."""
-        self._world = world
-
-    def __call__(self) -> Float64[Array, " rows"]:
-        """Phi of every robot."""
-        out = np.empty(self._world.robots.shape)
-        write_potentials(self._world.robots, self._world.worlds, out)
-        return out.reshape(-1)

@@ -8,7 +8,7 @@ from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 from swarm_forage_env.foraging.events import Events, write_events
 from swarm_forage_env.foraging.global_state import ForagingState, log_beliefs, log_counts
 from swarm_forage_env.foraging.policies import LEARNABLE, carry_out, hear_words
-from swarm_forage_env.foraging.potential import ForagingPotential, most_shaping, potential
+from swarm_forage_env.foraging.potential import most_shaping, potential
 from swarm_forage_env.foraging.records import RobotState, Said
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.trajectory import FORAGING_TRAJECTORY
@@ -31,9 +31,9 @@ FORAGING = Task(
     fixed=("task.n_robots", "radio.slots"),
     replaced=lambda scenario: {"task.area_distance": "task.areas"} if scenario.task.areas else {},
     residuals=("motion", "both"),
-    gpu=gpu_task(RobotState, {True: log_beliefs, False: log_counts}, potential),
+    gpu=gpu_task(RobotState, {True: log_beliefs, False: log_counts}),
     no_layers=NoLayers(Said, carry_out, hear_words, slots),
-    potential=ForagingPotential,
+    potential=potential,
     most_shaping=most_shaping,
     global_state=ForagingState,
     episode=FORAGING_EPISODE,

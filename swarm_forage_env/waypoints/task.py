@@ -8,7 +8,7 @@ from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
 from swarm_forage_env.waypoints.events import Events, write_events
 from swarm_forage_env.waypoints.global_state import WaypointsState
 from swarm_forage_env.waypoints.policies import LEARNABLE, STEERINGS, carry_out, hear_words, robots
-from swarm_forage_env.waypoints.potential import WaypointsPotential
+from swarm_forage_env.waypoints.potential import potential
 from swarm_forage_env.waypoints.records import Said
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.trajectory import WAYPOINT_TRAJECTORY
@@ -28,7 +28,7 @@ WAYPOINTS = Task(
     steerings=STEERINGS,
     is_joint=True,
     no_layers=NoLayers(Said, carry_out, hear_words, robots),
-    potential=WaypointsPotential,
+    potential=potential,
     global_state=WaypointsState,
     episode=WAYPOINT_EPISODE,
     events=Events,

@@ -5,7 +5,7 @@ import pytest
 
 from swarm_forage_env import ArrayEnv, ConfigError
 from swarm_forage_env.epuck.parts import Arena
-from swarm_forage_env.foraging.potential import ForagingPotential
+from swarm_forage_env.foraging.potential import potential
 from swarm_forage_env.foraging.scenario import Scenario, Task
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.scenarios import find_scenario
@@ -70,20 +70,23 @@ def test_the_discounted_shaping_of_an_episode_depends_on_its_ends_only(
     shaped, again = rewards_of(busy, constant, shaping=weight, discount=discount, **options)
     powers = discount ** np.arange(len(plain))
     added = ((shaped - plain) * powers[:, None]).sum(axis=0)
-    potential = ForagingPotential(again.world)
-    last = potential()
+    last = potentials(again.world)
     again.reset(seed=1)
-    first = potential()
+    first = potentials(again.world)
     expected = weight * (discount ** len(plain) * last - first)
     expected = np.full(10, expected.mean()) if reward == "team" else expected
     np.testing.assert_allclose(added, expected, atol=1e-9)
     assert np.abs(shaped - plain).max() > 0.0
 
 
+def potentials(world):
+    return np.array([potential(robot, world.worlds[0]) for robot in world.robots[0]])
+
+
 def standing(leg, x, y):
     world = ForagingWorld([SCENARIO], [0], "kinematic")
     world.robots["leg"], world.robots["pose"] = leg, (x, y, 0.0)
-    return ForagingPotential(world)()[0]
+    return potentials(world)[0]
 
 
 def test_the_potential_rises_along_the_trip():

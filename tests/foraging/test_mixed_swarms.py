@@ -13,7 +13,7 @@ from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.interface import CORRECT, KEEP, REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.mixed import MixedController
-from swarm_forage_env.observed_fields import FieldCopies
+from swarm_forage_env.observed_fields import read_rows
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
@@ -270,7 +270,8 @@ def test_robots_of_a_policy_live_among_hand_written_ones():
     action, minds = loop.world.robots["action"], loop.controller.minds
     action["wheels"][0, :5], minds["speak"][0, :5] = (0.5, -0.5), 1.0
     minds["words"][0, :5] = 0.25
-    everything = FieldCopies(FORAGING.policies["everything"].layout(busy()))
+    fields = loop.fields(FORAGING.policies["everything"].layout(busy()))
+    everything = loop.kernel(read_rows, {})
     words = 0
     for _ in range(300):
         loop.step()
@@ -278,7 +279,7 @@ def test_robots_of_a_policy_live_among_hand_written_ones():
         assert np.all(command["wheels"][:5] == np.float32([0.5, -0.5]))
         assert np.all(command["is_speaking"][:5])
         seen = np.empty((1, N, 81), np.float32)
-        everything.read(loop.world, minds, seen)
+        everything(fields, seen)
         words += np.count_nonzero(seen == 0.25)
     assert words > 12
     assert not loop.situation.known[:5].any()

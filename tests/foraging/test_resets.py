@@ -6,7 +6,7 @@ import pytest
 from swarm_forage_env.epuck import world
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.global_state import ForagingState
-from swarm_forage_env.foraging.potential import ForagingPotential
+from swarm_forage_env.foraging.potential import potential
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
@@ -146,12 +146,16 @@ def test_scenarios_of_different_tasks_are_refused():
 def test_potential_and_state_go_by_the_numbers_that_each_world_has_now():
     other = find_scenario("es1", OTHER)
     block = Loop(busy(), CONTROLLER, SEEDS)
-    potential, names = ForagingPotential(block.world), [f"epuck_{k}" for k in range(10)]
+    names = [f"epuck_{k}" for k in range(10)]
     truth = ForagingState(block.world, block.controller, names, busy())
     block.reset([21], worlds=[1], scenarios=other)
     alone = Loop(other, CONTROLLER, [21])
     run(100, block, alone)
-    np.testing.assert_array_equal(potential()[10:20], ForagingPotential(alone.world)())
+    potentials, of_alone = (
+        [potential(robot, loop.world.worlds[w]) for robot in loop.world.robots[w]]
+        for loop, w in ((block, 1), (alone, 0))
+    )
+    np.testing.assert_array_equal(potentials, of_alone)
     of_alone = ForagingState(alone.world, alone.controller, names, busy())
     half = np.full(len(SEEDS), 0.5)
     np.testing.assert_array_equal(truth.state(half)[1], of_alone.state(half[:1])[0])

@@ -82,7 +82,7 @@ class ForagingLoop(Loop):
         compose = self.controller.estimator.kernels["compose"]
         self._compose_all = bind(compose_all, {"compose": compose})
 
-    def _advance(self, n_ticks: int, first: int, last: int) -> None:
+    def _advance(self, n_ticks: int, modes: Any, first: int, last: int) -> None:
         """A tick, stage by stage, in which messages are composed that nobody will hear."""
         running = self.controller
         running.decide(first, last)

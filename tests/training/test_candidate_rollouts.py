@@ -168,19 +168,22 @@ def test_an_episode_on_a_gpu_has_all_its_ticks_and_is_checked(monkeypatch):
     assert done == [100, 100, 30, "check"]
 
 
-def test_a_demonstration_is_what_is_seen_before_a_step_and_done_in_it(monkeypatch):
+def test_a_demonstration_is_what_is_seen_before_a_step_and_done_in_it():
     command = np.zeros((1, 1), [("command", [("wheels", np.float32, 2)])])
     world = SimpleNamespace(robots=command, scenario=SimpleNamespace(n_ticks=61))
 
     def step():
         command["command"]["wheels"] += 1
 
-    def read(world, minds, out):
+    def read(fields, out):
         out[:] = command["command"]["wheels"][:, :, :1]
 
-    loop = SimpleNamespace(world=world, step=step, controller=SimpleNamespace(minds=None))
-    copies = SimpleNamespace(read=read)
-    monkeypatch.setattr(ppo, "FieldCopies", lambda layout: copies)
+    loop = SimpleNamespace(
+        world=world,
+        step=step,
+        kernel=lambda template, functions: read,
+        fields=lambda layout: layout,
+    )
     observed, wheels = ppo.record_demonstrations(loop, ["wheels.left"])
     assert observed.ravel().tolist() == [0.0, 20.0, 40.0, 60.0]  # every twentieth tick
     assert wheels[:, 0].tolist() == [1.0, 21.0, 41.0, 61.0]

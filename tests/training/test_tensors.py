@@ -42,16 +42,12 @@ class FakeDeviceEnv:
     """An environment of a GPU, as far as tensors ask for it."""
 
     stream = "its own"
-
-    def __init__(self):
-        self.loop = SimpleNamespace(
-            memory=SimpleNamespace(to_device=lambda array: ("on device", array))
-        )
+    device = "cuda"
+    memory = SimpleNamespace(to_device=lambda array: ("on device", array))
 
 
 @pytest.fixture
-def device_env(monkeypatch):
-    monkeypatch.setattr(tensor_vec_env, "DeviceArrayEnv", FakeDeviceEnv)
+def device_env():
     return FakeDeviceEnv()
 
 
@@ -73,7 +69,7 @@ def test_tensors_are_where_the_worlds_are(monkeypatch):
 def test_worlds_of_a_gpu_follow_the_current_stream_of_the_first(monkeypatch, device_env):
     streams = {0: SimpleNamespace(cuda_stream=1234)}
     monkeypatch.setattr(torch.cuda, "current_stream", streams.__getitem__)
-    other = SimpleNamespace(stream="none")
+    other = SimpleNamespace(stream="none", device="cpu")
     for began, stream in ((False, "its own"), (True, 1234)):
         monkeypatch.setattr(torch.cuda, "is_initialized", lambda began=began: began)
         follow_stream(device_env)
@@ -83,7 +79,7 @@ def test_worlds_of_a_gpu_follow_the_current_stream_of_the_first(monkeypatch, dev
 
 def test_an_environment_is_given_arrays_that_it_takes(device_env):
     tensor = torch.arange(6.0, requires_grad=True).reshape(2, 3).T
-    for env in (object(), device_env):
+    for env in (SimpleNamespace(device="cpu"), device_env):
         found = array_for(env, tensor)
         if env is device_env:
             told, found = found

@@ -19,7 +19,7 @@ from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.evaluation.tables import FittingTable
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.device_memory import usable_gpu
-from swarm_forage_env.envs.device_env import array_env
+from swarm_forage_env.envs.array_env import array_env
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario

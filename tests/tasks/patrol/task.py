@@ -8,12 +8,18 @@ import numpy as np
 from patrol.control import SCALE, Situation, decide_world
 from patrol.scenario import PatrolScenario
 from patrol.world import Action, PatrolWorld
+from swarm_forage_env.compiler import kernel
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.observed_fields import paths
 from swarm_forage_env.policy_interface import PolicyInterface
-from swarm_forage_env.record import rows
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.task import TASKS, Task
+
+
+@kernel
+def potential(robot, world):
+    """The visits of a robot."""
+    return float(robot.visits)
 
 
 @dataclass(frozen=True)
@@ -90,7 +96,7 @@ PATROL = Task(
             ("motion",),
         )
     },
-    potential=lambda world: lambda: rows(world.robots)["visits"].astype(float),
+    potential=potential,
     global_state=PatrolState,
     episode=EpisodeKind(
         PatrolEpisode,

@@ -1,0 +1,129 @@
+"""What becomes of the actions of the learners of worlds, and what they observe and are given."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+
+from swarm_forage_env.arrays import Array, Float64, Int64
+from swarm_forage_env.device_loop import DeviceLoop
+from swarm_forage_env.envs.actions import ActionForm
+from swarm_forage_env.envs.config import EnvConfig
+from swarm_forage_env.envs.decision_kernels import (
+    check_choices,
+    check_numbers,
+    credit,
+    take,
+    write_potentials,
+)
+from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.envs.stepping import Worlds
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import Kernel
+from swarm_forage_env.ticks import RUNS
+
+
+class Decisions:
+    """The decisions of the learners of a block of worlds, where these run."""
+
+    def __init__(
+        self,
+        worlds: Worlds,
+        form: PolicyForm,
+        learners: Int64[Array, " learners"],
+        potential: Kernel,
+    ) -> None:
+        """Learners of these numbers in every world; the `potential` is that of a robot."""
+        self._worlds, self._form, config, memory = worlds, form, form.config, worlds.memory
+        self._config: EnvConfig = config
+        shape: tuple[int, int] = worlds.arrays["robots"].shape
+        self._rows = shape[0], len(learners)
+        raw = np.zeros((*self._rows, len(form.policy.action)), np.float32)
+        self.raw = memory.to_device(raw)
+        """What the layers of the learners took last; worlds, learners, numbers."""
+        self._learners = memory.to_device(learners)
+        table, *rest = form.action.conversion
+        self._conversion = memory.to_device(table), *rest
+        self._fields = worlds.fields(form.policy.action)
+        self._take = worlds.kernel(take, form.action.functions)
+        self._check = worlds.kernel(*_check_of(form.action))
+        self._limits = _limits_of(form.action, memory.to_device)
+        self._credit = worlds.kernel(credit, {})
+        self._potential = worlds.kernel(write_potentials, {"potential": potential})
+        self._potentials = memory.to_device(
+            np.zeros((2, *shape) if config.shaping > 0.0 else (2, 0, 0))
+        )
+        self.observing = form.observing(worlds, learners.tolist())
+        self._run = memory.to_device(np.full(shape[0], RUNS, np.int8))
+
+    def checked_on_gpu(self, actions: Any) -> Any:  # noqa: ANN401 of any library
+        """Actions as they lie on a GPU; ConfigError for another shape or type.
+
+        What is out of bounds is noted, and raised here where the GPU has come so far.
+        """
+        assert isinstance(self._worlds, DeviceLoop)
+        given, is_discrete = self._worlds.memory.taken(actions), self._form.action.is_discrete
+        fits = given.dtype.kind in "iu" if is_discrete else given.dtype == np.float32
+        kind = "whole numbers, as int64," if is_discrete else "float32"
+        shape = *self._rows, *self._form.action.shape
+        if given.shape != shape or not fits:
+            told = f"actions of shape {given.shape} and type {given.dtype}"
+            raise ConfigError(f"{told}: must be {kind} of shape {shape}")
+        self._check(given, self._limits, self._worlds.trouble)
+        self._worlds.check()
+        return given
+
+    def take(self, given: Any) -> None:  # noqa: ANN401 an array where the worlds run
+        """Hand checked actions to the layers of the learners."""
+        at = self._worlds.arrays
+        self._take(self._fields, self._learners, given, self._conversion, self.raw, at["earned"])
+        self._note_potential(0)
+
+    def rewards(self) -> tuple[Any, Any]:
+        """What every learner is given since it acted: without shaping, and with it."""
+        config, memory = self._config, self._worlds.memory
+        self._note_potential(1)
+        out = memory.empty((2, *self._rows), np.float64)
+        terms = config.discount, config.shaping, config.reward == "team"
+        earned = self._worlds.arrays["earned"]
+        self._credit(self._learners, earned, self._potentials, terms, out)
+        return out[0], out[1]
+
+    def observe(
+        self,
+        time_left: Callable[[], Float64[Array, " worlds"]],
+        modes: Any = None,  # noqa: ANN401 an array where the worlds run
+    ) -> Any:  # noqa: ANN401 as above
+        """What every learner observes after its action, or where worlds begin as `modes` say."""
+        return self.observing(self.raw, self._run if modes is None else modes, time_left)
+
+    def snapshot(self) -> tuple[Array, Array]:
+        """The last actions, and the frames before."""
+        return np.array(self._worlds.memory.read(self.raw)), self.observing.snapshot()
+
+    def restore(self, snapshot: tuple[Array, Array]) -> None:
+        """Go on as when the snapshot was taken; ConfigError if it is of other options."""
+        raw, frames = snapshot
+        if raw.shape != self.raw.shape or not self.observing.fits(frames):
+            raise ConfigError("restore(): the snapshot is of an environment of other options")
+        self._worlds.memory.write(self.raw, raw)
+        self.observing.restore(frames)
+
+    def _note_potential(self, when: int) -> None:
+        """Write the potential of every robot before (0) or after (1) the ticks, if it counts."""
+        if self._config.shaping > 0.0:
+            at = self._worlds.arrays
+            self._potential(at["robots"], at["worlds"], self._potentials[when])
+
+
+def _check_of(form: ActionForm) -> tuple[Kernel, dict[str, Kernel]]:
+    """The template that checks actions of a form, and its functions."""
+    return (check_choices if form.is_discrete else check_numbers), {}
+
+
+def _limits_of(form: ActionForm, to_device: Callable[[Array], Any]) -> Any:  # noqa: ANN401 bounds, or how many choices
+    """What actions of a form must be within."""
+    if isinstance(form.space, Box):
+        return to_device(form.space.low), to_device(form.space.high)
+    return len(form.choices)

@@ -1,0 +1,329 @@
+"""A decision of the learners of worlds, one text for CPU and GPU: actions in, observations out.
+
+    take -> [ticks] -> credit -> observe
+
+Each is a template over worlds (`swarm_forage_env.lanes`). An array of actions is read only.
+"""
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
+from swarm_forage_env.compiler import inlined, kernel
+from swarm_forage_env.envs.rewards import mean_of, shaping
+from swarm_forage_env.equations.elementary import hypot
+from swarm_forage_env.interface import Kernel
+from swarm_forage_env.observed_fields import Fields, read_fields, write_fields
+from swarm_forage_env.record import Numbers
+from swarm_forage_env.templates import row_template
+from swarm_forage_env.ticks import BEGINS, REFUSED, RUNS, note
+
+lane: Kernel
+lanes: Kernel
+barrier: Kernel
+first_world: Kernel
+end_world: Kernel
+write_raw: Kernel
+command: Kernel
+potential: Kernel
+add_features: Kernel
+features_before: Kernel
+write_feature: Kernel
+log: Kernel
+"""Free names of the templates: lanes; how an action is read, and a form of steering; functions of
+a task; and of what is observed beside a layer."""
+
+HALF, ONE = np.float32(0.5), np.float32(1.0)
+
+Form = tuple[Float32[Array, "choices numbers"], int, int, float]
+"""The actions that choices stand for; how many of the first numbers are weights in [-1, 1]; from
+which number on two steer, or -1; and the sharpest turn."""
+
+Scaling = tuple[int, int, Float32[Array, " numbers"], Array]
+"""Where the observed target starts, or -1, and where its direction goes; the typical size of each
+number, none where nothing is normalised; and which of them are squashed."""
+
+Span = tuple[int, int]
+"""The first of some worlds, and the last + 1."""
+
+Rows = Float32[Array, "worlds learners numbers"]
+
+
+@kernel
+def as_command(first: float, second: float, sharpest_turn: float) -> tuple[float, float]:
+    """The two numbers are the command."""
+    return first, second
+
+
+@row_template
+def raw_of_numbers(given: Rows, w: int, learner: int, form: Form, row: Array) -> None:
+    """Write what the layers take, of an action that is numbers. Free name: command."""
+    _, n_symmetric, steers_at, sharpest_turn = form
+    for k in range(row.shape[0]):
+        number = given[w, learner, k]
+        row[k] = HALF * (number + ONE) if k < n_symmetric else number
+    if steers_at >= 0:
+        left, right = command(row[steers_at], row[steers_at + 1], sharpest_turn)
+        row[steers_at], row[steers_at + 1] = left, right
+
+
+@inlined
+def raw_of_choice(
+    given: Int64[Array, "worlds learners"], w: int, learner: int, form: Form, row: Array
+) -> None:
+    """Write what the layers take, of an action that is a choice."""
+    for k in range(row.shape[0]):
+        row[k] = form[0][given[w, learner], k]
+
+
+def convert(given: Rows, form: Form, raw: Rows, which: Span) -> None:
+    """Write what the layers take, of actions as a policy gives them.
+
+    Free names: lanes, write_raw, command.
+    """
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for learner in range(lane(), raw.shape[1], lanes()):
+            write_raw(given, w, learner, form, raw[w, learner])
+
+
+def take(  # noqa: PLR0913 what is read, and what is written
+    fields: Fields,
+    learners: Int64[Array, " learners"],
+    given: Array,
+    form: Form,
+    raw: Rows,
+    earned: Float64[Array, "worlds robots"],
+    which: Span,
+) -> None:
+    """Hand the actions of the learners to their layers; nothing has been earned since.
+
+    Free names: lanes, write_raw, command.
+    """
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for learner in range(lane(), learners.shape[0], lanes()):
+            write_raw(given, w, learner, form, raw[w, learner])
+            write_fields(raw[w, learner], fields, w, learners[learner])
+        for i in range(lane(), earned.shape[1], lanes()):
+            earned[w, i] = 0.0
+
+
+def check_numbers(
+    given: Rows,
+    bounds: tuple[Float32[Array, " numbers"], Float32[Array, " numbers"]],
+    trouble: Int64[Array, " worlds_and_one"],
+    which: Span,
+) -> None:
+    """Note a world in which a number of an action is not within its bounds; NaN is not.
+
+    Free names: lanes.
+    """
+    low, high = bounds
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for learner in range(lane(), given.shape[1], lanes()):
+            for k in range(given.shape[2]):
+                if not low[k] <= given[w, learner, k] <= high[k]:
+                    note(trouble, w, REFUSED, 0)
+
+
+def check_choices(
+    given: Int64[Array, "worlds learners"],
+    n_choices: int,
+    trouble: Int64[Array, " worlds_and_one"],
+    which: Span,
+) -> None:
+    """Note a world in which there is no such choice. Free names: lanes."""
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for learner in range(lane(), given.shape[1], lanes()):
+            if not 0 <= given[w, learner] < n_choices:
+                note(trouble, w, REFUSED, 0)
+
+
+def stop_at_exchanges(  # noqa: PLR0913 what is read, and what is written
+    worlds: Array,
+    minds: Array,
+    learners: Int64[Array, " learners"],
+    ends: Int64[Array, " worlds"],
+    modes: Int8[Array, " worlds"],
+    ticks: Int64[Array, " worlds"],
+    which: Span,
+) -> None:
+    """Let the worlds stand whose time is up, or in which a learner has just ended an exchange.
+
+    `ticks` is how many each world has behind it. Free names: lanes.
+    """
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        n_learners = learners.shape[0] if modes[w] == RUNS else 0
+        for learner in range(lane(), n_learners, lanes()):
+            world: Numbers = worlds[w]
+            ticks[w] = world.ticks
+            if world.ticks >= ends[w] or minds[w, learners[learner]].exchange.is_valid:
+                modes[w] = 0
+
+
+def write_acts(
+    minds: Array,
+    learners: Int64[Array, " learners"],
+    out: Float64[Array, "worlds learners"],
+    which: Span,
+) -> None:
+    """Write 1 for a learner whose next action counts, as it has just ended an exchange; else 0.
+
+    Free names: lanes.
+    """
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for learner in range(lane(), out.shape[1], lanes()):
+            out[w, learner] = minds[w, learners[learner]].exchange.is_valid
+
+
+def write_potentials(
+    robots: Array, worlds: Array, out: Float64[Array, "worlds robots"], which: Span
+) -> None:
+    """Write the potential of every robot. Free names: lanes, potential."""
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for i in range(lane(), out.shape[1], lanes()):
+            out[w, i] = potential(robots[w, i], worlds[w])
+
+
+def credit(
+    learners: Int64[Array, " learners"],
+    earned: Float64[Array, "worlds robots"],
+    potentials: Float64[Array, "2 worlds robots"],
+    terms: tuple[float, float, bool],
+    out: Float64[Array, "2 worlds learners"],
+    which: Span,
+) -> None:
+    """Write what every learner is given, its own or its team's mean: unshaped, then shaped.
+
+    `potentials` are those before and after the ticks; what is earned with shaping is written in
+    the place of the first. `terms` are the discount and the weight of the shaping, and whether the
+    team is credited. Free names: lanes.
+    """
+    discount, weight, is_team = terms
+    last = which[1]
+    for each in range(first_world(which[0]), end_world(last)):
+        w = min(each, last - 1)
+        n_robots = earned.shape[1] if each < last else 0
+        n_learners = learners.shape[0] if each < last else 0
+        shaped = potentials[0, w] if weight > 0.0 else earned[w]
+        for i in range(lane(), n_robots if weight > 0.0 else 0, lanes()):
+            before, after = potentials[0, w, i], potentials[1, w, i]
+            shaped[i] = earned[w, i] + shaping(before, after, discount, weight)
+        barrier()
+        for learner in range(lane(), n_learners, lanes()):
+            i = learners[learner]
+            out[0, w, learner] = mean_of(earned[w]) if is_team else earned[w, i]
+            out[1, w, learner] = mean_of(shaped) if is_team else shaped[i]
+
+
+def observe(  # noqa: PLR0913 what is read, and what is written
+    fields: Fields,
+    learners: Int64[Array, " learners"],
+    scaling: Scaling,
+    beside: tuple[Int64[Array, "features 2"], Float64[Array, " worlds"], Rows],
+    modes: Int8[Array, " worlds"],
+    rows: tuple[Rows, Float32[Array, "worlds learners frames numbers"], Rows],
+    which: Span,
+) -> None:
+    """Write what every learner observes.
+
+    `rows` are where its numbers go, the frames that are kept, and where these go with the new one.
+    `beside` are the spans of what is observed beside the layer, the share of the episode that is
+    left, and the last actions, which are forgotten in a world that BEGINS. A world that RUNS adds
+    to its frames, one that STANDS keeps them. Free names: lanes, add_features.
+    """
+    spans, time_left, raw = beside
+    seen, kept, out = rows
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for learner in range(lane(), learners.shape[0], lanes()):
+            row, action, i = seen[w, learner], raw[w, learner], learners[learner]
+            if modes[w] == BEGINS:
+                for k in range(action.shape[0]):
+                    action[k] = 0.0
+            read_fields(fields, w, i, row)
+            if scaling[0] >= 0:
+                write_direction(row, scaling[0], scaling[1])
+            add_features(spans, i, fields[4], time_left[w], action, row)
+            if scaling[2].shape[0] > 0:
+                normalise_row(row, scaling[2], scaling[3])
+            if kept.shape[2] > 0:
+                update_frames(kept[w, learner], row, modes[w], out[w, learner])
+
+
+@inlined
+def update_frames(
+    kept: Float32[Array, "frames numbers"],
+    seen: Float32[Array, " numbers"],
+    mode: int,
+    out: Float32[Array, " all"],
+) -> None:
+    """Write the last observations of a learner, the oldest first.
+
+    The observation joins them if the mode is RUNS, and is all of them if it is BEGINS.
+    """
+    n_frames, n = kept.shape
+    for frame in range(n_frames):
+        for k in range(n):
+            if mode == BEGINS or (mode == RUNS and frame == n_frames - 1):
+                kept[frame, k] = seen[k]
+            elif mode == RUNS:
+                kept[frame, k] = kept[frame + 1, k]
+            out[frame * n + k] = kept[frame, k]
+
+
+@inlined
+def write_direction(row: Float32[Array, " numbers"], at: int, to: int) -> None:
+    """Write the unit vector of the two numbers from `at` on; zeros for no direction."""
+    x, y = row[at], row[at + 1]
+    size = hypot(x, y)
+    row[to] = x / size if size > 0.0 else 0.0
+    row[to + 1] = y / size if size > 0.0 else 0.0
+
+
+@inlined
+def normalise_row(
+    row: Float32[Array, " numbers"], bound: Float32[Array, " numbers"], squashes: Array
+) -> None:
+    """Divide by the bound, or squash by the scale, in place."""
+    for k in range(row.shape[0]):
+        if squashes[k]:
+            row[k] = row[k] / (abs(row[k]) + bound[k])
+        else:
+            row[k] = row[k] / bound[k]
+
+
+@inlined
+def add_nothing(
+    spans: Array, i: int, n_robots: int, time_left: float, action: Array, row: Array
+) -> None:
+    """Nothing is observed beside the layer."""
+
+
+def add_feature(
+    spans: Int64[Array, "features 2"],
+    i: int,
+    n_robots: int,
+    time_left: float,
+    action: Float32[Array, " numbers"],
+    row: Float32[Array, " numbers"],
+) -> None:
+    """Write the features of the spans before the last, and one to the last span.
+
+    Free names: features_before, write_feature.
+    """
+    last = spans.shape[0] - 1
+    features_before(spans[:last], i, n_robots, time_left, action, row)
+    write_feature(i, n_robots, time_left, action, row[spans[last, 0] : spans[last, 1]])
+
+
+def write_log(
+    robots: Array,
+    minds: Array,
+    worlds: Array,
+    learners: Int64[Array, " learners"],
+    out: Float64[Array, "worlds learners infos"],
+    which: Span,
+) -> None:
+    """Write what is logged of each learner. Free names: lanes, log."""
+    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        for learner in range(lane(), out.shape[1], lanes()):
+            i = learners[learner]
+            log(robots[w, i], minds[w, i], worlds[w], out[w, learner])
