@@ -18,6 +18,7 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.record import Field, Record, offset_of
 from swarm_forage_env.spaces import Feature, Layout
+from swarm_forage_env.templates import row_template
 
 lane: Kernel
 lanes: Kernel
@@ -214,16 +215,26 @@ def source_of_its_own(layout: FieldLayout) -> str:
     return own
 
 
-@inlined
-def read_fields(fields: Fields, w: int, i: int, row: Float32[Array, " numbers"]) -> None:
-    """Write the fields of robot i of world w to the first numbers of a row."""
+@row_template
+def read_fields(
+    fields: Fields,
+    w: int,
+    which: Int64[Array, " some"],
+    rows: Float32[Array, "some numbers"],
+) -> None:
+    """Write the fields of these robots of world w to the first numbers of rows.
+
+    Free names: lane, lanes.
+    """
     robots, minds, others, spans, n_robots = fields
     for s in range(spans.shape[0]):
         words = robots if spans[s, 0] == 0 else minds if spans[s, 0] == 1 else others
         size = np.uint64(words.shape[1]) // np.uint64(n_robots)
-        at = np.uint64(i) * size + spans[s, 1]
-        for k in range(spans[s, 2]):
-            row[spans[s, 3] + k] = words[w, at + k]
+        start, count, to = spans[s, 1], spans[s, 2], spans[s, 3]
+        for j in range(lane(), which.shape[0], lanes()):
+            at = np.uint64(which[j]) * size + start
+            for k in range(count):
+                rows[j, to + k] = words[w, at + k]
 
 
 @inlined
@@ -239,12 +250,14 @@ def write_fields(row: Float32[Array, " numbers"], fields: Fields, w: int, i: int
 
 
 def read_rows(
-    fields: Fields, out: Float32[Array, "worlds robots numbers"], which: tuple[int, int]
+    fields: Fields,
+    robots: Int64[Array, " some"],
+    out: Float32[Array, "worlds some numbers"],
+    which: tuple[int, int],
 ) -> None:
-    """Write the fields of all robots to rows. Free names: lanes."""
+    """Write the fields of some robots of every world to rows. Free names: lanes."""
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        for i in range(lane(), out.shape[1], lanes()):
-            read_fields(fields, w, i, out[w, i])
+        read_fields(fields, w, robots, out[w])
 
 
 def write_rows(

@@ -221,11 +221,12 @@ def clone_behaviour(actor: MotionActor, pairs: Sequence[Demonstrations]) -> floa
 def record_demonstrations(loop: Loop, layout: FieldLayout) -> Demonstrations:
     """Record observations and wheel speeds over a whole episode of a hand-written controller."""
     read, fields, world = loop.kernel(read_rows, {}), loop.fields(layout), loop.world
+    everybody = np.arange(world.robots.shape[1])
     observed, wheels = [], []
     for tick in range(loop.world.scenario.n_ticks):
         if tick % SAMPLE_EVERY == 0:
             seen = np.empty((*world.robots.shape, len(layout)), np.float32)
-            read(fields, seen)
+            read(fields, everybody, seen)
             observed.append(seen.reshape(-1, len(layout)))
         loop.step()
         if tick % SAMPLE_EVERY == 0:  # what was commanded is shown as the last wheels

@@ -233,12 +233,12 @@ def observe(  # noqa: PLR0913 what is read, and what is written
     spans, time_left, raw = beside
     seen, kept, out = rows
     for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
+        read_fields(fields, w, learners, seen[w])
         for learner in range(lane(), learners.shape[0], lanes()):
             row, action, i = seen[w, learner], raw[w, learner], learners[learner]
             if modes[w] == BEGINS:
                 for k in range(action.shape[0]):
                     action[k] = 0.0
-            read_fields(fields, w, i, row)
             if scaling[0] >= 0:
                 write_direction(row, scaling[0], scaling[1])
             add_features(spans, i, fields[4], time_left[w], action, row)

@@ -212,7 +212,7 @@ def test_a_step_in_a_stream_of_torch_waits_for_what_was_asked_before_it():
     stream.synchronize()  # codespell:ignore
     for mine, his in zip(seen, found, strict=True):
         assert torch.equal(mine, his)
-    assert usual.download().log().tobytes() == other.download().log().tobytes()
+    assert usual.state().tobytes() == other.state().tobytes()
 
 
 def test_the_environment_of_torchrl_keeps_its_tensors_on_the_gpu():
@@ -273,7 +273,7 @@ def test_memory_is_flat():
 
     env = array_env("es1", device="cuda", n_worlds=1024, physics="kinematic", max_cycles=10_000)
     env.reset(seed=0)
-    actions = env.loop.memory.to_device(np.zeros((1024, 10, 2), np.float32))
+    actions = env.memory.to_device(np.zeros((1024, 10, 2), np.float32))
     free = []
     for n_steps in (50, 500):
         for _ in range(n_steps):

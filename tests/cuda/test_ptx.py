@@ -13,14 +13,14 @@ import baselines.weighting
 import swarm_forage_env.epuck
 import swarm_forage_env.equations
 import swarm_forage_env.foraging
-from swarm_forage_env.compiler import bind_grid
+from swarm_forage_env.compiler import bind_grid, bind_row
 from swarm_forage_env.device_loop import grid_of
-from swarm_forage_env.envs import grid
+from swarm_forage_env.envs import decision_kernels as kernels
 from swarm_forage_env.envs.added_observations import (
-    put_one_hot,
-    put_previous_action,
-    put_robot_id,
-    put_time_left,
+    write_one_hot,
+    write_previous_action,
+    write_robot_id,
+    write_time_left,
 )
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
@@ -58,7 +58,6 @@ ON_CPU = {
     "write_state put_truth put_areas put_faults": "the state, which a CPU writes",
     "write_log": "the loop over worlds of the log",
     "add_errors": "the meter of an evaluation",
-    "write_potentials": "the loop over worlds of a CPU",
     "no_gain": "the weighting of robots that have none",
 }
 """Functions of foraging that no kernel of the grid calls, and why."""
@@ -144,30 +143,40 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     minds = np.ascontiguousarray(loop.controller.compiled.arrays[0])
     learners, choices = np.arange(10), np.zeros((2, 10), np.int64)
     actions = np.zeros((2, 10, len(policy.action)), np.float32)
-    seen, row, per_robot = np.zeros((2, 10, 60), np.float32), np.zeros(60, np.float32), np.zeros(10)
-    is_new, pair = np.zeros(2, np.int8), np.zeros((2, 2, 10))
-    functions = {"command": drive_to_wheels, "potential": potential}
-    fields = words_of(robots), words_of(minds), 10, np.zeros((3, 4), np.uint64)
-    steps = {
-        grid.check_actions: (actions, row, row, TROUBLE),
-        grid.take_actions: (*fields, learners, actions, actions, 0, 0, 0.3),
-        grid.check_choices: (choices, 5, TROUBLE),
-        grid.take_choices: (*fields, learners, choices, actions[0], actions),
-        grid.stop_at_exchanges: (worlds, minds, learners, learners[:2], is_new, learners[:2]),
-        grid.write_acts: (minds, learners, per_robot[None]),
-        grid.begin: (robots, worlds, is_new, actions, pair[0]),
-        grid.credit: (robots, worlds, learners, pair[0], pair[0], pair, 0.9, 0.5, True, pair),
-        grid.show_layer: (*fields, learners, np.zeros(2, np.int64), seen),
-        grid.normalise: (row, row > 0, seen),
-        grid.stack_frames: (seen, is_new, True, np.zeros((2, 10, 2, 60), np.float32), seen),
-    }
-    if learn == "everything":  # there are no exchanges
-        del steps[grid.stop_at_exchanges], steps[grid.write_acts]
-    for template, arguments in steps.items():
+    seen, row, pair = np.zeros((2, 10, 60), np.float32), np.zeros(60, np.float32), np.zeros((2, 10))
+    modes, both, form = np.zeros(2, np.int8), (0, 2), (actions[0], 0, 0, 0.3)
+    fields = words_of(robots), words_of(minds), words_of(robots), np.zeros((3, 4), np.uint64), 10
+    potentials, frames = np.stack([pair, pair]), np.zeros((2, 10, 2, 60), np.float32)
+    numbers = {"write_raw": kernels.raw_of_numbers, "command": drive_to_wheels}
+    add = kernels.add_nothing
+    for write in (write_time_left, write_robot_id, write_one_hot, write_previous_action):
+        add = bind_row(kernels.add_feature, {"features_before": add, "write_feature": write})
+    beside = np.zeros((4, 2), np.int64), pair[:, 0].copy(), actions
+    scaling = 0, 40, row, row > 0
+    steps = [
+        (kernels.check_numbers, {}, (actions, (row, row), TROUBLE, both)),
+        (kernels.check_choices, {}, (choices, 5, TROUBLE, both)),
+        (kernels.take, numbers, (fields, learners, actions, form, actions, pair, both)),
+        (
+            kernels.take,
+            {"write_raw": kernels.raw_of_choice},
+            (fields, learners, choices, form, actions, pair, both),
+        ),
+        (kernels.write_potentials, {"potential": potential}, (robots, worlds, pair, both)),
+        (kernels.credit, {}, (learners, pair, potentials, (0.9, 0.5, True), potentials, both)),
+        (
+            kernels.observe,
+            {"add_features": add},
+            (fields, learners, scaling, beside, modes, (seen, frames, seen), both),
+        ),
+    ]
+    if learn != "everything":  # there are exchanges
+        ends = learners[:2]
+        stop = worlds, minds, learners, ends, modes, ends, both
+        steps.append((kernels.stop_at_exchanges, {}, stop))
+        steps.append((kernels.write_acts, {}, (minds, learners, pair, both)))
+    for template, functions, arguments in steps:
         assert ".entry" in ptx(bind_grid(template, functions), *arguments)
-    for put in (put_time_left, put_robot_id, put_one_hot, put_previous_action):
-        add = bind_grid(grid.add_part, {"put": put})
-        assert ".entry" in ptx(add, learners, 10, per_robot, actions, 0, 4, seen)
 
 
 @pytest.mark.parametrize("controller", ["nc", "policy"])
@@ -175,9 +184,16 @@ def test_the_log_compiles_for_a_gpu(ptx, controller):
     loop = loop_of(controller)
     layers = loop.controller.compiled
     minds = np.ascontiguousarray(layers.arrays[0])
-    arguments = loop.world.robots, minds, loop.world.worlds, np.arange(10), np.zeros((2, 10, 6))
+    arguments = (
+        loop.world.robots,
+        minds,
+        loop.world.worlds,
+        np.arange(10),
+        np.zeros((2, 10, 6)),
+        (0, 2),
+    )
     log = FORAGING.gpu.log[layers.has_beliefs]
-    assert ".entry" in ptx(bind_grid(grid.write_log, {"log": log}), *arguments)
+    assert ".entry" in ptx(bind_grid(kernels.write_log, {"log": log}), *arguments)
 
 
 def test_the_compiled_controllers_call_all_that_any_does():

@@ -51,7 +51,7 @@ gpu.check()
 check_same_bits(cpu.world.robots, there.world.robots)
 check_same_bits(cpu.world.worlds, there.world.worlds)
 check_same_bits(cpu.controller.minds, there.controller.minds)
-np.testing.assert_array_equal(trips, gpu.earned.copy_to_host())
+np.testing.assert_array_equal(trips, gpu.arrays["earned"].copy_to_host())
 print(*happened)
 """
 )
@@ -104,13 +104,13 @@ def drawn(*shape):
 same(cpu.reset(seed=5), gpu.reset(seed=5))
 for step in range(5):
     actions = drawn(cpu.n_worlds, len(cpu.learners))
-    same(cpu.step(actions), gpu.step(gpu.loop.memory.to_device(actions)))
+    same(cpu.step(actions), gpu.step(gpu.memory.to_device(actions)))
     over = cpu.is_over
     assert (gpu.is_over == over).all()
     if over.any():
         same(cpu.reset(worlds=over), gpu.reset(worlds=over))
 there = gpu.download()
-np.testing.assert_array_equal(cpu.log(), there.log())
+np.testing.assert_array_equal(cpu.log(), on_cpu(gpu.log()))
 for mine, his in (
     (cpu.world.robots, there.world.robots),
     (cpu.world.worlds, there.world.worlds),
@@ -119,10 +119,18 @@ for mine, his in (
     check_same_bits(mine, his)
 actions[1] = space.n if is_discrete else np.nan
 try:
-    gpu.step(gpu.loop.memory.to_device(actions))
+    gpu.step(gpu.memory.to_device(actions))
 except ValueError as error:
     print(error)
-np.testing.assert_array_equal(cpu.log(), gpu.download().log())
+np.testing.assert_array_equal(cpu.log(), on_cpu(gpu.download().log()))
+np.testing.assert_array_equal(cpu.state(), gpu.state())
+kept, after = gpu.snapshot(), []
+for _ in range(2):  # what was done is undone, and done again
+    gpu.restore(kept)
+    gpu.reset(seed=6)
+    seen = gpu.step(gpu.memory.to_device(drawn(gpu.n_worlds, len(gpu.learners)) * 0))[0]
+    after.append(on_cpu(seen))
+np.testing.assert_array_equal(*after)
 """
 
 
@@ -143,15 +151,15 @@ for env in (cpu, gpu.download()):  # everybody knows something, and tells it fro
     beliefs["known"] = beliefs["visited"] = True
     beliefs["location"] = rng.uniform(-1.0, 1.0, beliefs["location"].shape)
     beliefs["p"] = rng.uniform(0.0, 3.0, beliefs["p"].shape)
-gpu.loop.upload(range(3))
+gpu._on.upload(range(3))
 acts, steps = 0, []
 for step in range(2):
     actions = np.random.default_rng(step).uniform(-1.0, 1.0, (3, 2, 2)).astype(np.float32)
-    mine, his = cpu.step(actions), gpu.step(gpu.loop.memory.to_device(actions))
+    mine, his = cpu.step(actions), gpu.step(gpu.memory.to_device(actions))
     same(mine, his)
     acts += mine[-1]["acts"].sum()
     steps.append(cpu.episodes.steps.tolist())
-    assert gpu.host.episodes.steps.tolist() == steps[-1]
+    assert gpu.episodes.steps.tolist() == steps[-1]
     over = cpu.is_over
     if over.any():
         same(cpu.reset(worlds=over), gpu.reset(worlds=over))

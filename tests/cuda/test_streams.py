@@ -65,15 +65,15 @@ env.reset(seed=0)
 print(streams()[0], env.stream, events)
 env.stream = 77
 for step in range(2):
-    told = env.step(env.loop.memory.to_device(np.zeros((2, 2, 2), np.float32)))
+    told = env.step(env.memory.to_device(np.zeros((2, 2, 2), np.float32)))
 env.reset(worlds=env.is_over)
-env.log(), env.download(), env.loop.memory.mark()
+env.log(), env.download(), env.memory.mark()
 found, names = streams()
 print(found, sorted(names))
 print([(what, getattr(stream, "address", stream)) for what, stream in events], env.stream)
 env.stream = 77
 env.stream = 0
-env.loop.check()
+env._on.check()
 print(streams()[0], [(what, getattr(stream, "address", stream)) for what, stream in events[3:]])
 try:
     env.stream = "default"
@@ -118,8 +118,8 @@ def test_every_launch_and_copy_is_in_the_stream_that_was_chosen():
     asked, _, names = later.partition("] [")
     assert asked == "[77"
     for each in (
-        "check_actions", "take_actions", "run_ticks", "credit", "show_layer", "add_part",
-        "normalise", "stack_frames", "write_log", "begin", "begin_worlds", "to_device",
+        "check_numbers", "take", "run_ticks", "write_potentials", "credit", "observe",
+        "write_log", "begin_worlds", "to_device",
         "device_array", "copy_to_host", "copy_to_device",
     ):  # fmt: skip
         assert f"'{each}'" in names, each

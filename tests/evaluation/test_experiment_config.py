@@ -111,7 +111,7 @@ WORLD = Path(swarm_forage_env.__file__).parent
     ("edited", "controller", "is_same"),
     [
         ("device_loop.py", "ssgikf", True),
-        ("envs/device_stepping.py", "ssgikf", True),
+        ("envs/stepping.py", "ssgikf", True),
         ("envs/observations.py", "ssgikf", True),
         ("envs/observations.py", "callable:numpy:zeros_like", False),
         ("envs/actions.py", "callable:numpy:zeros_like", False),

@@ -279,7 +279,7 @@ def test_robots_of_a_policy_live_among_hand_written_ones():
         assert np.all(command["wheels"][:5] == np.float32([0.5, -0.5]))
         assert np.all(command["is_speaking"][:5])
         seen = np.empty((1, N, 81), np.float32)
-        everything(fields, seen)
+        everything(fields, np.arange(N), seen)
         words += np.count_nonzero(seen == 0.25)
     assert words > 12
     assert not loop.situation.known[:5].any()

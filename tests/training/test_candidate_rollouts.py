@@ -175,7 +175,7 @@ def test_a_demonstration_is_what_is_seen_before_a_step_and_done_in_it():
     def step():
         command["command"]["wheels"] += 1
 
-    def read(fields, out):
+    def read(fields, robots, out):
         out[:] = command["command"]["wheels"][:, :, :1]
 
     loop = SimpleNamespace(

@@ -94,7 +94,7 @@ def seconds_in_environment(case: Case, quick: bool) -> float:
     env = array_env(case.scenario, device="cuda", n_worlds=case.n_worlds, learn="motion", **terms)
     env.reset(seed=0)
     shape = case.n_worlds, len(env.learners), len(env.action_layout)
-    actions = env.loop.memory.to_device(np.zeros(shape, np.float32))
+    actions = env.memory.to_device(np.zeros(shape, np.float32))
 
     def step() -> None:
         env.step(actions)
