@@ -104,8 +104,8 @@ class EarnedInTick:
     def in_tick(self) -> Float64[Array, "worlds robots"]:
         """What every robot earned in the tick since `remember`, by the user's own reward."""
         assert self._own is not None
-        assert self._task.write_events is not None
-        self._task.write_events(self._world, self._before, self._events)
+        assert self._task.events is not None
+        self._task.events.write(self._world, self._before, self._events)
         rewards = self._own(self._before, self._world.robots, self._events)
         return _checked(rewards, self._world.robots.shape)
 

@@ -24,7 +24,7 @@ from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.epuck.surroundings import list_by_robots
 from swarm_forage_env.epuck.world import EpuckWorld
-from swarm_forage_env.interface import GpuTask, Kernel
+from swarm_forage_env.interface import GpuTask, Kernel, RunningController
 from swarm_forage_env.record import Record
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.spaces import Feature, Layout
@@ -92,19 +92,13 @@ class EpuckTask:
             physics="rigid",
             controller=self.controller,
             agent="epuck",
-            commanded="wheels",
             steered_by=("robots.readings", "robots.heard"),
             policies={"motion": MOTION},
             steerings=STEERINGS,
-            fixed=("task.n_robots", "radio.slots"),
-            residuals=("motion",),
             gpu=gpu_task(self.world.robot_kind, {True: self.log, False: self.log}, no_potential),
-            potential=lambda world: lambda: np.zeros(world.robots.size),
-            most_shaping=lambda scenario: (0.0, f"the task {self.name} has no potential"),
             global_state=partial(SwarmState, self.infos, self.log),
             episode=self.episode,
-            stage=partial(stage, headings=self.headings),
-            scene=self._scene,
+            drawing=(partial(stage, headings=self.headings), self._scene),
             trajectory=TRAJECTORY,
         )
 
@@ -141,7 +135,7 @@ class SwarmState:
         infos: tuple[str, ...],
         write_log: Kernel,
         world: EpuckWorld,
-        controller: Any,  # noqa: ANN401 of any kind
+        controller: RunningController,
         agents: list[str],
         scenario: EpuckScenario,
     ) -> None:

@@ -24,7 +24,7 @@ from swarm_forage_env.interface import Kernel
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.physics.base import CompiledPhysics, PythonPhysics, moves_in_python
 from swarm_forage_env.random_streams import NoiseSource, streams
-from swarm_forage_env.task import Block
+from swarm_forage_env.task import World
 from swarm_forage_env.ticks import nothing
 
 SLACK = 0.02
@@ -42,7 +42,7 @@ place_in_circle = entry_point(placing.place_in_circle)
 cells_of = entry_point(neighbours.cells_of)
 
 
-class EpuckWorld(Block):
+class EpuckWorld(World):
     """Worlds that run side by side, each from its own seed and under its own numbers.
 
     A world in a block goes through the same states as the same world alone, bit for bit.

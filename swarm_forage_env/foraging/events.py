@@ -12,14 +12,15 @@ from swarm_forage_env.equations.obstacles import from_axis
 from swarm_forage_env.foraging.floor import kind_at
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.record import Record, field
+from swarm_forage_env.record import field
+from swarm_forage_env.task import Events
 
 TOUCH = 1e-3
 """Bodies within this of each other, of a wall or of an obstacle are in contact [m]."""
 
 
-class Events(Record):
-    """What happened to one robot in the last tick. Writer: `write_events`."""
+class ForagingEvents(Events):
+    """What happened to one robot in the last tick."""
 
     trip: bool = field(np.bool_)
     """It completed nest -> prey -> nest."""
@@ -35,6 +36,11 @@ class Events(Record):
 
     message: int = field(np.int32)
     """Messages that it heard."""
+
+    @staticmethod
+    def write(world: ForagingWorld, before: Array, out: Array) -> None:
+        """Write what happened to the robots of these worlds since they were as `before`."""
+        write_events(world.robots, before, world.worlds, world.near, world.obstacles, out)
 
 
 @kernel
@@ -71,7 +77,7 @@ def is_touching_obstacle(
 
 
 @entry_point
-def write_rows(
+def write_events(
     robots: Array,
     before: Array,
     worlds: Array,
@@ -91,8 +97,3 @@ def write_rows(
             event.contact = is_touching(robots[w], i, near[w, i], worlds[w])
             event.contact |= is_touching_obstacle(robot, worlds[w], standing)
             event.message = robot.heard.n
-
-
-def write_events(world: ForagingWorld, before: Array, out: Array) -> None:
-    """Write what happened to the robots of these worlds since they were as `before`."""
-    write_rows(world.robots, before, world.worlds, world.near, world.obstacles, out)

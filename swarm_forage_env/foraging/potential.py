@@ -11,22 +11,10 @@ from swarm_forage_env.foraging.areas import KINDS
 from swarm_forage_env.foraging.floor import distance_to_kind
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.task import Potential
 
 LEGS = 3
 """To the first nest, to the prey, back to the nest."""
-
-
-def most_shaping(scenario: Scenario) -> tuple[float, str]:
-    """The largest weight w of the potential in a scenario, and why.
-
-    The potential falls from 1 to 1/3 where a trip ends and the next begins, so that a trip worth v
-    pays v - 2 w / 3 in that tick; of all trips the one worth least must not pay less than nothing.
-    """
-    worths = [[each.worth for each in scenario.task.areas if each.kind == kind] for kind in KINDS]
-    least = math.prod(min(each, default=1.0) for each in worths)
-    why = f"a completed trip pays {least:g} - 2 w / 3 in its tick, which would be below zero"
-    return least * LEGS / (LEGS - 1), why
 
 
 @kernel
@@ -66,15 +54,24 @@ def write_potentials(robots: Array, worlds: Array, out: Float64[Array, "worlds r
             out[w, i] = potential(robots[w, i], worlds[w])
 
 
-class ForagingPotential:
+class ForagingPotential(Potential):
     """The potential of every robot of a block of worlds, as `potential` defines it."""
-
-    def __init__(self, world: ForagingWorld) -> None:
-        """The potential of the robots of these worlds."""
-        self._world = world
 
     def __call__(self) -> Float64[Array, " rows"]:
         """Phi of every robot."""
         out = np.empty(self._world.robots.shape)
         write_potentials(self._world.robots, self._world.worlds, out)
         return out.reshape(-1)
+
+    @classmethod
+    def max_shaping(cls, scenario: Scenario) -> tuple[float, str]:
+        """The largest weight w of the potential in a scenario, and why.
+
+        The potential falls from 1 to 1/3 where a trip ends and the next begins, so that a trip
+        worth v pays v - 2 w / 3 in that tick; the trip worth least must not pay less than nothing.
+        """
+        areas = scenario.task.areas
+        worths = [[each.worth for each in areas if each.kind == kind] for kind in KINDS]
+        least = math.prod(min(each, default=1.0) for each in worths)
+        why = f"a completed trip pays {least:g} - 2 w / 3 in its tick, which would be below zero"
+        return least * LEGS / (LEGS - 1), why

@@ -9,7 +9,7 @@ from swarm_forage_env.arrays import Array, Bool, Float32, UInt64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.random_streams import NoiseSource, streams
-from swarm_forage_env.task import Block
+from swarm_forage_env.task import World
 from swarm_forage_env.ticks import nothing
 from swarm_forage_env.waypoints.records import RobotState, Sighting, WorldState
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
@@ -22,7 +22,7 @@ SOURCES = (NoiseSource.ENCODER, NoiseSource.LANDMARK, NoiseSource.LIDAR, NoiseSo
 """What each column of a robot's streams is for."""
 
 
-class WaypointsWorld(Block):
+class WaypointsWorld(World):
     """Worlds that run side by side, each from its own seed and under its own numbers.
 
     A world in a block goes through the same states as the same world alone, bit for bit.

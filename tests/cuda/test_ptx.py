@@ -53,7 +53,7 @@ ON_CPU = {
     "write_vectors": "faults, drawn when a world is made",
     "acos": "matrices of positions in estimators that a GPU has not",
     "seed_streams": "a reset of a CPU",
-    "write_rows area_under is_touching is_touching_obstacle": "events for rewards in NumPy",
+    "write_events area_under is_touching is_touching_obstacle": "events for rewards in NumPy",
     "repeat falsify": "in the place of what an estimator has not",
     "write_state put_truth put_areas put_faults": "the state, which a CPU writes",
     "write_log": "the loop over worlds of the log",

@@ -14,7 +14,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.waypoints.potential import WaypointsPotential
+from swarm_forage_env.waypoints.rewards import WaypointsPotential
 from swarm_forage_env.waypoints.world import WaypointsWorld
 from tests.columns import columns
 

@@ -13,7 +13,7 @@ from swarm_forage_env.observed_fields import paths
 from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.record import rows
 from swarm_forage_env.spaces import Feature, Layout
-from swarm_forage_env.task import TASKS, Task
+from swarm_forage_env.task import TASKS, Potential, Task
 
 
 @dataclass(frozen=True)
@@ -73,16 +73,20 @@ class PatrolState:
         return self._world.robots["visits"].reshape(-1, 1).astype(float)
 
 
+class PatrolPotential(Potential):
+    """The places that each robot has visited."""
+
+    def __call__(self):
+        return rows(self._world.robots)["visits"].astype(float)
+
+
 PATROL = Task(
     name="patrol",
     scenario=PatrolScenario,
     world=PatrolWorld,
     decide=decide_world,
-    physics="kinematic",
     controller="patrol-ahead",
     agent="guard",
-    commanded="wheels",
-    steered_by=("robots.readings",),
     policies={
         "motion": PolicyInterface(
             paths("situation", "minds.estimator.situation", Situation, "place"),
@@ -90,7 +94,7 @@ PATROL = Task(
             ("motion",),
         )
     },
-    potential=lambda world: lambda: rows(world.robots)["visits"].astype(float),
+    potential=PatrolPotential,
     global_state=PatrolState,
     episode=EpisodeKind(
         PatrolEpisode,
