@@ -43,7 +43,7 @@ def act(robot: EpuckState, mind: NoMind, memory: Record, settings: Numbers) -> b
     action, wheels = robot.action, robot.command.wheels
     if action.motion == KEEP or action.motion == CORRECT:
         steer(mind.situation, robot.readings, robot.heard, wheels, memory, settings.motion)
-    take_wheels(action, False, wheels)
+    apply_wheels(action, False, wheels)
     robot.command.is_speaking = True
     return math.isfinite(wheels[0] + wheels[1])
 
@@ -69,7 +69,7 @@ def steer_world(
 
 
 @kernel
-def take_wheels(action: Action, is_talking: bool, wheels: Float32[Array, "2"]) -> None:
+def apply_wheels(action: Action, is_talking: bool, wheels: Float32[Array, "2"]) -> None:
     """Put an action in the place of the wheels, or add it to those of the motion.
 
         wheels = clip(own + RESIDUAL_GAIN residual, -1, 1)

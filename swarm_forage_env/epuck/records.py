@@ -59,7 +59,7 @@ class EpuckWorldState(Record):
     ground_spacing: float = field(np.float64, unit="m")
 
     max_range: float = field(np.float64, unit="m")
-    near: float = field(np.float64, unit="m")
+    full_reception_range: float = field(np.float64, unit="m")
     loss_near: float = field(np.float64)
     loss_far: float = field(np.float64)
     range_noise: float = field(np.float64, unit="m")

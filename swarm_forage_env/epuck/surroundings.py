@@ -1,17 +1,8 @@
-"""What needs the whole world: who is near whom, and where bodies may not overlap."""
+"""Who is near whom in a world."""
 
 from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import EpuckWorldState
-from swarm_forage_env.equations.contacts import (
-    GENTLE_PASSES,
-    HALF,
-    MOST_PASSES,
-    OVER_RELAXED,
-    OVERLAP,
-    keep_inside,
-    separate_pair,
-)
 from swarm_forage_env.equations.neighbours import EMPTY, cell_of, cells_of
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.templates import row_template
@@ -159,48 +150,3 @@ def list_by_robots(
     for i in range(lane(), n_robots, lanes()):
         most = max(most, find_neighbours_of(swarm, i, near, world))
     return most
-
-
-@kernel
-def keep_all_inside(swarm: Array, world: EpuckWorldState) -> None:
-    """Put every robot back inside the walls, in place."""
-    for i in range(swarm.shape[0]):
-        keep_inside(swarm[i].pose, world.arena, world.radius)
-
-
-@kernel
-def separate_all(
-    swarm: Array, near: Int32[Array, "robots columns"], world: EpuckWorldState, share: float
-) -> float:
-    """Move the robots of every overlapping pair apart, each by a share; the largest overlap [m]."""
-    worst = 0.0
-    for i in range(swarm.shape[0]):
-        for k in range(FIRST, FIRST + near[i, COUNT]):
-            j = near[i, k]
-            if j > i:
-                break
-            short = separate_pair(swarm[i].pose, swarm[j].pose, 2.0 * world.radius, share)
-            worst = max(worst, short)
-    return worst
-
-
-@kernel
-def resolve_contacts(
-    swarm: Array, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> bool:
-    """Move overlapping robots apart and back inside the walls, in place.
-
-    Each pass moves both robots of an overlapping pair by half the overlap, in a clump by more,
-    then every robot inside the walls, until no overlap exceeds OVERLAP. False if MOST_PASSES
-    were not enough.
-    """
-    for n_passes in range(MOST_PASSES):
-        keep_all_inside(swarm, world)
-        share = HALF if n_passes < GENTLE_PASSES else OVER_RELAXED
-        worst = separate_all(swarm, near, world, share)
-        if worst <= OVERLAP:
-            if worst > 0.0:
-                keep_all_inside(swarm, world)
-            return True
-    keep_all_inside(swarm, world)
-    return False

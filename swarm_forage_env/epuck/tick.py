@@ -11,18 +11,20 @@ A task fills four free names:
 
 from swarm_forage_env.arrays import Array, Float64, Int32, Int64
 from swarm_forage_env.compiler import inlined, kernel
+from swarm_forage_env.epuck.contacts import resolve_contacts
 from swarm_forage_env.epuck.fault_effects import update_faults
-from swarm_forage_env.epuck.fault_record import DEAD
-from swarm_forage_env.epuck.obstacle_contacts import resolve_contacts_among
-from swarm_forage_env.epuck.obstacle_sensing import cast_rays_at_obstacles, put_shadowed_last
+from swarm_forage_env.epuck.fault_record import DEAD, DEAF
 from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
 from swarm_forage_env.epuck.sensors import (
-    listen,
+    cast_rays_at_obstacles,
+    keep_slots,
     read_encoders,
     read_ground,
     read_proximity,
+    receive_messages,
+    sort_shadowed_last,
 )
-from swarm_forage_env.epuck.surroundings import COUNT, FIRST, resolve_contacts
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST
 from swarm_forage_env.equations.contacts import keep_inside
 from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
 from swarm_forage_env.equations.elementary import cos_sin
@@ -107,10 +109,7 @@ def keep_apart(
             world.is_crowded = True
     barrier()
     if leads and world.is_crowded:
-        if world.n_obstacles == 0:
-            resolve_contacts(swarm, near, world)
-        else:
-            resolve_contacts_among(swarm, near, world, obstacles)
+        resolve_contacts(swarm, near, world, obstacles)
     if leads:
         world.is_crowded = False
     barrier()
@@ -209,9 +208,15 @@ def hear(
     world: EpuckWorldState,
     obstacles: Float64[Array, "obstacles 5"],
 ) -> None:
-    """Deliver the messages to robot i: a shadowed radio, from those whom no obstacle hides."""
+    """Deliver the messages to robot i: a shadowed radio, from those whom no obstacle hides.
+
+    None reach a deaf robot.
+    """
+    if swarm[i].fault.active[DEAF]:
+        keep_slots(swarm[i].heard, 0)
+        return
     n_near = near[i, COUNT]
     if world.is_shadowed:
-        near[i, COUNT] = put_shadowed_last(swarm, i, near, obstacles)
-    listen(swarm, i, near, world)
+        near[i, COUNT] = sort_shadowed_last(swarm, i, near, obstacles)
+    receive_messages(swarm, i, near, world)
     near[i, COUNT] = n_near

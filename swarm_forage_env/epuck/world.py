@@ -100,7 +100,7 @@ class EpuckWorld(World):
         scenario = self.scenarios[first]
         write_numbers(scenario, self.worlds[first:last])
         self.write_task(scenario, self.worlds[first:last])
-        self.near = _widened(self.near, FIRST + most_neighbours(scenario), 0)
+        self.near = _widened(self.near, FIRST + max_neighbours(scenario), 0)
         self._cells = _widened(self._cells, number_of_cells(scenario), EMPTY)
         standing = capsules_of(scenario.obstacles, scenario.arena.corners)
         self.obstacles = _widened(self.obstacles, len(standing), 0, axis=1)
@@ -181,7 +181,7 @@ def reach_of(scenario: EpuckScenario) -> float:
     return max(sensed, touching + 4.0 * way)
 
 
-def most_neighbours(scenario: EpuckScenario) -> int:
+def max_neighbours(scenario: EpuckScenario) -> int:
     """Neighbours for which there is room: twice as many as discs can be without overlapping."""
     discs = ((reach_of(scenario) + scenario.robot.radius) / scenario.robot.radius) ** 2
     return min(max(1, scenario.task.n_robots - 1), 2 * math.ceil(discs) + 8)
@@ -208,6 +208,7 @@ def write_numbers(scenario: EpuckScenario, out_worlds: Any) -> None:  # noqa: AN
         "ground_spacing": sensors.ground_spacing,
         "is_board": radio.is_board,
         "slots": scenario.slots,
+        "full_reception_range": radio.near,
         "reach": reach_of(scenario),
         "n_obstacles": len(capsules_of(scenario.obstacles, scenario.arena.corners)),
         "has_faults": scenario.faults.is_any,
@@ -215,7 +216,7 @@ def write_numbers(scenario: EpuckScenario, out_worlds: Any) -> None:  # noqa: AN
         **{
             name: getattr(radio, name)
             for name in (
-                "max_range", "near", "loss_near", "loss_far", "range_noise", "bearing_noise",
+                "max_range", "loss_near", "loss_far", "range_noise", "bearing_noise",
                 "frames", "is_shadowed",
             )
         },

@@ -4,7 +4,7 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import hypot
 
-MOST_PASSES = 2000
+MAX_PASSES = 2000
 GENTLE_PASSES = 20
 """After so many passes a clump is left, which over-relaxation settles 3 times sooner."""
 HALF, OVER_RELAXED = 0.5, 0.9

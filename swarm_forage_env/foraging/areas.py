@@ -12,7 +12,7 @@ from swarm_forage_env.parameters import NotNegative, Part, Positive
 KINDS = ("nest", "prey")
 """In the order of the axis `areas`."""
 
-MOST_AREAS = 8
+MAX_AREAS = 8
 """Areas for which the record of a world has room."""
 
 NEVER = -1
@@ -50,8 +50,8 @@ class Area(Part):
 
 def check_areas(areas: Sequence[Area]) -> None:
     """ValueError if there are too many areas, or none of a kind."""
-    if len(areas) > MOST_AREAS:
-        raise ValueError(f"task.areas: {len(areas)} areas; at most {MOST_AREAS} are possible")
+    if len(areas) > MAX_AREAS:
+        raise ValueError(f"task.areas: {len(areas)} areas; at most {MAX_AREAS} are possible")
     for kind in KINDS:
         if areas and kind not in {area.kind for area in areas}:
             raise ValueError(f"task.areas: no area of the kind '{kind}'; give one at least")

@@ -1,26 +1,26 @@
-"""The global state of a foraging world, for centralised critics and for the logs."""
+"""What is told of a foraging world: global state for critics, logs, and trajectories."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
 from swarm_forage_env.compiler import entry_point, kernel
-from swarm_forage_env.epuck.fault_record import KINDS, N_KINDS
+from swarm_forage_env.epuck.fault_record import KINDS
 from swarm_forage_env.epuck.records import AREAS
-from swarm_forage_env.equations.elementary import cos_sin
-from swarm_forage_env.equations.geometry import to_outer
-from swarm_forage_env.foraging.areas import MOST_AREAS
+from swarm_forage_env.foraging.areas import MAX_AREAS
 from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.foraging.records import PATH, PLACE, RobotState, Situation, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
+from swarm_forage_env.interface import RunningController
 from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.record import Record
 from swarm_forage_env.spaces import GOALS, Feature, Layout
+from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 
 INFOS = (
     "round_trips",
@@ -34,7 +34,6 @@ INFOS = (
 the mean over the kinds of area that it knows, 0 if none, each to the nearest of its kind."""
 
 FLAG = 0.0, 1.0
-
 WORTH = "round trips", 0.0, math.inf
 """Unit and bounds of what an area is worth."""
 
@@ -60,7 +59,7 @@ class ForagingState:
     def __init__(
         self,
         world: ForagingWorld,
-        controller: Any,  # noqa: ANN401 of any kind
+        controller: RunningController,
         agents: list[str],
         scenario: Scenario,
     ) -> None:
@@ -76,11 +75,36 @@ class ForagingState:
 
     def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
         """One row for each world, as the layout says."""
-        out = np.empty((self._world.n_worlds, len(self.layout)), np.float32)
-        robots, worlds = self._world.robots, self._world.worlds
-        shows = self._has_beliefs, self._has_faults, self._lists_areas
-        write_state(robots, self._situations, worlds, share_gone, shows, out)
-        return out
+        robots, seen = self._world.robots, self._situations
+        known, ahead, left = seen["known"] != 0, *np.moveaxis(seen["areas"], 3, 0)
+        c, s = np.moveaxis(robots["heading"], 2, 0)[..., None]
+        away = np.stack([c * ahead - s * left, s * ahead + c * left], axis=3)
+        believed = robots["pose"][:, :, None, :2] + away
+        of_robots = [
+            robots["pose"][:, :, :2],
+            robots["heading"],
+            np.where(known[..., None], believed, 0.0).reshape(*robots.shape, -1),
+            known,
+            seen["p"],
+            seen["goal"] if self._has_beliefs else np.zeros((*robots.shape, len(GOALS))),
+            *([robots["fault"]["active"]] if self._has_faults else []),
+        ]
+        n_worlds = self._world.n_worlds
+        parts = [np.concatenate(of_robots, axis=2), *self._areas()]
+        rows = [each.reshape(n_worlds, -1) for each in parts]
+        return np.concatenate([*rows, np.minimum(share_gone, 1.0)[:, None]], 1, dtype=np.float32)
+
+    def _areas(self) -> list[Array]:
+        """Where areas are now; if the scenario lists them all of them, and what they are worth."""
+        worlds = self._world.worlds
+        first, others = worlds["areas"][:, :2], worlds["areas"][:, 2:]
+        if not self._lists_areas:
+            return [first]
+        kinds = worlds["kinds"][:, 2:, None]
+        worths = worlds["worths"][:, 2:, None]
+        are_there = np.arange(2, MAX_AREAS)[:, None] < worlds["n_areas"][:, None, None]
+        slots = np.concatenate([others, kinds == NEST, kinds == PREY, worths], axis=2)
+        return [first, worlds["worths"][:, :2], np.where(are_there, slots, 0.0)]
 
     @property
     def _situations(self) -> Array:
@@ -98,88 +122,7 @@ class ForagingState:
 
 
 @kernel
-def put_truth(
-    robot: RobotState,
-    situation: Situation,
-    has_beliefs: bool,
-    out: Float32[Array, " numbers"],
-    at: int,
-) -> int:
-    """Write a robot's pose, and its beliefs in the world frame; where the next goes."""
-    x, y, theta = robot.pose[0], robot.pose[1], robot.pose[2]
-    c, s = cos_sin(theta)
-    out[at], out[at + 1], out[at + 2], out[at + 3] = x, y, c, s
-    for area in range(2):
-        known = situation.known[area] != 0
-        dx, dy = to_outer(situation.areas[area, 0], situation.areas[area, 1], c, s)
-        out[at + 4 + 2 * area] = x + dx if known else 0.0
-        out[at + 5 + 2 * area] = y + dy if known else 0.0
-        out[at + 8 + area] = 1.0 if known else 0.0
-        out[at + 10 + area] = situation.p[area]
-    for k in range(3):
-        out[at + 12 + k] = situation.goal[k] if has_beliefs else 0.0
-    return at + 15
-
-
-@kernel
-def put_faults(robot: RobotState, out: Float32[Array, " numbers"], at: int) -> int:
-    """Write which faults of a robot are in effect; where the next goes."""
-    for kind in range(N_KINDS):
-        out[at + kind] = robot.fault.active[kind]
-    return at + N_KINDS
-
-
-@kernel
-def put_areas(
-    world: WorldState, lists_areas: bool, out: Float32[Array, " numbers"], at: int
-) -> int:
-    """Write where areas are now, and if the scenario lists them all of them; where the next goes.
-
-    The first nest, the first prey area, their worths, and the slots of the others.
-    """
-    for area in range(2):
-        out[at + 2 * area], out[at + 2 * area + 1] = world.areas[area, 0], world.areas[area, 1]
-    at += 4
-    if not lists_areas:
-        return at
-    out[at], out[at + 1] = world.worths[NEST], world.worths[PREY]
-    at += 2
-    for area in range(2, MOST_AREAS):
-        is_there = area < world.n_areas
-        for k in range(2):
-            out[at + k] = world.areas[area, k] if is_there else 0.0
-            out[at + 2 + k] = 1.0 if is_there and world.kinds[area] == k else 0.0
-        out[at + 4] = world.worths[area] if is_there else 0.0
-        at += 5
-    return at
-
-
-@entry_point
-def write_state(
-    robots: Array,
-    situations: Array,
-    worlds: Array,
-    share_gone: Float64[Array, " worlds"],
-    shows: tuple[bool, bool, bool],
-    out: Float32[Array, "worlds numbers"],
-) -> None:
-    """Write the truth about each world: its robots, its areas, and the time.
-
-    It shows the robots' beliefs, or zeros, their faults, or nothing, and all areas or two of them.
-    """
-    has_beliefs, has_faults, lists_areas = shows
-    for w in range(out.shape[0]):
-        at = 0
-        for i in range(robots.shape[1]):
-            at = put_truth(robots[w, i], situations[w, i], has_beliefs, out[w], at)
-            if has_faults:
-                at = put_faults(robots[w, i], out[w], at)
-        at = put_areas(worlds[w], lists_areas, out[w], at)
-        out[w, at] = min(share_gone[w], 1.0)
-
-
-@kernel
-def put_counts(robot: RobotState, row: Float64[Array, " infos"]) -> None:
+def write_counts(robot: RobotState, row: Float64[Array, " infos"]) -> None:
     """Write those of INFOS that are counted, and no matter of belief."""
     row[0], row[1] = robot.round_trips, robot.lost_events
     row[2] = 1.0 if robot.known[0] and robot.known[1] else 0.0
@@ -187,7 +130,7 @@ def put_counts(robot: RobotState, row: Float64[Array, " infos"]) -> None:
 
 
 @kernel
-def put_log(
+def write_robot_log(
     robot: RobotState, situation: Situation, world: WorldState, row: Float64[Array, " infos"]
 ) -> None:
     """Write what is logged of a robot, in the order of INFOS."""
@@ -196,7 +139,7 @@ def put_log(
         if situation.known[area]:
             n_known += 1
             error += localisation_error(robot, situation, area, world)
-    put_counts(robot, row)
+    write_counts(robot, row)
     row[4] = n_known
     row[5] = error / max(n_known, 1)
 
@@ -208,7 +151,7 @@ def write_log(
     """Write what is logged of each robot, in the order of INFOS."""
     for w in range(out.shape[0]):
         for i in range(out.shape[1]):
-            put_log(robots[w, i], situations[w, i], worlds[w], out[w, i])
+            write_robot_log(robots[w, i], situations[w, i], worlds[w], out[w, i])
 
 
 def _layout(agents: list[str], scenario: Scenario) -> Layout:
@@ -218,7 +161,7 @@ def _layout(agents: list[str], scenario: Scenario) -> Layout:
     features += [Feature(f"areas.{a}.{k}", "m", -half[k], half[k]) for a in AREAS for k in half]
     if scenario.task.areas:
         features += [Feature(f"areas.{a}.worth", *WORTH, scale=1.0) for a in AREAS]
-        features += [each for k in range(2, MOST_AREAS) for each in _of_area(k, half)]
+        features += [each for k in range(2, MAX_AREAS) for each in _of_area(k, half)]
     return Layout([*features, Feature("share_gone", "of the episode", 0.0, 1.0)])
 
 
@@ -251,7 +194,7 @@ def log_beliefs(
     robot: RobotState, mind: Record, world: WorldState, row: Float64[Array, " infos"]
 ) -> None:
     """Write what is logged of a robot that believes something."""
-    put_log(robot, mind.situation, world, row)  # type: ignore[attr-defined]  # every estimator has one
+    write_robot_log(robot, mind.situation, world, row)  # type: ignore[attr-defined]  # every estimator has one
 
 
 @kernel
@@ -262,5 +205,59 @@ def log_counts(
     row: Float64[Array, " infos"],
 ) -> None:
     """Write what is logged of a robot of a policy of everything: it believes nothing."""
-    put_counts(robot, row)
+    write_counts(robot, row)
     row[4] = row[5] = 0.0
+
+
+FAULTS = tuple(
+    "+".join(kind for bit, kind in enumerate(KINDS) if number >> bit & 1)
+    for number in range(1, 1 << len(KINDS))
+)
+"""The words of every combination of faults, by the number that they make as bits, less one."""
+
+
+def take(world: ForagingWorld, minds: Array) -> Mapping[str, Array]:
+    """The columns of every robot as it stands."""
+    robots = world.robots
+    has_beliefs = has_estimators(minds)
+    situation = minds["estimator"]["situation"] if has_beliefs else Situation.array(robots.shape)
+    known = situation["known"] != 0
+    p = np.where(known, situation["p"], np.nan)
+    bits = (robots["fault"]["active"] != 0) @ (1 << np.arange(len(KINDS)))
+    return {
+        "x": robots["pose"][:, :, 0],
+        "y": robots["pose"][:, :, 1],
+        "heading": robots["pose"][:, :, 2],
+        "goal": (situation["goal"] @ [0, 1, -1]).astype(np.int8),
+        "known_nest": known[:, :, 0],
+        "known_prey": known[:, :, 1],
+        "p_nest": p[:, :, 0],
+        "p_prey": p[:, :, 1],
+        "messages": robots["heard"]["n"],
+        "round_trips": robots["round_trips"],
+        "fault": bits - 1,
+    }
+
+
+FORAGING_TRAJECTORY = TrajectoryKind(
+    (
+        TrajectoryColumn("x", "f4", "true place along the arena [m], its centre is 0"),
+        TrajectoryColumn("y", "f4", "true place across the arena [m]"),
+        TrajectoryColumn("heading", "f4", "true heading [rad], -pi to pi, 0 along x"),
+        TrajectoryColumn(
+            "goal", "i1", "area that the robot goes to; empty: it has no goal", ("nest", "prey")
+        ),
+        TrajectoryColumn("known_nest", "?", "the robot believes it knows where a nest is"),
+        TrajectoryColumn("known_prey", "?", "the same of a prey area"),
+        TrajectoryColumn(
+            "p_nest", "f4", "inverse confidence: path since the nest was seen [m]; empty: unknown"
+        ),
+        TrajectoryColumn("p_prey", "f4", "the same of the prey area [m]"),
+        TrajectoryColumn("messages", "i4", "messages that the robot heard in this tick"),
+        TrajectoryColumn("round_trips", "i4", "round trips that it has completed so far"),
+        TrajectoryColumn(
+            "fault", "i1", "faults in effect, as liar or deaf+mute; empty: none", FAULTS
+        ),
+    ),
+    take,
+)

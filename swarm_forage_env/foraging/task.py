@@ -5,13 +5,16 @@ from swarm_forage_env.epuck.task import gpu_task
 from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
-from swarm_forage_env.foraging.events import ForagingEvents
-from swarm_forage_env.foraging.global_state import ForagingState, log_beliefs, log_counts
+from swarm_forage_env.foraging.global_state import (
+    FORAGING_TRAJECTORY,
+    ForagingState,
+    log_beliefs,
+    log_counts,
+)
 from swarm_forage_env.foraging.policies import LEARNABLE, carry_out, hear_words
-from swarm_forage_env.foraging.potential import ForagingPotential, potential
 from swarm_forage_env.foraging.records import RobotState, Said
+from swarm_forage_env.foraging.rewards import ForagingEvents, ForagingPotential, potential
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.trajectory import FORAGING_TRAJECTORY
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.no_layers import NoLayers
 from swarm_forage_env.task import TASKS, Task

@@ -5,12 +5,11 @@ from swarm_forage_env.task import TASKS, Task
 from swarm_forage_env.waypoints.control import decide_world
 from swarm_forage_env.waypoints.drawing import scene_of, stage_of
 from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
-from swarm_forage_env.waypoints.global_state import WaypointsState
+from swarm_forage_env.waypoints.global_state import WAYPOINT_TRAJECTORY, WaypointsState
 from swarm_forage_env.waypoints.policies import LEARNABLE, STEERINGS, carry_out, hear_words, robots
 from swarm_forage_env.waypoints.records import Said
 from swarm_forage_env.waypoints.rewards import WaypointEvents, WaypointsPotential
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
-from swarm_forage_env.waypoints.trajectory import WAYPOINT_TRAJECTORY
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
 WAYPOINTS = Task(

@@ -25,7 +25,7 @@ from swarm_forage_env.envs.added_observations import (
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.foraging.potential import potential
+from swarm_forage_env.foraging.rewards import potential
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import words_of
@@ -53,9 +53,8 @@ ON_CPU = {
     "write_vectors": "faults, drawn when a world is made",
     "acos": "matrices of positions in estimators that a GPU has not",
     "seed_streams": "a reset of a CPU",
-    "write_events area_under is_touching is_touching_obstacle": "events for rewards in NumPy",
+    "write_events area_under is_touching is_near_obstacle": "events for rewards in NumPy",
     "repeat falsify": "in the place of what an estimator has not",
-    "write_state put_truth put_areas put_faults": "the state, which a CPU writes",
     "write_log": "the loop over worlds of the log",
     "add_errors": "the meter of an evaluation",
     "write_potentials": "the loop over worlds of a CPU",
@@ -72,8 +71,8 @@ NOT_OF_E_PUCKS = (
 `device="cuda"` refuses them."""
 
 OF_STEPS = (
-    "drive_to_wheels log_beliefs log_counts put_log put_counts localisation_error distance_to_kind"
-    " potential farthest log_messages no_potential"
+    "drive_to_wheels log_beliefs log_counts write_robot_log write_counts localisation_error"
+    " distance_to_kind potential farthest log_messages no_potential"
 )
 """Functions of an environment's step, which have a test of their own."""
 

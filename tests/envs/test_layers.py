@@ -18,7 +18,7 @@ from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.rows import RowWeighting
 from baselines.weighting.sgikf import SGIKF
-from swarm_forage_env.epuck.control import take_wheels
+from swarm_forage_env.epuck.control import apply_wheels
 from swarm_forage_env.epuck.records import Action
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.records import WORDS
@@ -137,7 +137,7 @@ def test_a_residual_is_added_twice_and_robots_that_talk_are_let_be():
     actions = Action.array((4,))
     actions["motion"], actions["wheels"] = CORRECT, residual
     for action, is_talking, wheels in zip(actions, talking, own, strict=True):
-        take_wheels(action, is_talking, wheels)
+        apply_wheels(action, is_talking, wheels)
     assert_array_equal(own, [[0.75, -0.25], [1.0, -1.0], [-1.0, 0.0], [0.0, 0.0]])
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from swarm_forage_env import ArrayEnv, ConfigError
 from swarm_forage_env.epuck.parts import Arena
-from swarm_forage_env.foraging.potential import ForagingPotential
+from swarm_forage_env.foraging.rewards import ForagingPotential
 from swarm_forage_env.foraging.scenario import Scenario, Task
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.scenarios import find_scenario

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from swarm_forage_env.epuck.surroundings import COUNT, FIRST
-from swarm_forage_env.epuck.world import most_neighbours
+from swarm_forage_env.epuck.world import max_neighbours
 from swarm_forage_env.equations.contacts import OVERLAP
 from swarm_forage_env.equations.neighbours import EMPTY
 from swarm_forage_env.foraging.world import ForagingWorld
@@ -88,7 +88,7 @@ def test_a_clump_of_all_robots_has_room():
 @pytest.mark.parametrize("physics", ["rigid", "kinematic"])
 def test_more_robots_in_one_place_than_there_is_room_for_are_refused(physics):
     scenario = find_scenario("es3")
-    assert most_neighbours(scenario) < scenario.task.n_robots - 1
+    assert max_neighbours(scenario) < scenario.task.n_robots - 1
     world = ForagingWorld([scenario, scenario], [0, 1], physics)
     world.robots["pose"][1] = 0.0
     with pytest.raises(RuntimeError, match="has 99 neighbours"):

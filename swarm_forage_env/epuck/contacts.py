@@ -1,21 +1,41 @@
-"""Contacts in a world with obstacles: no robot overlaps another one, an obstacle or a wall.
-
-A world without obstacles runs `resolve_contacts` of `surroundings`, which is quicker.
-"""
+"""Contacts: no robot overlaps another one, an obstacle or a wall; and which are near enough."""
 
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.epuck.records import EpuckWorldState
-from swarm_forage_env.epuck.surroundings import COUNT, FIRST, keep_all_inside
+from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST
 from swarm_forage_env.equations.contacts import (
     GENTLE_PASSES,
     HALF,
-    MOST_PASSES,
+    MAX_PASSES,
     OVER_RELAXED,
     OVERLAP,
+    keep_inside,
     separate_pair,
 )
-from swarm_forage_env.equations.obstacles import keep_out
+from swarm_forage_env.equations.elementary import hypot
+from swarm_forage_env.equations.obstacles import from_axis, keep_out
+
+
+@kernel
+def is_near_walls(robot: EpuckState, world: EpuckWorldState, gap: float) -> bool:
+    """A robot's body is within a gap of a wall of the arena [m]."""
+    far = world.radius + gap
+    x, y = abs(robot.pose[0]), abs(robot.pose[1])
+    return bool(x >= 0.5 * world.arena[0] - far or y >= 0.5 * world.arena[1] - far)
+
+
+@kernel
+def is_near_obstacle(
+    robot: EpuckState, world: EpuckWorldState, obstacles: Float64[Array, "obstacles 5"], gap: float
+) -> bool:
+    """A robot's body is within a gap of an obstacle [m]."""
+    far = world.radius + gap
+    for k in range(obstacles.shape[0]):
+        dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
+        if hypot(dx, dy) <= far + obstacles[k, 4]:
+            return True
+    return False
 
 
 @kernel
@@ -37,7 +57,8 @@ def keep_all_clear(
 
     Returns the largest overlap with an obstacle that there was [m].
     """
-    keep_all_inside(swarm, world)
+    for i in range(swarm.shape[0]):
+        keep_inside(swarm[i].pose, world.arena, world.radius)
     worst = 0.0
     for i in range(swarm.shape[0]):
         worst = max(worst, keep_out_of_all(swarm[i].pose, obstacles, world.radius))
@@ -45,7 +66,7 @@ def keep_all_clear(
 
 
 @kernel
-def separate_all_among(
+def separate_all(
     swarm: Array,
     near: Int32[Array, "robots columns"],
     world: EpuckWorldState,
@@ -72,7 +93,7 @@ def separate_all_among(
 
 
 @kernel
-def resolve_contacts_among(
+def resolve_contacts(
     swarm: Array,
     near: Int32[Array, "robots columns"],
     world: EpuckWorldState,
@@ -82,12 +103,12 @@ def resolve_contacts_among(
 
     Each pass moves every robot inside the walls and out of the obstacles, then both robots of an
     overlapping pair by half the overlap, in a clump by more, until no overlap exceeds OVERLAP.
-    False if MOST_PASSES were not enough.
+    False if MAX_PASSES were not enough.
     """
-    for n_passes in range(MOST_PASSES):
+    for n_passes in range(MAX_PASSES):
         overlap = keep_all_clear(swarm, world, obstacles)
         share = HALF if n_passes < GENTLE_PASSES else OVER_RELAXED
-        worst = separate_all_among(swarm, near, world, obstacles, share)
+        worst = separate_all(swarm, near, world, obstacles, share)
         if max(worst, overlap) <= OVERLAP:
             if worst > 0.0:
                 keep_all_clear(swarm, world, obstacles)
