@@ -14,9 +14,8 @@ from baselines.evaluation.plot_style import colour_of
 from baselines.evaluation.recorders import Recorder, ReplayRecorder
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.rendering.layout import checked_size
+from swarm_forage_env.rendering.layout import checked_size, checked_speed
 from swarm_forage_env.rendering.replay import Opening, Replay
-from swarm_forage_env.rendering.speed import checked_speed
 from swarm_forage_env.rendering.trails import TRAIL
 from swarm_forage_env.rendering.video import FORMATS
 from swarm_forage_env.scene import Scene, Stage

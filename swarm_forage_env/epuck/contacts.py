@@ -1,9 +1,9 @@
 """Contacts: no robot overlaps another one, an obstacle or a wall; and which are near enough."""
 
-from swarm_forage_env.arrays import Array, Float64, Int32
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
-from swarm_forage_env.epuck.surroundings import COUNT, FIRST
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST, Neighbours
 from swarm_forage_env.equations.contacts import (
     GENTLE_PASSES,
     HALF,
@@ -14,7 +14,8 @@ from swarm_forage_env.equations.contacts import (
     separate_pair,
 )
 from swarm_forage_env.equations.elementary import hypot
-from swarm_forage_env.equations.obstacles import from_axis, keep_out
+from swarm_forage_env.equations.geometry import Pose
+from swarm_forage_env.equations.obstacles import Capsules, from_axis, keep_out
 
 
 @kernel
@@ -27,7 +28,7 @@ def is_near_walls(robot: EpuckState, world: EpuckWorldState, gap: float) -> bool
 
 @kernel
 def is_near_obstacle(
-    robot: EpuckState, world: EpuckWorldState, obstacles: Float64[Array, "obstacles 5"], gap: float
+    robot: EpuckState, world: EpuckWorldState, obstacles: Capsules, gap: float
 ) -> bool:
     """A robot's body is within a gap of an obstacle [m]."""
     far = world.radius + gap
@@ -39,9 +40,7 @@ def is_near_obstacle(
 
 
 @kernel
-def keep_out_of_all(
-    pose: Float64[Array, "3"], obstacles: Float64[Array, "obstacles 5"], radius: float
-) -> float:
+def keep_out_of_all(pose: Pose, obstacles: Capsules, radius: float) -> float:
     """Move a robot out of every obstacle in turn, in place; the largest overlap there was [m]."""
     worst = 0.0
     for k in range(obstacles.shape[0]):
@@ -50,9 +49,7 @@ def keep_out_of_all(
 
 
 @kernel
-def keep_all_clear(
-    swarm: Array, world: EpuckWorldState, obstacles: Float64[Array, "obstacles 5"]
-) -> float:
+def keep_all_clear(swarm: Array, world: EpuckWorldState, obstacles: Capsules) -> float:
     """Move every robot inside the walls, then out of the obstacles, in place.
 
     Returns the largest overlap with an obstacle that there was [m].
@@ -67,11 +64,7 @@ def keep_all_clear(
 
 @kernel
 def separate_all(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
-    share: float,
+    swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles: Capsules, share: float
 ) -> float:
     """Move the robots of every overlapping pair apart, each by a share; the largest overlap [m].
 
@@ -94,10 +87,7 @@ def separate_all(
 
 @kernel
 def resolve_contacts(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
+    swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles: Capsules
 ) -> bool:
     """Move overlapping robots apart, out of the obstacles and back inside the walls, in place.
 

@@ -2,7 +2,7 @@
 
 import math
 
-from swarm_forage_env.arrays import Array, Float64, Int32
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.contacts import is_near_walls
 from swarm_forage_env.epuck.fault_record import BLIND, WORN
@@ -17,11 +17,17 @@ from swarm_forage_env.epuck.records import (
     EpuckWorldState,
     Heard,
 )
-from swarm_forage_env.epuck.surroundings import COUNT, FIRST
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST, Neighbours
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.elementary import atan2, hypot
 from swarm_forage_env.equations.geometry import range_and_bearing, to_body, to_outer, wrap
-from swarm_forage_env.equations.obstacles import from_axis, is_between, ray_to_capsule
+from swarm_forage_env.equations.obstacles import (
+    Capsule,
+    Capsules,
+    from_axis,
+    is_between,
+    ray_to_capsule,
+)
 from swarm_forage_env.equations.odometry import encoder
 from swarm_forage_env.equations.proximity import (
     RAY_COS,
@@ -92,9 +98,7 @@ def shorten_rays(robot: EpuckState, dx: float, dy: float, radius: float) -> None
 
 
 @kernel
-def cast_rays_at_obstacles(
-    robot: EpuckState, world: EpuckWorldState, obstacles: Float64[Array, "obstacles 5"]
-) -> None:
+def cast_rays_at_obstacles(robot: EpuckState, world: EpuckWorldState, obstacles: Capsules) -> None:
     """Set the infrared rays of a robot to their lengths up to the obstacles; else infinite."""
     robot.rays[:] = math.inf
     for k in range(obstacles.shape[0]):
@@ -104,9 +108,7 @@ def cast_rays_at_obstacles(
 
 
 @kernel
-def shorten_rays_at_obstacle(
-    robot: EpuckState, world: EpuckWorldState, capsule: Float64[Array, "5"]
-) -> None:
+def shorten_rays_at_obstacle(robot: EpuckState, world: EpuckWorldState, capsule: Capsule) -> None:
     """Shorten the rays of a robot that a capsule stands in the way of."""
     x, y, c, s = robot.pose[0], robot.pose[1], robot.heading[0], robot.heading[1]
     for ray in range(8):
@@ -117,9 +119,7 @@ def shorten_rays_at_obstacle(
 
 
 @kernel
-def cast_rays(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> bool:
+def cast_rays(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> bool:
     """Find the length of each infrared ray of robot i; false if nothing is in reach at all.
 
     Where there are obstacles, the rays end at those already.
@@ -143,9 +143,7 @@ def cast_rays(
 
 
 @kernel
-def read_proximity(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> None:
+def read_proximity(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> None:
     """Response of eight infrared sensors times 1 +- noise; one in contact saturates at 1.
 
     A blind robot reads 0.
@@ -163,9 +161,7 @@ def read_proximity(
 
 
 @kernel
-def is_shadowed(
-    robot: EpuckState, sender: EpuckState, obstacles: Float64[Array, "obstacles 5"]
-) -> bool:
+def is_shadowed(robot: EpuckState, sender: EpuckState, obstacles: Capsules) -> bool:
     """An obstacle stands between the centres of two robots."""
     here, there = robot.pose, sender.pose
     for k in range(obstacles.shape[0]):
@@ -175,12 +171,7 @@ def is_shadowed(
 
 
 @kernel
-def sort_shadowed_last(
-    swarm: Array,
-    i: int,
-    near: Int32[Array, "robots columns"],
-    obstacles: Float64[Array, "obstacles 5"],
-) -> int:
+def sort_shadowed_last(swarm: Array, i: int, near: Neighbours, obstacles: Capsules) -> int:
     """Put the neighbours of robot i that an obstacle hides last in its row; the number of others.
 
     The neighbours that stay in front keep no order.
@@ -214,9 +205,7 @@ def keep_slots(heard: Heard, n: int) -> None:
 
 
 @kernel
-def receive_messages(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> None:
+def receive_messages(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> None:
     """Which messages reach robot i, and from where they seem to come.
 
     Of more messages than slots, each is equally likely to be heard (reservoir sampling).

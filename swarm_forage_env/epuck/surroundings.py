@@ -11,6 +11,9 @@ lane: Kernel
 lanes: Kernel
 """Free names of the row templates."""
 
+Neighbours = Int32[Array, "robots columns"]
+"""Who is near whom in a world: a row for each robot."""
+
 COUNT, NEXT, FIRST = 0, 1, 2
 """Columns of a robot's row of `near`: how many neighbours it has, the next robot in its cell,
 and where the neighbours' numbers start."""
@@ -28,7 +31,7 @@ def is_within_reach(swarm: Array, i: int, j: int, world: EpuckWorldState) -> boo
 
 
 @kernel
-def note_neighbour(near: Int32[Array, "robots columns"], i: int, j: int) -> None:
+def note_neighbour(near: Neighbours, i: int, j: int) -> None:
     """Enter robot j in the row of robot i, in order, if there is room; it is counted anyway."""
     n = near[i, COUNT]
     near[i, COUNT] += 1
@@ -42,7 +45,7 @@ def note_neighbour(near: Int32[Array, "robots columns"], i: int, j: int) -> None
 
 
 @kernel
-def largest_count(near: Int32[Array, "robots columns"]) -> int:
+def largest_count(near: Neighbours) -> int:
     """The most neighbours that a robot has; all counts are cut to the room in a row."""
     most = 0
     for i in range(near.shape[0]):
@@ -52,9 +55,7 @@ def largest_count(near: Int32[Array, "robots columns"]) -> int:
 
 
 @kernel
-def compare_all_pairs(
-    swarm: Array, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> int:
+def compare_all_pairs(swarm: Array, near: Neighbours, world: EpuckWorldState) -> int:
     """`find_neighbours` without cells."""
     for i in range(swarm.shape[0]):
         near[i, COUNT] = 0
@@ -67,10 +68,7 @@ def compare_all_pairs(
 
 @kernel
 def find_neighbours(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    cells: Int32[Array, " cells"],
-    world: EpuckWorldState,
+    swarm: Array, near: Neighbours, cells: Int32[Array, " cells"], world: EpuckWorldState
 ) -> int:
     """List for each robot those within `reach`; the largest number of them that any robot has.
 
@@ -101,9 +99,7 @@ def find_neighbours(
 
 
 @kernel
-def find_neighbours_of(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> int:
+def find_neighbours_of(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> int:
     """Write the row of robot i as `find_neighbours` does; how many neighbours it has.
 
     All other robots are looked at, which needs no list of cells to be shared.
@@ -121,7 +117,7 @@ def find_neighbours_of(
 @row_template
 def list_by_cells(
     swarm: Array,
-    near: Int32[Array, "robots columns"],
+    near: Neighbours,
     cells: Int32[Array, " cells"],
     world: EpuckWorldState,
     n_robots: int,
@@ -137,7 +133,7 @@ def list_by_cells(
 @row_template
 def list_by_robots(
     swarm: Array,
-    near: Int32[Array, "robots columns"],
+    near: Neighbours,
     cells: Int32[Array, " cells"],
     world: EpuckWorldState,
     n_robots: int,

@@ -9,7 +9,7 @@ A task fills four free names:
   read all of `swarm` that no score writes, and writes to robot i alone.
 """
 
-from swarm_forage_env.arrays import Array, Float64, Int32, Int64
+from swarm_forage_env.arrays import Array, Float64, Int64
 from swarm_forage_env.compiler import inlined, kernel
 from swarm_forage_env.epuck.contacts import resolve_contacts
 from swarm_forage_env.epuck.fault_effects import update_faults
@@ -24,10 +24,11 @@ from swarm_forage_env.epuck.sensors import (
     receive_messages,
     sort_shadowed_last,
 )
-from swarm_forage_env.epuck.surroundings import COUNT, FIRST
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST, Neighbours
 from swarm_forage_env.equations.contacts import keep_inside
 from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
 from swarm_forage_env.equations.elementary import cos_sin
+from swarm_forage_env.equations.obstacles import Capsules
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import TOO_MANY_NEAR, Arrays, note
@@ -70,9 +71,7 @@ def face(robot: EpuckState) -> None:
 
 
 @kernel
-def is_overlapping(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> bool:
+def is_overlapping(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> bool:
     """Robot i may overlap a neighbour with a lower number."""
     apart = 2.0 * world.radius * 1.000001
     for k in range(FIRST, FIRST + near[i, COUNT]):
@@ -87,11 +86,7 @@ def is_overlapping(
 
 @row_template
 def keep_apart(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
-    n_robots: int,
+    swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles: Capsules, n_robots: int
 ) -> None:
     """Keep robots inside the walls, apart from each other and out of obstacles.
 
@@ -186,11 +181,7 @@ def tick_world(
 
 @row_template
 def sense(
-    swarm: Array,
-    i: int,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
+    swarm: Array, i: int, near: Neighbours, world: EpuckWorldState, obstacles: Capsules
 ) -> None:
     """Read all sensors of robot i but the radio. Free name: brightness_at."""
     if obstacles.shape[0] > 0:
@@ -202,11 +193,7 @@ def sense(
 
 @inlined
 def hear(
-    swarm: Array,
-    i: int,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
+    swarm: Array, i: int, near: Neighbours, world: EpuckWorldState, obstacles: Capsules
 ) -> None:
     """Deliver the messages to robot i: a shadowed radio, from those whom no obstacle hides.
 

@@ -53,10 +53,7 @@ class EpuckWorld(World):
     task_functions: Mapping[str, Kernel]
 
     def __init_subclass__(
-        cls,
-        robot: type[EpuckState],
-        world: type[EpuckWorldState],
-        functions: Mapping[str, Kernel],
+        cls, robot: type[EpuckState], world: type[EpuckWorldState], functions: Mapping[str, Kernel]
     ) -> None:
         """The records of robots and worlds, with what a task adds, and the functions of its tick.
 

@@ -25,8 +25,7 @@ class Area(Part):
     kind: Literal["nest", "prey"] = Field("prey", description="What it is. (chosen)")
     centre: Point = Field((0.0, 0.0), description="World frame [m]. (chosen)")
     worth: Positive = Field(
-        1.0,
-        description="A round trip pays worth of prey area times worth of nest. (chosen)",
+        1.0, description="A round trip pays worth of prey area times worth of nest. (chosen)"
     )
     moves_at: NotNegative | None = Field(
         None, description="When it moves, once in an episode; none: it stays [s]. (chosen)"

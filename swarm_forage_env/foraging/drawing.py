@@ -13,15 +13,7 @@ from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.record import rows
-from swarm_forage_env.scene import (
-    EXPLORING,
-    LOST,
-    TALKING,
-    TO_THE_NEST,
-    TO_THE_PREY,
-    Scene,
-    Stage,
-)
+from swarm_forage_env.scene import EXPLORING, LOST, TALKING, TO_THE_NEST, TO_THE_PREY, Scene, Stage
 
 
 def stage_of(scenario: Scenario, controller: str) -> Stage:

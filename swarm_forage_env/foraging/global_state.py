@@ -22,14 +22,7 @@ from swarm_forage_env.record import Record
 from swarm_forage_env.spaces import GOALS, Feature, Layout
 from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 
-INFOS = (
-    "round_trips",
-    "lost_events",
-    "on_path",
-    "messages",
-    "known_areas",
-    "localisation_error_m",
-)
+INFOS = ("round_trips", "lost_events", "on_path", "messages", "known_areas", "localisation_error_m")
 """What is logged of each robot: counts of the episode so far, and how it stands. The error is
 the mean over the kinds of area that it knows, 0 if none, each to the nearest of its kind."""
 
@@ -199,10 +192,7 @@ def log_beliefs(
 
 @kernel
 def log_counts(
-    robot: RobotState,
-    mind: Record,
-    world: WorldState,
-    row: Float64[Array, " infos"],
+    robot: RobotState, mind: Record, world: WorldState, row: Float64[Array, " infos"]
 ) -> None:
     """Write what is logged of a robot of a policy of everything: it believes nothing."""
     write_counts(robot, row)

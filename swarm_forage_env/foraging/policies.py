@@ -51,13 +51,7 @@ def symbols() -> Float32[Array, "choices numbers"]:
 
 
 LEARNABLE = {
-    "weighting": PolicyInterface(
-        _ENCOUNTER,
-        _WEIGHTS,
-        ("weighting",),
-        slots,
-        n_weights=2,
-    ),
+    "weighting": PolicyInterface(_ENCOUNTER, _WEIGHTS, ("weighting",), slots, n_weights=2),
     "motion": PolicyInterface(
         _SITUATION,
         WHEELS,

@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 from pymunk._chipmunk import ffi
 
-from swarm_forage_env.arrays import Array, Float64, Int32
+from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.contacts import is_near_obstacle, is_near_walls
 from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
-from swarm_forage_env.epuck.surroundings import COUNT, FIRST
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST, Neighbours
 from swarm_forage_env.epuck.tick import set_wheels
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.elementary import cos_sin, hypot
 from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.equations.obstacles import Capsules
 from swarm_forage_env.physics.chipmunk_functions import each_body, step_space
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.ticks import Arrays
@@ -73,12 +74,7 @@ def path_of(robot: EpuckState, dt: float) -> float:
 
 
 @kernel
-def may_touch(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
-) -> bool:
+def may_touch(swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles: Capsules) -> bool:
     """A body of the world can reach another, a wall or an obstacle within the tick.
 
     `near` lists the neighbours before the tick.

@@ -93,9 +93,7 @@ class WaypointTask(BaseTask):
     """The task: visit random goals one after the other, and say when you are there."""
 
     n_robots: Count = Field(
-        25,
-        le=2_000,
-        description="Robots: each pair takes about 100 bytes. Section 3 (published)",
+        25, le=2_000, description="Robots: each pair takes about 100 bytes. Section 3 (published)"
     )
     duration: Positive = Field(100.0, description="Length of an episode [s]. Section 3 (published)")
     tolerance: Positive = Field(
