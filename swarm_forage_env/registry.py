@@ -134,7 +134,6 @@ SCENARIOS: Registry[Any] = Registry(
     (
         "swarm_forage_env.foraging.named",
         "swarm_forage_env.foraging.arenas",
-        "swarm_forage_env.foraging.several_areas",
         "swarm_forage_env.aggregation",
         "swarm_forage_env.waypoints.named",
     ),

@@ -19,6 +19,7 @@ from swarm_forage_env.arrays import Array, Bool, Float64, Int8, Int64
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.global_state import GlobalState
 from swarm_forage_env.interface import Controller, GpuTask, Kernel, RunningController
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
@@ -380,7 +381,7 @@ class Task:
 
     potential: type[Potential] = Potential
 
-    global_state: Callable[[Any, RunningController, list[str], Any], Any]
+    global_state: Callable[[Any, RunningController, list[str], Any], GlobalState]
     """Makes what centralised critics and logs are told, from world, controller, names, scenario."""
 
     episode: EpisodeKind

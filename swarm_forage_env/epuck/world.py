@@ -22,7 +22,7 @@ from swarm_forage_env.equations.proximity import SENSING_RANGE
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.physics.base import CompiledPhysics, PythonPhysics, moves_in_python
+from swarm_forage_env.physics.base import Physics, PythonPhysics
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import nothing
@@ -82,6 +82,7 @@ class EpuckWorld(World):
         self._cells: Int32[Array, "worlds cells"] = np.zeros((self.n_worlds, 0), np.int32)
         self.take_over(range(self.n_worlds), scenarios)
         self._physics = ENGINES[physics](scenarios)
+        self._is_python = hasattr(type(self._physics), "move")
         self.reset(seeds)
 
     @staticmethod
@@ -136,10 +137,9 @@ class EpuckWorld(World):
         return self._compiled is not None
 
     @property
-    def _compiled(self) -> CompiledPhysics | None:
+    def _compiled(self) -> Physics | None:
         """The engine, if it is compiled."""
-        is_python = moves_in_python(type(self._physics))
-        return None if is_python else cast(CompiledPhysics, self._physics)
+        return None if self._is_python else self._physics
 
     def move(self, first: int, last: int) -> None:
         """Let an engine in Python move the robots of the worlds first .. last - 1."""
@@ -190,7 +190,7 @@ def number_of_cells(scenario: EpuckScenario) -> int:
     return cells_of(scenario.arena.length, reach) * cells_of(scenario.arena.width, reach)
 
 
-def write_numbers(scenario: EpuckScenario, out_worlds: Any) -> None:  # noqa: ANN401 a record or an array
+def write_numbers(scenario: EpuckScenario, out_worlds: Array | np.void) -> None:
     """Write the numbers of a scenario to the records of its worlds, as kernels read them."""
     robot, sensors, radio = scenario.robot, scenario.sensors, scenario.radio
     error = sensors.wheel_noise * robot.cruise_speed * scenario.tick
@@ -209,14 +209,13 @@ def write_numbers(scenario: EpuckScenario, out_worlds: Any) -> None:  # noqa: AN
         "reach": reach_of(scenario),
         "n_obstacles": len(capsules_of(scenario.obstacles, scenario.arena.corners)),
         "has_faults": scenario.faults.is_any,
-        **{name: getattr(robot, name) for name in ("radius", "axle", "max_speed", "cruise_speed")},
-        **{
-            name: getattr(radio, name)
-            for name in (
-                "max_range", "loss_near", "loss_far", "range_noise", "bearing_noise",
-                "frames", "is_shadowed",
-            )
-        },
+        **robot.model_dump(include={"radius", "axle", "max_speed", "cruise_speed"}),
+        **radio.model_dump(
+            include={
+                "max_range", "loss_near", "loss_far", "range_noise", "bearing_noise", "frames",
+                "is_shadowed",
+            }
+        ),
     }  # fmt: skip
     for name, value in numbers.items():
         out_worlds[name] = value

@@ -2,24 +2,21 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
-from gymnasium.spaces import Box
 
-from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
+from swarm_forage_env.arrays import NEST, PREY, Array, Float64
 from swarm_forage_env.compiler import entry_point, kernel
 from swarm_forage_env.epuck.fault_record import KINDS
 from swarm_forage_env.epuck.records import AREAS
 from swarm_forage_env.foraging.areas import MAX_AREAS
 from swarm_forage_env.foraging.metrics import localisation_error
 from swarm_forage_env.foraging.records import PATH, PLACE, RobotState, Situation, WorldState
-from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.interface import RunningController
+from swarm_forage_env.global_state import GlobalState
 from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.record import Record
-from swarm_forage_env.spaces import GOALS, Feature, Layout
+from swarm_forage_env.spaces import GOALS, Feature
 from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 
 INFOS = ("round_trips", "lost_events", "on_path", "messages", "known_areas", "localisation_error_m")
@@ -30,11 +27,8 @@ FLAG = 0.0, 1.0
 WORTH = "round trips", 0.0, math.inf
 """Unit and bounds of what an area is worth."""
 
-COUNTS = frozenset({"round_trips", "lost_events", "messages"})
-"""Those of which several robots have the sum; of everything else they have the mean."""
 
-
-class ForagingState:
+class ForagingState(GlobalState):
     """What is true in a block of worlds, flat: each robot, then the areas and the time.
 
     The first nest and the first prey area are told in every scenario. Where the scenario lists its
@@ -47,68 +41,82 @@ class ForagingState:
     """
 
     infos = INFOS
-    counts = COUNTS
+    counts = frozenset({"round_trips", "lost_events", "messages"})
 
-    def __init__(
-        self,
-        world: ForagingWorld,
-        controller: RunningController,
-        agents: list[str],
-        scenario: Scenario,
-    ) -> None:
-        """The truth about these worlds, whose robots have these names."""
-        self._world = world
-        self._controller = controller
-        self._has_beliefs = has_estimators(controller.minds)
-        self._no_beliefs = Situation.array(world.robots.shape)
-        self._has_faults = scenario.faults.is_any
-        self._lists_areas = bool(scenario.task.areas)
-        self.layout = _layout(agents, scenario)
-        self.space: Box = self.layout.box()
+    def robot_features(self) -> list[Feature]:
+        """Pose, beliefs and faults of one robot."""
+        half = self._half
+        found = [Feature(f"pose.{k}", "m", -half[k], half[k]) for k in half]
+        found += [Feature(f"heading.{k}", "ratio", -1.0, 1.0) for k in ("cos", "sin")]
+        found += [
+            Feature(f"believed.{area}.{k}", "m", -math.inf, math.inf, scale=PLACE["scale"])
+            for area in AREAS
+            for k in half
+        ]
+        found += [Feature(f"known.{area}", "0 or 1", *FLAG) for area in AREAS]
+        found += [Feature(f"p.{area}", "m", 0.0, math.inf, scale=PATH["scale"]) for area in AREAS]
+        found += [Feature(f"goal.{goal}", "0 or 1", *FLAG) for goal in GOALS]
+        if self._scenario.faults.is_any:
+            found += [Feature(f"fault.{kind}", "0 or 1", *FLAG) for kind in KINDS]
+        return found
 
-    def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
-        """One row for each world, as the layout says."""
+    def of_robots(self) -> list[Array]:
+        """The same numbers of all robots."""
         robots, seen = self._world.robots, self._situations
         known, ahead, left = seen["known"] != 0, *np.moveaxis(seen["areas"], 3, 0)
         c, s = np.moveaxis(robots["heading"], 2, 0)[..., None]
         away = np.stack([c * ahead - s * left, s * ahead + c * left], axis=3)
         believed = robots["pose"][:, :, None, :2] + away
-        of_robots = [
+        return [
             robots["pose"][:, :, :2],
             robots["heading"],
-            np.where(known[..., None], believed, 0.0).reshape(*robots.shape, -1),
+            np.where(known[..., None], believed, 0.0),
             known,
             seen["p"],
             seen["goal"] if self._has_beliefs else np.zeros((*robots.shape, len(GOALS))),
-            *([robots["fault"]["active"]] if self._has_faults else []),
+            *([robots["fault"]["active"]] if self._scenario.faults.is_any else []),
         ]
-        n_worlds = self._world.n_worlds
-        parts = [np.concatenate(of_robots, axis=2), *self._areas()]
-        rows = [each.reshape(n_worlds, -1) for each in parts]
-        return np.concatenate([*rows, np.minimum(share_gone, 1.0)[:, None]], 1, dtype=np.float32)
 
-    def _areas(self) -> list[Array]:
+    def world_features(self) -> list[Feature]:
+        """The areas: two, or as many as a scenario has room for."""
+        half = self._half
+        found = [Feature(f"areas.{a}.{k}", "m", -half[k], half[k]) for a in AREAS for k in half]
+        if not self._scenario.task.areas:
+            return found
+        found += [Feature(f"areas.{a}.worth", *WORTH, scale=1.0) for a in AREAS]
+        for n in range(2, MAX_AREAS):
+            found += [Feature(f"areas.{n}.{k}", "m", -half[k], half[k]) for k in half]
+            found += [Feature(f"areas.{n}.{kind}", "0 or 1", *FLAG) for kind in AREAS]
+            found += [Feature(f"areas.{n}.worth", *WORTH, scale=1.0)]
+        return found
+
+    def of_world(self) -> list[Array]:
         """Where areas are now; if the scenario lists them all of them, and what they are worth."""
         worlds = self._world.worlds
         first, others = worlds["areas"][:, :2], worlds["areas"][:, 2:]
-        if not self._lists_areas:
+        if not self._scenario.task.areas:
             return [first]
-        kinds = worlds["kinds"][:, 2:, None]
-        worths = worlds["worths"][:, 2:, None]
+        kinds, worths = worlds["kinds"][:, 2:, None], worlds["worths"][:, 2:, None]
         are_there = np.arange(2, MAX_AREAS)[:, None] < worlds["n_areas"][:, None, None]
         slots = np.concatenate([others, kinds == NEST, kinds == PREY, worths], axis=2)
         return [first, worlds["worths"][:, :2], np.where(are_there, slots, 0.0)]
 
     @property
+    def _half(self) -> dict[str, float]:
+        """From the centre of the arena to its walls [m]."""
+        arena = self._scenario.arena
+        return {"x": 0.5 * arena.length, "y": 0.5 * arena.width}
+
+    @property
     def _situations(self) -> Array:
         """What every robot believes; nothing where no hand-written estimator runs."""
         if not self._has_beliefs:
-            return self._no_beliefs
+            return Situation.array(self._world.robots.shape)
         situations: Array = self._controller.minds["estimator"]["situation"]
         return situations
 
     def log(self) -> Float64[Array, "rows infos"]:
-        """The numbers that are logged, a row for each robot, in the order of INFOS."""
+        """The numbers that are logged, a row for each robot, in the order of `infos`."""
         numbers = np.empty((*self._world.robots.shape, len(INFOS)))
         write_log(self._world.robots, self._situations, self._world.worlds, numbers)
         return numbers.reshape(-1, len(INFOS))
@@ -145,41 +153,6 @@ def write_log(
     for w in range(out.shape[0]):
         for i in range(out.shape[1]):
             write_robot_log(robots[w, i], situations[w, i], worlds[w], out[w, i])
-
-
-def _layout(agents: list[str], scenario: Scenario) -> Layout:
-    arena = scenario.arena
-    half = {"x": 0.5 * arena.length, "y": 0.5 * arena.width}
-    features = [feature for agent in agents for feature in _of_robot(agent, half, scenario)]
-    features += [Feature(f"areas.{a}.{k}", "m", -half[k], half[k]) for a in AREAS for k in half]
-    if scenario.task.areas:
-        features += [Feature(f"areas.{a}.worth", *WORTH, scale=1.0) for a in AREAS]
-        features += [each for k in range(2, MAX_AREAS) for each in _of_area(k, half)]
-    return Layout([*features, Feature("share_gone", "of the episode", 0.0, 1.0)])
-
-
-def _of_area(number: int, half: dict[str, float]) -> list[Feature]:
-    """One of the other areas, or zeros."""
-    found = [Feature(f"areas.{number}.{k}", "m", -half[k], half[k]) for k in half]
-    found += [Feature(f"areas.{number}.{kind}", "0 or 1", *FLAG) for kind in AREAS]
-    return [*found, Feature(f"areas.{number}.worth", *WORTH, scale=1.0)]
-
-
-def _of_robot(agent: str, half: dict[str, float], scenario: Scenario) -> list[Feature]:
-    """One robot's part of the state."""
-    found = [Feature(f"pose.{k}", "m", -half[k], half[k]) for k in half]
-    found += [Feature(f"heading.{k}", "ratio", -1.0, 1.0) for k in ("cos", "sin")]
-    found += [
-        Feature(f"believed.{area}.{k}", "m", -math.inf, math.inf, scale=PLACE["scale"])
-        for area in AREAS
-        for k in half
-    ]
-    found += [Feature(f"known.{area}", "0 or 1", *FLAG) for area in AREAS]
-    found += [Feature(f"p.{area}", "m", 0.0, math.inf, scale=PATH["scale"]) for area in AREAS]
-    found += [Feature(f"goal.{goal}", "0 or 1", *FLAG) for goal in GOALS]
-    if scenario.faults.is_any:
-        found += [Feature(f"fault.{kind}", "0 or 1", *FLAG) for kind in KINDS]
-    return [replace(each, name=f"{agent}.{each.name}") for each in found]
 
 
 @kernel
