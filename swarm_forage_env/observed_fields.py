@@ -203,14 +203,14 @@ class FieldCopies:
         self._names = list(dict.fromkeys(path.source.split(".")[0] for path in layout.paths))
         self._arrays: list[Array] = []
 
-    def read(self, world: Any, minds: Array, out: Float32[Array, "worlds robots n"]) -> None:  # noqa: ANN401 of any task
+    def read(self, world: object, minds: Array, out: Float32[Array, "worlds robots n"]) -> None:
         """Write the fields of all robots to the first numbers of rows, which may be longer."""
         self._look_at(world, minds)
         copy_to_rows(self._words, self._spans, out)
 
     def write(
         self,
-        world: Any,  # noqa: ANN401 of any task
+        world: object,
         minds: Array,
         robots: slice | Int64[Array, " robots"],
         rows: Float32[Array, "worlds robots numbers"],
@@ -220,7 +220,7 @@ class FieldCopies:
         for fields, begin, end in self._fields:
             fields[:, robots] = rows[:, :, begin:end]
 
-    def _look_at(self, world: Any, minds: Array) -> None:  # noqa: ANN401 of any task
+    def _look_at(self, world: object, minds: Array) -> None:
         """Take views of the arrays, if they are others than before."""
         arrays = [minds if name == "minds" else getattr(world, name) for name in self._names]
         if len(self._arrays) and all(map(operator.is_, arrays, self._arrays)):

@@ -14,6 +14,7 @@ from functools import cache
 from typing import Any, ClassVar, TypeAlias, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from swarm_forage_env.arrays import Array
 
@@ -166,7 +167,7 @@ def under_the_one_dtype(records: Array) -> Array:
     return records if records.dtype.names is None else records.view(_the_one(records.dtype))
 
 
-def numbers_record(**numbers: Any) -> np.dtype[Any]:  # noqa: ANN401 floats or arrays of them
+def numbers_record(**numbers: ArrayLike) -> np.dtype[Any]:
     """The dtype of a record of parameters: float64, each in the shape of its value.
 
     Its last column says where it ends, so that no such record begins with all of another's columns:

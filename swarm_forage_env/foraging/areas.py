@@ -1,10 +1,11 @@
 """Areas of a scenario: nests and prey areas, what they are worth, and whether they move."""
 
 from collections.abc import Sequence
-from typing import Any, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.epuck.obstacles import Point
 from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.parameters import NotNegative, Part, Positive
@@ -62,7 +63,7 @@ def in_order(areas: Sequence[Area]) -> tuple[Area, ...]:
     return (*first, *(area for area in areas if all(area is not each for each in first)))
 
 
-def write_areas(areas: Sequence[Area], tick: float, out_worlds: Any) -> None:  # noqa: ANN401 a record or an array
+def write_areas(areas: Sequence[Area], tick: float, out_worlds: Array) -> None:
     """Write areas in their order, as they are at the start, to the records of worlds.
 
     `tick` is the control period [s].

@@ -1,7 +1,6 @@
 """WaypointsWorld: a block of worlds in which robots visit waypoints, as structured arrays."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -92,7 +91,7 @@ class WaypointsWorld(World):
         return self.robots["reward"].reshape(-1)
 
 
-def write_numbers(scenario: WaypointsScenario, out_worlds: Any) -> None:  # noqa: ANN401 a record or an array
+def write_numbers(scenario: WaypointsScenario, out_worlds: Array | np.void) -> None:
     """Write the numbers of a scenario to the records of its worlds, as kernels read them."""
     sensors, task = scenario.sensors, scenario.task
     numbers = {
