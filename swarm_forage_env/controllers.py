@@ -30,7 +30,7 @@ def find_controller(controller: str | Controller, references: bool = False) -> C
 
     A name may be a composition of layers, `social_odometry+sgiff+subsumption:beta=0.01`, or a kind
     of policy and its file, `sb3:model.zip`.
-    UnknownNameError for a name or a parameter that stands for nothing, ConfigError for a text
+    UnknownNameError for an unknown name or parameter, ConfigError for a text
     of another form or a value that does not fit; also for a reference, which knows the ground
     truth, unless `references` are wanted.
     """
@@ -93,7 +93,7 @@ def _by_number(
 
 
 def _named(name: str, references: bool) -> Controller:
-    """The controller of a name; one that stands for nothing is told the nearest allowed."""
+    """The controller of a name; the error for an unknown one gives the nearest allowed."""
     registry = next((each for each in (CONTROLLERS, POLICIES, REFERENCES) if name in each), None)
     if registry is None:
         known = {*CONTROLLERS, *POLICIES, *(REFERENCES if references else ())}

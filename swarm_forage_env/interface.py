@@ -132,7 +132,7 @@ class GpuTask:
     """What a GPU needs of a task beside the templates that it shares with a CPU."""
 
     functions: Mapping[str, Kernel]
-    """Bound to free names of the task's templates in the place of the CPU's."""
+    """Bound to free names of the task's templates instead of the CPU's."""
 
     place: Kernel
     """The row template `place_world`: puts the robots of a new world at their starting places."""

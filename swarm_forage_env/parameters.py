@@ -124,7 +124,7 @@ def leaves(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def resolve(name: str, paths: Mapping[str, Any], kind: str) -> str:
-    """The full dotted path that a name stands for: itself, or the one path that ends in it."""
+    """The full dotted path of a name: itself, or the one path that ends in it."""
     if name in paths:
         return name
     same_leaf = [path for path in paths if path.rpartition(".")[2] == name]

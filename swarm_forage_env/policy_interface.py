@@ -1,4 +1,4 @@
-"""Policy interface: what a policy in the place of a layer observes, and what it gives."""
+"""Policy interface: what a policy that replaces a layer observes, and what it gives."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ class Steering:
     """What the two numbers are, each in [-1, 1]."""
 
     choices: tuple[tuple[float, float], ...]
-    """The discrete actions in this form, where no other number of them is asked for."""
+    """The discrete actions in this form, by default."""
 
     command: Kernel | None = None
     """The command that two numbers stand for, under a sharpest turn; None: they are the command."""
@@ -51,7 +51,7 @@ class PolicyInterface:
     """Sizes of the named axes of these fields in a scenario."""
 
     decision_period: int = 1
-    """Ticks for which an action is held where nothing else is asked for."""
+    """Ticks for which an action is held, by default."""
 
     n_weights: int = 0
     """How many numbers of an action are weights in [0, 1]; they come first."""

@@ -1,4 +1,4 @@
-"""Randomisation: numbers of a scenario that are drawn anew for every episode, within ranges."""
+"""Randomisation: numbers of a scenario that are drawn for every episode, within ranges."""
 
 import math
 from collections.abc import Iterator, Mapping

@@ -16,8 +16,8 @@ def find_scenario(
 ) -> Any:  # noqa: ANN401 of any task
     """The scenario of a name (`es1`), a TOML file (`mine.toml`), or the given one, overridden.
 
-    Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for a name that
-    stands for nothing, ConfigError for a number that does not fit.
+    Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for an
+    unknown name, ConfigError for a number that does not fit.
     """
     if isinstance(scenario, str | Path):
         is_file = str(scenario).endswith(".toml")

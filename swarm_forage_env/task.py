@@ -85,7 +85,7 @@ class World(ABC):
         """Let an engine outside compiled code move the robots of the worlds first .. last - 1."""
 
     def tick(self, first: int, last: int) -> None:
-        """Carry out the commands in the worlds first .. last - 1: move, score, sense, hear."""
+        """Apply the commands in the worlds first .. last - 1: move, score, sense, hear."""
         self.move(first, last)
         self._tick_in(self.modes, first, last)
 
@@ -351,10 +351,10 @@ class Task:
     """The row template `decide_world`: the second half of the control, after the cut."""
 
     physics: str = "kinematic"
-    """Engine where none is asked for."""
+    """Default engine."""
 
     controller: str
-    """Controller where none is asked for."""
+    """Default controller."""
 
     agent: str = "robot"
     """What its robots are called: `epuck_0`, `epuck_1`, ..."""
@@ -382,7 +382,7 @@ class Task:
     potential: type[Potential] = Potential
 
     global_state: Callable[[Any, RunningController, list[str], Any], GlobalState]
-    """Makes what centralised critics and logs are told, from world, controller, names, scenario."""
+    """Makes the global state for critics and logs, from world, controller, names, scenario."""
 
     episode: EpisodeKind
     """What an episode is judged by."""
@@ -413,7 +413,7 @@ class Task:
         return self.drawing and self.drawing[1]
 
     def agents(self, n_robots: int) -> list[str]:
-        """The names of so many robots."""
+        """The names of n robots."""
         return [f"{self.agent}_{robot}" for robot in range(n_robots)]
 
     def __reduce__(self) -> tuple[Callable[[str], "Task"], tuple[str]]:
@@ -429,7 +429,7 @@ TASKS: Registry[Task] = Registry(
         "swarm_forage_env.aggregation",
     ),
 )
-"""Tasks by name; the built-in ones are imported when any is asked for."""
+"""Tasks by name; the built-in ones are imported at the first use of one."""
 
 
 def task_named(name: str) -> Task:

@@ -1,4 +1,4 @@
-"""The control of e-pucks without an estimator: a motion goes by what the sensors say.
+"""The control of e-pucks without an estimator: a motion uses the sensors alone.
 
 A motion has the signature that it has in foraging, and an empty situation: one that asks for
 readings and messages alone runs in both.
@@ -70,7 +70,7 @@ def steer_world(
 
 @kernel
 def apply_wheels(action: Action, is_talking: bool, wheels: Float32[Array, "2"]) -> None:
-    """Put an action in the place of the wheels, or add it to those of the motion.
+    """Replace the wheels by an action, or add it to those of the motion.
 
         wheels = clip(own + RESIDUAL_GAIN residual, -1, 1)
 

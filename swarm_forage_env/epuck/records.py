@@ -3,7 +3,7 @@
 A task adds what it counts by a subclass of `EpuckState` and one of `EpuckWorldState`.
 
 What layers see is float32 in SI units, flags among it as 0 or 1, and lies in memory as an
-environment shows it in its observation: a policy in the place of a layer sees what the
+environment shows it in its observation: a policy that replaces a layer sees what the
 hand-written layer sees. Its typical sizes are the same in all scenarios, so that a policy can go
 from one to another.
 """

@@ -20,7 +20,7 @@ and where the neighbours' numbers start."""
 
 
 FEW = 16
-"""Among so many robots a list of cells takes longer to keep than all pairs to compare."""
+"""Up to this number of robots a list of cells takes longer to keep than all pairs to compare."""
 
 
 @kernel

@@ -64,7 +64,7 @@ class EpuckTask:
     """Its records, and the functions of its tick: see `epuck.tick`."""
 
     controller: str
-    """Controller where none is asked for."""
+    """Default controller."""
 
     episode: EpisodeKind
     """What an episode is judged by."""

@@ -7,7 +7,7 @@ from swarm_forage_env.equations.geometry import Pose
 
 MAX_PASSES = 2000
 GENTLE_PASSES = 20
-"""After so many passes a clump is left, which over-relaxation settles 3 times sooner."""
+"""After this number of passes a clump is left, which over-relaxation settles 3 times sooner."""
 HALF, OVER_RELAXED = 0.5, 0.9
 """Share of an overlap by which each of the two discs moves."""
 

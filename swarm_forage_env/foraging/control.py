@@ -44,12 +44,12 @@ Mind = Any
 
 @kernel
 def repeat(mind: Record) -> None:
-    """Repeat nothing: stands for the function of an estimator that has none."""
+    """Repeat nothing: the default of an estimator without this function."""
 
 
 @kernel
 def falsify(mind: Record, lie: Lie) -> None:
-    """Falsify nothing: stands for the function of an estimator that has none."""
+    """Falsify nothing: the default of an estimator without this function."""
 
 
 @kernel
@@ -133,7 +133,7 @@ def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: Numbers) -> bool:
     """Steer a robot, merge what it heard, choose whether it speaks; are all its numbers finite?
 
-    The wheels are decided before the merge: both layers go by what one observation shows.
+    The wheels are decided before the merge: both layers use one observation.
     Free names: steer, is_asked, gain, merge, has_something_to_say.
     """
     situation, exchange, action = mind.situation, mind.exchange, robot.action
@@ -187,6 +187,6 @@ def has_finite_weights(exchange: Exchange) -> bool:
 
 @kernel
 def apply_weights(action: Action, exchange: Exchange) -> None:
-    """Put an action in the place of the weights."""
+    """Replace the weights by an action."""
     if action.weighting != KEEP:
         exchange.weight[0], exchange.weight[1] = action.weight[0], action.weight[1]

@@ -55,7 +55,7 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
 
 
 def _doing(robots: Rows, situations: Rows | None) -> Int8[Array, " robots"]:
-    """The code of what each robot is doing; the last that holds is told."""
+    """The code of what each robot is doing; the last that holds counts."""
     doing = np.full(len(robots), EXPLORING, np.int8)
     if situations is None:
         doing[robots.leg == TO_NEST] = TO_THE_NEST

@@ -1,4 +1,4 @@
-"""What is told of a foraging world: global state for critics, logs, and trajectories."""
+"""What is reported of a foraging world: global state for critics, logs, and trajectories."""
 
 import math
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ WORTH = "round trips", 0.0, math.inf
 class ForagingState(GlobalState):
     """What is true in a block of worlds, flat: each robot, then the areas and the time.
 
-    The first nest and the first prey area are told in every scenario. Where the scenario lists its
+    The first nest and the first prey area are shown in every scenario. Where the scenario lists its
     areas, so are what these two are worth and all other areas, in as many slots as a scenario has
     room for; slots without an area are zero.
 

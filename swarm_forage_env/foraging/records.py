@@ -179,7 +179,7 @@ class Situation(Record):
 
 
 class Said(Record):
-    """What a learner of everything says and is told."""
+    """What a learner of everything says and hears."""
 
     speak: float = field(np.float32, unit="broadcast if > 0", **SPEED)
     """Whether the message is broadcast. Writer: the environment."""

@@ -46,7 +46,7 @@ class HeadUpDisplay:
             self._write(self._blank, text, layout.margin, y, palette.FAINT)
 
     def draw(self, scene: Scene, selected: int | None, aside: str) -> None:
-        """Everything but the arena, anew."""
+        """Draw everything but the arena."""
         layout = self._layout
         self._picture.blit(self._blank, (0, 0))
         self._title(scene, aside)
@@ -60,7 +60,7 @@ class HeadUpDisplay:
             self._write(self._picture, told, layout.margin, self._below(layout.legend_lines))
 
     def _counts(self, scene: Scene) -> list[tuple[str, str]]:
-        """What is told above the arena."""
+        """The counts above the arena."""
         score, share = self._stage.headings
         counts = [(score, f"{scene.total}"), (share, f"{100.0 * scene.share:.0f} %")]
         if scene.localised is not None:

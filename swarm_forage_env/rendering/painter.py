@@ -62,7 +62,7 @@ class Painter:
         self._smooth = pygame.Surface(self._with_walls(layout.arena), depth=32)
 
     def take(self, scene: Scene) -> None:
-        """Take in a scene, drawn or not: trails and messages go back to it."""
+        """Remember a scene, drawn or not: trails and messages go back to it."""
         self._trails.take(scene)
 
     def paint(self, scene: Scene, show: Show, aside: str = "") -> pygame.Surface:

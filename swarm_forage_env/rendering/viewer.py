@@ -11,7 +11,7 @@ RENDER_MODES = ("human", "rgb_array")
 """A live window, or frames as arrays."""
 
 FRAME_WIDTH, WINDOW_WIDTH = 512, 720
-"""Width of a picture where none is asked for [px]."""
+"""Default width of a picture [px]."""
 
 
 def check_render_mode(render_mode: object) -> None:

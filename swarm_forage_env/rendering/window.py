@@ -89,7 +89,7 @@ class Window:
             self._due = 0.0
 
     def take_past(self, scene: Scene) -> None:
-        """Take in a scene that is not shown: trails begin there."""
+        """Remember a scene that is not shown: trails begin there."""
         self._painter.take(scene)
 
     def close(self) -> None:

@@ -77,7 +77,7 @@ def decide_world(
 ) -> None:
     """Steer, claim, and correct the estimates of all robots of a world.
 
-    Accelerations are decided before the merge: both layers go by what one observation shows. Of
+    Accelerations are decided before the merge: both layers use one observation. Of
     robots that differ in their layers those that are decided last bring about the merge of all.
     A robot whose acceleration or weight is not finite is noted. Free names: merge; those of act.
     """
@@ -104,6 +104,6 @@ def are_finite(numbers: Float32[Array, " numbers"]) -> bool:
 
 @kernel
 def apply_acceleration(action: Action, acceleration: Float32[Array, "2"]) -> None:
-    """Put an action in the place of the acceleration."""
+    """Replace the acceleration by an action."""
     if action.motion != KEEP:
         acceleration[0], acceleration[1] = action.acceleration[0], action.acceleration[1]

@@ -1,4 +1,4 @@
-"""What is told of a waypoints world: global state for critics, logs, and trajectories."""
+"""What is reported of a waypoints world: global state for critics, logs, and trajectories."""
 
 import math
 from collections.abc import Mapping
