@@ -9,9 +9,8 @@ from rich.console import Console
 
 from swarm_forage_env.errors import ConfigError
 from training.ladder import cards, commands, figures, page
-from training.ladder.algorithms import Algorithm, read_algorithms
 from training.ladder.figures import TAUS
-from training.ladder.rungs import RANDOM, Card, Rung, Score
+from training.ladder.rungs import RANDOM, Algorithm, Card, Rung, Score, read_algorithms
 from training.ladder.runs import Job, Run
 
 CARD = Card(

@@ -21,8 +21,7 @@ from baselines.evaluation.statistics import Estimate, iqm_interval
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.task import task_of
-from training.ladder.algorithms import Algorithm
-from training.ladder.rungs import Rung
+from training.ladder.rungs import Algorithm, Rung
 
 PACKAGES = ("swarm-forage", "numpy", "numba", "torch", "stable-baselines3", "torchrl", "benchmarl")
 
