@@ -9,6 +9,7 @@ Nothing is loaded through pickle. A policy that does not fit a scenario is refus
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal
@@ -142,9 +143,7 @@ class Policy:
             ("observation", card.observes, observation_features(layer, scenario)),
             ("action", card.gives, action_features(layer)),
         ):
-            for k in range(max(len(trained), len(there))):
-                old = trained[k] if k < len(trained) else None
-                new = there[k] if k < len(there) else None
+            for k, (old, new) in enumerate(zip_longest(trained, there)):
                 if old != new:
                     raise self._refusal(
                         f"does not fit '{scenario.name}': {kind} feature {k} of its {layer} was"
