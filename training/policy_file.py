@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field, ValidationError
@@ -250,7 +250,7 @@ def card_path(file: Path) -> Path:
     return file.with_suffix(".json")
 
 
-def check_weights(weights: Mapping[str, Any], where: str) -> None:
+def check_weights(weights: Mapping[str, Array], where: str) -> None:
     """Raise ConfigError unless all arrays are finite and of single precision."""
     for name, array in weights.items():
         if array.dtype != np.float32:

@@ -57,7 +57,7 @@ def pages() -> dict[str, str]:
     return found
 
 
-def navigation() -> list[Any]:
+def navigation() -> list[object]:
     """Entries of the navigation for all cards."""
     ladder = [{_rung_title(r): f"environments/ladder-{r.name}.md"} for r in read_rungs().values()]
     worlds = [{name: f"environments/{name}.md"} for name in _scenarios()]
@@ -202,7 +202,7 @@ def _results(rung: Rung) -> str:
     return f"[the ladder](../ladder.md{f'#{rung.name}' if is_there else ''})"
 
 
-def _literal(value: Any) -> str:
+def _literal(value: object) -> str:
     """A value as code, text in double quotes."""
     return f'"{value}"' if isinstance(value, str) else repr(value)
 

@@ -13,7 +13,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("swarm_forage_env", "baselines")
@@ -53,7 +52,7 @@ class Entry:
         """The first sentence of the docstring."""
         return first_sentence(self.docstring)
 
-    def order(self) -> tuple[Any, ...]:
+    def order(self) -> tuple[int, bool, list[tuple[int, str]], str]:
         """By paper, equations before sections, numbers as numbers."""
         papers = [*PAPERS, OTHER]
         is_prose = not self.place.startswith("Eq")
