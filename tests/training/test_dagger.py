@@ -24,12 +24,13 @@ from training.exchanges import (
     squared_error,
 )
 from training.learned_weighting import (
+    EXCHANGE_NETWORK,
+    REMEMBERED,
+    REPUTATION_NETWORK,
+    LearnedReputation,
     flatten,
-    network_of,
-    weighting_network_shapes,
 )
 from training.policy_file import load_policy, observation_layout
-from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK, LearnedReputation
 
 OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
@@ -60,7 +61,7 @@ def imitating(experiment):
 
 
 def random_numbers():
-    shapes = weighting_network_shapes({"hidden": HIDDEN})
+    shapes = EXCHANGE_NETWORK.shapes({"hidden": HIDDEN})
     count = sum(math.prod(shape) for shape in shapes.values())
     return np.random.default_rng(0).normal(0.0, 0.5, count).astype(np.float32)
 
@@ -140,7 +141,7 @@ def test_training_ends_with_the_best_policy_as_a_controller(imitating):
     best = max(curve, key=lambda point: point.value)
     assert policy.card.score == best.round_trips
     assert policy.card.layers["weighting"].sizes == {"hidden": HIDDEN}
-    assert network_of(policy).size == 170
+    assert EXCHANGE_NETWORK.numbers_of(policy).size == 170
     controller = find_controller(f"learned-weighting:policy={policy.source}")
     episodes = run_episodes(
         mine.scenarios_by_name["es1"], controller, mine.held_back_seeds, "kinematic"
@@ -154,8 +155,10 @@ def test_a_fit_goes_on_from_a_learned_weighting(imitating, name, policy_file):
     policy = load_policy({"weighting": "weighting", "mine": policy_file}[name])
     mine = imitating(controller=f"learned-weighting:policy={policy.source}")
     actor = DAggerTraining(mine)._actor
-    shapes = weighting_network_shapes(actor.sizes)
-    np.testing.assert_array_equal(flatten(actor.to_numpy(), shapes), network_of(policy))
+    shapes = EXCHANGE_NETWORK.shapes(actor.sizes)
+    np.testing.assert_array_equal(
+        flatten(actor.to_numpy(), shapes), EXCHANGE_NETWORK.numbers_of(policy)
+    )
 
 
 AMONG_LIARS = "reputation_odometry+sgikf+subsumption:weighs_unknown=true,pause=5"

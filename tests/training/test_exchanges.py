@@ -20,9 +20,8 @@ from training.exchanges import (
     RecordingWeighting,
     record_exchanges,
 )
-from training.learned_weighting import EXCHANGE_NETWORK
+from training.learned_weighting import EXCHANGE_NETWORK, REMEMBERED, REPUTATION_NETWORK
 from training.policy_file import observation_layout
-from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK
 
 SCENARIO = find_scenario("es1")
 LAYOUT = observation_layout("weighting", SCENARIO)

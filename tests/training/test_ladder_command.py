@@ -12,9 +12,8 @@ from baselines.evaluation import figure_page
 from swarm_forage_env.errors import ConfigError
 from training.experiment import HELD_BACK_SEEDS
 from training.ladder import benchmark, cards, commands, figures, play, runs
-from training.ladder.algorithms import read_algorithms
 from training.ladder.play import POINTS, Watch, robot_steps_of_a_decision
-from training.ladder.rungs import Score, read_rungs
+from training.ladder.rungs import Score, read_algorithms, read_rungs
 from training.ladder.runs import Run
 
 TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_robots": 4,

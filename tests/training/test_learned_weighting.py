@@ -14,14 +14,12 @@ from swarm_forage_env.scenarios import find_scenario
 from tests.outside import exchanges
 from training.candidate_rollouts import CandidateRollouts
 from training.learned_weighting import (
+    EXCHANGE_NETWORK,
     HIDDEN,
     LearnedWeighting,
-    network_of,
-    network_weighting,
-    weighting_network_shapes,
 )
 
-SHAPES = weighting_network_shapes({"hidden": HIDDEN})
+SHAPES = EXCHANGE_NETWORK.shapes({"hidden": HIDDEN})
 N_NUMBERS = sum(math.prod(shape) for shape in SHAPES.values())
 
 
@@ -46,7 +44,7 @@ def encounters(rows, seed=0):
 
 
 def weigh(network, seen):
-    return RowWeighting(network_weighting(network))(seen)
+    return RowWeighting(EXCHANGE_NETWORK.layer(network))(seen)
 
 
 def test_zero_weights_are_sgiff():
@@ -106,7 +104,7 @@ def test_the_rule_weighs_as_the_network_in_its_file(policy_file):
     rule, seen = LearnedWeighting(policy=str(policy_file)), encounters(50)
     layer = rule.layer(find_scenario("es1"))
     assert layer.heard_p_share == 1.0
-    expected = weigh(network_of(load_policy(policy_file)), seen)
+    expected = weigh(EXCHANGE_NETWORK.numbers_of(load_policy(policy_file)), seen)
     np.testing.assert_array_equal(RowWeighting(layer)(seen), expected)
     assert expected.any()
 

@@ -17,9 +17,8 @@ from baselines.evaluation.runner import Plan
 from baselines.evaluation.statistics import mean_interval
 from baselines.evaluation.tables import scores
 from swarm_forage_env.task import task_of
-from training.ladder.algorithms import Algorithm
 from training.ladder.play import play, random_actions, seeds_of_tests
-from training.ladder.rungs import RANDOM, Rung, Score, write_scores
+from training.ladder.rungs import RANDOM, Algorithm, Rung, Score, write_scores
 
 
 def score_references(rung: Rung, out: Path, backend: Backend) -> dict[str, Score]:
