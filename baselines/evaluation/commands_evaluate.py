@@ -78,7 +78,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
     blocks that it was amid, one for each worker.
     """
     from baselines.evaluation.evaluate_options import EvaluateOptions
-    from baselines.evaluation.progress import check_kept, run_with_progress
+    from baselines.evaluation.runner import check_kept, run_with_progress
 
     request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
     spread = find_backend(backend, workers, threads, address)

@@ -7,13 +7,12 @@ from itertools import combinations
 from pathlib import Path
 
 from baselines.evaluation.console import of_option, say
-from baselines.evaluation.dataset import folder_name
+from baselines.evaluation.dataset import folder_name, open_dataset
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
     find_layered_controller,
     parse_settings,
 )
-from baselines.evaluation.object_store import open_dataset
 from baselines.evaluation.runner import Plan
 from baselines.evaluation.trajectories import Trajectories, kind_of
 from swarm_forage_env.errors import ConfigError

@@ -41,13 +41,10 @@ class Course(Record):
 
     hold: float = field(np.float64, unit="ticks")
     """Ticks to hold a course after avoiding."""
-
     turn: float = field(np.float64, unit="rad")
     """Angle still to turn to it."""
-
     run: float = field(np.float64, unit="m")
     """Path left of the straight run."""
-
     stream: UInt64[Array, "1"] = field(np.uint64, 1)
     """Random stream of the walk."""
 

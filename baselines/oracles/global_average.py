@@ -17,15 +17,15 @@ Not in the paper, and chosen here:
 - a robot on an area is averaged like any other.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from pydantic import Field
 
 from baselines.estimators.belief import Belief, SocialMind
-from baselines.estimators.layer_inputs import describe
 from baselines.estimators.message_exchange import heard_location
-from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
+from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters, describe
 from baselines.estimators.social_odometry import take_in as take_in_odometry
-from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import RADIO, Readings
@@ -46,7 +46,6 @@ class GroupBelief(Belief):
 
     ticks: int = field(np.int64, unit="ticks")
     """Ticks since reset, in which the group last averaged at a multiple of the period."""
-
     streams: UInt64[Array, "1"] = field(np.uint64, 1)
     """The radio's random stream of the robot, which the radio does not use: nobody broadcasts."""
 
@@ -186,6 +185,8 @@ class GlobalAverage(SocialOdometryParameters):
     Its numbers are those of social odometry.
     """
 
+    mind = GroupMind
+
     through_radio: bool = Field(
         True,
         description="Beams have the noise of one frame, and all average once in the time of an"
@@ -197,10 +198,7 @@ class GlobalAverage(SocialOdometryParameters):
         """The records and functions of the estimator, with its numbers in a scenario."""
         kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in, "average": average}
         del kernels["falsify"], kernels["repeat"]  # no message that a fault could change
-        own = SGIKF().layer(scenario)
-        return EstimatorLayer(
-            GroupMind, self.numbers(scenario), kernels, observe_group, own_weighting=own
-        )
+        return replace(super().layer(scenario), kernels=kernels, observe=observe_group)
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:
         """The parameters as kernels read them, and the noise of one frame."""

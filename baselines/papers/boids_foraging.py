@@ -29,7 +29,7 @@ REPLICATIONS = 30
 """As in the TR."""
 
 LEFT_OPEN = {
-    "The filters among e-pucks": "baselines.estimators.foraging_variants",
+    "The filters among e-pucks": "baselines.estimators.localisation:Localisation",
     "Steering": "baselines.motion.boids_foraging",
     "The experiment": "baselines.papers.boids_foraging",
 }

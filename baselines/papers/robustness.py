@@ -83,7 +83,6 @@ LEFT_OPEN = {
     "The defence: a second witness": "baselines.estimators.sceptical_odometry",
     "The defence: a validation gate": "baselines.weighting.validation_gate",
     "The learned defence": "baselines.estimators.reputation_odometry",
-    "The learned defence: reputations": "baselines.estimators.reputation",
     "The experiment": "baselines.papers.robustness",
 }
 """Whose docstring says what is chosen, by heading."""

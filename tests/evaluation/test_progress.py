@@ -2,7 +2,7 @@
 
 import pytest
 
-from baselines.evaluation import progress, runner
+from baselines.evaluation import runner
 from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.runner import Plan

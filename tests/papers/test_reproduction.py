@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import pytest
 from PIL import Image
 
-from baselines.evaluation import progress
 from baselines.papers import commands_reproduce, report, reproduction
 from baselines.papers.claim_types import ClaimResult, Number, Order
 from baselines.papers.experiments import Experiment

@@ -5,9 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from baselines.evaluation.runner import MAX_ROWS
-from baselines.papers import time_estimate
 from baselines.papers.experiments import Experiment
-from baselines.papers.time_estimate import (
+from baselines.papers.reproduction import (
     expected_seconds,
     format_duration,
     run_for,

@@ -2,18 +2,28 @@
 
 import json
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from baselines.evaluation.dataset_reader import EpisodeGroup
-from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions, sample
-from baselines.evaluation.line_plots import Means, mean_panels
+from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions, by_setup, sample
+from baselines.evaluation.line_plots import (
+    BANDS,
+    Curve,
+    Means,
+    curve_panels,
+    mean_panels,
+    path_over_time,
+    recruited_over_time,
+)
 from baselines.evaluation.listing import units
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.parameters import resolve
 
 LOGGER = logging.getLogger("swarm-forage")
@@ -150,3 +160,35 @@ def _axis(x: str, group: EpisodeGroup) -> str:
         unit = ""
     name = x.rpartition(".")[2].replace("n_robots", "robots").replace("_", " ")
     return f"{name} [{unit}]" if unit else name
+
+
+@dataclass(frozen=True)
+class ShareOverTime:
+    """The figures `on-path` and `recruitment`: a share of the robots over time."""
+
+    words: str
+    axis: str
+    curve: Callable[[Sequence[ForagingEpisode]], Curve]
+    options = SELECTION
+
+    def draw(self, options: PlotOptions) -> Figure:
+        """Draw a curve with its band for each controller, a panel for each setup."""
+        panels = {
+            setup: {each.label(): self.curve(each.episodes) for each in groups}
+            for setup, groups in by_setup(options.foraging_groups).items()
+        }
+        caption = options.caption(f"{self.words} {BANDS}", options.groups)
+        figure = curve_panels(panels, ("time [s]", self.axis), caption)
+        for axes in figure.axes:
+            axes.set_ylim(0.0, 102.0)
+        return figure
+
+
+FIGURES.register("on-path")(
+    ShareOverTime("Robots that know both areas.", "robots on the path [%]", path_over_time)
+)
+FIGURES.register("recruitment")(
+    ShareOverTime(
+        "Robots that have visited both areas.", "robots recruited [%]", recruited_over_time
+    )
+)
