@@ -21,16 +21,19 @@ Layers = tuple[EstimatorLayer, WeightingLayer, MotionLayer]
 
 LAYERS = ("estimator", "weighting", "motion")
 
-RobotLayers = Sequence[Sequence[Any]]
-"""The layers of every robot of every world, None for a robot of another estimator. Robots of one
-controller have the same object."""
+Row = Sequence[Any]
+"""The controllers, or their layers, of the robots of a world; None for a robot of another team.
+Robots of one controller have the same object."""
+
+Composition = list[tuple[list[object], object]]
+"""What each layer of a controller consists of, but for its numbers; or its rule in NumPy."""
 
 Members = Bool[Array, " robots"]
 """Which robots of a world are meant."""
 
 
 def settings_of(
-    robot_layers: RobotLayers, parts: Sequence[str], members: Members, is_last: bool = False
+    robot_layers: Sequence[Row], parts: Sequence[str], members: Members, is_last: bool = False
 ) -> Array:
     """A record for each robot of each world: is it a member, and the numbers of these layers.
 
@@ -53,7 +56,7 @@ def settings_of(
     return settings
 
 
-def _write(out: Array, row: Sequence[Any], parts: Sequence[str], members: Members) -> None:
+def _write(out: Array, row: Row, parts: Sequence[str], members: Members) -> None:
     """Write the numbers of every robot of worlds with the same layers."""
     for layers in {id(each): each for each in row if each is not None}.values():
         whose = np.array([each is layers for each in row])
@@ -69,12 +72,12 @@ def _numbers_of(layers: Layers, parts: Sequence[str]) -> Iterator[tuple[str, Ker
     return ((part, numbers) for part, numbers in zip(LAYERS, every, strict=True) if part in parts)
 
 
-def layers_by_robot(controllers: Sequence[Sequence[Any]], scenarios: Sequence[Any]) -> RobotLayers:
+def layers_by_robot(controllers: Sequence[Row], scenarios: Sequence[Any]) -> Sequence[Row]:
     """The layers of every robot, made once for each controller in each scenario.
 
     Worlds of the same controllers and scenario share one row.
     """
-    made: dict[tuple[int, ...], Sequence[Any]] = {}
+    made: dict[tuple[int, ...], Row] = {}
     robot_layers = []
     for row, scenario in zip(controllers, scenarios, strict=True):
         key = id(scenario), *map(id, row)
@@ -86,13 +89,13 @@ def layers_by_robot(controllers: Sequence[Sequence[Any]], scenarios: Sequence[An
     return robot_layers
 
 
-def groups_of(controllers: Sequence[Any], layers: Sequence[Any]) -> list[Members]:
+def groups_of(controllers: Row, layers: Row) -> list[Members]:
     """Which robots of a world have layers of the same functions."""
-    compositions: dict[int, list[Any]] = {}
+    compositions: dict[int, Composition] = {}
     for controller, own in zip(controllers, layers, strict=True):
         if own is not None and id(own) not in compositions:
             compositions[id(own)] = composition_of(controller, own)
-    different: list[list[Any]] = []
+    different: list[Composition] = []
     for each in compositions.values():
         if each not in different:
             different.append(each)
@@ -102,7 +105,7 @@ def groups_of(controllers: Sequence[Any], layers: Sequence[Any]) -> list[Members
     ]
 
 
-def check_alike(controllers: Sequence[Sequence[Any]], robot_layers: RobotLayers) -> None:
+def check_alike(controllers: Sequence[Row], robot_layers: Sequence[Row]) -> None:
     """ConfigError if the controllers of a robot differ from world to world but in numbers."""
     checked = set()
     different = {
@@ -139,7 +142,7 @@ def check_on_gpu(name: str, estimator: EstimatorLayer, has_rules: bool, n_groups
             )
 
 
-def composition_of(controller: Any, layers: Layers) -> list[tuple[list[object], object]]:  # noqa: ANN401
+def composition_of(controller: Any, layers: Layers) -> Composition:  # noqa: ANN401 layered
     """What each layer of a controller consists of, but for its numbers; or its rule in NumPy."""
     found, own = [], cast("tuple[Layer, ...]", layers)
     for name, layer in zip(LAYERS, own, strict=True):

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from baselines.composition import functions_of
+from baselines.composition import Row, functions_of
 from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
 from baselines.running import RunningLayers
@@ -55,16 +55,18 @@ class LayeredController:
         """Whether its robots tell each other anything to weigh."""
         return bool(getattr(self.estimator, "speaks", True))
 
-    def with_parameters(self, values: Mapping[str, Any]) -> "LayeredController":
+    def with_parameters(self, values: Mapping[str, object]) -> "LayeredController":
         """The same controller with some parameters changed, named as `beta` or `weighting.beta`.
 
         A layer's own name chooses another registered part: `estimator=dead_reckoning`. It keeps
         the parameters that both parts have. UnknownNameError for a name that stands for nothing,
         ConfigError for a value that does not fit; so too for a file that a changed layer needs.
         """
-        chosen = {layer: name for layer, name in values.items() if layer in REGISTRIES}
+        chosen: dict[str, Any] = {
+            layer: name for layer, name in values.items() if layer in REGISTRIES
+        }
         changed = self._with_layers(chosen)
-        changes: dict[str, dict[str, Any]] = {}
+        changes: dict[str, dict[str, object]] = {}
         for name, value in values.items():
             if name not in chosen:
                 path = resolve(name, changed.parameters, f"parameter of {self.name}")
@@ -87,7 +89,9 @@ class LayeredController:
             parts[layer] = validated(part, kept)
         return replace(self, **parts)
 
-    def build(self, world: World, seeds: Sequence[int], each: Sequence[Any]) -> RunningLayers:
+    def build(
+        self, world: World, seeds: Sequence[int], each: Sequence["LayeredController"]
+    ) -> RunningLayers:
         """The running controller of a block of worlds, with the numbers of `each` of them.
 
         ConfigError if a layer is not made for such a world.
@@ -104,9 +108,7 @@ class LayeredController:
         numbers = layer.numbers if task_of(scenario).is_joint else None
         return functions_of(layer), numbers
 
-    def build_team(
-        self, world: World, seeds: Sequence[int], each: Sequence[Sequence[Any]]
-    ) -> RunningLayers:
+    def build_team(self, world: World, seeds: Sequence[int], each: Sequence[Row]) -> RunningLayers:
         """The running controller of some robots, worlds by robots; None for one of another's."""
         return RunningLayers(world, seeds, each)
 

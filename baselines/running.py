@@ -16,7 +16,7 @@ import numpy as np
 from baselines.composition import (
     LAYERS,
     Members,
-    RobotLayers,
+    Row,
     check_alike,
     check_on_gpu,
     groups_of,
@@ -92,9 +92,7 @@ class RunningLayers:
 
     minds: Array
 
-    def __init__(
-        self, world: World, seeds: Sequence[int], controllers: Sequence[Sequence[Any]]
-    ) -> None:
+    def __init__(self, world: World, seeds: Sequence[int], controllers: Sequence[Row]) -> None:
         """Compile the layers. `controllers[world][robot]` is None for robots of other teams.
 
         A robot's controller differs from world to world in its numbers only.
@@ -230,7 +228,7 @@ class RunningLayers:
     def _all_settings(self) -> list[Array]:
         return [self._settings, *(group.settings for group in self._groups)]
 
-    def _allocate(self, row: Sequence[Any]) -> None:
+    def _allocate(self, row: Row) -> None:
         """Make the records of every robot, with room for the largest memory of a motion."""
         n_worlds, n_robots = self._world.n_worlds, self._world.n_robots
         memories = [layers[2].memory.dtype(robots=n_robots) for layers in row if layers]
@@ -243,7 +241,7 @@ class RunningLayers:
         self.shared: Array = np.zeros((n_worlds, n_robots, *pairs))
         self._estimators = self.minds["estimator"]
 
-    def _minds_with(self, memory: np.dtype[Any]) -> Array:
+    def _minds_with(self, memory: np.dtype[np.void]) -> Array:
         """The minds, in which a smaller memory of the motion lies in the place of the largest."""
         whole = self.minds.dtype
         if whole["motion"] == memory:
@@ -263,8 +261,8 @@ class RunningLayers:
 
     def _group(
         self,
-        controllers: Sequence[Any],
-        robot_layers: RobotLayers,
+        controllers: Row,
+        robot_layers: Sequence[Row],
         members: Members,
         is_last: bool,
         seeds: Sequence[int],

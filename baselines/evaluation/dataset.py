@@ -19,12 +19,15 @@ from zlib import crc32
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from baselines.evaluation.episode import kind_of_episode
+from baselines.evaluation.episode import AnyEpisode, kind_of_episode
 from baselines.evaluation.experiment_config import ExperimentConfig
 from swarm_forage_env.atomic_write import sweep, temporary_of, write_atomically
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.task import task_of
+
+Row = dict[str, Any]
+"""An episode as a dataset file holds it: its columns by name."""
 
 LOGGER = logging.getLogger("swarm-forage")
 
@@ -163,7 +166,7 @@ class Dataset:
         folder /= folder_name(configuration.controller.name, "controller=")
         return folder / f"{configuration.key}-seed{seed:08d}{self.ending}"
 
-    def find(self, configuration: ExperimentConfig, seed: int) -> Any | None:  # noqa: ANN401 of its task
+    def find(self, configuration: ExperimentConfig, seed: int) -> AnyEpisode | None:
         """Read a kept episode; None if there is none, or a damaged one, which is set aside.
 
         Its controller is called as it was asked for; by its short name in files that keep no other.
@@ -180,7 +183,7 @@ class Dataset:
         names = configuration.scenario.name, asked or configuration.short_label
         return episode_of(row, task_of(configuration.scenario).episode, *names)
 
-    def keep(self, configuration: ExperimentConfig, episodes: Iterable[Any]) -> None:
+    def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
         """Write each episode atomically to its file, with the name it was asked for by."""
         for episode in episodes:
             columns = schema(kind_of_episode(episode)).with_metadata(_asked(configuration.label))
@@ -206,17 +209,18 @@ class Dataset:
         return [file for file in files if not file.is_file()]
 
 
-def _columns(episode: Any, configuration: ExperimentConfig) -> dict[str, Any]:  # noqa: ANN401 of any task
+def _columns(episode: AnyEpisode, configuration: ExperimentConfig) -> Row:
     columns = {name: value for name, value in asdict(episode).items() if name not in IN_FOLDERS}
     columns |= {name: getattr(configuration, name) for name in IDENTITY}
     return columns | {"configuration": configuration.key}
 
 
-def episode_of(row: dict[str, Any], kind: EpisodeKind, scenario: str, controller: str) -> Any:  # noqa: ANN401 of its task
+def episode_of(row: Row, kind: EpisodeKind, scenario: str, controller: str) -> AnyEpisode:
     """Make the episode that a row of a dataset file holds."""
     numbers = {name: row[name] for name in kind.episode.__dataclass_fields__ if name in row}
     numbers |= {name: tuple(row[name]) for name in kind.series if name in row}
-    return kind.episode(scenario=scenario, controller=controller, **numbers)
+    episode: AnyEpisode = kind.episode(scenario=scenario, controller=controller, **numbers)
+    return episode
 
 
 def asked_name(table: pa.Table) -> str | None:
@@ -249,14 +253,14 @@ def read_table(content: bytes) -> pa.Table:
     return table
 
 
-def _row(table: pa.Table, configuration: ExperimentConfig, seed: int) -> dict[str, Any]:
+def _row(table: pa.Table, configuration: ExperimentConfig, seed: int) -> Row:
     """The one row in a file's table; DamagedFileError if it is another episode's."""
     if (
         not table.schema.equals(schema(task_of(configuration.scenario).episode))
         or table.num_rows != 1
     ):
         raise DamagedFileError("not one row with the columns of an episode")
-    row: dict[str, Any] = table.to_pylist()[0]
+    row: Row = table.to_pylist()[0]
     if (row["configuration"], row["seed"]) != (configuration.key, seed):
         raise DamagedFileError("the episode of another configuration or seed")
     return row
@@ -326,6 +330,6 @@ class RemoteDataset(Dataset):
     def missing(self, files: Sequence[Path]) -> list[Path]:
         """Those of some objects that are not there."""
         self._store.invalidate_cache()
-        there: dict[str, Any] = self._store.find(str(self.folder), detail=True)
+        there: Row = self._store.find(str(self.folder), detail=True)
         names = {name.strip("/") for name in there}
         return [file for file in files if str(file).strip("/") not in names]

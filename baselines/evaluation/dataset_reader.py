@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -14,6 +14,7 @@ import pyarrow as pa
 from baselines.evaluation.dataset import (
     IN_FOLDERS,
     DamagedFileError,
+    Row,
     asked_name,
     episode_of,
     read_table,
@@ -21,6 +22,7 @@ from baselines.evaluation.dataset import (
     unread,
     with_all_columns,
 )
+from baselines.evaluation.episode import AnyEpisode
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
     changed_parameters,
@@ -65,9 +67,9 @@ class EpisodeGroup:
         return self.task.episode
 
     @cached_property
-    def numbers(self) -> dict[str, Any]:
+    def numbers(self) -> Row:
         """Every setting of scenario and controller by dotted name: `task.n_robots`, `estimator`."""
-        tree: dict[str, dict[str, Any]] = json.loads(self.settings)
+        tree: dict[str, Row] = json.loads(self.settings)
         return leaves(tree["scenario"]) | tree["controller"]
 
     def label(self, without: str | None = None) -> str:
@@ -81,7 +83,7 @@ class EpisodeGroup:
         return ", ".join((self.scenario, *changed_settings(self.overrides, without), self.physics))
 
     @classmethod
-    def of(cls, configuration: ExperimentConfig, episodes: Sequence[Any]) -> "EpisodeGroup":
+    def of(cls, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> "EpisodeGroup":
         """The group of episodes that have just been evaluated."""
         texts = {name: getattr(configuration, name) for name in ("physics", "code", "key", *TEXTS)}
         names = configuration.scenario.name, configuration.controller.name
@@ -119,7 +121,7 @@ def read_groups(
     ConfigError for what is no dataset, one of another version, or one that holds a
     configuration from several versions of the code.
     """
-    found: dict[str, dict[int, Any]] = {}
+    found: dict[str, dict[int, AnyEpisode]] = {}
     asked: dict[str, set[str]] = {}
     texts: dict[str, dict[str, str]] = {}
     names = {each.partition(":")[0] for each in controllers}
@@ -187,7 +189,7 @@ def _in_folder(file: Path, field: str) -> str:
     )
 
 
-def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind, str | None]:
+def _read(file: Path) -> tuple[Row, EpisodeKind, str | None]:
     """The row of an episode, its kind, and the name that its controller was asked for by, if kept.
 
     ConfigError if the file is something else.
@@ -200,7 +202,7 @@ def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind, str | None]:
     for kind in _kinds():
         whole = with_all_columns(table, kind)
         if whole.schema.equals(schema(kind)) and whole.num_rows == 1:
-            row: dict[str, Any] = whole.to_pylist()[0]
+            row: Row = whole.to_pylist()[0]
             _check_texts(row, file)
             return row, kind, name
     raise ConfigError(
@@ -209,7 +211,7 @@ def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind, str | None]:
     )
 
 
-def _check_texts(row: Mapping[str, Any], file: Path) -> None:
+def _check_texts(row: Row, file: Path) -> None:
     """ConfigError unless the settings of an episode are what `evaluate` writes."""
     for name in TEXTS:
         try:
@@ -283,8 +285,8 @@ def _check_code(groups: Iterable[EpisodeGroup]) -> None:
             )
 
 
-def _order(group: EpisodeGroup) -> tuple[Any, ...]:
+def _order(group: EpisodeGroup) -> tuple[object, ...]:
     """Sort key: scenario, then no communication first as in the papers, then name and numbers."""
-    parameters: Mapping[str, Any] = json.loads(group.settings)["controller"]
+    parameters: Row = json.loads(group.settings)["controller"]
     numbers = [float(each) for each in parameters.values() if isinstance(each, int | float)]
     return group.setup(), group.controller != "nc", group.controller, numbers, group.label()

@@ -4,10 +4,15 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from swarm_forage_env.episode import EpisodeKind
+from swarm_forage_env.episode import Episode, EpisodeKind
+from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import task_of_episode
+from swarm_forage_env.waypoints.episode import WaypointEpisode
+
+AnyEpisode = Episode | ForagingEpisode | WaypointEpisode
+"""An episode of any task."""
 
 
 def run_episodes(

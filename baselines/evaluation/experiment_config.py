@@ -63,7 +63,6 @@ class ExperimentConfig:
     label: str
     """The controller as it was asked for."""
     scenario: Any
-    """Of any task."""
     controller: LayeredController
     physics: str = "rigid"
 
@@ -126,7 +125,7 @@ class ExperimentConfig:
         return text.hexdigest()[:16]
 
     @property
-    def _layers(self) -> list[Any]:
+    def _layers(self) -> list[Part]:
         return list(self.controller.layers.values())
 
 
@@ -195,7 +194,7 @@ def parse_settings(texts: Iterable[str]) -> dict[str, str]:
     return values
 
 
-def _changes(base: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
+def _changes(base: Mapping[str, object], now: Mapping[str, object]) -> dict[str, object]:
     """The settings that differ, by dotted name, without the configuration's own name."""
     missing = object()
     return {
@@ -209,7 +208,7 @@ def _number(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _json(tree: Mapping[str, Any]) -> str:
+def _json(tree: Mapping[str, object]) -> str:
     return json.dumps(tree, sort_keys=True)
 
 

@@ -8,9 +8,10 @@ from contextvars import ContextVar
 from dataclasses import asdict, dataclass, replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from matplotlib import rc_context
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -182,7 +183,7 @@ def _name_at_the_margins(panels: Sequence[Axes]) -> None:
 
 def draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -> None:
     """Draw one legend above the panels, with every series once."""
-    handles: dict[str, Any] = {}
+    handles: dict[str, Artist] = {}
     for axes in panels:
         of_panel, names = axes.get_legend_handles_labels()
         handles |= dict(zip(names, of_panel, strict=True))

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from baselines.evaluation.recorders import Recorder
+from baselines.evaluation.watch import Recorder
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show

@@ -20,7 +20,7 @@ import numpy as np
 from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.episode import run_episodes
+from baselines.evaluation.episode import AnyEpisode, run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.trajectories import Trajectories, TrajectoryRecorder
 from swarm_forage_env.compiler import compiling_told
@@ -52,7 +52,7 @@ class EpisodeBlock:
 Stores = tuple[Dataset, Trajectories | None]
 """Where episodes are kept, and their trajectories, if they are."""
 
-Ended = tuple[str, list[Any], Mapping[int, bytes]]
+Ended = tuple[str, list[AnyEpisode], Mapping[int, bytes]]
 """A block that was run: the key of its configuration, its episodes, and the files of their
 trajectories, by seed, that are still to be kept."""
 
@@ -72,8 +72,8 @@ class Plan:
         self.seeds = list(seeds)
         self.dataset = dataset
         self.trajectories = trajectories
-        self.episodes: dict[tuple[str, int], Any] = {}
-        self.renamed: dict[str, list[Any]] = {}
+        self.episodes: dict[tuple[str, int], AnyEpisode] = {}
+        self.renamed: dict[str, list[AnyEpisode]] = {}
         """Episodes found that were asked for by another name than now, by configuration."""
         self.todo: dict[str, list[int]] = {}
         self._named = {each.key: each for each in configurations}
@@ -127,14 +127,14 @@ class Plan:
                 yield len(episodes)
 
     def keep(
-        self, key: str, episodes: Sequence[Any], contents: Mapping[int, bytes] | None = None
+        self, key: str, episodes: Sequence[AnyEpisode], contents: Mapping[int, bytes] | None = None
     ) -> None:
         """Keep the episodes of a block, many at a time: most of it is waiting for the disk.
 
         `contents` are the files of their trajectories, by seed.
         """
 
-        def keep_one(episode: Any) -> None:  # noqa: ANN401 of its task
+        def keep_one(episode: AnyEpisode) -> None:
             own = {seed: file for seed, file in (contents or {}).items() if seed == episode.seed}
             _keep(self._stores, self._named[key], [episode], own)
 
@@ -234,7 +234,7 @@ def _run_and_keep(block: EpisodeBlock, threads: int, stores: Stores) -> Ended:
 def _keep(
     stores: Stores,
     configuration: ExperimentConfig,
-    episodes: Sequence[Any],
+    episodes: Sequence[AnyEpisode],
     contents: Mapping[int, bytes],
 ) -> None:
     """Keep trajectories first: an episode that is there has its own."""

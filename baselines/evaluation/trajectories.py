@@ -9,7 +9,6 @@ Files are written atomically, with a checksum for every page.
 import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -159,7 +158,7 @@ class TrajectoryRecorder:
         """The rows of one world: ticks in order, robots in order within each."""
         n_ticks, n_robots = next(iter(taken.values())).shape
         n_rows = n_ticks * n_robots
-        found: dict[str, Any] = {name: each.reshape(-1) for name, each in taken.items()}
+        found: dict[str, Array] = {name: each.reshape(-1) for name, each in taken.items()}
         found["episode"] = np.full(n_rows, self._seeds[world], np.uint64)
         found["t"] = np.repeat(times, n_robots)
         found["robot"] = np.tile(np.arange(n_robots), n_ticks)

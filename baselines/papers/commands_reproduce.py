@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 from typer import Argument, Option
 
-from baselines.evaluation.commands_plot import PageStyleName
+from baselines.evaluation.commands import PageStyleName
 from baselines.evaluation.common_options import (
     AddressOption,
     BackendOption,

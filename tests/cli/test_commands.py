@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation import runner
-from baselines.evaluation.commands_plot import FIGURE_NAMES
+from baselines.evaluation.commands import FIGURE_NAMES
 from baselines.papers.commands_reproduce import PAPER_NAMES
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS

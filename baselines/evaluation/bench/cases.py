@@ -24,6 +24,12 @@ HELD = 20
 Tick = Callable[[], object]
 """A call that is timed: a tick of a block, or several."""
 
+Tell = Callable[[str], None]
+"""Receives the name of each measurement before it starts."""
+
+Measured = dict[str, Any]
+"""What was measured, as JSON holds it."""
+
 
 @dataclass(frozen=True)
 class Case:

@@ -2,13 +2,12 @@
 
 import statistics
 import time
-from typing import Any
 
 import numpy as np
 import pymunk
 from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
 
-from baselines.evaluation.bench.cases import Case, Tick, uniform_poses
+from baselines.evaluation.bench.cases import Case, Measured, Tick, uniform_poses
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.foraging.scenario import Scenario
@@ -95,7 +94,7 @@ def seconds_per_tick(tick: Tick, quick: bool) -> float:
     return statistics.median(_timed(tick, count) for _ in range(repeats))
 
 
-def case_speeds(case: Case, quick: bool) -> dict[str, Any]:
+def case_speeds(case: Case, quick: bool) -> Measured:
     """Robot-steps per second of a block under both engines, and of bare pymunk."""
     rigid = seconds_per_tick(case.tick("rigid", quick), quick)
     kinematic = seconds_per_tick(case.tick("kinematic", quick), quick)

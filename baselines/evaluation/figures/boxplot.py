@@ -8,27 +8,20 @@ from baselines.evaluation.box_plots import BOXES, box_panels
 from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.figure_page import Caption
 from baselines.evaluation.figures.base import (
-    FIGURES,
     SELECTION,
     PlotOptions,
     by_setup,
     codes,
     counted,
+    figure,
     sample,
 )
 
 
-class Boxplot:
-    """The figure `boxplot`: the score, or another metric, of controllers."""
-
-    options = SELECTION | {"metric"}
-
-    def draw(self, options: PlotOptions) -> Figure:
-        """Draw a box for each controller, a panel for each setup."""
-        return boxplot(options.groups, options.shown_metric, options.command)
-
-
-FIGURES.register("boxplot")(Boxplot())
+@figure("boxplot", *SELECTION, "metric")
+def draw(options: PlotOptions) -> Figure:
+    """Draw the score, or another metric: a box for each controller, a panel for each setup."""
+    return boxplot(options.groups, options.shown_metric, options.command)
 
 
 def boxplot(groups: Sequence[EpisodeGroup], metric: str, command: str) -> Figure:
