@@ -35,12 +35,10 @@ Members = Bool[Array, " robots"]
 def settings_of(
     robot_layers: Sequence[Row], parts: Sequence[str], members: Members, is_last: bool = False
 ) -> Array:
-    """A record for each robot of each world: is it a member, and the numbers of these layers.
+    """A record for each robot of each world: is it a member, and the parameters of these layers.
 
-    Of a robot that is none only the estimator's numbers are written. `is_last` tells that no
-    other robots of the same estimator are decided after these.
-
-    Robots that all have the same numbers share one column.
+    For non-members only the estimator's parameters are written. `is_last`: no other robots of the
+    same estimator are decided after these. Robots with equal parameters share one column.
     """
     n_worlds, n_robots = len(robot_layers), len(members)
     some = robot_layers[0][int(np.argmax(members))]
@@ -73,10 +71,7 @@ def _numbers_of(layers: Layers, parts: Sequence[str]) -> Iterator[tuple[str, Ker
 
 
 def layers_by_robot(controllers: Sequence[Row], scenarios: Sequence[Any]) -> Sequence[Row]:
-    """The layers of every robot, made once for each controller in each scenario.
-
-    Worlds of the same controllers and scenario share one row.
-    """
+    """The layers of every robot; worlds of the same controllers and scenario share one row."""
     made: dict[tuple[int, ...], Row] = {}
     robot_layers = []
     for row, scenario in zip(controllers, scenarios, strict=True):

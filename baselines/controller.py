@@ -58,9 +58,9 @@ class LayeredController:
     def with_parameters(self, values: Mapping[str, object]) -> "LayeredController":
         """The same controller with some parameters changed, named as `beta` or `weighting.beta`.
 
-        A layer's own name chooses another registered part: `estimator=dead_reckoning`. It keeps
-        the parameters that both parts have. UnknownNameError for a name that stands for nothing,
-        ConfigError for a value that does not fit; so too for a file that a changed layer needs.
+        A layer's name chooses another registered part, which keeps the parameters that both have:
+        `estimator=dead_reckoning`. UnknownNameError for an unknown name, ConfigError for a value
+        that does not fit or a missing file.
         """
         chosen: dict[str, Any] = {
             layer: name for layer, name in values.items() if layer in REGISTRIES
@@ -81,7 +81,7 @@ class LayeredController:
         return replace(changed, **parts)
 
     def _with_layers(self, names: Mapping[str, str]) -> "LayeredController":
-        """The same controller with registered parts in the place of some layers."""
+        """The same controller with other registered parts for some layers."""
         parts: dict[str, Any] = {}
         for layer, name in names.items():
             part, old = REGISTRIES[layer][name], self.layers[layer].model_dump()
@@ -92,18 +92,16 @@ class LayeredController:
     def build(
         self, world: World, seeds: Sequence[int], each: Sequence["LayeredController"]
     ) -> RunningLayers:
-        """The running controller of a block of worlds, with the numbers of `each` of them.
+        """The running controller of a block of worlds, `each` with a controller of its own numbers.
 
-        ConfigError if a layer is not made for such a world.
+        ConfigError if a layer does not support such a world.
         """
         self.check_supports(world.scenario)
         return RunningLayers(world, seeds, [[own] * world.n_robots for own in each])
 
     def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
-        """What its robots understand: those of equal languages have estimators of one kind.
-
-        Where estimates are corrected jointly, of the same numbers too.
-        """
+        """What its robots understand: estimators of one kind; of one kind and equal numbers where
+        estimates are corrected jointly."""
         layer = self.estimator.layer(scenario)
         numbers = layer.numbers if task_of(scenario).is_joint else None
         return functions_of(layer), numbers

@@ -242,7 +242,7 @@ class RunningLayers:
         self._estimators = self.minds["estimator"]
 
     def _minds_with(self, memory: np.dtype[np.void]) -> Array:
-        """The minds, in which a smaller memory of the motion lies in the place of the largest."""
+        """The minds, viewed with a smaller memory of the motion than the largest."""
         whole = self.minds.dtype
         if whole["motion"] == memory:
             return self.minds

@@ -290,10 +290,7 @@ def repeat_ellipse(mind: EllipseMind) -> None:
 
 @ESTIMATORS.register("covariance")
 class CovarianceParameters(CovarianceFilterParameters):
-    """Social odometry whose robots exchange error ellipses.
-
-    Its numbers are those of social odometry; the covariance follows from the scenario.
-    """
+    """Social odometry whose robots exchange error ellipses."""
 
     mind = EllipseMind
     kernels: ClassVar[Mapping[str, Kernel]] = {

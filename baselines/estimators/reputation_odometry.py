@@ -241,10 +241,7 @@ def merge(mind: ReputationMind, shared: Array, heard_p_share: float, numbers: Nu
 
 @ESTIMATORS.register("reputation_odometry")
 class ReputationOdometryParameters(ScepticalOdometryParameters):
-    """Sceptical odometry whose robots remember who told what, and how it turned out.
-
-    Its numbers are those of sceptical odometry, and how reputations are made.
-    """
+    """Sceptical odometry whose robots remember who told what, and how it turned out."""
 
     mind = ReputationMind
     kernels: ClassVar[Mapping[str, Kernel]] = {

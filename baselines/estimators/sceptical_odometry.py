@@ -89,10 +89,7 @@ def merge(mind: ScepticalMind, shared: Array, heard_p_share: float, numbers: Num
 
 @ESTIMATORS.register("sceptical_odometry")
 class ScepticalOdometryParameters(SocialOdometryParameters):
-    """Social odometry that takes over an unknown area only if a second witness confirms it.
-
-    Its numbers are those of social odometry, and how well two witnesses must agree.
-    """
+    """Social odometry that takes over an unknown area only if a second witness confirms it."""
 
     mind = ScepticalMind
     kernels: ClassVar[Mapping[str, Kernel]] = {**KERNELS, "listen": listen, "merge": merge}

@@ -108,9 +108,6 @@ class CovarianceFilterParameters(SocialOdometryParameters):
 
 @ESTIMATORS.register("sikf")
 class SIKFParameters(CovarianceFilterParameters):
-    """Social odometry whose robots exchange the norm of a covariance.
-
-    Its numbers are those of social odometry; the covariance follows from the scenario.
-    """
+    """Social odometry whose robots exchange the norm of a covariance."""
 
     kernels: ClassVar[Mapping[str, Kernel]] = {**CovarianceFilterParameters.kernels, "merge": merge}

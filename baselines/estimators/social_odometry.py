@@ -158,8 +158,7 @@ KERNELS: Mapping[str, Kernel] = {
 class SocialOdometryParameters(Part):
     """Social odometry: robots tell each other where they believe the areas to be.
 
-    Its numbers are what the papers leave open about exchanging and losing estimates. A subclass
-    names other records, functions or another weighting.
+    Its parameters are what the papers leave open. A subclass names other records or functions.
     """
 
     mind: ClassVar[type[Record]] = SocialMind

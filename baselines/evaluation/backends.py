@@ -38,7 +38,7 @@ DEFERRED = signal.SIGINT, signal.SIGHUP
 SETTLE = 0.1
 """Time for joblib's thread to hand over the first calls, before a signal that was held back [s].
 
-If it is told to stop before, it ends with a KeyError, whose traceback it prints.
+If it is stopped before, it ends with a KeyError, whose traceback it prints.
 """
 
 

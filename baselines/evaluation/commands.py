@@ -74,10 +74,9 @@ def evaluate(  # noqa: PLR0913 the options of a command
 ) -> None:
     """Run controllers on a scenario and compare them: by round trips, or goals reached.
 
-    All controllers meet the same seeds. Episodes run in blocks, side by side, and a block is
-    kept in the folder --out as soon as it has ended: the bar counts the episodes kept. The same
-    command later runs only what is missing, so that a run that was stopped repeats at most the
-    blocks that it was amid, one for each worker.
+    All controllers meet the same seeds. Finished blocks of episodes are written to --out, and the
+    bar counts their episodes. The same command later runs only what is missing: a stopped run
+    repeats at most the unfinished blocks, one for each worker.
     """
     from baselines.evaluation.evaluate_options import EvaluateOptions
     from baselines.evaluation.runner import check_kept, run_with_progress
@@ -205,7 +204,7 @@ def plot(  # noqa: PLR0913 the options of a command
     **table**: motion by localisation.
 
     **paths**: a map of where the robots were, from what evaluate --trajectories has kept; where
-    nothing was kept, one episode is run anew. Also without a dataset: plot paths es1 nc ssgikf.
+    nothing was kept, one episode is run again. Also without a dataset: plot paths es1 nc ssgikf.
 
     **learning**: learning curves of trained policies, from the cards (.json) beside them.
 

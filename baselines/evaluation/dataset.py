@@ -35,8 +35,8 @@ IDENTITY = ("overrides", "parameters", "settings", "code")
 """Columns by which a reader tells configurations apart, beside their key."""
 
 ASKED = b"asked"
-"""Key, in the metadata of a file, of the name that its controller was asked for by. A checksum
-stands before the name. It is no column: `ssgiff` and `ssgiff:beta=0.01` are the same episodes."""
+"""Metadata key of the controller's name as the user gave it, after a checksum of the name. It is no
+column: `ssgiff` and `ssgiff:beta=0.01` are the same episodes."""
 
 IN_FOLDERS = ("scenario", "controller")
 """Fields of an episode that stand in the names of the folders."""
@@ -72,10 +72,7 @@ FILE_STEM = r"[0-9a-f]{16}-seed[0-9]{8,}"
 
 
 def with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
-    """The table of a file, with empty columns for what it lacks and episodes have `sometimes`.
-
-    What may be empty now may be so in files of before, in which it never was.
-    """
+    """The table of a file, with empty columns for the missing ones of `kind.sometimes`."""
     columns = schema(kind)
     for number, before in enumerate(table.schema):
         if (column := before.with_nullable(True)) in columns:
@@ -114,7 +111,7 @@ class DamagedFileError(Exception):
 
 
 def unread(what: str, reason: DamagedFileError | OSError) -> ConfigError:
-    """What is told of a file that cannot be read, or does not hold what it should."""
+    """The error for a file that cannot be read, or does not hold what it should."""
     if isinstance(reason, OSError):
         return ConfigError(f"{what}: cannot be read ({reason.strerror})")
     return ConfigError(f"{what}: {reason}; remove it and run the command that made it again")
@@ -142,7 +139,7 @@ class Dataset:
 
     @property
     def name(self) -> str:
-        """Where it is, as a user is told."""
+        """Where it is, in messages."""
         return str(self.folder)
 
     def open(self) -> None:
@@ -167,10 +164,7 @@ class Dataset:
         return folder / f"{configuration.key}-seed{seed:08d}{self.ending}"
 
     def find(self, configuration: ExperimentConfig, seed: int) -> AnyEpisode | None:
-        """Read a kept episode; None if there is none, or a damaged one, which is set aside.
-
-        Its controller is called as it was asked for; by its short name in files that keep no other.
-        """
+        """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
         file = self.place(configuration, seed)
         try:
             table = read_table(self.read(file))
@@ -184,7 +178,7 @@ class Dataset:
         return episode_of(row, task_of(configuration.scenario).episode, *names)
 
     def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
-        """Write each episode atomically to its file, with the name it was asked for by."""
+        """Write each episode atomically to its file, with the controller's name as given."""
         for episode in episodes:
             columns = schema(kind_of_episode(episode)).with_metadata(_asked(configuration.label))
             row = pa.Table.from_pylist([_columns(episode, configuration)], columns)
@@ -224,10 +218,7 @@ def episode_of(row: Row, kind: EpisodeKind, scenario: str, controller: str) -> A
 
 
 def asked_name(table: pa.Table) -> str | None:
-    """The name that the controller of a file was asked for by; None in a file that keeps none.
-
-    DamagedFileError for a name that is not as it was written.
-    """
+    """The controller's name as given, None in a file without it; DamagedFileError if changed."""
     kept = (table.schema.metadata or {}).get(ASKED)
     if kept is None:
         return None
@@ -238,7 +229,7 @@ def asked_name(table: pa.Table) -> str | None:
 
 
 def _asked(name: str) -> dict[bytes, bytes]:
-    """The metadata of a file: the name that its controller was asked for by."""
+    """The metadata of a file: the controller's name as given."""
     text = name.encode()
     return {ASKED: b"%08x %b" % (crc32(text), text)}
 
@@ -267,10 +258,7 @@ def _row(table: pa.Table, configuration: ExperimentConfig, seed: int) -> Row:
 
 
 def open_dataset(out: str) -> Dataset:
-    """The dataset in a folder of this machine or at an address, ready to be written.
-
-    ConfigError if it cannot be written, or if fsspec does not know such addresses.
-    """
+    """The dataset in a folder or at an address; ConfigError if it cannot be written."""
     found = RemoteDataset(out) if "://" in out else Dataset(Path(out))
     found.open()
     return found

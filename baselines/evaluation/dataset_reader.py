@@ -73,7 +73,7 @@ class EpisodeGroup:
         return leaves(tree["scenario"]) | tree["controller"]
 
     def label(self, without: str | None = None) -> str:
-        """The controller as it was asked for; or, without a parameter, its name and the others."""
+        """The controller's name as given; or, without a parameter, its name and the others."""
         if without is None:
             return self.asked
         return short_label(self.controller, self.parameters, without)
@@ -92,8 +92,8 @@ class EpisodeGroup:
     def configuration(self) -> ExperimentConfig:
         """The same configuration on the present code.
 
-        UnknownNameError or ConfigError if this code has no such controller or scenario, or if the
-        dataset asks to run the code in a file: only who runs a command can say that it is trusted.
+        UnknownNameError or ConfigError if this code has no such controller or scenario, or if it
+        would run the code in a file, which only the user of a command can trust.
         """
         parameters = json.loads(self.parameters)
         if parameters.get("policy.trust"):
@@ -116,10 +116,9 @@ def read_groups(
 ) -> list[EpisodeGroup]:
     """Read the episode groups in dataset folders, sorted, and filtered by name if asked.
 
-    A controller is named as `ssgiff`, whatever its parameters, or as `ssgiff:beta=0.01`. Each group
-    is called as its episodes were asked for last; by its short name if not all by the same name.
-    ConfigError for what is no dataset, one of another version, or one that holds a
-    configuration from several versions of the code.
+    A controller is named as `ssgiff`, whatever its parameters, or as `ssgiff:beta=0.01`. A group is
+    labelled with its controller's name as given; with the short name if names differ. ConfigError
+    for what is no dataset, or of another or of several versions of the code.
     """
     found: dict[str, dict[int, AnyEpisode]] = {}
     asked: dict[str, set[str]] = {}
@@ -190,10 +189,7 @@ def _in_folder(file: Path, field: str) -> str:
 
 
 def _read(file: Path) -> tuple[Row, EpisodeKind, str | None]:
-    """The row of an episode, its kind, and the name that its controller was asked for by, if kept.
-
-    ConfigError if the file is something else.
-    """
+    """The row of an episode, its kind, the controller's name as given; ConfigError if none."""
     try:
         table = read_table(file.read_bytes())
         name = asked_name(table)
@@ -253,7 +249,7 @@ def _named_apart(groups: Iterable[EpisodeGroup]) -> list[EpisodeGroup]:
 
 
 def _wanted(group: EpisodeGroup, controllers: Sequence[str]) -> EpisodeGroup | None:
-    """The group, called as it was asked for; None if it was not."""
+    """The group, labelled with the name it was selected by; None if it was not selected."""
     for asked in controllers:
         name = asked.partition(":")[0]
         if name == group.controller != asked and changed_parameters(asked) == group.parameters:

@@ -61,7 +61,7 @@ class ExperimentConfig:
     """A scenario, a controller with its parameters, an engine, and the code they run on."""
 
     label: str
-    """The controller as it was asked for."""
+    """The controller's name as given."""
     scenario: Any
     controller: LayeredController
     physics: str = "rigid"
@@ -94,10 +94,7 @@ class ExperimentConfig:
 
     @property
     def short_label(self) -> str:
-        """The controller's name with the parameters that differ from the controller of that name.
-
-        One name for what may be asked for by several: `ssgiff` and `ssgiff:beta=0.01`.
-        """
+        """The name with the parameters that differ: one for `ssgiff` and `ssgiff:beta=0.01`."""
         return short_label(self.controller.name, self.parameters)
 
     @cached_property
@@ -132,8 +129,8 @@ class ExperimentConfig:
 def find_layered_controller(controller: str) -> LayeredController:
     """Find the controller of `name` or `name:parameter=value`, references included.
 
-    UnknownNameError for a name or parameter that stands for nothing, ConfigError for a value
-    that does not fit and for a controller that is not made of layers.
+    UnknownNameError for an unknown name or parameter, ConfigError for a value that does not fit and
+    for a controller that is not made of layers.
     """
     found = find_controller(controller, references=True)
     if not isinstance(found, LayeredController):

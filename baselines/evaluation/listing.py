@@ -227,16 +227,13 @@ def _score(score: Score | None) -> str:
 
 
 def _way(name: str, found: Listed) -> str:
-    bare = name.partition(":")[0]
-    if not isinstance(found, LayeredController):
-        return f"--set {_example(found)}"
-    return f"{bare}:FILE,name=value" if bare in POLICIES else f"{bare}:name=value"
-
-
-def _example(scenario: Any) -> str:  # noqa: ANN401 of any task
-    numbers = leaves(scenario.model_dump(exclude={"name"}))
-    name = next(each for each in (*EXAMPLES, *numbers) if each in numbers)
-    return f"{name}={_shown(numbers[name])}"
+    """How a number is changed in `evaluate`."""
+    if isinstance(found, LayeredController):
+        bare = name.partition(":")[0]
+        return f"{bare}:FILE,name=value" if bare in POLICIES else f"{bare}:name=value"
+    numbers = leaves(found.model_dump(exclude={"name"}))
+    example = next(each for each in (*EXAMPLES, *numbers) if each in numbers)
+    return f"--set {example}={_shown(numbers[example])}"
 
 
 def _shown(value: object) -> str:

@@ -1,4 +1,4 @@
-"""What scenarios and controllers score, as `list` tells it: `make scores` measures it anew.
+"""Scores of scenarios and controllers, which `list` shows and `make scores` measures.
 
 A scenario is scored under the default controller of its task, a controller in `es1`. Both take the
 default engine and the seeds from 0 on.

@@ -98,7 +98,7 @@ def by_controller(episodes: Sequence[AnyEpisode]) -> dict[str, list[AnyEpisode]]
 
 
 def to_json(episodes: Sequence[AnyEpisode], series: bool = False) -> str:
-    """Episodes as one JSON array, one a line; the series over time only if asked for."""
+    """Episodes as one JSON array, one a line; with `series` also those over time."""
     left_out = () if series else kind_of_episode(episodes[0]).series
     lines = (json.dumps(_without(left_out, episode), allow_nan=False) for episode in episodes)
     return "[\n" + ",\n".join(lines) + "\n]"

@@ -17,7 +17,6 @@ import pyarrow.parquet as pq
 from baselines.evaluation.dataset import DamagedFileError, Dataset, read_table, set_aside, unread
 from baselines.evaluation.experiment_config import ExperimentConfig
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import Task, task_of
@@ -98,11 +97,6 @@ class Trajectories(Dataset):
             set_aside(file, damage)
             return False
         return True
-
-    def keep_files(self, configuration: ExperimentConfig, contents: Mapping[int, bytes]) -> None:
-        """Write the trajectory of each seed atomically to its file."""
-        for seed, content in contents.items():
-            write_atomically(self.place(configuration, seed), content)
 
 
 class TrajectoryRecorder:

@@ -90,10 +90,7 @@ class WatchOptions:
 
 
 def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
-    """Run one episode and show it; of two controllers side by side, under the same seed.
-
-    ConfigError or UnknownNameError for whatever cannot be used, before anything runs.
-    """
+    """Run one episode and show it; of two controllers side by side, under the same seed."""
     configurations = chosen.configurations()
     _check_number(chosen.controllers, options)
     stage = stage_of(configurations[0].scenario, configurations[0].label)
@@ -132,10 +129,9 @@ def _record(
 
 
 def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: WatchOptions) -> None:
-    """Run an episode in which the arrow keys move a robot, and say what it came to.
+    """Run an episode in which the arrow keys move a robot, and report its score.
 
-    It ends after so many seconds of its own time, or when the user closes the window. ImportError
-    without pygame.
+    It ends after `options.seconds`, or when the user closes the window. ImportError without pygame.
     """
     from swarm_forage_env.envs.array_env import ArrayEnv
     from swarm_forage_env.envs.manual_policy import action_of

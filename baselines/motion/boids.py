@@ -29,7 +29,7 @@ from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 
 class Gains(Record):
-    """What boids keep of a robot: the gains that it goes by. Writer: `choose_gains`."""
+    """What boids keep of a robot: the gains of its rules. Writer: `choose_gains`."""
 
     gains: Float64[Array, "5"] = field(np.float64, 5)
     """Of alignment, separation, cohesion, home and goal."""
@@ -71,10 +71,7 @@ def steer(
 
 @MOTIONS.register("boids")
 class BoidsParameters(Part):
-    """Boids: a robot adds up the rules of its neighbours and its goal, each with a gain.
-
-    Its parameters say how the gains come about, and give the fixed ones.
-    """
+    """Boids: a robot adds up the rules of its neighbours and its goal, each with a gain."""
 
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")
     gains: Literal["goal", "static", "adaptive"] = Field(

@@ -161,10 +161,7 @@ def steer(
 
 @MOTIONS.register("subsumption")
 class SubsumptionParameters(Part):
-    """Subsumption: a robot talks, else avoids obstacles, else goes to its goal, else wanders.
-
-    Its numbers are what the papers leave open about avoiding and about the random walk.
-    """
+    """Subsumption: a robot talks, else avoids obstacles, else goes to its goal, else wanders."""
 
     avoidance: Literal["tangential", "literal"] = Field(
         "tangential", description="Around the obstacle, or opposite to it as TR 5.1 says"

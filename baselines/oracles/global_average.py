@@ -120,7 +120,7 @@ def add_heard(swarm: Array, crowd: Array, i: int, j: int, numbers: Numbers) -> N
 
 @kernel
 def take_mean(belief: GroupBelief) -> None:
-    """Put the mean of all that was told in the place of the own estimates."""
+    """Replace the own estimates by the mean of all that was told."""
     for area in range(2):
         n = belief.heard_weight[area]
         if n > 0.0:
@@ -139,7 +139,7 @@ def take_in(mind: GroupMind, shared: Array, readings: Readings, numbers: Numbers
 
 @kernel
 def average_robot(swarm: Array, crowd: Array, i: int, numbers: Numbers) -> None:
-    """Put the mean of what the others tell robot i, and of its own, in the place of its own."""
+    """Replace the estimates of robot i by the mean of its own and of what the others tell."""
     add_own(crowd[i].belief)
     for j in range(crowd.shape[0]):
         if j != i:
@@ -180,10 +180,7 @@ def observe_group(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 
 
 class GlobalAverage(SocialOdometryParameters):
-    """Social odometry in which nobody broadcasts, as all robots share one mean of their estimates.
-
-    Its numbers are those of social odometry.
-    """
+    """Social odometry without broadcasts: all robots share one mean of their estimates."""
 
     mind = GroupMind
 

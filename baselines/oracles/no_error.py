@@ -131,10 +131,7 @@ def observe_truth(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 
 
 class PerfectOdometry(SocialOdometryParameters):
-    """Social odometry whose robots know their poses: the odometry is exact.
-
-    Its numbers are those of social odometry.
-    """
+    """Social odometry whose robots know their poses: the odometry is exact."""
 
     mind = ExactMind
 

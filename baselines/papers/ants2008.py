@@ -50,7 +50,7 @@ CONTROLLERS = {
 
 
 def experiment_of_size(controller: str, size: int) -> Experiment:
-    """The experiment of a controller with a group of so many robots."""
+    """The experiment of a controller with a group of `size` robots."""
     return Experiment(SCENARIO, controller, (f"task.n_robots={size}",))
 
 

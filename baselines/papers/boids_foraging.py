@@ -100,7 +100,5 @@ def table(results: Results) -> str:
 @PAPERS.register("boids-foraging")
 def boids_foraging() -> Paper:
     """The experiment of motion by localisation in every arena, as a paper."""
-    return Paper(
-        "boids-foraging", "boids_foraging", tuple(claims()), tuple(figures()),
-        REPLICATIONS, LEFT_OPEN, table,
-    )  # fmt: skip
+    made = tuple(claims()), tuple(figures())
+    return Paper("boids-foraging", "boids_foraging", *made, REPLICATIONS, LEFT_OPEN, table)

@@ -52,8 +52,9 @@ class Paper:
         return [claim.judge(results) for claim in self.claims]
 
 
-PAPERS: Registry[Callable[[], Paper]] = Registry("paper")
-"""The papers by name."""
+NAMES = ("social_odometry", "ants2008", "adaptive_boids", "boids_foraging", "robustness")
+PAPERS: Registry[Callable[[], Paper]] = Registry("paper", [f"baselines.papers.{n}" for n in NAMES])
+"""The papers by name; importing a paper's module enters it."""
 
 
 def _robot_steps(experiment: Experiment) -> int:

@@ -7,17 +7,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-import baselines.papers.adaptive_boids
-import baselines.papers.ants2008
-import baselines.papers.boids_foraging
-import baselines.papers.robustness
-import baselines.papers.social_odometry
 from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.evaluate_options import check_physics, seeds_from
 from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.evaluation.runner import MAX_ROWS, Plan, run_with_progress, warm_up
+from baselines.evaluation.runner import Plan, run_with_progress, warm_up, worlds_in_a_block
 from baselines.papers import report
 from baselines.papers.claim_types import ClaimResult
 from baselines.papers.experiments import Results
@@ -56,7 +51,7 @@ def expected_seconds(plan: Plan, workers: int) -> float:
 def seconds_per_tick(configuration: ExperimentConfig) -> float:
     """Computing time of one tick of one world, in a block of a usual size [s]."""
     warm_up(configuration)
-    n_worlds: int = max(1, MAX_ROWS // configuration.scenario.task.n_robots)
+    n_worlds = worlds_in_a_block(configuration)
     scenario, controller = configuration.scenario, configuration.controller
     loop = Loop(scenario, controller, range(n_worlds), configuration.physics)
     run_for(loop, PROBE)
@@ -83,21 +78,9 @@ def format_duration(seconds: float) -> str:
     >>> format_duration(4.0)
     '4 s'
     """
-    sizes: Sequence[tuple[float, str, str]] = ((3600.0, "h", ".1f"), (60.0, "min", ".0f"))
-    for size, unit, form in sizes:
-        if seconds >= size:
-            return f"{seconds / size:{form}} {unit}"
-    return f"{seconds:.0f} s"
-
-
-REGISTERED = (
-    baselines.papers.social_odometry,
-    baselines.papers.ants2008,
-    baselines.papers.adaptive_boids,
-    baselines.papers.boids_foraging,
-    baselines.papers.robustness,
-)
-"""Importing a paper's module enters it in the registry."""
+    if seconds >= 3600.0:
+        return f"{seconds / 3600.0:.1f} h"
+    return f"{seconds / 60.0:.0f} min" if seconds >= 60.0 else f"{seconds:.0f} s"
 
 
 @dataclass(frozen=True)

@@ -250,7 +250,5 @@ def _percent(found: Comparison) -> str:
 @PAPERS.register("robustness")
 def robustness() -> Paper:
     """The experiment of every rule among robots with every fault, as a paper."""
-    return Paper(
-        "robustness", "robustness", tuple(claims()), tuple(figures()),
-        REPLICATIONS, LEFT_OPEN, table,
-    )  # fmt: skip
+    made = tuple(claims()), tuple(figures())
+    return Paper("robustness", "robustness", *made, REPLICATIONS, LEFT_OPEN, table)

@@ -37,9 +37,7 @@ TICKS = 10
 def measure_gpu(quick: bool, tell: Tell) -> list[Measured]:
     """Robot-steps per second of `ssgikf` on a GPU and on all threads of the CPU, `kinematic`.
 
-    The first step's time counts what it takes to bring worlds to the GPU and to compile.
-
-    ConfigError where there is no GPU.
+    The time of the first step includes the upload and the compilation. ConfigError without a GPU.
     """
     usable_gpu()
     threads = os.cpu_count() or 1
@@ -151,10 +149,7 @@ def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
 
 
 def card_bandwidth(device: Any) -> float | None:  # noqa: ANN401 numba's
-    """The most bytes that a GPU's memory moves in a second; None if the driver tells not.
-
-    Two transfers in a cycle, as memories of GPUs have a double data rate.
-    """
+    """The bandwidth of a GPU's memory, of double data rate [byte/s]; None if not reported."""
     try:
         clock, width = device.MEMORY_CLOCK_RATE, device.GLOBAL_MEMORY_BUS_WIDTH
     except AttributeError:
@@ -175,9 +170,9 @@ LIBRARY = "libnvidia-ml.so.1"
 
 
 def energy_meter(uuid: str, library: Any = None) -> Callable[[], float] | None:  # noqa: ANN401 a library, or one of a test
-    """What tells the energy [J] that the GPU of this UUID has used since its driver was loaded.
+    """Reads the energy [J] that the GPU of this UUID has used since its driver was loaded.
 
-    None where the driver does not tell it: another system, or a GPU older than Volta.
+    None where the driver does not report it: another system, or a GPU older than Volta.
     """
     try:
         nvml = library or ctypes.CDLL(LIBRARY)

@@ -76,7 +76,7 @@ def first_run() -> float:
 
 
 def memory_growth(ticks: int) -> tuple[float, float]:
-    """Peak memory of a process [MB] and by how much it grew over so many ticks of es1."""
+    """Peak memory of a process [MB] and its growth over these ticks of es1."""
     before, after = json.loads(_run(LONG_RUN, str(ticks)))
     return after, after - before
 
@@ -84,8 +84,7 @@ def memory_growth(ticks: int) -> tuple[float, float]:
 def peak_memory() -> float:
     """Peak memory of this process so far [MB].
 
-    What the system counts of a process begins, on Linux, with the peak of the process that started
-    it; so there the peak of its own memory is read instead.
+    On Linux getrusage starts at the peak of the parent process; so VmHWM is read there.
     """
     status = Path("/proc/self/status")
     if status.exists():

@@ -118,7 +118,7 @@ def thread_gain(case: Case, physics: str, threads: int, quick: bool) -> float:
 
 
 def _timed(tick: Tick, count: int) -> float:
-    """Mean time of so many ticks [s]."""
+    """Mean time of a tick over `count` of them [s]."""
     start = time.perf_counter()
     for _ in range(count):
         tick()

@@ -16,7 +16,7 @@ def report(found: Measured) -> Group:
         Text(f"Million robot-steps per second, one core{hurried}", style="bold"),
         _speeds(found), _note(
             "arrays, dicts: through the environment on arrays, or PettingZoo's dictionaries;"
-            " es3 spread, x 10, x 100: robots start all over an arena of so many times the size."
+            " es3 spread, x 10, x 100: robots start all over an arena, 1, 10, 100 times the size."
         ),
         Text("\nShare of a tick [%]", style="bold"),
         _stages(found),

@@ -36,8 +36,9 @@ def draw_curve(options: PlotOptions) -> Figure:
     ends = [float(group.numbers[x]) for group in having]
     for group in options.groups:
         if group not in having and group.setup() in panels:
-            level = _level(options, group, (min(ends), max(ends)))
-            panels[group.setup()][group.label()] = level
+            mean, low, high = (np.full(2, value) for value in _mean(options, group))
+            span = np.array([min(ends), max(ends)])
+            panels[group.setup()][group.label()] = Means(span, mean, low, high, is_level=True)
     head = having[0]
     axes = _axis(x, head), head.kind.axis(options.shown_metric)
     text = "Means with 95 % bootstrap intervals (BCa)."
@@ -127,11 +128,6 @@ def _means(options: PlotOptions, groups: Sequence[EpisodeGroup], x: str) -> Mean
     rows = [(float(group.numbers[x]), *_mean(options, group)) for group in groups]
     at, mean, low, high = np.array(rows).T
     return Means(at, mean, low, high)
-
-
-def _level(options: PlotOptions, group: EpisodeGroup, ends: tuple[float, float]) -> Means:
-    mean, low, high = (np.full(2, value) for value in _mean(options, group))
-    return Means(np.array(ends), mean, low, high, is_level=True)
 
 
 def _mean(options: PlotOptions, group: EpisodeGroup) -> tuple[float, float, float]:

@@ -17,7 +17,7 @@ from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 
 LONGEST, STEPS = 12.0, 61
-"""Paths of the robot and of its partner are shown up to here [m], at so many points."""
+"""Longest path of the robot and of its partner [m], and the number of points."""
 
 DISAGREEMENTS = (0.1, 0.5)
 """Between the own and the heard place [m]; one row of maps for each."""
@@ -31,10 +31,7 @@ PREY = 1
 
 @figure("weights")
 def draw(options: PlotOptions) -> Figure:
-    """Draw the maps; the sources are controllers, as `evaluate` takes them.
-
-    ConfigError for one that carries covariances in the place of paths.
-    """
+    """Draw the maps; the sources are controllers. ConfigError for one without paths."""
     maps = {
         f"{100 * disagreement:g} cm apart": {
             name: _map(name, disagreement) for name in options.sources
