@@ -27,10 +27,18 @@ from baselines.composition import (
 )
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, typed_once
-from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, Kernel, MotionLayer
+from swarm_forage_env.interface import (
+    KEEP,
+    RULE,
+    CompiledLayers,
+    Kernel,
+    MotionLayer,
+    MotionRule,
+    WeightingRule,
+)
 from swarm_forage_env.no_layers import set_no_stream
 from swarm_forage_env.random_streams import streams
-from swarm_forage_env.record import copied_rows, record_dtype
+from swarm_forage_env.record import Rows, copied_rows, record_dtype
 from swarm_forage_env.task import World, task_of
 from swarm_forage_env.ticks import only, run_ticks
 
@@ -46,9 +54,9 @@ class CompositionGroup:
     functions: Mapping[str, Kernel]
     """What the templates of a tick have free names for."""
     motion: MotionLayer
-    weigh: Any
+    weigh: WeightingRule | None
     """Their weighting, if it is written in NumPy."""
-    steer: Any
+    steer: MotionRule | None
     """Their motion, if it is written in NumPy."""
     is_last: bool
     """No other robots of their team are decided after them."""
@@ -218,7 +226,7 @@ class RunningLayers:
         name = self._controllers[0][0].name
         check_on_gpu(name, self.estimator, self.has_rules, len(self._groups))
 
-    def _motion_inputs(self) -> Iterator[Any]:
+    def _motion_inputs(self) -> Iterator[Rows]:
         """Copies of what the motion layer sees, in the order in which `steer` takes it."""
         yield copied_rows(self._estimators, ("situation",))
         for path in (*self._task.steered_by, f"robots.command.{self._task.commanded}"):
@@ -294,8 +302,10 @@ class RunningLayers:
         )
 
 
-def _rule(part: Any, running: RunningLayers, world: World) -> Any:  # noqa: ANN401 as above
+def _rule(part: Any, running: RunningLayers, world: World) -> WeightingRule | None:  # noqa: ANN401
     """A weighting written in NumPy; None for a compiled one."""
     if hasattr(part, "layer"):
         return None
-    return part.start_knowing(running, world) if hasattr(part, "start_knowing") else part
+    knows = hasattr(part, "start_knowing")
+    rule: WeightingRule = part.start_knowing(running, world) if knows else part
+    return rule

@@ -14,7 +14,7 @@ from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
 from multiprocessing import resource_tracker as stdlib_tracker
-from typing import Protocol, TypeVar
+from typing import ClassVar, TypeVar
 
 from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.backend import resource_tracker as loky_tracker
@@ -42,35 +42,27 @@ If it is stopped before, it ends with a KeyError, whose traceback it prints.
 """
 
 
-class Backend(Protocol):
+@dataclass(frozen=True)
+class Backend:
     """Runs calls in worker processes."""
 
-    @property
-    def workers(self) -> int:
-        """Number of calls that run at a time."""
-
-    @property
-    def threads(self) -> int:
-        """Number of threads of each call."""
-
-    @property
-    def shares_files(self) -> bool:
-        """Workers read and write the files of this machine."""
+    workers: int = 1
+    """Number of calls that run at a time."""
+    threads: int = 1
+    """Number of threads of each call."""
+    shares_files: ClassVar[bool] = True
+    """Workers read and write the files of this machine."""
 
     def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
         """Call the function with every job; yield what it returns as the calls end.
 
         Closing the iterator ends the calls that run. BrokenExecutor if workers keep dying.
         """
+        raise NotImplementedError
 
 
-@dataclass(frozen=True)
-class JoblibBackend:
+class JoblibBackend(Backend):
     """Worker processes of this machine; a single worker is this process itself."""
-
-    workers: int = 1
-    threads: int = 1
-    shares_files: bool = True
 
     def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
         """Call the function with every job; workers end with this process, even if killed."""

@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 from urllib.parse import quote
 from zlib import crc32
 
@@ -28,6 +28,8 @@ from swarm_forage_env.task import task_of
 
 Row = dict[str, Any]
 """An episode as a dataset file holds it: its columns by name."""
+
+FoundT = TypeVar("FoundT")
 
 LOGGER = logging.getLogger("swarm-forage")
 
@@ -117,15 +119,6 @@ def unread(what: str, reason: DamagedFileError | OSError) -> ConfigError:
     return ConfigError(f"{what}: {reason}; remove it and run the command that made it again")
 
 
-def set_aside(
-    file: Path, damage: DamagedFileError, rename: Callable[[Path, Path], object] = Path.replace
-) -> None:
-    """Give a damaged file a name that readers skip, and say so."""
-    aside = file.with_name(f"_{file.name}{DAMAGED}")
-    rename(file, aside)
-    LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
-
-
 class Dataset:
     """A folder of kept episodes."""
 
@@ -165,17 +158,28 @@ class Dataset:
 
     def find(self, configuration: ExperimentConfig, seed: int) -> AnyEpisode | None:
         """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
-        file = self.place(configuration, seed)
-        try:
-            table = read_table(self.read(file))
+
+        def to_episode(table: pa.Table) -> AnyEpisode:
             row, asked = _row(table, configuration, seed), asked_name(table)
+            names = configuration.scenario.name, asked or configuration.short_label
+            return episode_of(row, task_of(configuration.scenario).episode, *names)
+
+        return self.read_checked(self.place(configuration, seed), to_episode)
+
+    def read_checked(self, file: Path, check: Callable[[pa.Table], FoundT]) -> FoundT | None:
+        """What `check` makes of a file's table; None without one, or if it raises DamagedFileError.
+
+        A damaged file is given a name that readers skip.
+        """
+        try:
+            return check(read_table(self.read(file)))
         except FileNotFoundError:
             return None
         except DamagedFileError as damage:
-            set_aside(file, damage, self.rename)
+            aside = file.with_name(f"_{file.name}{DAMAGED}")
+            self.rename(file, aside)
+            LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
             return None
-        names = configuration.scenario.name, asked or configuration.short_label
-        return episode_of(row, task_of(configuration.scenario).episode, *names)
 
     def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
         """Write each episode atomically to its file, with the controller's name as given."""

@@ -22,13 +22,13 @@ from importlib import import_module
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import ray
 from ray._private import worker as ray_worker
 from ray.exceptions import RayError, RayTaskError
 
-from baselines.evaluation.backends import JobT, Results, ResultT
+from baselines.evaluation.backends import Backend, JobT, Results, ResultT
 from swarm_forage_env.errors import ConfigError
 
 LOGGER = logging.getLogger("swarm-forage")
@@ -44,14 +44,14 @@ LIBRARIES = ("numba", "numpy", "pymunk")
 
 
 @dataclass(frozen=True)
-class RayBackend:
-    """Workers of a Ray cluster: the one at an address, or else a local one, started here."""
+class RayBackend(Backend):
+    """Workers of a Ray cluster: the one at an address, or else a local one, started here.
 
-    workers: int = 1
-    threads: int = 1
-    """Threads of each call, and the CPUs that Ray reserves for it."""
+    Ray reserves `threads` CPUs for each call.
+    """
+
     address: str | None = None
-    shares_files: bool = False
+    shares_files: ClassVar[bool] = False
 
     def connect(self) -> None:
         """Join the cluster, or start a local one that ends with this process.

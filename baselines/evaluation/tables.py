@@ -12,9 +12,8 @@ from rich.console import Console, ConsoleOptions, Group
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.episode import AnyEpisode, kind_of_episode, values_of
+from baselines.evaluation.episode import AnyEpisode, kind_of_episode, present_values
 from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
-from swarm_forage_env.episode import EpisodeKind
 
 
 @dataclass(frozen=True)
@@ -133,7 +132,8 @@ def report(episodes: Sequence[AnyEpisode]) -> Group:
         ),
         summary(groups, [metric for metric in kind.columns if metric not in kind.sometimes]),
     ]
-    if added := [metric for metric in kind.columns if _is_there(metric, kind, episodes)]:
+    sometimes = [metric for metric in kind.columns if metric in kind.sometimes]
+    if added := [metric for metric in sometimes if present_values(episodes, metric)]:
         parts += [Text(f"\n{kind.sometimes_words}", style="bold"), summary(groups, added)]
     parts.append(
         Text(f"n = {len(first)}: the mean, and below it its 95 % bootstrap interval.", style="dim")
@@ -164,10 +164,6 @@ def summary(groups: EpisodesByController, metrics: Sequence[str]) -> FittingTabl
     )
 
 
-def _is_there(metric: str, kind: EpisodeKind, episodes: Sequence[AnyEpisode]) -> bool:
-    return metric in kind.sometimes and values_of(episodes, metric) != [None] * len(episodes)
-
-
 def comparison(groups: EpisodesByController) -> FittingTable:
     """The table of every controller's score against the first one's, seed by seed."""
     (_, base), *others = groups.items()
@@ -178,8 +174,7 @@ def comparison(groups: EpisodesByController) -> FittingTable:
 
 def scores(episodes: Sequence[AnyEpisode]) -> list[float]:
     """The score of each episode: round trips, or goals per robot."""
-    found = values_of(episodes, kind_of_episode(episodes[0]).score)
-    return [float(value) for value in found if value is not None]
+    return present_values(episodes, kind_of_episode(episodes[0]).score)
 
 
 def _verdict(comparison: Comparison) -> tuple[str, str, str]:
@@ -189,13 +184,12 @@ def _verdict(comparison: Comparison) -> tuple[str, str, str]:
 
 def _cell(episodes: Sequence[AnyEpisode], metric: str, factor: float) -> Text:
     """A table cell: mean over interval, and the number of episodes if not all count."""
-    values = values_of(episodes, metric)
-    estimate = mean_interval([factor * value for value in values if value is not None])
+    estimate = mean_interval(present_values(episodes, metric, factor))
     if estimate is None:
         return Text(NOT_APPLICABLE)
     number = _formatter(estimate.value)
     interval = "-".join(map(number, estimate.interval)) if estimate.interval else NOT_APPLICABLE
-    partly = f"\nn = {estimate.n}" if estimate.n < len(values) else ""
+    partly = f"\nn = {estimate.n}" if estimate.n < len(episodes) else ""
     return Text(number(estimate.value)).append(f"\n{interval}{partly}", style="dim")
 
 

@@ -54,7 +54,7 @@ class ReplayRecorder(Recorder):
             self._replay.write(self._file)
 
 
-MOST = 2
+MAX_CONTROLLERS = 2
 """Controllers that are shown side by side, at most."""
 
 
@@ -165,8 +165,10 @@ def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: Wa
 
 
 def _check_number(controllers: Sequence[str], options: WatchOptions) -> None:
-    if len(controllers) > MOST:
-        raise ConfigError(f"{len(controllers)} controllers: at most {MOST} are shown side by side")
+    if len(controllers) > MAX_CONTROLLERS:
+        raise ConfigError(
+            f"{len(controllers)} controllers: at most {MAX_CONTROLLERS} are shown side by side"
+        )
     if len(controllers) > 1 and (options.html is None or options.video or options.frame):
         raise ConfigError(
             f"{' and '.join(controllers)}: only a replay shows two side by side; add --html FILE"

@@ -8,7 +8,7 @@ from functools import cached_property
 from matplotlib.figure import Figure
 
 from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
-from baselines.evaluation.episode import values_of
+from baselines.evaluation.episode import present_values
 from baselines.evaluation.figure_page import Caption
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.registry import Registry
@@ -131,9 +131,7 @@ def check_options(options: PlotOptions) -> None:
 
 def sample(group: EpisodeGroup, metric: str) -> list[float]:
     """The metric of each episode, in the units of its axis, without missing values."""
-    factor = group.kind.columns[metric][1]
-    values = values_of(group.episodes, metric)
-    return [factor * value for value in values if value is not None]
+    return present_values(group.episodes, metric, group.kind.columns[metric][1])
 
 
 def by_setup(groups: Sequence[EpisodeGroup]) -> dict[str, list[EpisodeGroup]]:

@@ -30,7 +30,7 @@ LOGGER = logging.getLogger("swarm-forage")
 CELL = 0.02
 """Side of a cell, about: the cells fill the arena [m]."""
 
-MOST = 6
+MAX_PANELS = 6
 """Panels, at most."""
 
 
@@ -55,10 +55,10 @@ def draw(options: PlotOptions) -> Figure:
     """Draw the maps, from a dataset or from SCENARIO CONTROLLER..., a panel for each."""
     is_dataset = Path(options.sources[0]).is_dir()
     jobs = _evaluated(options) if is_dataset else _asked(options)
-    if len(jobs) > MOST:
+    if len(jobs) > MAX_PANELS:
         raise ConfigError(
-            f"{len(jobs)} configurations: at most {MOST} in a figure; choose with --controller"
-            " or --scenario"
+            f"{len(jobs)} configurations: at most {MAX_PANELS} in a figure; choose with"
+            " --controller or --scenario"
         )
     densities = {title: _draw(title, job) for title, job in jobs.items()}
     setups = {title.partition("\n")[0] for title in densities}
