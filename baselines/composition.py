@@ -12,6 +12,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.interface import EstimatorLayer, KernelNumbers, MotionLayer, WeightingLayer
+from swarm_forage_env.parameters import Part
 from swarm_forage_env.record import numbers_record, record_dtype
 from swarm_forage_env.task import consecutive
 from swarm_forage_env.ticks import nothing
@@ -70,7 +71,7 @@ def _numbers_of(layers: Layers, parts: Sequence[str]) -> Iterator[tuple[str, Ker
     return ((part, numbers) for part, numbers in zip(LAYERS, every, strict=True) if part in parts)
 
 
-def layers_by_robot(controllers: Sequence[Row], scenarios: Sequence[Any]) -> Sequence[Row]:
+def layers_by_robot(controllers: Sequence[Row], scenarios: Sequence[Part]) -> Sequence[Row]:
     """The layers of every robot; worlds of the same controllers and scenario share one row."""
     made: dict[tuple[int, ...], Row] = {}
     robot_layers = []
@@ -170,7 +171,7 @@ def set_stream(memory: Any, word: np.uint64) -> None:  # noqa: ANN401 of any mot
     memory.stream[0] = word
 
 
-def layers_of(controller: Any, scenario: Any) -> Layers:  # noqa: ANN401 of any task
+def layers_of(controller: Any, scenario: Part) -> Layers:  # noqa: ANN401 layered
     """The three layers of a controller in a scenario."""
     estimator = controller.estimator.layer(scenario)
     estimator.check_falsifiable(controller.name, scenario)
@@ -178,7 +179,7 @@ def layers_of(controller: Any, scenario: Any) -> Layers:  # noqa: ANN401 of any 
     return estimator, weighting, _motion_layer(controller.motion, scenario)
 
 
-def _weighting_layer(part: Any, scenario: Any, estimator: EstimatorLayer) -> WeightingLayer:  # noqa: ANN401 compiled or not
+def _weighting_layer(part: Any, scenario: Part, estimator: EstimatorLayer) -> WeightingLayer:  # noqa: ANN401
     if not hasattr(part, "layer"):
         return WeightingLayer(no_gain, heard_p_share=part.heard_p_share)
     layer: WeightingLayer | None = part.layer(scenario) or estimator.own_weighting
@@ -187,6 +188,6 @@ def _weighting_layer(part: Any, scenario: Any, estimator: EstimatorLayer) -> Wei
     return layer
 
 
-def _motion_layer(part: Any, scenario: Any) -> MotionLayer:  # noqa: ANN401 compiled or not
+def _motion_layer(part: Any, scenario: Part) -> MotionLayer:  # noqa: ANN401 compiled or not
     layer: MotionLayer | None = part.layer(scenario) if hasattr(part, "layer") else None
     return layer or MotionLayer(no_motion, {})

@@ -10,6 +10,7 @@ from baselines.motion import MOTIONS
 from baselines.running import RunningLayers
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import KernelNumbers
 from swarm_forage_env.parameters import Part, leaves, override, resolve, validated
 from swarm_forage_env.task import World, task_of
 
@@ -99,7 +100,7 @@ class LayeredController:
         self.check_supports(world.scenario)
         return RunningLayers(world, seeds, [[own] * world.n_robots for own in each])
 
-    def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
+    def language(self, scenario: Part) -> tuple[list[object], KernelNumbers | None]:
         """What its robots understand: estimators of one kind; of one kind and equal numbers where
         estimates are corrected jointly."""
         layer = self.estimator.layer(scenario)
@@ -110,7 +111,7 @@ class LayeredController:
         """The running controller of some robots, worlds by robots; None for one of another's."""
         return RunningLayers(world, seeds, each)
 
-    def check_usable(self, scenario: Any) -> None:  # noqa: ANN401 of any task
+    def check_usable(self, scenario: Part) -> None:
         """ConfigError or UnknownNameError if a layer is not made for such a world, or lacks what
         it needs there: found out before anything is built."""
         self.check_supports(scenario)
@@ -118,11 +119,11 @@ class LayeredController:
             if hasattr(part, "check_usable"):
                 part.check_usable(scenario)
 
-    def assumed(self, scenario: Any) -> str:  # noqa: ANN401 of any task
+    def assumed(self, scenario: Part) -> str:
         """What is taken for granted of it in a scenario, in a line for its user; empty: nothing."""
         return ""
 
-    def supports(self, scenario: Any) -> bool:  # noqa: ANN401 of any task
+    def supports(self, scenario: Part) -> bool:
         """Whether every layer is made for the world of this scenario."""
         return self._unsupported(scenario) is None
 
@@ -137,7 +138,7 @@ class LayeredController:
             )
         self.estimator.layer(scenario).check_falsifiable(self.name, scenario)
 
-    def _unsupported(self, scenario: Any) -> str | None:  # noqa: ANN401 of any task
+    def _unsupported(self, scenario: Part) -> str | None:
         """The first layer that is not made for the world of this scenario."""
         task = task_of(scenario)
         for layer, part in self.layers.items():

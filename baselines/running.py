@@ -37,6 +37,7 @@ from swarm_forage_env.interface import (
     WeightingRule,
 )
 from swarm_forage_env.no_layers import set_no_stream
+from swarm_forage_env.parameters import Part
 from swarm_forage_env.random_streams import streams
 from swarm_forage_env.record import Rows, copied_rows, record_dtype
 from swarm_forage_env.task import World, task_of
@@ -182,7 +183,7 @@ class RunningLayers:
         for group in self._groups:
             group.reset(world, seed)
 
-    def numbers_in(self, world: int, scenario: Any) -> list[Array]:  # noqa: ANN401 of its task
+    def numbers_in(self, world: int, scenario: Part) -> list[Array]:
         """The numbers of one world's robots in another scenario: of the team, of each group.
 
         ConfigError if a layer is not made for it.

@@ -98,7 +98,8 @@ def units(found: Listed) -> dict[str, str]:
 def grouped_parameters(found: Listed) -> Iterator[tuple[str, str, list[Parameter]]]:
     """Name, purpose and parameters of each part of a scenario or controller."""
     if not isinstance(found, LayeredController):
-        origins = _origins(found)
+        is_of_paper = found.name in SCENARIOS and SCENARIOS[found.name] == found
+        origins = ORIGINS.get(found.name, {}) if is_of_paper else None  # of a paper's own values
         yield found.name, _first_line(found), list(_parameters(found, "", origins))
         for name, part in _parts(found):
             yield name, _first_line(part), list(_parameters(part, f"{name}.", origins))
@@ -115,12 +116,6 @@ def _parts(whole: Part, prefix: str = "") -> Iterator[tuple[str, Part]]:
             if any(not isinstance(each, Part) for _, each in value):
                 yield prefix + name, value
             yield from _parts(value, f"{prefix}{name}.")
-
-
-def _origins(scenario: Any) -> Mapping[str, str] | None:  # noqa: ANN401 of any task
-    """Origins of a published scenario's own values; None for a scenario somebody made up."""
-    is_of_paper = scenario.name in SCENARIOS and SCENARIOS[scenario.name] == scenario
-    return ORIGINS.get(scenario.name, {}) if is_of_paper else None
 
 
 def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> Iterator[Parameter]:
