@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from baselines.estimators import falsified_messages
 from baselines.estimators.belief import SocialMind
-from baselines.estimators.covariance_exchange import EllipseMind
+from baselines.estimators.covariance import EllipseMind, falsify_ellipse, repeat_ellipse
+from baselines.estimators.falsified_messages import falsify, repeat
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.epuck.fault_record import Fault, Lie
@@ -15,8 +15,7 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 
 FUNCTIONS = {
-    name: entry_point(getattr(falsified_messages, name))
-    for name in ("falsify", "falsify_ellipse", "repeat", "repeat_ellipse")
+    each.__name__: entry_point(each) for each in (falsify, falsify_ellipse, repeat, repeat_ellipse)
 }
 
 

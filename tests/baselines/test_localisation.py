@@ -11,15 +11,6 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
 import baselines.controllers  # noqa: F401 enters the controllers
-from baselines.estimators.authors_ekf import (
-    FACTOR,
-    MAX_JUMP,
-    AuthorsMind,
-    authors_bearing,
-    correct_each_alone,
-    correct_one,
-    slipped_direction,
-)
 from baselines.estimators.boids_inputs import describe_correction
 from baselines.estimators.covariance_intersection import (
     IntersectionMind,
@@ -31,10 +22,17 @@ from baselines.estimators.covariance_intersection import (
     weigh_told,
 )
 from baselines.estimators.decentralised_ekf import (
+    FACTOR,
+    MAX_JUMP,
+    AuthorsMind,
     DecentralisedEKF,
+    authors_bearing,
     correct_both,
     correct_by_sight,
+    correct_each_alone,
+    correct_one,
     propagate_factors,
+    slipped_direction,
 )
 from baselines.estimators.joint_update import (
     FilterMind,
@@ -42,8 +40,7 @@ from baselines.estimators.joint_update import (
     bound_correlation,
     multiply_factors,
 )
-from baselines.estimators.pose_belief import PoseBelief
-from baselines.estimators.pose_prediction import predict, visit_home
+from baselines.estimators.pose_prediction import PoseBelief, predict, visit_home
 from baselines.estimators.small_matrices import spectral_norm3
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.geometry import wrap

@@ -63,9 +63,9 @@ ON_CPU = {
 """Functions of foraging that no kernel of the grid calls, and why."""
 
 NOT_OF_E_PUCKS = (
-    "authors_ekf", "boids_inputs", "covariance_intersection", "cross_covariance", "dead_reckoning",
+    "boids_inputs", "covariance_intersection", "cross_covariance", "dead_reckoning",
     "decentralised_ekf", "joint_update", "localisation", "pose_prediction", "small_matrices",
-    "boids_foraging", "boids_waypoints", "flock", "steering",
+    "boids", "boids_foraging", "flock", "steering",
 )  # fmt: skip
 """Files of estimators and motions that keep something of each pair of robots, or visit waypoints:
 `device="cuda"` refuses them."""

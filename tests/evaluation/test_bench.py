@@ -12,7 +12,6 @@ import pytest
 
 from baselines.cli import run
 from baselines.evaluation.bench import speed
-from baselines.evaluation.bench.bare import bare_pymunk
 from baselines.evaluation.bench.cases import (
     BatchCase,
     Case,
@@ -23,6 +22,7 @@ from baselines.evaluation.bench.cases import (
 )
 from baselines.evaluation.bench.speed import (
     SHARES,
+    bare_pymunk,
     case_speeds,
     seconds_per_tick,
     stage_shares,

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from baselines.evaluation.bench import processes
-from baselines.evaluation.bench.processes import memory_growth, seconds
+from baselines.evaluation.bench import measures
+from baselines.evaluation.bench.measures import memory_growth, seconds
 
 
 def test_start_up_is_that_of_new_processes():
@@ -20,8 +20,8 @@ def test_the_import_is_timed_without_python_itself(monkeypatch):
         asked.append((code, *arguments))
         return lengths.get(code, 1.0)
 
-    monkeypatch.setattr(processes, "seconds", seconds_of)
-    found = processes.start_up(quick=True)
+    monkeypatch.setattr(measures, "seconds", seconds_of)
+    found = measures.start_up(quick=True)
     assert found["import"] == pytest.approx(0.25)
     assert found["import_with_environment"] == pytest.approx(0.9)
     assert (found["help"], found["list"]) == (1.0, 1.0)
@@ -31,16 +31,16 @@ def test_the_import_is_timed_without_python_itself(monkeypatch):
 def test_the_first_run_finds_no_machine_code(monkeypatch):
     found = "import json, os; print(json.dumps(os.listdir(os.environ['XDG_CACHE_HOME'])))"
     listed = []
-    inner = processes._run
-    monkeypatch.setattr(processes, "FIRST_RUN", found)
-    monkeypatch.setattr(processes, "_run", lambda *a, **k: listed.append(inner(*a, **k)))
-    assert processes.first_run() > 0.0
+    inner = measures._run
+    monkeypatch.setattr(measures, "FIRST_RUN", found)
+    monkeypatch.setattr(measures, "_run", lambda *a, **k: listed.append(inner(*a, **k)))
+    assert measures.first_run() > 0.0
     assert [json.loads(each) for each in listed] == [[]]
 
 
 LEAK = """
 import json, sys
-from baselines.evaluation.bench.processes import peak_memory
+from baselines.evaluation.bench.measures import peak_memory
 before = peak_memory()
 kept = b"x" * int(sys.argv[1]) * 2**20
 print(json.dumps([before, peak_memory()]))
@@ -48,7 +48,7 @@ print(json.dumps([before, peak_memory()]))
 
 
 def test_memory_that_grows_is_seen(monkeypatch):
-    monkeypatch.setattr(processes, "LONG_RUN", LEAK)
+    monkeypatch.setattr(measures, "LONG_RUN", LEAK)
     peak, growth = memory_growth(100)
     assert growth == pytest.approx(100.0, abs=10.0)
     assert peak > growth

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from PIL import Image
 
-from baselines.evaluation import progress
+from baselines.evaluation import runner
 from baselines.papers import commands_reproduce, report, reproduction
 from baselines.papers.claim_types import ClaimResult, Number, Order
 from baselines.papers.experiments import Experiment
@@ -125,7 +125,7 @@ def called(monkeypatch):
 
     monkeypatch.setattr(reproduction, "Reproduction", Recorded)
     monkeypatch.setattr(commands_reproduce, "find_backend", lambda *given: given)
-    monkeypatch.setattr(progress, "check_kept", found.append)
+    monkeypatch.setattr(runner, "check_kept", found.append)
     return found
 
 

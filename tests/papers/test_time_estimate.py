@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import pytest
 
 from baselines.evaluation.runner import MAX_ROWS
-from baselines.papers import time_estimate
+from baselines.papers import reproduction
 from baselines.papers.experiments import Experiment
-from baselines.papers.time_estimate import (
+from baselines.papers.reproduction import (
     expected_seconds,
     format_duration,
     run_for,
@@ -19,7 +19,7 @@ from baselines.papers.time_estimate import (
 def clock(monkeypatch):
     """A clock that a test moves; what it starts at must not matter."""
     now = SimpleNamespace(seconds=1000.0)
-    monkeypatch.setattr(time_estimate, "time", SimpleNamespace(perf_counter=lambda: now.seconds))
+    monkeypatch.setattr(reproduction, "time", SimpleNamespace(perf_counter=lambda: now.seconds))
     return now
 
 
@@ -46,8 +46,8 @@ def test_a_tick_of_a_world_is_timed_after_the_robots_had_time_to_meet(monkeypatc
                 spent.append(1 / 1024 if so_far < 0.3125 else 2 / 1024 if so_far < 0.625 else 0.125)
                 clock.seconds += spent[-1]
 
-    monkeypatch.setattr(time_estimate, "Loop", Loop)
-    monkeypatch.setattr(time_estimate, "warm_up", lambda configuration: None)
+    monkeypatch.setattr(reproduction, "Loop", Loop)
+    monkeypatch.setattr(reproduction, "warm_up", lambda configuration: None)
     for n_robots, n_worlds in ((10, MAX_ROWS // 10), (MAX_ROWS, 1), (MAX_ROWS + 1, 1)):
         spent.clear()
         scenario = SimpleNamespace(task=SimpleNamespace(n_robots=n_robots))
@@ -79,7 +79,7 @@ def test_each_scenario_is_timed_once_and_only_if_something_is_left_to_run(monkey
         timed.append(configuration)
         return 0.25 * len(timed)
 
-    monkeypatch.setattr(time_estimate, "seconds_per_tick", speed)
+    monkeypatch.setattr(reproduction, "seconds_per_tick", speed)
     assert expected_seconds(plan(few, same, many, other, todo=(0, 2, 3, 1)), 2) == pytest.approx(
         (0.25 * 2 * 1000 + 0.5 * 3 * 1000 + 0.75 * 1 * 2000) / 2
     )

@@ -12,8 +12,7 @@ from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
-from baselines.evaluation.progress import run_with_progress
-from baselines.evaluation.runner import Plan
+from baselines.evaluation.runner import Plan, run_with_progress
 from baselines.evaluation.statistics import mean_interval
 from baselines.evaluation.tables import scores
 from swarm_forage_env.task import task_of

@@ -6,7 +6,7 @@ from importlib.resources import files
 from string import Template
 
 from baselines.evaluation.tables import markdown
-from baselines.papers.time_estimate import format_duration
+from baselines.papers.reproduction import format_duration
 from training.ladder.rungs import RANDOM, Rung, Score, title_of
 from training.ladder.runs import Row, Run, by_algorithm, by_rung, over_all, rows_of, score_word
 
