@@ -134,9 +134,12 @@ def test_a_fit_finds_out_who_is_right(imitating):
 
 def test_training_ends_with_the_best_policy_as_a_controller(imitating):
     mine = imitating(controller="dsgiff-frequent")
-    policy = train(mine, silent)
+    said = []
+    policy = train(mine, said.append)
+    assert any("gain per exchange as a share of the oracle's: es1 " in line for line in said)
     curve = policy.card.curve
     assert [point.step for point in curve] == [0, 1, 2]
+    assert [point.simulated_s for point in curve] == [0.0, 180.0, 360.0]  # 3 worlds of 60 s
     best = max(curve, key=lambda point: point.value)
     assert policy.card.score == best.round_trips
     assert policy.card.layers["weighting"].sizes == {"hidden": HIDDEN}
