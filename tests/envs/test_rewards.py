@@ -33,12 +33,6 @@ def test_own_gives_each_robot_its_round_trips(busy, constant):
     np.testing.assert_array_equal(rewards.sum(axis=0), env.world.state.round_trips)
 
 
-def test_team_gives_everyone_the_mean(busy, constant):
-    own, _ = rewards_of(busy, constant, reward="own")
-    team, _ = rewards_of(busy, constant, reward="team")
-    np.testing.assert_allclose(team, np.repeat(own.mean(axis=1, keepdims=True), 10, axis=1))
-
-
 def test_a_team_is_the_robots_of_one_world(busy):
     def run(reward):
         env = ArrayEnv(busy, 3, learn="weighting", reward=reward, decision_period=10)

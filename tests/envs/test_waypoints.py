@@ -157,24 +157,6 @@ def test_the_reward_is_the_goals_rightly_claimed():
     assert env.world.state.wrong.sum() > 0
 
 
-def test_a_team_shares_its_goals_and_a_decision_period_adds_them_up():
-    own, team = (
-        parallel_env("waypoints-10", learn="weighting", reward=reward, decision_period=4)
-        for reward in ("own", "team")
-    )
-    own.reset(seed=SEED)
-    team.reset(seed=SEED)
-    total = 0.0
-    while own.agents:
-        _, mine, *_ = own.step(full(own))
-        _, ours, *_ = team.step(full(team))
-        assert len(set(ours.values())) == 1
-        assert sum(ours.values()) == pytest.approx(sum(mine.values()))
-        total += sum(mine.values())
-    assert total == own.world.state.right.sum()
-    assert total > 0.0
-
-
 @every_layer
 def test_infos_have_the_same_numbers_from_the_reset_on(learn, sampler):
     env = parallel_env("waypoints-05", learn=learn)
@@ -201,12 +183,6 @@ def test_infos_count_claims_and_measure_the_belief_against_the_truth():
     assert state.right.sum() > 0
     off = np.linalg.norm(believed[:, :2] - state.pose[:, :2], axis=1)
     np.testing.assert_allclose([log["position_error_m"] for log in logs], off)
-
-
-def test_an_episode_lasts_the_scenarios_time():
-    assert parallel_env("waypoints-05").max_cycles == 200
-    assert parallel_env("waypoints-05", decision_period=3).max_cycles == 66
-    assert parallel_env("waypoints-05", duration=7.0).max_cycles == 14
 
 
 def test_shaping_pays_for_the_way_to_the_goal():
