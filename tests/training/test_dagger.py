@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -220,3 +221,30 @@ def test_a_fit_has_one_thread_whatever_the_workers(imitating, monkeypatch):
     learning = DAggerTraining(imitating(workers=2))
     assert learning._fit({}) == {}
     assert asked == [1]
+
+
+class Slope:
+    """Exchanges whose error is the weight itself."""
+
+    def gain(self, name):
+        return 1.0
+
+    def draw(self, draws):
+        return self
+
+    def error(self, actor):
+        return actor.weight.sum()
+
+    def share(self, actor, gain):
+        return gain
+
+
+@pytest.mark.parametrize(("done", "moved"), [(0, 5.0), (5, 2.5), (9, 0.5)])
+def test_the_rate_of_a_fit_falls_to_zero_with_the_rounds(done, moved):
+    training = DAggerTraining.__new__(DAggerTraining)
+    training._experiment, training._rounds = SimpleNamespace(seed=3, budget=10), done
+    training._actor = torch.nn.Linear(1, 1, bias=False)
+    torch.nn.init.constant_(training._actor.weight, 7.0)
+    training._fit({"a": Slope()})
+    # Adam moves by its rate at each of 500 steps of a constant slope: 500 x 0.01 of what is left.
+    assert training._actor.weight.item() == pytest.approx(7.0 - moved, rel=1e-3)
