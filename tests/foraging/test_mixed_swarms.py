@@ -16,22 +16,13 @@ from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
-from tests.outside import OutsideMotionPart
+from tests.outside import OutsideMotionPart, SGIKFInNumPy
 
 BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02, "duration": 60.0}
 TICKS = 500
 N = 10
 OUTSIDE = OutsideMotionPart(SubsumptionParameters())
 TALKATIVE = {"pause": 0.5, "refractory": 1.0}
-
-
-class SGIKFInNumPy:
-    heard_p_share = 0.0
-
-    def __call__(self, exchange):
-        total = exchange.own_p + exchange.heard_p
-        half = np.full_like(total, 0.5)
-        return np.divide(exchange.own_p, total, out=half, where=total > 0.0)
 
 
 def named(name, **values):
