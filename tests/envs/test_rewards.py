@@ -46,12 +46,6 @@ def test_a_team_is_the_robots_of_one_world(busy):
     np.testing.assert_allclose(team, np.broadcast_to(own.mean(axis=2, keepdims=True), own.shape))
 
 
-def test_rewards_of_a_decision_period_are_added_up(busy, constant):
-    slow, _ = rewards_of(busy, constant, decision_period=3)
-    fast, _ = rewards_of(busy, constant)
-    np.testing.assert_array_equal(slow, fast.reshape(-1, 3, 10).sum(axis=1))
-
-
 @pytest.mark.parametrize("reward", ["own", "team"])
 @pytest.mark.parametrize("period", [1, 5])
 def test_the_discounted_shaping_of_an_episode_depends_on_its_ends_only(
