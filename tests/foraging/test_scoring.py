@@ -117,12 +117,6 @@ def test_a_round_trip_is_rewarded_in_the_tick_it_is_completed(book):
     assert book.robot.round_trips == 2
 
 
-def test_only_the_first_visit_of_each_area_is_booked(book):
-    for place in ("floor", "prey", "nest", "prey", "nest"):
-        book.tick(place)
-    assert book.robot.first_visit.tolist() == [3, 2]
-
-
 def test_the_sensor_counts_and_not_the_centre(book):
     book.tick("beside")
     assert book.robot.first_visit.tolist() == [-1, -1]
@@ -139,15 +133,3 @@ def test_a_robot_is_on_the_path_while_it_knows_both_areas_in_the_second_half(boo
     book.tick("prey", known=(True, False))
     book.tick("nest", known=(False, True))
     assert book.robot.path_ticks == 2  # where it is does not count
-
-
-def test_every_lost_report_is_counted(book):
-    book.tick("floor", lost=True)
-    book.tick("floor")
-    assert book.robot.lost_events == 1
-
-
-def test_getting_lost_does_not_undo_the_leg(book):
-    for place, lost in (("nest", False), ("prey", False), ("floor", True)):
-        book.tick(place, lost)
-    assert book.tick("nest") == 1.0
