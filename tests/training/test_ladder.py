@@ -10,7 +10,7 @@ import yaml
 from baselines.evaluation.backends import JoblibBackend
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from training.ladder import benchmark, figures, page
+from training.ladder import benchmark, figures
 from training.ladder.cards import score_references
 from training.ladder.play import play, random_actions
 from training.ladder.rungs import (
@@ -274,9 +274,3 @@ def test_lines_of_controllers_have_no_colour_of_an_algorithm(ran):
     )
     assert len(learned) == 2
     assert not learned & known
-
-
-def test_a_page_without_runs_and_scores_is_made_too(rung):
-    text = page.page([rung], [], "command")
-    assert "No algorithm was run here yet." in text
-    assert page.runs_told_of(text) == 0

@@ -130,13 +130,6 @@ def test_cards_are_scored_all_or_only_those_without_scores(call, monkeypatch):
     assert scored == [name for name, rung in read_rungs().items() if not rung.card.scores]
 
 
-def test_the_list_is_a_table_or_json(call):
-    found = json.loads(call("list", "--format=json")[0])
-    assert [each["name"] for each in found] == list(read_rungs())
-    assert all(each["keywords"] and each["title"] for each in found)
-    assert "trained by" in call("list")[0]
-
-
 def test_a_curve_is_timed_without_its_evaluations(monkeypatch):
     now = SimpleNamespace(seconds=1000.0)
     monkeypatch.setattr(play, "time", SimpleNamespace(perf_counter=lambda: now.seconds))

@@ -208,11 +208,3 @@ def test_a_rung_without_scores_has_an_axis_as_high_as_its_curves(rung):
     for axes in figure.axes:
         assert axes.get_ylim()[0] == 0.0
         assert 0.1 < axes.get_ylim()[1] < 0.5
-
-
-def test_the_band_of_a_profile_is_in_per_cent_too(rung, drawn, monkeypatch):
-    bands = [np.full(len(TAUS), share) for share in (0.5, 0.25, 0.75)]
-    monkeypatch.setattr(figures, "performance_profile", lambda strata, taus: bands)
-    figures.profiles([rung], [run_of()], "")
-    ((_, means),) = drawn
-    assert (means.mean[0], means.low[0], means.high[0]) == (50.0, 25.0, 75.0)

@@ -13,7 +13,6 @@ from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
 from tests.outside import motion_inputs
-from training import linear_motion_policy
 from training.learned_motion import (
     NETWORK,
     LearnedMotion,
@@ -136,19 +135,6 @@ def test_a_deep_set_without_one_of_its_arrays_is_refused(tmp_path, make_card):
     motion = saved(tmp_path, make_card, NETWORK, sizes, arrays)
     with pytest.raises(ConfigError, match=r"array 'motion\.wheels\.bias' is missing"):
         motion.check_usable()
-
-
-def test_a_linear_policy_is_compiled_and_a_deep_set_is_started(tmp_path, make_card):
-    shapes = linear_motion_policy.SHAPES
-    linear = saved(tmp_path, make_card, linear_motion_policy.NETWORK, {}, shapes)
-    linear.check_usable(SCENARIO)
-    layer = linear.layer(SCENARIO)
-    assert layer.steer is linear_motion_policy.steer
-    np.testing.assert_array_equal(layer.numbers["policy"], np.zeros(60))
-    assert layer.numbers["slots"] == SCENARIO.slots
-    sizes = {"message": 2, "hidden": 3}
-    deep = saved(tmp_path, make_card, NETWORK, sizes, motion_network_shapes(sizes))
-    assert deep.start(SCENARIO, [1, 2])(*motion_inputs(shown())).shape == (6, 2)
 
 
 def test_flat_weights_lie_in_the_order_of_the_shapes():

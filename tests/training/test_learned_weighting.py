@@ -98,17 +98,6 @@ def test_candidates_side_by_side_have_the_round_trips_they_have_alone(alone, wor
     assert len(np.unique(found["es1"])) > 1
 
 
-def test_the_rule_weighs_as_the_network_in_its_file(policy_file):
-    from training.policy_file import load_policy
-
-    rule, seen = LearnedWeighting(policy=str(policy_file)), encounters(50)
-    layer = rule.layer(find_scenario("es1"))
-    assert layer.heard_p_share == 1.0
-    expected = weigh(EXCHANGE_NETWORK.numbers_of(load_policy(policy_file)), seen)
-    np.testing.assert_array_equal(RowWeighting(layer)(seen), expected)
-    assert expected.any()
-
-
 def test_another_policy_under_the_same_name_is_another_configuration(policy_file):
     from baselines.evaluation.experiment_config import ExperimentConfig
     from training.policy_file import load_policy, save_policy
