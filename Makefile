@@ -15,7 +15,7 @@ REPLAYS := $(patsubst %,build/replays/%.html,near es1-clean es1 real ants2008 es
 .DEFAULT_GOAL := help
 .PHONY: help install demo test faults mutants test-wheel test-browser test-docs test-ray test-rllib test-torchrl \
 	test-cuda test-targets check lint dist golden coverage bench bench-cuda ladder reproduce pictures score-plot scores docs \
-	docs-serve docs-equations clean
+	docs-serve docs-equations counts clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' Makefile
@@ -175,6 +175,9 @@ test-docs: docs $(READY)  ## the site in Chromium, which must be there, at 390 a
 
 docs-equations: $(READY)  ## write docs/equations.md anew from the docstrings
 	$(BIN)/python docs/hooks/make_equations.py
+
+counts:  ## count the source, and write the tables of docs/architecture.md anew
+	$(PYTHON) docs/hooks/count.py
 
 clean:  ## remove caches and build outputs; environments and runs/ stay
 	rm -rf build dist site *.egg-info .coverage .hypothesis .import_linter_cache .mypy_cache \

@@ -13,9 +13,8 @@ import typer
 from rich.console import Console
 from typer import Argument, Option
 
-from baselines.evaluation.commands_evaluate import evaluate
-from baselines.evaluation.commands_plot import plot as plot_figure
-from baselines.evaluation.commands_watch import watch
+from baselines.evaluation.commands import evaluate, watch
+from baselines.evaluation.commands import plot as plot_figure
 from baselines.evaluation.common_options import any_name
 from baselines.evaluation.console import error_message, interrupts_raised, old_names_told, say
 from baselines.papers.commands_reproduce import reproduce

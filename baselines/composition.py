@@ -12,6 +12,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.interface import EstimatorLayer, KernelNumbers, MotionLayer, WeightingLayer
+from swarm_forage_env.parameters import Part
 from swarm_forage_env.record import numbers_record, record_dtype
 from swarm_forage_env.task import consecutive
 from swarm_forage_env.ticks import nothing
@@ -21,23 +22,24 @@ Layers = tuple[EstimatorLayer, WeightingLayer, MotionLayer]
 
 LAYERS = ("estimator", "weighting", "motion")
 
-RobotLayers = Sequence[Sequence[Any]]
-"""The layers of every robot of every world, None for a robot of another estimator. Robots of one
-controller have the same object."""
+Row = Sequence[Any]
+"""The controllers, or their layers, of the robots of a world; None for a robot of another team.
+Robots of one controller have the same object."""
+
+Composition = list[tuple[list[object], object]]
+"""What each layer of a controller consists of, but for its numbers; or its rule in NumPy."""
 
 Members = Bool[Array, " robots"]
 """Which robots of a world are meant."""
 
 
 def settings_of(
-    robot_layers: RobotLayers, parts: Sequence[str], members: Members, is_last: bool = False
+    robot_layers: Sequence[Row], parts: Sequence[str], members: Members, is_last: bool = False
 ) -> Array:
-    """A record for each robot of each world: is it a member, and the numbers of these layers.
+    """A record for each robot of each world: is it a member, and the parameters of these layers.
 
-    Of a robot that is none only the estimator's numbers are written. `is_last` tells that no
-    other robots of the same estimator are decided after these.
-
-    Robots that all have the same numbers share one column.
+    For non-members only the estimator's parameters are written. `is_last`: no other robots of the
+    same estimator are decided after these. Robots with equal parameters share one column.
     """
     n_worlds, n_robots = len(robot_layers), len(members)
     some = robot_layers[0][int(np.argmax(members))]
@@ -53,7 +55,7 @@ def settings_of(
     return settings
 
 
-def _write(out: Array, row: Sequence[Any], parts: Sequence[str], members: Members) -> None:
+def _write(out: Array, row: Row, parts: Sequence[str], members: Members) -> None:
     """Write the numbers of every robot of worlds with the same layers."""
     for layers in {id(each): each for each in row if each is not None}.values():
         whose = np.array([each is layers for each in row])
@@ -69,12 +71,9 @@ def _numbers_of(layers: Layers, parts: Sequence[str]) -> Iterator[tuple[str, Ker
     return ((part, numbers) for part, numbers in zip(LAYERS, every, strict=True) if part in parts)
 
 
-def layers_by_robot(controllers: Sequence[Sequence[Any]], scenarios: Sequence[Any]) -> RobotLayers:
-    """The layers of every robot, made once for each controller in each scenario.
-
-    Worlds of the same controllers and scenario share one row.
-    """
-    made: dict[tuple[int, ...], Sequence[Any]] = {}
+def layers_by_robot(controllers: Sequence[Row], scenarios: Sequence[Part]) -> Sequence[Row]:
+    """The layers of every robot; worlds of the same controllers and scenario share one row."""
+    made: dict[tuple[int, ...], Row] = {}
     robot_layers = []
     for row, scenario in zip(controllers, scenarios, strict=True):
         key = id(scenario), *map(id, row)
@@ -86,13 +85,13 @@ def layers_by_robot(controllers: Sequence[Sequence[Any]], scenarios: Sequence[An
     return robot_layers
 
 
-def groups_of(controllers: Sequence[Any], layers: Sequence[Any]) -> list[Members]:
+def groups_of(controllers: Row, layers: Row) -> list[Members]:
     """Which robots of a world have layers of the same functions."""
-    compositions: dict[int, list[Any]] = {}
+    compositions: dict[int, Composition] = {}
     for controller, own in zip(controllers, layers, strict=True):
         if own is not None and id(own) not in compositions:
             compositions[id(own)] = composition_of(controller, own)
-    different: list[list[Any]] = []
+    different: list[Composition] = []
     for each in compositions.values():
         if each not in different:
             different.append(each)
@@ -102,7 +101,7 @@ def groups_of(controllers: Sequence[Any], layers: Sequence[Any]) -> list[Members
     ]
 
 
-def check_alike(controllers: Sequence[Sequence[Any]], robot_layers: RobotLayers) -> None:
+def check_alike(controllers: Sequence[Row], robot_layers: Sequence[Row]) -> None:
     """ConfigError if the controllers of a robot differ from world to world but in numbers."""
     checked = set()
     different = {
@@ -139,7 +138,7 @@ def check_on_gpu(name: str, estimator: EstimatorLayer, has_rules: bool, n_groups
             )
 
 
-def composition_of(controller: Any, layers: Layers) -> list[tuple[list[object], object]]:  # noqa: ANN401
+def composition_of(controller: Any, layers: Layers) -> Composition:  # noqa: ANN401 layered
     """What each layer of a controller consists of, but for its numbers; or its rule in NumPy."""
     found, own = [], cast("tuple[Layer, ...]", layers)
     for name, layer in zip(LAYERS, own, strict=True):
@@ -172,7 +171,7 @@ def set_stream(memory: Any, word: np.uint64) -> None:  # noqa: ANN401 of any mot
     memory.stream[0] = word
 
 
-def layers_of(controller: Any, scenario: Any) -> Layers:  # noqa: ANN401 of any task
+def layers_of(controller: Any, scenario: Part) -> Layers:  # noqa: ANN401 layered
     """The three layers of a controller in a scenario."""
     estimator = controller.estimator.layer(scenario)
     estimator.check_falsifiable(controller.name, scenario)
@@ -180,7 +179,7 @@ def layers_of(controller: Any, scenario: Any) -> Layers:  # noqa: ANN401 of any 
     return estimator, weighting, _motion_layer(controller.motion, scenario)
 
 
-def _weighting_layer(part: Any, scenario: Any, estimator: EstimatorLayer) -> WeightingLayer:  # noqa: ANN401 compiled or not
+def _weighting_layer(part: Any, scenario: Part, estimator: EstimatorLayer) -> WeightingLayer:  # noqa: ANN401
     if not hasattr(part, "layer"):
         return WeightingLayer(no_gain, heard_p_share=part.heard_p_share)
     layer: WeightingLayer | None = part.layer(scenario) or estimator.own_weighting
@@ -189,6 +188,6 @@ def _weighting_layer(part: Any, scenario: Any, estimator: EstimatorLayer) -> Wei
     return layer
 
 
-def _motion_layer(part: Any, scenario: Any) -> MotionLayer:  # noqa: ANN401 compiled or not
+def _motion_layer(part: Any, scenario: Part) -> MotionLayer:  # noqa: ANN401 compiled or not
     layer: MotionLayer | None = part.layer(scenario) if hasattr(part, "layer") else None
     return layer or MotionLayer(no_motion, {})

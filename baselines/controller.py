@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from baselines.composition import functions_of
+from baselines.composition import Row, functions_of
 from baselines.estimators import ESTIMATORS
 from baselines.motion import MOTIONS
 from baselines.running import RunningLayers
 from baselines.weighting import WEIGHTING_RULES
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.interface import KernelNumbers
 from swarm_forage_env.parameters import Part, leaves, override, resolve, validated
 from swarm_forage_env.task import World, task_of
 
@@ -55,16 +56,18 @@ class LayeredController:
         """Whether its robots tell each other anything to weigh."""
         return bool(getattr(self.estimator, "speaks", True))
 
-    def with_parameters(self, values: Mapping[str, Any]) -> "LayeredController":
+    def with_parameters(self, values: Mapping[str, object]) -> "LayeredController":
         """The same controller with some parameters changed, named as `beta` or `weighting.beta`.
 
-        A layer's own name chooses another registered part: `estimator=dead_reckoning`. It keeps
-        the parameters that both parts have. UnknownNameError for a name that stands for nothing,
-        ConfigError for a value that does not fit; so too for a file that a changed layer needs.
+        A layer's name chooses another registered part, which keeps the parameters that both have:
+        `estimator=dead_reckoning`. UnknownNameError for an unknown name, ConfigError for a value
+        that does not fit or a missing file.
         """
-        chosen = {layer: name for layer, name in values.items() if layer in REGISTRIES}
+        chosen: dict[str, Any] = {
+            layer: name for layer, name in values.items() if layer in REGISTRIES
+        }
         changed = self._with_layers(chosen)
-        changes: dict[str, dict[str, Any]] = {}
+        changes: dict[str, dict[str, object]] = {}
         for name, value in values.items():
             if name not in chosen:
                 path = resolve(name, changed.parameters, f"parameter of {self.name}")
@@ -79,7 +82,7 @@ class LayeredController:
         return replace(changed, **parts)
 
     def _with_layers(self, names: Mapping[str, str]) -> "LayeredController":
-        """The same controller with registered parts in the place of some layers."""
+        """The same controller with other registered parts for some layers."""
         parts: dict[str, Any] = {}
         for layer, name in names.items():
             part, old = REGISTRIES[layer][name], self.layers[layer].model_dump()
@@ -87,30 +90,28 @@ class LayeredController:
             parts[layer] = validated(part, kept)
         return replace(self, **parts)
 
-    def build(self, world: World, seeds: Sequence[int], each: Sequence[Any]) -> RunningLayers:
-        """The running controller of a block of worlds, with the numbers of `each` of them.
+    def build(
+        self, world: World, seeds: Sequence[int], each: Sequence["LayeredController"]
+    ) -> RunningLayers:
+        """The running controller of a block of worlds, `each` with a controller of its own numbers.
 
-        ConfigError if a layer is not made for such a world.
+        ConfigError if a layer does not support such a world.
         """
         self.check_supports(world.scenario)
         return RunningLayers(world, seeds, [[own] * world.n_robots for own in each])
 
-    def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
-        """What its robots understand: those of equal languages have estimators of one kind.
-
-        Where estimates are corrected jointly, of the same numbers too.
-        """
+    def language(self, scenario: Part) -> tuple[list[object], KernelNumbers | None]:
+        """What its robots understand: estimators of one kind; of one kind and equal numbers where
+        estimates are corrected jointly."""
         layer = self.estimator.layer(scenario)
         numbers = layer.numbers if task_of(scenario).is_joint else None
         return functions_of(layer), numbers
 
-    def build_team(
-        self, world: World, seeds: Sequence[int], each: Sequence[Sequence[Any]]
-    ) -> RunningLayers:
+    def build_team(self, world: World, seeds: Sequence[int], each: Sequence[Row]) -> RunningLayers:
         """The running controller of some robots, worlds by robots; None for one of another's."""
         return RunningLayers(world, seeds, each)
 
-    def check_usable(self, scenario: Any) -> None:  # noqa: ANN401 of any task
+    def check_usable(self, scenario: Part) -> None:
         """ConfigError or UnknownNameError if a layer is not made for such a world, or lacks what
         it needs there: found out before anything is built."""
         self.check_supports(scenario)
@@ -118,11 +119,11 @@ class LayeredController:
             if hasattr(part, "check_usable"):
                 part.check_usable(scenario)
 
-    def assumed(self, scenario: Any) -> str:  # noqa: ANN401 of any task
+    def assumed(self, scenario: Part) -> str:
         """What is taken for granted of it in a scenario, in a line for its user; empty: nothing."""
         return ""
 
-    def supports(self, scenario: Any) -> bool:  # noqa: ANN401 of any task
+    def supports(self, scenario: Part) -> bool:
         """Whether every layer is made for the world of this scenario."""
         return self._unsupported(scenario) is None
 
@@ -137,7 +138,7 @@ class LayeredController:
             )
         self.estimator.layer(scenario).check_falsifiable(self.name, scenario)
 
-    def _unsupported(self, scenario: Any) -> str | None:  # noqa: ANN401 of any task
+    def _unsupported(self, scenario: Part) -> str | None:
         """The first layer that is not made for the world of this scenario."""
         task = task_of(scenario)
         for layer, part in self.layers.items():

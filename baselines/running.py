@@ -16,7 +16,7 @@ import numpy as np
 from baselines.composition import (
     LAYERS,
     Members,
-    RobotLayers,
+    Row,
     check_alike,
     check_on_gpu,
     groups_of,
@@ -27,10 +27,19 @@ from baselines.composition import (
 )
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import bind, typed_once
-from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, Kernel, MotionLayer
+from swarm_forage_env.interface import (
+    KEEP,
+    RULE,
+    CompiledLayers,
+    Kernel,
+    MotionLayer,
+    MotionRule,
+    WeightingRule,
+)
 from swarm_forage_env.no_layers import set_no_stream
+from swarm_forage_env.parameters import Part
 from swarm_forage_env.random_streams import streams
-from swarm_forage_env.record import copied_rows, record_dtype
+from swarm_forage_env.record import Rows, copied_rows, record_dtype
 from swarm_forage_env.task import World, task_of
 from swarm_forage_env.ticks import only, run_ticks
 
@@ -46,9 +55,9 @@ class CompositionGroup:
     functions: Mapping[str, Kernel]
     """What the templates of a tick have free names for."""
     motion: MotionLayer
-    weigh: Any
+    weigh: WeightingRule | None
     """Their weighting, if it is written in NumPy."""
-    steer: Any
+    steer: MotionRule | None
     """Their motion, if it is written in NumPy."""
     is_last: bool
     """No other robots of their team are decided after them."""
@@ -92,9 +101,7 @@ class RunningLayers:
 
     minds: Array
 
-    def __init__(
-        self, world: World, seeds: Sequence[int], controllers: Sequence[Sequence[Any]]
-    ) -> None:
+    def __init__(self, world: World, seeds: Sequence[int], controllers: Sequence[Row]) -> None:
         """Compile the layers. `controllers[world][robot]` is None for robots of other teams.
 
         A robot's controller differs from world to world in its numbers only.
@@ -176,7 +183,7 @@ class RunningLayers:
         for group in self._groups:
             group.reset(world, seed)
 
-    def numbers_in(self, world: int, scenario: Any) -> list[Array]:  # noqa: ANN401 of its task
+    def numbers_in(self, world: int, scenario: Part) -> list[Array]:
         """The numbers of one world's robots in another scenario: of the team, of each group.
 
         ConfigError if a layer is not made for it.
@@ -220,7 +227,7 @@ class RunningLayers:
         name = self._controllers[0][0].name
         check_on_gpu(name, self.estimator, self.has_rules, len(self._groups))
 
-    def _motion_inputs(self) -> Iterator[Any]:
+    def _motion_inputs(self) -> Iterator[Rows]:
         """Copies of what the motion layer sees, in the order in which `steer` takes it."""
         yield copied_rows(self._estimators, ("situation",))
         for path in (*self._task.steered_by, f"robots.command.{self._task.commanded}"):
@@ -230,7 +237,7 @@ class RunningLayers:
     def _all_settings(self) -> list[Array]:
         return [self._settings, *(group.settings for group in self._groups)]
 
-    def _allocate(self, row: Sequence[Any]) -> None:
+    def _allocate(self, row: Row) -> None:
         """Make the records of every robot, with room for the largest memory of a motion."""
         n_worlds, n_robots = self._world.n_worlds, self._world.n_robots
         memories = [layers[2].memory.dtype(robots=n_robots) for layers in row if layers]
@@ -243,8 +250,8 @@ class RunningLayers:
         self.shared: Array = np.zeros((n_worlds, n_robots, *pairs))
         self._estimators = self.minds["estimator"]
 
-    def _minds_with(self, memory: np.dtype[Any]) -> Array:
-        """The minds, in which a smaller memory of the motion lies in the place of the largest."""
+    def _minds_with(self, memory: np.dtype[np.void]) -> Array:
+        """The minds, viewed with a smaller memory of the motion than the largest."""
         whole = self.minds.dtype
         if whole["motion"] == memory:
             return self.minds
@@ -263,8 +270,8 @@ class RunningLayers:
 
     def _group(
         self,
-        controllers: Sequence[Any],
-        robot_layers: RobotLayers,
+        controllers: Row,
+        robot_layers: Sequence[Row],
         members: Members,
         is_last: bool,
         seeds: Sequence[int],
@@ -296,8 +303,10 @@ class RunningLayers:
         )
 
 
-def _rule(part: Any, running: RunningLayers, world: World) -> Any:  # noqa: ANN401 as above
+def _rule(part: Any, running: RunningLayers, world: World) -> WeightingRule | None:  # noqa: ANN401
     """A weighting written in NumPy; None for a compiled one."""
     if hasattr(part, "layer"):
         return None
-    return part.start_knowing(running, world) if hasattr(part, "start_knowing") else part
+    knows = hasattr(part, "start_knowing")
+    rule: WeightingRule = part.start_knowing(running, world) if knows else part
+    return rule

@@ -3,414 +3,298 @@
     python examples/tiny_forage.py 6000      # ticks of 0.1 s; prints the round trips
 
 Robots drift from where they believe to be, and imitate those that stood on an area more recently:
-social odometry (TR: Gutierrez et al. 2009). Begin with `tick`, at the end. The core, 70 times
-faster, goes through the same poses, bit for bit. What it has in full, with all that is switched
-off in this scenario and this controller:
+social odometry (TR: Gutierrez et al. 2009). Begin with `tick`, at the end. The core goes through
+the same poses, bit for bit; what it has in full, with all that is switched off here:
 
-    chance           swarm_forage_env/equations/random_draws.py
     start, scoring   swarm_forage_env/foraging/scoring.py
-    motion, tick     swarm_forage_env/epuck/tick.py
-    contacts         swarm_forage_env/epuck/surroundings.py
+    tick, contacts   swarm_forage_env/epuck/tick.py, swarm_forage_env/epuck/surroundings.py
     sensors, radio   swarm_forage_env/epuck/sensors.py
     area memory      baselines/estimators/area_memory.py
     exchange         baselines/estimators/message_exchange.py, baselines/weighting/sgikf.py
     steering         baselines/motion/subsumption.py
 
-Points are complex numbers, x + iy [m]; a product with rect(1, theta) turns one by theta. What
-crosses the border of sensors, radio or beliefs has 32 bits (f32).
+Arrays have an element, or a row of two areas (nest, prey), for each of N robots. Points are complex
+numbers, x + iy [m]. What crosses the border of sensors, radio or beliefs has 32 bits (f32).
 """
 
-import math
 import sys
-from collections.abc import Iterator
 
 import numpy as np
 
 from swarm_forage_env import find_scenario
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.equations.elementary import atan2, cos_sin, hypot, log
-from swarm_forage_env.random_streams import NoiseSource as Cause
+from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.random_streams import NoiseSource as Noise
+from swarm_forage_env.random_streams import streams
 
 ES1, SSGIKF = find_scenario("es1"), find_controller("ssgikf")
 BODY, SENSORS, RADIO, TASK, DT = ES1.robot, ES1.sensors, ES1.radio, ES1.task, ES1.tick
-SOCIAL, MOTION, SIDES = SSGIKF.estimator, SSGIKF.motion, (ES1.arena.length, ES1.arena.width)
-NEST, PREY, CENTRES = 0, 1, [complex(*centre) for centre in ES1.areas]
-BRIGHTNESS = {NEST: 0.0, PREY: 0.5, None: 1.0}  # of the ground: black, grey, white
-ANGLES = np.radians([-17.0, -50.0, -90.0, -150.0, 150.0, 90.0, 50.0, 17.0]).tolist()  # infrared
+SOCIAL, MOTION, N, SLOTS = SSGIKF.estimator, SSGIKF.motion, TASK.n_robots, ES1.slots
+NEST, PREY, NONE, ROBOTS, AREAS = 0, 1, -1, np.arange(N), np.arange(2)
+WALLS = 0.5 * np.array([ES1.arena.length, ES1.arena.width])
+BRIGHTNESS = np.array([0.0, 0.5, 1.0])  # of nest, prey and the rest: black, grey, white
+ANGLES = np.radians([-17.0, -50.0, -90.0, -150.0, 150.0, 90.0, 50.0, 17.0])[:, None]  # infrared
+# NumPy may round sines and products of complex numbers otherwise on each machine.
+times, ratio = np.vectorize(lambda a, b: a * b), np.vectorize(lambda a, n: a / n)
+unit = np.vectorize(lambda angle: complex(*cos_sin(angle)))
+length = np.vectorize(lambda way: hypot(way.real, way.imag))
+phase = np.vectorize(lambda way: atan2(way.imag, way.real))
+wrapped, logarithm = np.vectorize(wrap), np.vectorize(log)  # the same angles in [-pi, pi)
+f32 = np.vectorize(lambda number: float(np.float32(number)), otypes=[float])
+RAYS = unit(ANGLES)
 
 
-def f32(*numbers: float) -> list[float]:
-    """Round to 32 bits."""
-    return np.float32(numbers).tolist()
-
-
-def rect(r: float, angle: float) -> complex:
-    """The point at a distance and a direction."""
-    c, s = cos_sin(angle)
-    return complex(r * c, r * s)
-
-
-def length(way: complex) -> float:
-    """How long a way is."""
-    return hypot(way.real, way.imag)
-
-
-def phase(way: complex) -> float:
-    """The direction of a way, in [-pi, pi]."""
-    return atan2(way.imag, way.real)
-
-
-def wrap(angle: float) -> float:
-    """The same angle in [-pi, pi)."""
-    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
-
-
-def mix(z: int) -> int:
-    """Scramble 64 bits, as SplitMix64 does."""
-    z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9 % 2**64
-    z = (z ^ z >> 27) * 0x94D049BB133111EB % 2**64
-    return z ^ z >> 31
-
-
-def draws(seed: int, robot: int, cause: int) -> Iterator[float]:
-    """Uniform numbers in [0, 1): a stream for each robot and cause, so that none moves another."""
-    word = mix((seed + 0x9E3779B97F4A7C15) % 2**64)
-    word = mix((word + (robot + 1) * 0xD1342543DE82EF95) % 2**64)
-    word = mix((word + (cause + 1) * 0x2545F4914F6CDD1D) % 2**64)
-    while True:
-        word = (word + 0x9E3779B97F4A7C15) % 2**64
-        yield (mix(word) >> 11) * 2.0**-53
-
-
-def to_arc(left: float, right: float) -> tuple[float, float]:
+def to_arc(left: Array, right: Array) -> tuple[Array, Array]:
     """Distance and turn for the paths of both wheels. TR, Eq. 3 and 4."""
     return 0.5 * (right + left), (right - left) / BODY.axle
 
 
-def response(d: float) -> float:
+def advance(at: Array, heading: Array, drho: Array, dtheta: Array) -> None:
+    """Move poses by a distance and a turn. TR, Eq. 7."""
+    at += drho * unit(heading + 0.5 * dtheta)
+    heading[:] = wrapped(heading + dtheta)
+
+
+def response(d: Array | float) -> Array:
     """What an infrared sensor reads at a distance from the rim [m]. ARGoS3-epuck."""
-    return min(max((298.701 * d - 36.8961) * d + 1.08212, 0.0), 1.0) if d <= 0.05 else 0.0
+    return (d <= 0.05) * np.clip((298.701 * d - 36.8961) * d + 1.08212, 0.0, 1.0)
 
 
-def area_at(point: complex) -> int | None:
-    """The area that holds a point."""
-    return next((a for a in (NEST, PREY) if length(point - CENTRES[a]) <= TASK.area_radius), None)
-
-
-class Pose:
-    """A place and a heading, true or believed."""
-
-    at, heading = 0j, 0.0
-
-    def advance(self, drho: float, dtheta: float) -> None:
-        """Go on by a distance and a turn. TR, Eq. 7."""
-        self.at += rect(drho, self.heading + 0.5 * dtheta)
-        self.heading = wrap(self.heading + dtheta)
-
-
-class Mind(Pose):
-    """What a robot knows, in a frame of its own: of the truth only what it sensed and heard."""
-
-    def __init__(self, walk: Iterator[float]) -> None:
-        self.place, self.p = {}, [0.0, 0.0]  # centres of the known areas; path since each [m]
-        self.visited = set()  # areas it stood on since it was last lost
-        self.on_area = self.came_from = self.goal = None  # no goal: it wanders
-        self.search = None  # path left to look for the goal where it should be [m]
-        self.partner, self.until, self.told = None, 0, {}  # of an area: sum of places, frames, p
-        self.deaf_until, self.met_until = 0, {}  # deaf to all, or to a partner of before
-        self.turn, self.run, self.walk = 0.0, 0.0, walk  # left to turn and to go straight on
-
-    def dead_reckon(self, drho: float, dtheta: float) -> None:
-        """Move the believed pose; confidence wanes with the path. TR, Eq. 7 and 13."""
-        self.advance(drho, dtheta)
-        self.p = [p + (abs(drho) + 0.5 * abs(dtheta) * BODY.axle) for p in self.p]
-
-    def find_areas(self, ground: list[float]) -> None:
-        """Remember the centre of an area on entering it, if two of three ground sensors see it."""
-        seen = [NEST if light < 0.2 else PREY if light < 0.68 else None for light in ground]
-        area = next((area for area in (NEST, PREY) if seen.count(area) >= 2), None)
-        if area is not None:
-            self.p[area] = 0.0
-            if area != self.on_area:
-                to_centre = SENSORS.ground_ahead + TASK.area_radius
-                self.place[area] = self.at + to_centre * rect(1.0, self.heading)
-                self.visited.add(area)
-                self.came_from, self.search = area, None
-        self.on_area = area
-
-    def notice_loss(self, drho: float, clock: int) -> None:
-        """Forget both areas where the goal should be and is not. TR, Section 5.1."""
-        if self.search is not None:
-            self.search -= abs(drho)
-            if self.search < 0.0:
-                self.place, self.visited, self.told = {}, set(), {}
-                self.goal = self.came_from = self.search = self.partner = None
-                self.deaf_until = clock + round(SOCIAL.deaf_when_lost / DT)
-        elif self.goal is not None and length(self.place[self.goal] - self.at) < SOCIAL.lost_within:
-            self.search = SOCIAL.overshoot
-
-    def choose_goal(self) -> None:
-        """From an area to the other; from nowhere to the nearer one known; else wander."""
-        before = self.goal
-        if self.came_from is not None:
-            self.goal = 1 - self.came_from if 1 - self.came_from in self.place else None
-        elif self.goal is None:
-            ways = {area: length(place - self.at) for area, place in self.place.items()}
-            self.goal = min(ways, key=ways.get, default=None)
-        if self.goal != before:
-            self.search = None
-
-    def exchange(self, heard: list[tuple], clock: int) -> None:
-        """Stop for one neighbour for a while, and sum up what it tells. TR, Section 5.2."""
-        if self.partner is None and clock >= self.deaf_until:
-            for sender, *_, message in heard:
-                is_useful = any(a not in self.place or a == self.goal for a in message)
-                if clock >= self.met_until.get(sender, 0) and is_useful:
-                    self.partner, self.until = sender, clock + round(RADIO.exchange_time / DT)
-                    break
-        for sender, *beam, frames, message in heard:
-            if sender == self.partner:
-                self.listen(beam, frames, message)
-        if self.partner is not None and clock == self.until:
-            self.met_until[self.partner] = clock + round(SOCIAL.refractory / DT)
-            self.partner, self.deaf_until = None, clock + round(SOCIAL.pause / DT)
-
-    def listen(self, beam: list[float], frames: int, message: dict[int, list[float]]) -> None:
-        """Where the partner says that areas are, in the own frame. TR, Eq. 40."""
-        (d, gamma_i, gamma_j), x, y = beam, self.at.real, self.at.imag
-        c, s = cos_sin(self.heading)
-        for area, (d_j, phi_j, p_j) in message.items():
-            phi_i = f32(gamma_i + f32(phi_j - gamma_j)[0])[0] - math.pi
-            to = rect(d, gamma_i) + rect(d_j, phi_i)
-            place = complex(x + c * to.real - s * to.imag, y + s * to.real + c * to.imag)
-            total, n, _ = self.told.get(area, (0j, 0, 0.0))
-            self.told[area] = total + frames * place, n + frames, p_j
-
-    def merge(self) -> None:
-        """Copy what was told of an unknown area; blend that of the goal. TR, Eq. 14, 33 to 35."""
-        if self.partner is not None:
-            return
-        for area, (total, frames, p_j) in self.told.items():
-            if area not in self.place:
-                self.place[area], self.p[area] = total / frames, p_j
-            elif area == self.goal:
-                p_i = f32(self.p[area])[0]
-                g = f32(p_i / f32(p_i + p_j)[0])[0]
-                self.place[area] = (1.0 - g) * self.place[area] + g * (total / frames)
-                self.p[area] = (1.0 - g) * self.p[area]
-        self.told = {}
-
-    def compose(self) -> dict[int, list[float]]:
-        """Tell of areas it stood on; on its way, only of the one it comes from. TR 4.1, 6.1.2."""
-        ways = {area: self.place[area] - self.at for area in self.visited}
-        return {
-            area: f32(length(to), wrap(phase(to) - self.heading), self.p[area])
-            for area, to in ways.items()
-            if area != self.goal or len(self.place) == 1
-        }
-
-    def avoid(self, infrared: list[float]) -> bool:
-        """Turn past what is near in front: keep right, unless it is there. TR, Section 5.1."""
-        near, total = response(MOTION.gap), 0j
-        for reading, angle in zip(infrared, ANGLES, strict=True):
-            if reading > near and abs(angle) <= MOTION.sector:
-                total += reading * rect(1.0, angle)
-        if total:
-            swerve = MOTION.swerve if phase(total) < -math.pi / 6.0 else -MOTION.swerve
-            self.turn = wrap(phase(total) + swerve)
-        return bool(total)
-
-    def wander(self) -> None:
-        """Go straight on for a path of exponential length, then turn to a new direction."""
-        if self.run <= 0.0:
-            self.run = -MOTION.mean_run * log(1.0 - next(self.walk))
-            self.turn = math.pi * (2.0 * next(self.walk) - 1.0)
-        self.run -= BODY.cruise_speed * DT
-
-    def steer(self, infrared: list[float]) -> list[float]:
-        """Talk, else avoid, else go to the goal, else wander. TR, Section 5."""
-        if self.partner is not None:
-            return [0.0, 0.0]
-        angle, creep = 0.0, 0.0
-        if self.avoid(infrared):
-            angle, creep = self.turn, MOTION.creep
-        elif self.goal is None:
-            self.wander()
-            angle = self.turn
-        elif self.search is None:
-            to = (self.place[self.goal] - self.at) * rect(1.0, -self.heading)
-            angle = phase(complex(*f32(to.real, to.imag)))
-        forward = max(rect(1.0, angle).real, creep)
-        turn = min(max(angle / 0.5, -1.0), 1.0)
-        scale = max(1.0, forward + abs(turn))
-        left, right = (forward - turn) / scale, (forward + turn) / scale
-        turned = 0.5 * (right - left) * (2.0 * BODY.cruise_speed * DT / BODY.axle)
-        self.turn = wrap(self.turn - turned)
-        return f32(left, right)
-
-
-class Robot(Pose):
-    """The truth about a robot, what it senses and says, and its mind."""
-
-    def __init__(self, seed: int, number: int) -> None:
-        self.streams = {cause: draws(seed, number, cause) for cause in Cause}
-        self.number, self.near, self.mind = number, [], Mind(self.streams[Cause.WANDER])
-        self.paths, self.infrared = [0.0, 0.0], []  # of the wheels in a tick [m]
-        self.message = {}  # of no area: it is silent
-        self.leg, self.round_trips = None, 0  # the area it has to reach, once it was in the nest
-
-    def noise(self, cause: Cause) -> float:
-        """Draw from [-1, 1)."""
-        return 2.0 * next(self.streams[cause]) - 1.0
-
-    def drive(self, wheels: list[float]) -> None:
-        """Turn the wheels, at shares of the cruise speed."""
-        self.paths = [share * BODY.cruise_speed * DT for share in wheels]
-        self.advance(*to_arc(*self.paths))
-
-    def score(self) -> None:
-        """Count the round trips: nest, prey, nest. TR, Section 6.1.2."""
-        area = area_at(self.at + SENSORS.ground_ahead * rect(1.0, self.heading))
-        if area == NEST:
-            self.round_trips += self.leg == NEST
-            self.leg = PREY
-        elif area == PREY and self.leg == PREY:
-            self.leg = NEST
-
-    def read_encoders(self) -> list[float]:
-        """Distance and turn of a tick, from noisy paths of the wheels. ANTS, Section 4.1."""
-        error = SENSORS.wheel_noise * BODY.cruise_speed * DT
-        return f32(*to_arc(*(u and u + error * self.noise(Cause.ENCODER) for u in self.paths)))
-
-    def read_ground(self) -> list[float]:
-        """Brightness under the left, middle and right sensor. TR, Sections 5 and 6.1."""
-        ahead, side = SENSORS.ground_ahead, SENSORS.ground_spacing
-        sensors = [complex(ahead, k * side) * rect(1.0, self.heading) for k in (1, 0, -1)]
-        lights = (BRIGHTNESS[area_at(self.at + sensor)] for sensor in sensors)
-        most = SENSORS.ground_noise
-        return f32(*(light and light * (1.0 + most * self.noise(Cause.GROUND)) for light in lights))
-
-    def read_infrared(self) -> list[float]:
-        """What the eight infrared sensors see of walls and of other robots. TR, Section 6.1."""
-        lights, most = (
-            (response(self.ray_length(angle)) for angle in ANGLES),
-            SENSORS.proximity_noise,
-        )
-        noisy = (light and light * (1.0 + most * self.noise(Cause.PROXIMITY)) for light in lights)
-        return f32(*(min(light, 1.0) for light in noisy))
-
-    def ray_length(self, angle: float) -> float:
-        """How far a ray goes from the rim [m]."""
-        ahead, ray = rect(1.0, self.heading), rect(1.0, angle)
-        u = ahead * ray
-        axes = zip(SIDES, (self.at.real, self.at.imag), (u.real, u.imag), strict=True)
-        nearest = min((0.5 * side - (x if c > 0.0 else -x)) / abs(c) for side, x, c in axes)
-        for other in self.near:
-            to = (other.at - self.at) * ahead.conjugate() * ray.conjugate()
-            if to.real > 0.0 and abs(to.imag) < BODY.radius:
-                half_chord = math.sqrt(BODY.radius * BODY.radius - to.imag * to.imag)
-                nearest = min(nearest, to.real - half_chord)
-        return max(nearest - BODY.radius, 0.0)
-
-    def hear(self) -> list[tuple]:
-        """Receive messages: some are lost, and of too many for the slots any are kept. TR 6.1."""
-        senders, arrived = [], 0
-        for sender in self.near:
-            share = (length(sender.at - self.at) - RADIO.near) / (RADIO.max_range - RADIO.near)
-            lost = RADIO.loss_near + (RADIO.loss_far - RADIO.loss_near) * share
-            if sender.message and share <= 1.0 and next(self.streams[Cause.LOSS]) >= lost:
-                slot, arrived = arrived, arrived + 1
-                if slot >= ES1.slots:
-                    slot = int(next(self.streams[Cause.SLOT]) * arrived)
-                if slot < ES1.slots:
-                    senders[slot : slot + 1] = [sender]
-        return [self.measure(sender) for sender in senders]
-
-    def measure(self, sender: "Robot") -> tuple:
-        """Who speaks; range, bearing and bearing back; of so many frames; what it says."""
-        frames = 1 if any(self.paths) else RADIO.frames  # who stands averages several
-
-        def error(most: float) -> float:
-            return most * sum(self.noise(Cause.RADIO) for _ in range(frames)) / frames
-
-        to = sender.at - self.at
-        d = length(to) + error(RADIO.range_noise)
-        gamma_i = wrap(wrap(phase(to) - self.heading) + error(RADIO.bearing_noise))
-        gamma_j = wrap(wrap(phase(-to) - sender.heading) + error(RADIO.bearing_noise))
-        return sender.number, *f32(d, gamma_i, gamma_j), frames, sender.message
+def area_at(points: Array) -> Array:
+    """The area that holds each point."""
+    in_nest, in_prey = (length(points - complex(*c)) <= TASK.area_radius for c in ES1.areas)
+    return np.where(in_nest, NEST, np.where(in_prey, PREY, NONE))
 
 
 class World:
-    """All robots, at first at random in a circle where none overlaps another; and the clock."""
+    """The robots: the truth, and what each believes in a frame of its own."""
 
     def __init__(self, seed: int) -> None:
-        self.clock, self.robots = 0, []
-        for number in range(TASK.n_robots):
-            robot, is_free = Robot(seed, number), False
+        """Place each robot at random in a circle, where it overlaps none before it."""
+        self.streams = {noise: streams([seed], N, noise) for noise in Noise}
+        self.clock, self.at, self.believed_at = 0, *np.zeros((2, N), complex)
+        self.paths = np.zeros((2, N))  # of the wheels in a tick [m]
+        self.heading, self.believed_heading, self.turn, self.run = np.zeros((4, N))
+        self.search = np.full(N, np.nan)  # path left to look for the goal where it should be [m]
+        # The area to reach for a round trip, the one it was on, the goal; the robot it talks to.
+        self.leg, self.came_from, self.goal, self.partner = np.full((4, N), NONE)
+        self.round_trips, self.until, self.deaf_until = np.zeros((3, N), int)
+        self.met_until = np.zeros((N, N), int)  # deaf to a partner of before
+        # Of each area: whether it is known, was visited since the robot was last lost, is told of.
+        self.is_on, self.is_goal, self.known, self.visited, self.says = np.zeros((5, N, 2), bool)
+        self.place, self.told = np.zeros((2, N, 2), complex)  # the centre; a sum over frames
+        self.p, self.told_p = np.zeros((2, N, 2))  # path since then [m]: its lack of confidence
+        self.n_told = np.zeros((N, 2), int)  # frames in the sum
+        self.message = np.zeros((3, N, 2))  # distance, direction and p of each
+        for i in ROBOTS:
+            me, is_free = i == ROBOTS, False
             while not is_free:
-                r = TASK.start_radius * math.sqrt(next(robot.streams[Cause.PLACE]))
-                robot.at = rect(r, math.pi * robot.noise(Cause.PLACE))
-                is_free = all(length(robot.at - o.at) >= 2.0 * BODY.radius for o in self.robots)
-            robot.heading = math.pi * robot.noise(Cause.PLACE)
-            self.robots.append(robot)
-        find_neighbours(self.robots)
-        for robot in self.robots:
-            robot.read_ground()
-            robot.infrared = robot.read_infrared()
+                r = TASK.start_radius * np.sqrt(self.draw(Noise.PLACE, me))
+                self.at[i] = (r * unit(np.pi * self.noise(Noise.PLACE, me)))[i]
+                is_free = (length(self.at - self.at[i])[:i] >= 2.0 * BODY.radius).all()
+            self.heading[i] = np.pi * self.noise(Noise.PLACE, me)[i]
+        self.sense()
 
+    def draw(self, noise: Noise, who: Array) -> Array:
+        """Draw from [0, 1) for some robots, each from a stream of its own. SplitMix64."""
+        self.streams[noise] = z = self.streams[noise] + who * np.uint64(0x9E3779B97F4A7C15)
+        z = (z ^ z >> 30) * np.uint64(0xBF58476D1CE4E5B9)
+        z = (z ^ z >> 27) * np.uint64(0x94D049BB133111EB)
+        return ((z ^ z >> 31) >> 11) * 2.0**-53
 
-def find_neighbours(robots: list[Robot]) -> None:
-    """List who is near whom, by ascending numbers."""
-    for me in robots:
-        others = (other for other in robots if other is not me)
-        me.near = [other for other in others if length(other.at - me.at) < RADIO.max_range + 0.02]
+    def noise(self, noise: Noise, who: Array) -> Array:
+        """Draw from [-1, 1) for some robots; 0 for the others."""
+        return np.where(who, 2.0 * self.draw(noise, who) - 1.0, 0.0)
 
+    def noisy(self, readings: Array, most: float, noise: Noise) -> Array:
+        """Readings of several sensors with a relative error; what reads nothing has none."""
+        return [each * (1.0 + most * self.noise(noise, each != 0.0)) for each in readings]
 
-def resolve_contacts(robots: list[Robot]) -> None:
-    """Move overlapping robots apart and inside the walls, until no overlap is large."""
-    far_x, far_y = (0.5 * side - BODY.radius for side in SIDES)
-    pairs = [(me, other) for me in robots for other in me.near if other.number < me.number]
-    overlaps = [math.inf]
-    for passes in range(2000):
-        for robot in robots:
-            x, y = robot.at.real, robot.at.imag
-            robot.at = complex(min(max(x, -far_x), far_x), min(max(y, -far_y), far_y))
-        if max(overlaps, default=0.0) <= 1e-4:
-            return
-        overlaps = [separate(*pair, 0.5 if passes < 20 else 0.9) for pair in pairs]
+    def steer(self) -> Array:
+        """Talk, else avoid, else go to the goal, else wander: the wheels. TR, Section 5."""
+        is_near = (self.infrared > response(MOTION.gap)) & (abs(ANGLES) <= MOTION.sector)
+        near = phase(sum(np.where(is_near, self.infrared, 0.0) * RAYS))
+        is_free = self.partner == NONE
+        avoids = is_free & is_near.any(0)
+        wanders = is_free & ~avoids & (self.goal == NONE)
+        # Keep right of what is near, unless it is there.
+        swerve = np.where(near < -np.pi / 6.0, MOTION.swerve, -MOTION.swerve)
+        self.turn = np.where(avoids, wrapped(near + swerve), self.turn)
+        # Wander straight on for a run of exponential length, then turn to a new direction.
+        ends = wanders & (self.run <= 0.0)
+        run = -MOTION.mean_run * logarithm(1.0 - self.draw(Noise.WANDER, ends))
+        self.run = np.where(ends, run, self.run) - wanders * (BODY.cruise_speed * DT)
+        self.turn = np.where(ends, np.pi * self.noise(Noise.WANDER, ends), self.turn)
+        seen = times(self.place[ROBOTS, self.goal] - self.believed_at, unit(-self.believed_heading))
+        seeks = (self.goal != NONE) & np.isnan(self.search)
+        angle = np.where(
+            avoids | wanders, self.turn, np.where(seeks, phase(np.complex64(seen)), 0.0)
+        )
+        forward = np.maximum(unit(angle).real, np.where(avoids, MOTION.creep, 0.0))
+        turn = np.clip(angle / 0.5, -1.0, 1.0)
+        wheels = np.array([forward - turn, forward + turn]) / np.maximum(1.0, forward + abs(turn))
+        turned = 0.5 * (wheels[1] - wheels[0]) * (2.0 * BODY.cruise_speed * DT / BODY.axle)
+        self.turn = np.where(is_free, wrapped(self.turn - turned), self.turn)
+        return f32(wheels * is_free)
 
+    def speak(self) -> None:
+        """Merge what was told, once an exchange is over, and compose the next message."""
+        # Copy what was told of an unknown area; blend that of the goal. TR, Eq. 14, 33 to 35.
+        told = (self.n_told > 0) & (self.partner == NONE)[:, None]
+        blends, copies = told & self.known & self.is_goal, told & ~self.known
+        place, p_i = ratio(self.told, np.maximum(self.n_told, 1)), f32(self.p[blends])
+        g = f32(p_i / f32(p_i + self.told_p[blends]))
+        self.place[blends] = (1.0 - g) * self.place[blends] + g * place[blends]
+        self.p[blends] *= 1.0 - g
+        self.place[copies], self.p[copies] = place[copies], self.told_p[copies]
+        self.known |= copies
+        self.told[told], self.n_told[told] = 0.0, 0
+        # Tell of areas it stood on; on its way, only of the one it comes from. TR, 4.1, 6.1.2.
+        self.says = self.visited & (~self.is_goal | ~self.known.all(1, keepdims=True))
+        to = self.place - self.believed_at[:, None]
+        turn = wrapped(phase(to) - self.believed_heading[:, None])
+        self.message = f32([length(to), turn, self.p])
 
-def separate(me: Robot, other: Robot, share: float) -> float:
-    """Move two robots apart, each by a share of their overlap, which is returned [m]."""
-    to = other.at - me.at
-    overlap = max(2.0 * BODY.radius - length(to), 0.0)
-    way = share * overlap * (to / length(to))
-    me.at, other.at = me.at - way, other.at + way
-    return overlap
+    def move(self, wheels: Array) -> None:
+        """Turn the wheels, at shares of the cruise speed, and count the round trips."""
+        self.paths = wheels * BODY.cruise_speed * DT
+        advance(self.at, self.heading, *to_arc(*self.paths))
+        is_near = length(self.at - self.at[:, None]) < RADIO.max_range + 0.02
+        pairs, most, overlap = np.argwhere(np.tril(is_near, -1)), WALLS - BODY.radius, np.inf
+        for passes in range(2000):  # move overlapping robots apart and inside the walls
+            self.at = np.clip(self.at.view(float).reshape(N, 2), -most, most).view(complex)[:, 0]
+            if overlap <= 1e-4:
+                break
+            overlap, share = 0.0, 0.5 if passes < 20 else 0.9
+            for i, j in pairs:
+                to = complex(self.at[j] - self.at[i])
+                d = hypot(to.real, to.imag)
+                own = max(2.0 * BODY.radius - d, 0.0)
+                self.at[i] -= share * own * (to / d)
+                self.at[j] += share * own * (to / d)
+                overlap = max(overlap, own)
+        # A round trip is nest, prey, nest. TR, Section 6.1.2.
+        area = area_at(self.at + SENSORS.ground_ahead * unit(self.heading))
+        self.round_trips += (area == NEST) & (self.leg == NEST)
+        self.leg[(area == PREY) & (self.leg == PREY)] = NEST
+        self.leg[area == NEST] = PREY
+
+    def sense(self) -> tuple[Array, Array, Array]:
+        """Distance and turn by the wheels' encoders, and three readings of the ground."""
+        # Noisy paths of the wheels. ANTS, Section 4.1.
+        error = SENSORS.wheel_noise * BODY.cruise_speed * DT
+        paths = [u + error * self.noise(Noise.ENCODER, u != 0.0) for u in self.paths]
+        # Brightness under the left, middle and right sensor. TR, Sections 5 and 6.1.
+        offsets = [complex(SENSORS.ground_ahead, k * SENSORS.ground_spacing) for k in (1, 0, -1)]
+        points = self.at + times(np.array(offsets)[:, None], unit(self.heading))
+        ground = self.noisy(BRIGHTNESS[area_at(points)], SENSORS.ground_noise, Noise.GROUND)
+        # How far infrared rays go to the walls and to other robots. TR, Section 6.1.
+        u = times(unit(self.heading), RAYS)
+        wall_x = (WALLS[0] - np.where(u.real > 0.0, self.at.real, -self.at.real)) / abs(u.real)
+        wall_y = (WALLS[1] - np.where(u.imag > 0.0, self.at.imag, -self.at.imag)) / abs(u.imag)
+        to = times(times(self.at[:, None] - self.at, unit(-self.heading)), np.conj(RAYS)[:, None])
+        is_hit = (to.real > 0.0) & (abs(to.imag) < BODY.radius)
+        half_chord = np.sqrt(np.maximum(BODY.radius * BODY.radius - to.imag * to.imag, 0.0))
+        robot = np.where(is_hit, to.real - half_chord, np.inf).min(1)
+        light = response(np.maximum(np.min([wall_x, wall_y, robot], 0) - BODY.radius, 0.0))
+        light = self.noisy(light, SENSORS.proximity_noise, Noise.PROXIMITY)
+        self.infrared = f32(np.minimum(light, 1.0))
+        return *f32(to_arc(*paths)), f32(ground)
+
+    def believe(self, drho: Array, dtheta: Array, ground: Array) -> None:
+        """Update where the robot and the areas are, and where to go."""
+        # Move the believed pose; confidence wanes with the path. TR, Eq. 7 and 13.
+        advance(self.believed_at, self.believed_heading, drho, dtheta)
+        self.p += (abs(drho) + 0.5 * abs(dtheta) * BODY.axle)[:, None]
+        # Remember the centre of an area on entering it, if two of three ground sensors see it.
+        seen = np.where(ground < 0.2, NEST, np.where(ground < 0.68, PREY, NONE))
+        was_on, self.is_on = self.is_on, (seen[..., None] == AREAS).sum(0) >= 2
+        robots, areas = np.nonzero(self.is_on & ~was_on)
+        to_centre = (SENSORS.ground_ahead + TASK.area_radius) * unit(self.believed_heading)
+        self.place[robots, areas] = (self.believed_at + to_centre)[robots]
+        self.known[robots, areas] = self.visited[robots, areas] = True
+        self.came_from[robots], self.search[robots] = areas, np.nan
+        self.p[self.is_on] = 0.0
+        # Forget both areas where the goal should be and is not. TR, Section 5.1.
+        before, d = self.goal.copy(), length(self.place[ROBOTS, self.goal] - self.believed_at)
+        begins = np.isnan(self.search) & (self.goal != NONE) & (d < SOCIAL.lost_within)
+        self.search = np.where(begins, SOCIAL.overshoot, self.search - abs(drho))
+        lost = self.search < 0.0
+        self.known[lost] = self.visited[lost] = self.told[lost] = self.n_told[lost] = 0
+        self.goal[lost] = self.came_from[lost] = self.partner[lost] = NONE
+        self.deaf_until[lost] = self.clock + round(SOCIAL.deaf_when_lost / DT)
+        # From an area to the other; from nowhere to the nearer one known; else wander.
+        d = np.where(self.known, length(self.place - self.believed_at[:, None]), np.inf)
+        wish = np.where(self.goal == NONE, d.argmin(1), self.goal)
+        wish = np.where(self.came_from == NONE, wish, np.where(self.came_from == NEST, PREY, NEST))
+        self.goal = np.where(self.known[ROBOTS, wish], wish, NONE)
+        self.is_goal = self.goal[:, None] == AREAS
+        self.search[self.goal != before] = np.nan
+
+    def hear(self) -> tuple[Array, Array, Array]:
+        """Receive messages: the sender in each slot, its range and bearings, frames averaged."""
+        # Some are lost, and of too many for the slots any are kept. TR, Section 6.1.
+        share = (length(self.at - self.at[:, None]) - RADIO.near) / (RADIO.max_range - RADIO.near)
+        lost = RADIO.loss_near + (RADIO.loss_far - RADIO.loss_near) * share
+        reaches = (share <= 1.0) & self.says.any(1) & (ROBOTS[:, None] != ROBOTS)
+        senders, arrived = np.full((N, N), NONE), np.zeros(N, int)
+        for j in ROBOTS:
+            arrives = reaches[:, j] & (self.draw(Noise.LOSS, reaches[:, j]) >= lost[:, j])
+            full = arrives & (arrived >= SLOTS)
+            arrived += arrives
+            slot = np.where(full, (self.draw(Noise.SLOT, full) * arrived).astype(int), arrived - 1)
+            senders[slot[arrives], ROBOTS[arrives]] = j
+        senders = senders[:SLOTS]
+        frames = np.where(self.paths.any(0), 1, RADIO.frames)  # who stands averages several
+        errors = np.zeros((3, SLOTS, N))
+        for slot, which, frame in np.ndindex(SLOTS, 3, RADIO.frames):
+            who = (senders[slot] != NONE) & (frame < frames)
+            errors[which, slot] += self.noise(Noise.RADIO, who)
+        to, most = self.at[senders] - self.at, RADIO.bearing_noise
+        d = length(to) + RADIO.range_noise * errors[0] / frames
+        gamma_i = wrapped(wrapped(phase(to) - self.heading) + most * errors[1] / frames)
+        gamma_j = wrapped(wrapped(phase(-to) - self.heading[senders]) + most * errors[2] / frames)
+        return senders, f32([d, gamma_i, gamma_j]), frames
+
+    def exchange(self, senders: Array, beams: Array, frames: Array) -> None:
+        """Stop for one neighbour for a while, and sum up what it tells. TR, Section 5.2."""
+        is_useful = (self.says[senders] & (~self.known | self.is_goal)).any(2)
+        is_useful &= (senders != NONE) & (self.clock >= self.met_until[ROBOTS, senders])
+        meets = (self.partner == NONE) & (self.clock >= self.deaf_until) & is_useful.any(0)
+        self.partner = np.where(meets, senders[is_useful.argmax(0), ROBOTS], self.partner)
+        self.until[meets] = self.clock + round(RADIO.exchange_time / DT)
+        # Where the partner says that areas are, in the own frame. TR, Eq. 40.
+        is_partner = (senders == self.partner) & (senders != NONE)
+        d, gamma_i, gamma_j = beams[:, is_partner.argmax(0), ROBOTS][..., None]
+        d_j, phi_j, p_j = self.message[:, self.partner]
+        phi_i = f32(gamma_i + f32(phi_j - gamma_j)) - np.pi
+        to, ahead = d * unit(gamma_i) + d_j * unit(phi_i), unit(self.believed_heading)[:, None]
+        place = self.believed_at[:, None] + to.real * ahead + to.imag * (1j * ahead)
+        told = is_partner.any(0)[:, None] & self.says[self.partner]
+        self.told += told * (frames[:, None] * place)
+        self.n_told += told * frames[:, None]
+        self.told_p = np.where(told, p_j, self.told_p)
+        # After that, listen to nobody for a while, and to this one for longer.
+        ends = (self.partner != NONE) & (self.clock == self.until)
+        self.met_until[ends, self.partner[ends]] = self.clock + round(SOCIAL.refractory / DT)
+        self.deaf_until[ends] = self.clock + round(SOCIAL.pause / DT)
+        self.partner[ends] = NONE
 
 
 def tick(world: World) -> None:
-    """One tick: decide, move, be scored, sense, hear, believe."""
+    """One tick: decide, move, be scored, sense, believe, hear."""
     world.clock += 1
-    for robot in world.robots:
-        wheels = robot.mind.steer(robot.infrared)
-        robot.mind.merge()
-        robot.message = robot.mind.compose()
-        robot.drive(wheels)
-    find_neighbours(world.robots)
-    resolve_contacts(world.robots)
-    for robot in world.robots:
-        robot.score()
-        odometry, robot.infrared = robot.read_encoders(), robot.read_infrared()
-        robot.mind.dead_reckon(*odometry)
-        robot.mind.find_areas(robot.read_ground())
-        robot.mind.notice_loss(odometry[0], world.clock)
-        robot.mind.choose_goal()
-        robot.mind.exchange(robot.hear(), world.clock)
+    wheels = world.steer()
+    world.speak()
+    world.move(wheels)
+    world.believe(*world.sense())
+    world.exchange(*world.hear())
 
 
 if __name__ == "__main__":
     world = World(seed=0)
     for _ in range(int(sys.argv[1]) if len(sys.argv) > 1 else 6000):
         tick(world)
-    print(sum(robot.round_trips for robot in world.robots), "round trips")
+    print(world.round_trips.sum(), "round trips")

@@ -42,7 +42,7 @@ _WHERE = {
 
 
 def __getattr__(name: str) -> Any:  # noqa: ANN401 whatever the module holds
-    """Import a public name when it is first asked for, so that importing the package is quick."""
+    """Import a public name at its first use, so that importing the package is quick."""
     from importlib import import_module
 
     if name not in _WHERE:

@@ -5,7 +5,8 @@ from typing import Any
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller
-from swarm_forage_env.mixed import MixedController
+from swarm_forage_env.mixed import MixedController, is_privileged
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, left_out
 from swarm_forage_env.task import task_of
 
@@ -29,12 +30,12 @@ def find_controller(controller: str | Controller, references: bool = False) -> C
 
     A name may be a composition of layers, `social_odometry+sgiff+subsumption:beta=0.01`, or a kind
     of policy and its file, `sb3:model.zip`.
-    UnknownNameError for a name or a parameter that stands for nothing, ConfigError for a text
+    UnknownNameError for an unknown name or parameter, ConfigError for a text
     of another form or a value that does not fit; also for a reference, which knows the ground
     truth, unless `references` are wanted.
     """
     if not isinstance(controller, str):
-        if not hasattr(controller, "build") or not hasattr(controller, "with_parameters"):
+        if not isinstance(controller, Controller):
             raise ConfigError(f"controller={controller!r}: must be a name or a controller")
         return _admitted(controller, references)
     name = controller.partition(":")[0].strip()
@@ -44,7 +45,7 @@ def find_controller(controller: str | Controller, references: bool = False) -> C
     return found.with_parameters(parameters) if parameters else found
 
 
-def find_controllers(controller: Controllers | None, scenario: Any) -> Controller:  # noqa: ANN401 of any task
+def find_controllers(controller: Controllers | None, scenario: BaseScenario) -> Controller:
     """The controller of a swarm: of one for all robots, of a list, or of a mapping.
 
     A list has one entry for each robot. The keys of a mapping are agents (`epuck_0`) or numbers of
@@ -62,12 +63,12 @@ def find_controllers(controller: Controllers | None, scenario: Any) -> Controlle
         given = list(controller)
     else:
         return find_controller(task.controller if controller is None else controller)
-    found: dict[Any, Controller] = {}
-    for each in given:
-        key = each if isinstance(each, str) else id(each)
+    found: dict[str | int, Controller] = {}
+    keys = [each if isinstance(each, str) else id(each) for each in given]
+    for key, each in zip(keys, given, strict=True):
         if key not in found:
             found[key] = find_controller(each)
-    members = [found[each if isinstance(each, str) else id(each)] for each in given]
+    members = [found[key] for key in keys]
     mixed = MixedController(tuple(members))
     mixed.check_supports(scenario)
     return members[0] if all(each == members[0] for each in members) else mixed
@@ -91,33 +92,22 @@ def _by_number(
     return found
 
 
-def is_privileged(controller: Controller) -> bool:
-    """Whether the controller is an oracle, which knows the ground truth."""
-    return bool(getattr(controller, "is_privileged", False))
-
-
 def _named(name: str, references: bool) -> Controller:
-    """The controller of a name; one that stands for nothing is told the nearest allowed."""
-    if name in CONTROLLERS:
-        controller: Controller = CONTROLLERS[name]
-        return controller
-    if name in POLICIES:
-        policy: Controller = POLICIES[name]
-        return policy
-    if name not in REFERENCES:
+    """The controller of a name; the error for an unknown one gives the nearest allowed."""
+    registry = next((each for each in (CONTROLLERS, POLICIES, REFERENCES) if name in each), None)
+    if registry is None:
         known = {*CONTROLLERS, *POLICIES, *(REFERENCES if references else ())}
         raise UnknownNameError("controller", name, known, left_out())
-    reference: Controller = REFERENCES[name]
-    return reference
+    found: Controller = registry[name]
+    return found
 
 
 def _admitted(controller: Controller, references: bool) -> Controller:
     """The controller, or a ConfigError if it is a reference where none may be."""
     if is_privileged(controller) and not references:
-        name = getattr(controller, "name", repr(controller))
         raise ConfigError(
-            f"controller '{name}' is a reference that knows the ground truth: it can be evaluated"
-            " (swarm-forage evaluate), but no environment runs it"
+            f"controller '{controller.name}' is a reference that knows the ground truth: it can be"
+            " evaluated (swarm-forage evaluate), but no environment runs it"
         )
     return controller
 

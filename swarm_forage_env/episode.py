@@ -6,6 +6,19 @@ from functools import partial
 from typing import Any, Protocol
 
 from swarm_forage_env.arrays import Array
+from swarm_forage_env.record import Rows
+
+
+class MeasuredLoop(Protocol):
+    """A control loop, as what measures it sees it."""
+
+    world: Any
+    controller: Any
+
+    @property
+    def situation(self) -> Rows:
+        """A copy of what the motion layer of every robot sees, a row for each."""
+        ...
 
 
 class EpisodeMeter(Protocol):
@@ -32,7 +45,7 @@ class EpisodeKind:
     """A frozen dataclass: which episode it was (scenario, controller, seed, physics, n_robots,
     duration_s), its metrics, and the computing time wall_s."""
 
-    meter: Callable[[Any], EpisodeMeter]
+    meter: Callable[[MeasuredLoop], EpisodeMeter]
     """Makes what measures the worlds of a control loop."""
 
     score: str
@@ -59,18 +72,18 @@ class EpisodeKind:
         return self.columns[metric][0].replace("-\n", "").replace("\n", " ")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Episode:
-    """Which episode it was; a task adds its metrics by a subclass."""
+@dataclass(frozen=True)
+class EpisodeHeader:
+    """Which episode it was."""
 
     scenario: str
     """Name of the scenario."""
 
     controller: str
-    """The controller as it was asked for."""
+    """The controller as it was asked for: `ssgiff`, or `ssgiff:beta=0.02`."""
 
     seed: int
-    """Seed of the world."""
+    """Seed of the world; controllers under one seed meet the same world."""
 
     physics: str
     """Engine that moved the robots."""
@@ -80,6 +93,11 @@ class Episode:
 
     duration_s: float
     """Length of the episode [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Episode(EpisodeHeader):
+    """The results of an episode; a task adds its metrics by a subclass."""
 
     wall_s: float
     """Computing time: an equal share of that of the block the episode ran in [s]."""
@@ -92,7 +110,7 @@ Judge = Callable[[Any], Mapping[str, Array]]
 class FinalMeter:
     """Judges worlds by how they stand when they are over."""
 
-    def __init__(self, judge: Judge, loop: Any) -> None:  # noqa: ANN401 a control loop
+    def __init__(self, judge: Judge, loop: MeasuredLoop) -> None:
         """Of a loop whose worlds are about to start."""
         self._judge, self._loop = judge, loop
 
@@ -110,6 +128,6 @@ class FinalMeter:
         return [dict(zip(found, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
-def judged_at_the_end(judge: Judge) -> Callable[[Any], EpisodeMeter]:
+def judged_at_the_end(judge: Judge) -> Callable[[MeasuredLoop], EpisodeMeter]:
     """Makes what judges worlds by how they stand when they are over."""
     return partial(FinalMeter, judge)

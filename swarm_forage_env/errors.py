@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from difflib import SequenceMatcher, get_close_matches
 
-MOST_SHOWN = 80
+MAX_SHOWN = 80
 """Characters of a value that a message shows whole."""
 
 
@@ -62,7 +62,7 @@ def shown(value: object) -> str:
         text = " ".join(repr(value).split())
     except ValueError:  # of a whole number of thousands of digits
         text = f"<{type(value).__name__} of thousands of digits>"
-    return text if len(text) <= MOST_SHOWN else f"{text[: MOST_SHOWN // 2]}..."
+    return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN // 2]}..."
 
 
 def file_reason(error: OSError) -> str:

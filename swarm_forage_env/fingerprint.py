@@ -23,9 +23,9 @@ def fingerprint(function: Callable[..., Any], *around: object) -> str:
     return text.hexdigest()[:20]
 
 
-def _pieces(function: Any, seen: set[int]) -> Iterator[Any]:  # noqa: ANN401 compiled or not
+def _pieces(function: object, seen: set[int]) -> Iterator[object]:
     """What the machine code of a function depends on, in the order of its names."""
-    plain = getattr(function, "py_func", function)
+    plain = _plain(function)
     if id(plain) in seen:
         return
     seen.add(id(plain))
@@ -39,6 +39,11 @@ def _pieces(function: Any, seen: set[int]) -> Iterator[Any]:  # noqa: ANN401 com
         yield from _content(value, names, seen)
 
 
+def _plain(function: object) -> Any:  # noqa: ANN401 a function
+    """What a kernel was made of; anything else itself."""
+    return getattr(function, "py_func", function)
+
+
 def _names(code: CodeType) -> Iterator[str]:
     """The names that a function reads, and the functions within it."""
     yield from code.co_names
@@ -47,9 +52,9 @@ def _names(code: CodeType) -> Iterator[str]:
             yield from _names(constant)
 
 
-def _content(value: Any, names: tuple[str, ...], seen: set[int]) -> Iterator[Any]:  # noqa: ANN401 anything
+def _content(value: object, names: tuple[str, ...], seen: set[int]) -> Iterator[object]:
     """What machine code takes from a value that is at hand to a function with these names."""
-    if isinstance(getattr(value, "py_func", value), FunctionType):
+    if isinstance(_plain(value), FunctionType):
         yield from _pieces(value, seen)
     elif isinstance(value, tuple | list):
         yield type(value).__name__, len(value)
@@ -64,7 +69,7 @@ def _content(value: Any, names: tuple[str, ...], seen: set[int]) -> Iterator[Any
         yield _constant(value)
 
 
-def _constant(value: Any) -> Any:  # noqa: ANN401 anything
+def _constant(value: object) -> object:
     """A value that holds no others, as a thing whose `repr` tells it from all others; or None."""
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
@@ -75,7 +80,7 @@ def _constant(value: Any) -> Any:  # noqa: ANN401 anything
     return value if isinstance(value, int | float | complex | str | np.generic | np.dtype) else None
 
 
-def _code(code: CodeType, docstring: str | None) -> Iterator[Any]:
+def _code(code: CodeType, docstring: str | None) -> Iterator[object]:
     """Bytecode and constants without the docstring."""
     yield code.co_name, code.co_code, code.co_names
     for constant in code.co_consts:

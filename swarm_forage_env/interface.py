@@ -6,12 +6,13 @@ written in NumPy, which is called between `observe` and `decide` on the arrays o
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.record import Record, Rows
 from swarm_forage_env.record import field as record_field
@@ -30,9 +31,9 @@ class NoMemory(Record):
     nothing: int = record_field(np.int8)
 
 
-def refuse_falsifying(name: str, scenario: Any) -> None:  # noqa: ANN401 of any task
+def refuse_falsifying(name: str, scenario: BaseScenario) -> None:
     """ConfigError if faults of a scenario change messages: those of this controller cannot be."""
-    for fault in getattr(scenario, "falsifying", ()):
+    for fault in scenario.falsifying:
         raise ConfigError(
             f"{fault}: scenario '{scenario.name}' falsifies messages, and those of controller"
             f" '{name}' cannot be falsified; take one that tells places, as ssgikf"
@@ -81,7 +82,7 @@ class EstimatorLayer:
     own_weighting: WeightingLayer | None = None
     """The weighting that the filter itself has, for the rule `filter`."""
 
-    def check_falsifiable(self, name: str, scenario: Any) -> None:  # noqa: ANN401 of any task
+    def check_falsifiable(self, name: str, scenario: BaseScenario) -> None:
         """ConfigError if faults of a scenario would change messages that this cannot falsify."""
         if not {"falsify", "repeat"} <= set(self.kernels):
             refuse_falsifying(name, scenario)
@@ -131,7 +132,7 @@ class GpuTask:
     """What a GPU needs of a task beside the templates that it shares with a CPU."""
 
     functions: Mapping[str, Kernel]
-    """Bound to free names of the task's templates in the place of the CPU's."""
+    """Bound to free names of the task's templates instead of the CPU's."""
 
     place: Kernel
     """The row template `place_world`: puts the robots of a new world at their starting places."""
@@ -160,10 +161,10 @@ class MotionRule(Protocol):
     """A motion written in NumPy, for all robots of a block of worlds.
 
     It is told the scenario of the first world, once: of a scenario it may use what stays as long
-    as a world does (the task's `fixed`), and not what differs from world to world.
+    as a world does (the scenario's `fixed`), and not what differs from world to world.
     """
 
-    def __call__(self, situation: Rows, *seen: Any) -> Float32[Array, "rows 2"]:  # noqa: ANN401 of its task
+    def __call__(self, situation: Rows, *seen: Rows) -> Float32[Array, "rows 2"]:
         """What every robot is commanded, by copies of the records that `steer` takes of each.
 
         Of robots that forage: situation, readings, heard, wheels; the last are the last command.
@@ -196,7 +197,7 @@ class RunningController(Protocol):
         ...
 
     def observe(self, first: int, last: int) -> None:
-        """Take in what the worlds first .. last - 1 gave back."""
+        """Update the beliefs of the worlds first .. last - 1 by what was sensed and heard."""
         ...
 
     def consult(self) -> None:
@@ -211,7 +212,7 @@ class RunningController(Protocol):
         """Forget everything about one world."""
         ...
 
-    def numbers_in(self, world: int, scenario: Any) -> Any:  # noqa: ANN401 of its task
+    def numbers_in(self, world: int, scenario: BaseScenario) -> Any:  # noqa: ANN401 of the layers
         """The numbers of one world's layers in another scenario; ConfigError if one has none."""
         ...
 
@@ -228,6 +229,7 @@ class RunningController(Protocol):
         ...
 
 
+@runtime_checkable
 class Controller(Protocol):
     """A named controller with its parameters, before it meets a world."""
 
@@ -240,7 +242,7 @@ class Controller(Protocol):
         self,
         world: Any,  # noqa: ANN401 of its task
         seeds: Sequence[int],
-        each: Sequence[Any],
+        each: Sequence["Controller"],
     ) -> RunningController:
         """The running controller of a block of worlds, with the numbers of `each` of them."""
         ...
@@ -250,10 +252,11 @@ class Controller(Protocol):
         ...
 
 
+@runtime_checkable
 class TeamController(Controller, Protocol):
     """A controller whose robots may live among robots of other controllers."""
 
-    def language(self, scenario: Any) -> Any:  # noqa: ANN401 of its task
+    def language(self, scenario: BaseScenario) -> object:
         """What its robots understand: those of equal languages are a team."""
         ...
 
@@ -265,4 +268,24 @@ class TeamController(Controller, Protocol):
     ) -> RunningController:
         """The running controller of a team: of each world what drives each of its robots, None
         for a robot of another team, which is to be left alone."""
+        ...
+
+
+@runtime_checkable
+class PolicyOverLayers(Controller, Protocol):
+    """A controller that is a policy over something else, as over hand-written layers."""
+
+    policy: object
+
+    def under(self, scenario: BaseScenario) -> TeamController:
+        """What does the rest."""
+        ...
+
+    def over(
+        self,
+        world: Any,  # noqa: ANN401 of its task
+        inner: RunningController,
+        robots: Sequence[int],
+    ) -> RunningController:
+        """The policy of some robots, over what does the rest; ConfigError if it does not fit."""
         ...

@@ -8,20 +8,29 @@ they are.
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Int64, UInt8
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Controller, RunningController
+from swarm_forage_env.interface import (
+    Controller,
+    PolicyOverLayers,
+    RunningController,
+    TeamController,
+)
 from swarm_forage_env.no_layers import has_estimators
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import offset_of, record_dtype
 from swarm_forage_env.task import task_of
 
 Team = list[int]
 """Numbers of the robots that understand each other."""
+
+Rows = Sequence[Sequence[Controller]]
+"""Of each world the controller of each of its robots."""
 
 Bytes = UInt8[Array, "worlds robots bytes"]
 
@@ -52,7 +61,7 @@ class MixedController:
         self,
         world: Any,  # noqa: ANN401 of any task
         seeds: Sequence[int],
-        each: Sequence[Any],
+        each: Sequence[Controller],
     ) -> RunningController:
         """The running controllers of a block of worlds, of which `each` may have its own."""
         whole = [members_of(controller, world.n_robots) for controller in each]
@@ -77,7 +86,7 @@ class MixedController:
             together = policy.over(world, together, robots)
         return together
 
-    def check_supports(self, scenario: Any) -> None:  # noqa: ANN401 of any task
+    def check_supports(self, scenario: BaseScenario) -> None:
         """ConfigError if a controller is not made for such a world, or not for such company."""
         n_robots = scenario.task.n_robots
         if len(self.members) != n_robots:
@@ -86,20 +95,23 @@ class MixedController:
                 f" '{scenario.name}': must be one for each"
             )
         for each in {id(each): each for each in self.members}.values():
-            if getattr(each, "is_privileged", False) or getattr(each, "build_team", None) is None:
+            if is_privileged(each) or not isinstance(each, TeamController):
                 raise ConfigError(
                     f"controller '{each.name}': drives whole swarms only, no robots among others"
                 )
             if hasattr(each, "check_supports"):
                 each.check_supports(scenario)
-        if task_of(scenario).is_joint and len(_teams(self.members, scenario)) > 1:
+        if (
+            task_of(scenario).is_joint
+            and len(_teams(cast(Sequence[TeamController], self.members), scenario)) > 1
+        ):
             raise ConfigError(
                 f"controllers '{self.name}': the robots of '{scenario.name}' correct each other,"
                 " and all need the same estimator; mix weightings and motions"
             )
 
 
-def members_of(controller: Controller, n_robots: int) -> Sequence[Any]:
+def members_of(controller: Controller, n_robots: int) -> Sequence[Controller]:
     """The controller of every robot of a world."""
     if isinstance(controller, MixedController):
         return controller.members
@@ -114,33 +126,43 @@ def with_members(
     return MixedController(tuple(others.get(k, own) for k, own in enumerate(before)))
 
 
-def _without_policies(rows: Sequence[Sequence[Any]], scenario: Any) -> list[list[Any]]:  # noqa: ANN401 of any task
+def is_privileged(controller: Controller) -> bool:
+    """Whether the controller is an oracle, which knows the ground truth."""
+    return bool(getattr(controller, "is_privileged", False))
+
+
+def _without_policies(rows: Rows, scenario: BaseScenario) -> list[list[TeamController]]:
     """The controllers, and of those that are a policy over something else what that is."""
     under = {
-        id(each): each.under(scenario) for row in rows for each in row if hasattr(each, "over")
+        id(each): each.under(scenario)
+        for row in rows
+        for each in row
+        if isinstance(each, PolicyOverLayers)
     }
-    return [[under.get(id(each), each) for each in row] for row in rows]
+    return [[under.get(id(each), cast(TeamController, each)) for each in row] for row in rows]
 
 
-def _policies(rows: Sequence[Sequence[Any]]) -> list[tuple[Any, Team]]:
+def _policies(rows: Rows) -> list[tuple[PolicyOverLayers, Team]]:
     """Each policy over something else, with its robots; ConfigError if they are not the same
     in all worlds."""
-    found: dict[int, tuple[Any, Team]] = {}
-    for robot, policy in enumerate(rows[0]):
-        if any(
-            getattr(row[robot], "policy", None) != getattr(policy, "policy", None) for row in rows
-        ):
+    found: dict[int, tuple[PolicyOverLayers, Team]] = {}
+    for robot, each in enumerate(rows[0]):
+        policies = [
+            own.policy if isinstance(own, PolicyOverLayers) else None
+            for own in (row[robot] for row in rows)
+        ]
+        if any(policy != policies[0] for policy in policies):
             raise ConfigError(
                 "controllers of one block: a robot must have one policy in all worlds"
             )
-        if hasattr(policy, "over"):
-            found.setdefault(id(policy), (policy, []))[1].append(robot)
+        if isinstance(each, PolicyOverLayers):
+            found.setdefault(id(each), (each, []))[1].append(robot)
     return list(found.values())
 
 
-def _teams(members: Sequence[Any], scenario: Any) -> list[Team]:  # noqa: ANN401 of any task
+def _teams(members: Sequence[TeamController], scenario: BaseScenario) -> list[Team]:
     """The robots that understand each other, in the order of the first of each team."""
-    languages: list[Any] = []
+    languages: list[object] = []
     known: dict[int, int] = {}
     teams: list[Team] = []
     for robot, controller in enumerate(members):
@@ -154,7 +176,7 @@ def _teams(members: Sequence[Any], scenario: Any) -> list[Team]:  # noqa: ANN401
     return teams
 
 
-def _only(row: Sequence[Any], team: Team) -> list[Any]:
+def _only(row: Sequence[TeamController], team: Team) -> list[TeamController | None]:
     """The controllers of a team, None for everybody else."""
     own = set(team)
     return [each if robot in own else None for robot, each in enumerate(row)]
@@ -207,7 +229,7 @@ class RunningTeams:
         )
 
     def observe(self, first: int, last: int) -> None:
-        """Take in what the worlds first .. last - 1 gave back."""
+        """Update the beliefs of the worlds first .. last - 1 by what was sensed and heard."""
         for each in self._running:
             each.observe(first, last)
         for minds, team, spans in self._shown:
@@ -230,7 +252,7 @@ class RunningTeams:
         minds, _, spans = self._shown[0]
         copy_spans(self._bytes, minds, np.arange(minds.shape[1]), spans, world, world + 1)
 
-    def numbers_in(self, world: int, scenario: Any) -> list[Any]:  # noqa: ANN401 of its task
+    def numbers_in(self, world: int, scenario: BaseScenario) -> list[Any]:
         """The numbers of each team in one world, in another scenario."""
         return [each.numbers_in(world, scenario) for each in self._running]
 

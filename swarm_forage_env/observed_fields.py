@@ -16,6 +16,7 @@ from swarm_forage_env.arrays import Array, Float32, Int64, UInt64
 from swarm_forage_env.compiler import inlined
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import Field, Record, offset_of
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.templates import row_template
@@ -71,7 +72,7 @@ class FieldPath:
         axes = (*([self.each] if self.each else []), *self.field.shape)
         return tuple(sizes[axis] if isinstance(axis, str) else axis for axis in axes)
 
-    def features(self, sizes: Sizes, scenario: Any) -> Iterator[Feature]:  # noqa: ANN401 of any task
+    def features(self, sizes: Sizes, scenario: BaseScenario | None) -> Iterator[Feature]:
         """What each of its numbers is in a scenario."""
         each, shape = self.field, self.shape(sizes)
         numbered = shape[: len(shape) - len(each.names)]
@@ -87,7 +88,7 @@ def paths(part: str, source: str, record: type[Record], names: str) -> tuple[Fie
     return tuple(FieldPath(part, source, record, name) for name in names.split())
 
 
-def _cycled(value: Any, scenario: Any) -> Iterator[Any]:  # noqa: ANN401 of any kind, of any task
+def _cycled(value: Any, scenario: BaseScenario | None) -> Iterator[Any]:  # noqa: ANN401 of any kind
     """The value of each number of a field, again and again: the same, or one for each component."""
     known = value(scenario) if callable(value) else value
     parts = known if isinstance(known, list | tuple) else [known]
@@ -156,7 +157,9 @@ class FieldLayout(Layout):
             start = stop
 
 
-def layout_of(paths: Sequence[FieldPath], sizes: Sizes, scenario: Any) -> FieldLayout:  # noqa: ANN401 of any task
+def layout_of(
+    paths: Sequence[FieldPath], sizes: Sizes, scenario: BaseScenario | None
+) -> FieldLayout:
     """What each number of these fields is in a scenario."""
     features = (each for path in paths for each in path.features(sizes, scenario))
     return FieldLayout(features, paths, sizes)

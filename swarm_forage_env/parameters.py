@@ -1,9 +1,9 @@
 """Parameters: frozen models that refuse nonsense, and how single numbers of them are changed."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
@@ -40,15 +40,51 @@ class Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-def check_duration(duration: float, tick: float) -> None:
-    """ValueError unless an episode of this duration [s] has from 1 to MAX_TICKS ticks [s]."""
-    if round(duration / tick) < 1:
-        raise ValueError(f"task.duration={duration}: must be at least one tick of {tick} s")
-    if duration / tick > MAX_TICKS:
-        raise ValueError(
-            f"task.duration={duration}: must be at most {MAX_TICKS * tick:g} s, {MAX_TICKS} ticks"
-            f" of {tick} s"
-        )
+class BaseTask(Part):
+    """The part `task` of every scenario."""
+
+    if TYPE_CHECKING:
+        n_robots: int = 1
+        duration: float = 1.0
+
+
+class BaseScenario(Part):
+    """A scenario of any task: subclasses have the fields `name`, `tick` [s] and `task`."""
+
+    if TYPE_CHECKING:
+        name: str = ""
+        tick: float = 1.0
+        task: BaseTask = BaseTask()
+
+    fixed: ClassVar[tuple[str, ...]] = ("task.n_robots",)
+    """Numbers that fix the sizes of its world's records: they last as long as the world."""
+
+    @model_validator(mode="after")
+    def _lasts(self) -> Self:
+        duration, tick = self.task.duration, self.tick
+        if round(duration / tick) < 1:
+            raise ValueError(f"task.duration={duration}: must be at least one tick of {tick} s")
+        if duration / tick > MAX_TICKS:
+            raise ValueError(
+                f"task.duration={duration}: must be at most {MAX_TICKS * tick:g} s, {MAX_TICKS}"
+                f" ticks of {tick} s"
+            )
+        return self
+
+    @property
+    def n_ticks(self) -> int:
+        """Ticks in an episode."""
+        return round(self.task.duration / self.tick)
+
+    @property
+    def unread(self) -> Mapping[str, str]:
+        """Numbers that are not read in this scenario, each with what is read instead, by name."""
+        return {}
+
+    @property
+    def falsifying(self) -> tuple[str, ...]:
+        """What in it changes the messages of robots, by dotted name."""
+        return ()
 
 
 def override(part: PartT, values: Mapping[str, Any], kind: str = "parameter") -> PartT:
@@ -88,7 +124,7 @@ def leaves(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def resolve(name: str, paths: Mapping[str, Any], kind: str) -> str:
-    """The full dotted path that a name stands for: itself, or the one path that ends in it."""
+    """The full dotted path of a name: itself, or the one path that ends in it."""
     if name in paths:
         return name
     same_leaf = [path for path in paths if path.rpartition(".")[2] == name]

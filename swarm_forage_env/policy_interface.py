@@ -1,4 +1,4 @@
-"""Policy interface: what a policy in the place of a layer observes, and what it gives."""
+"""Policy interface: what a policy that replaces a layer observes, and what it gives."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,6 +9,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import FieldLayout, FieldPath, Sizes, layout_of
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.spaces import Layout
 
 Index = slice | Int64[Array, " learners"]
@@ -23,7 +24,7 @@ class Steering:
     """What the two numbers are, each in [-1, 1]."""
 
     choices: tuple[tuple[float, float], ...]
-    """The discrete actions in this form, where no other number of them is asked for."""
+    """The discrete actions in this form, by default."""
 
     command: Kernel | None = None
     """The command that two numbers stand for, under a sharpest turn; None: they are the command."""
@@ -50,10 +51,13 @@ class PolicyInterface:
     """Sizes of the named axes of these fields in a scenario."""
 
     decision_period: int = 1
-    """Ticks for which an action is held where nothing else is asked for."""
+    """Ticks for which an action is held, by default."""
 
     n_weights: int = 0
     """How many numbers of an action are weights in [0, 1]; they come first."""
+
+    can_correct: bool = False
+    """It can be learned as a correction of the hand-written motion."""
 
     is_steering: bool = False
     """The two numbers that follow are the command of the motion."""
@@ -64,7 +68,7 @@ class PolicyInterface:
     target: str | None = None
     """The observed vector whose direction is observed too where observations are normalised."""
 
-    def layout(self, scenario: Any) -> FieldLayout:  # noqa: ANN401 of its task
+    def layout(self, scenario: BaseScenario) -> FieldLayout:
         """What each number of an observation is in a scenario."""
         return layout_of(self.observes, self.sizes(scenario), scenario)
 

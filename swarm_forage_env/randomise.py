@@ -1,22 +1,20 @@
-"""Randomisation: numbers of a scenario that are drawn anew for every episode, within ranges."""
+"""Randomisation: numbers of a scenario that are drawn for every episode, within ranges."""
 
 import math
 from collections.abc import Iterator, Mapping
 from itertools import product
 from numbers import Integral, Real
-from typing import Any
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations import random_draws
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.parameters import leaves, override, resolve
+from swarm_forage_env.parameters import BaseScenario, leaves, override, resolve
 from swarm_forage_env.random_streams import NoiseSource, checked_seed, hash_of, streams
-from swarm_forage_env.task import task_of
 
 Number = int | float
 
-MOST_TOGETHER = 8
+MAX_TOGETHER = 8
 """Ranges of which every corner is tried; of more, all ends together and each alone."""
 
 draw_unit = entry_point(random_draws.unit)
@@ -29,7 +27,7 @@ class Randomisation:
     episodes before, nor on what else is randomised.
     """
 
-    def __init__(self, scenario: Any, ranges: Mapping[str, tuple[Number, Number]]) -> None:  # noqa: ANN401 of any task
+    def __init__(self, scenario: BaseScenario, ranges: Mapping[str, tuple[Number, Number]]) -> None:
         """Ranges go by dotted name, or by its last word where that is enough: low and high.
 
         UnknownNameError for a name that is no number of the scenario, ConfigError for a range that
@@ -38,27 +36,26 @@ class Randomisation:
         self.scenario = scenario
         self.ranges: dict[str, tuple[Number, Number]] = {}
         """Low and high of each number, by its whole dotted name."""
-        known, task = leaves(scenario.model_dump()), task_of(scenario)
-        replaced = task.replaced(scenario)
+        known = leaves(scenario.model_dump())
         for given, pair in ranges.items():
             name = resolve(given, known, "scenario parameter")
             if name in self.ranges:
                 raise ConfigError(f"randomise: {name} is given twice, once as '{given}'")
-            if name in replaced:
+            if name in scenario.unread:
                 raise ConfigError(
                     f"randomise: {name} changes nothing in '{scenario.name}', where"
-                    f" {replaced[name]} is read instead; leave it out"
+                    f" {scenario.unread[name]} is read instead; leave it out"
                 )
-            _check_is_free(name, known[name], task.fixed)
+            _check_is_free(name, known[name], scenario.fixed)
             self.ranges[name] = _pair(name, pair, known[name])
         for corner in _corners(self.ranges):
             self._at(corner)
 
-    def extremes(self) -> list[Any]:
+    def extremes(self) -> list[BaseScenario]:
         """The scenario at the corners of the ranges, and as it is: how far numbers can get."""
         return [self.scenario, *(self._at(corner) for corner in _corners(self.ranges))]
 
-    def draw(self, seed: int) -> tuple[Any, dict[str, Number]]:
+    def draw(self, seed: int) -> tuple[BaseScenario, dict[str, Number]]:
         """The scenario of the episode of this seed, and the numbers that were drawn for it.
 
         Each is uniform from low to high; of whole numbers both ends are among them.
@@ -69,7 +66,7 @@ class Randomisation:
         numbers = {name: _drawn(word ^ hash_of(name), *pair) for name, pair in self.ranges.items()}
         return self._at(numbers), numbers
 
-    def _at(self, numbers: Mapping[str, Number]) -> Any:  # noqa: ANN401 of any task
+    def _at(self, numbers: Mapping[str, Number]) -> BaseScenario:
         """The scenario with these numbers; ConfigError that tells them if it refuses them."""
         try:
             return override(self.scenario, numbers, "scenario parameter")
@@ -78,7 +75,7 @@ class Randomisation:
             raise ConfigError(f"randomise, at {at}: {error}") from None
 
 
-def _check_is_free(name: str, value: Any, fixed: tuple[str, ...]) -> None:  # noqa: ANN401 whatever the scenario holds
+def _check_is_free(name: str, value: object, fixed: tuple[str, ...]) -> None:
     """ConfigError for what is no number, or fixes the sizes of a world's records."""
     if name in fixed:
         raise ConfigError(
@@ -89,14 +86,14 @@ def _check_is_free(name: str, value: Any, fixed: tuple[str, ...]) -> None:  # no
         raise ConfigError(f"randomise: {name}={value!r} is no number; only numbers are drawn")
 
 
-def _pair(name: str, pair: Any, value: Number) -> tuple[Number, Number]:  # noqa: ANN401 whatever was given
+def _pair(name: str, pair: object, value: Number) -> tuple[Number, Number]:
     """Low and high of a range; ConfigError if they are not."""
     is_whole = isinstance(value, int)
     what, kind = ("two whole numbers", Integral) if is_whole else ("two numbers", Real)
-    fits = isinstance(pair, tuple | list) and len(pair) == 2
-    if not fits or any(isinstance(end, bool) or not isinstance(end, kind) for end in pair):
+    ends = pair if isinstance(pair, tuple | list) else ()
+    if len(ends) != 2 or any(isinstance(end, bool) or not isinstance(end, kind) for end in ends):
         raise ConfigError(f"randomise: {name}={pair!r}: must be {what}, low and high")
-    low, high = map(type(value), pair)
+    low, high = map(type(value), ends)
     if not low <= high:
         raise ConfigError(f"randomise: {name}={pair!r}: low must be at most high")
     return low, high
@@ -108,7 +105,7 @@ def _corners(ranges: Mapping[str, tuple[Number, Number]]) -> Iterator[dict[str, 
         for end in pair:
             yield {name: end}
     every, ends_alike = product(*ranges.values()), zip(*ranges.values(), strict=True)
-    together = every if len(ranges) <= MOST_TOGETHER else ends_alike
+    together = every if len(ranges) <= MAX_TOGETHER else ends_alike
     for ends in together:
         yield dict(zip(ranges, ends, strict=True))
 

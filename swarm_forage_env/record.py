@@ -8,12 +8,13 @@ Of a field of several numbers, booleans are int8: numba refuses nested boolean a
 """
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar, TypeAlias, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from swarm_forage_env.arrays import Array
 
@@ -38,52 +39,40 @@ class Field:
     shape: tuple[int | str, ...]
     """Axes of the field; one that is named (`slots`) gets its size with the dtype."""
 
-    unit: str
+    unit: str = ""
     """SI, or what the number is."""
 
-    scale: Any
+    scale: Any = None
     """Typical size in that unit; None: the bounds are typical."""
 
-    low: Any
-    high: Any
+    low: Any = -math.inf
+    high: Any = math.inf
     """Bounds: numbers, or functions of a scenario."""
 
-    names: tuple[Sequence[str], ...]
+    names: tuple[Sequence[str], ...] = ()
     """Names along each axis; without them, numbers."""
 
-    label: str
+    label: str = ""
     """Its name in an observation; empty: that of the field."""
 
-    noise: Any
+    noise: str | Callable[[Any], Any] | tuple[Any, ...] = ""
     """How it differs from the truth, for what is measured: text, or a function of a scenario."""
 
-    counts: str
+    counts: str = ""
     """The flags of the same record that it is the sum of; empty: none."""
 
-    start: Any
-    """Value before anything has happened: a number, or an array of the field's shape."""
+    start: float | tuple[float, ...] = 0.0
+    """Value before anything has happened: a number, or one for each of the field's."""
 
 
-def field(  # noqa: PLR0913 one line of a table
-    kind: Any,  # noqa: ANN401 a scalar type or a record class
-    *shape: int | str,
-    unit: str = "",
-    scale: Any = None,  # noqa: ANN401 one for each component, or for all
-    low: Any = -math.inf,  # noqa: ANN401 as above
-    high: Any = math.inf,  # noqa: ANN401 as above
-    names: tuple[Sequence[str], ...] = (),
-    label: str = "",
-    noise: Any = "",  # noqa: ANN401 text, or a function of a scenario
-    counts: str = "",
-    start: Any = 0.0,  # noqa: ANN401 a number or an array
-) -> Any:  # noqa: ANN401 the annotation says what the attribute is
-    """A field of a `Record`: its type, its shape, and what an observation of it says."""
-    return Field(kind, shape, unit, scale, low, high, names, label, noise, counts, start)
+def field(kind: type | np.dtype[Any], *shape: int | str, **about: Any) -> Any:  # noqa: ANN401 the annotation says what
+    """A field of a `Record`: its type, its shape, and what `Field` says of an observation of it."""
+    return Field(kind, shape, **about)
 
 
-def flag(*shape: int | str, names: tuple[Sequence[str], ...] = (), label: str = "") -> Any:  # noqa: ANN401 as above
+def flag(*shape: int | str, **about: Any) -> Any:  # noqa: ANN401 as above
     """A field of flags that layers see: 0 or 1, float32."""
-    return field(np.float32, *shape, unit="0 or 1", low=0.0, high=1.0, names=names, label=label)
+    return field(np.float32, *shape, unit="0 or 1", low=0.0, high=1.0, **about)
 
 
 class Record:
@@ -178,7 +167,7 @@ def under_the_one_dtype(records: Array) -> Array:
     return records if records.dtype.names is None else records.view(_the_one(records.dtype))
 
 
-def numbers_record(**numbers: Any) -> np.dtype[Any]:  # noqa: ANN401 floats or arrays of them
+def numbers_record(**numbers: ArrayLike) -> np.dtype[Any]:
     """The dtype of a record of parameters: float64, each in the shape of its value.
 
     Its last column says where it ends, so that no such record begins with all of another's columns:

@@ -34,7 +34,7 @@ class Registry(Generic[PartT]):
     def __init__(self, kind: str, modules: Iterable[str] = ()) -> None:
         """Start empty; `kind` is the word for a part in error messages.
 
-        The modules enter the built-in parts; they are imported when a part is first asked for.
+        The modules enter the built-in parts; they are imported at the first use of a part.
         """
         self.kind = kind
         self._modules = tuple(modules)
@@ -134,12 +134,11 @@ SCENARIOS: Registry[Any] = Registry(
     (
         "swarm_forage_env.foraging.named",
         "swarm_forage_env.foraging.arenas",
-        "swarm_forage_env.foraging.several_areas",
         "swarm_forage_env.aggregation",
         "swarm_forage_env.waypoints.named",
     ),
 )
-"""Scenarios that a name stands for."""
+"""Scenarios by name."""
 
 ORIGINS: dict[str, dict[str, str]] = {}
 """Where a scenario has its own numbers from, by dotted name, if not where the defaults are from."""

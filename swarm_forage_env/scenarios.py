@@ -6,16 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.parameters import leaves, override
+from swarm_forage_env.parameters import BaseScenario, leaves, override
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.task import task_of
 
 
-def find_scenario(scenario: Any, overrides: Mapping[str, Any] | None = None) -> Any:  # noqa: ANN401 of any task
+def find_scenario(
+    scenario: str | Path | BaseScenario, overrides: Mapping[str, Any] | None = None
+) -> Any:  # noqa: ANN401 of any task
     """The scenario of a name (`es1`), a TOML file (`mine.toml`), or the given one, overridden.
 
-    Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for a name that
-    stands for nothing, ConfigError for a number that does not fit.
+    Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for an
+    unknown name, ConfigError for a number that does not fit.
     """
     if isinstance(scenario, str | Path):
         is_file = str(scenario).endswith(".toml")
@@ -24,7 +26,7 @@ def find_scenario(scenario: Any, overrides: Mapping[str, Any] | None = None) -> 
     return override(scenario, overrides or {}, "scenario parameter")
 
 
-def from_toml(file: Path) -> Any:  # noqa: ANN401 of any task
+def from_toml(file: Path) -> BaseScenario:
     """A scenario of the user's own: a TOML file with a table for each part, such as robot.
 
     `base = "es1"` at its top names the scenario that all other numbers are those of.
@@ -49,4 +51,5 @@ def from_toml(file: Path) -> Any:  # noqa: ANN401 of any task
     base = changes.pop("base")
     if not isinstance(base, str):
         raise ConfigError(f"scenario file {file}: base={base!r}: must be a name of a scenario")
-    return override(SCENARIOS[base], {"name": file.stem, **changes}, "scenario parameter")
+    known: BaseScenario = SCENARIOS[base]
+    return override(known, {"name": file.stem, **changes}, "scenario parameter")

@@ -7,7 +7,7 @@ The function `swarm_run` of that object code takes, as C sees it,
 
     int swarm_run(int64_t *nothing, void **error, void *array_0, ..., void *array_k, int64_t ticks)
 
-the arrays of `memory_of(loop)` in their order, and runs so many ticks of one world in place. All
+the arrays of `memory_of(loop)` in their order, and runs these ticks of one world in place. All
 elementary functions are part of it (`equations.elementary`), so the same memory comes out as here,
 bit for bit (`tests/targets`). What it still calls is memcpy, memset and products of whole numbers;
 on a machine without float64 also its sums, products and the like, square root and floor, which the

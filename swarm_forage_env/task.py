@@ -4,13 +4,14 @@
 folder whose module enters a `Task` in `TASKS`, and its scenarios in `SCENARIOS`.
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import attrgetter
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +19,12 @@ from swarm_forage_env.arrays import Array, Bool, Float64, Int8, Int64
 from swarm_forage_env.compiler import bind, typed_once
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Controller, GpuTask, Kernel
-from swarm_forage_env.parameters import Part
+from swarm_forage_env.global_state import GlobalState
+from swarm_forage_env.interface import Controller, GpuTask, Kernel, RunningController
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.random_streams import checked_seed
-from swarm_forage_env.record import Record, rows, under_the_one_dtype
+from swarm_forage_env.record import Record, Rows, rows, under_the_one_dtype
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.scene import Scene, Stage
 from swarm_forage_env.ticks import (
@@ -39,96 +41,28 @@ from swarm_forage_env.ticks import (
 from swarm_forage_env.trajectory import TrajectoryKind
 
 
-class World(Protocol):
-    """A block of worlds of one task, as structured arrays."""
+class World(ABC):
+    """A block of worlds of one task that run side by side, as structured arrays."""
 
-    scenarios: tuple[Any, ...]
-    """The scenario of every world: they differ in numbers only, not in how many robots."""
-    n_worlds: int
-    n_robots: int
     robots: Array
     """The truth about every robot, worlds by robots."""
+
     worlds: Array
     """Clock and numbers of every world."""
 
-    @property
-    def scenario(self) -> Any:  # noqa: ANN401 of its task
-        """The scenario of the first world."""
-        ...
+    scenarios: tuple[Any, ...]
+    """The scenario of every world: they differ in numbers only, not in how many robots."""
 
-    earned: Float64[Array, "worlds robots"]
-    """What each robot has earned since somebody set it to 0."""
-    trouble: Int64[Array, " worlds_and_one"]
-    """What went wrong in each world, as `ticks.note` says."""
-    modes: Int8[Array, " worlds"]
-    """What each world does in a call of `run_ticks`: it runs."""
-
-    @property
-    def arrays(self) -> tuple[Array, ...]:
-        """What the templates of a tick are handed: robots, and all that stands in the worlds."""
-        ...
-
-    @property
-    def functions(self) -> Mapping[str, Kernel]:
-        """What `run_ticks` has free names for: the task's `tick_world`, the engine's
-        `move_world`, and the functions that these name."""
-        ...
-
-    @property
-    def is_compiled(self) -> bool:
-        """Nothing outside compiled code moves the robots."""
-        ...
-
-    @property
-    def is_over(self) -> Bool[Array, " worlds"]:
-        """The scenario's time is up in each world."""
-        ...
-
-    def reset(
-        self,
-        seeds: Sequence[int],
-        worlds: Sequence[int] | None = None,
-        scenarios: Sequence[Any] | None = None,
-    ) -> None:
-        """Start worlds anew, each from its seed: those of these indices, or all.
-
-        With `scenarios`, one for each of them, they have other numbers from now on.
-        """
-        ...
-
-    def take_over(self, which: Sequence[int], scenarios: Sequence[Any]) -> None:
-        """Give worlds the numbers of other scenarios, one for each, which fit."""
-        ...
-
-    def tick(self, first: int, last: int) -> None:
-        """Carry out the commands in the worlds first .. last - 1."""
-        ...
-
-    def snapshot(self) -> dict[str, Any]:
-        """All that the next ticks depend on, as copies, picklable; among it `scenarios`."""
-        ...
-
-    def restore(self, kept: Mapping[str, Any]) -> None:
-        """Go on as when that snapshot was taken; arrays keep their place in memory."""
-        ...
-
-
-class Block(ABC):
-    """Worlds of one task that run side by side: what `World` asks for and no task differs in.
-
-    Writer of `scenarios`: `reset`.
-    """
-
-    robots: Array
-    worlds: Array
-
-    def __init__(self, scenarios: Sequence[Any], seeds: Sequence[int]) -> None:
+    def __init__(self, scenarios: Sequence[BaseScenario], seeds: Sequence[int]) -> None:
         """One world for each seed, of one scenario each; all have the same number of robots."""
         self.scenarios = tuple(scenarios)
         self.n_worlds, self.n_robots = len(seeds), _n_robots(scenarios)
         self.earned: Float64[Array, "worlds robots"] = np.zeros((self.n_worlds, self.n_robots))
+        """What each robot has earned since somebody set it to 0."""
         self.trouble: Int64[Array, " worlds_and_one"] = np.zeros(self.n_worlds + 1, np.int64)
+        """What went wrong in each world, as `ticks.note` says."""
         self.modes: Int8[Array, " worlds"] = np.full(self.n_worlds, RUNS, np.int8)
+        """What each world does in a call of `run_ticks`: it runs."""
         self._beginning: Int8[Array, " worlds"] = np.full(self.n_worlds, BEGINS, np.int8)
 
     @property
@@ -151,7 +85,7 @@ class Block(ABC):
         """Let an engine outside compiled code move the robots of the worlds first .. last - 1."""
 
     def tick(self, first: int, last: int) -> None:
-        """Carry out the commands in the worlds first .. last - 1: move, score, sense, hear."""
+        """Apply the commands in the worlds first .. last - 1: move, score, sense, hear."""
         self.move(first, last)
         self._tick_in(self.modes, first, last)
 
@@ -180,7 +114,7 @@ class Block(ABC):
         return self.robots.size
 
     @property
-    def state(self) -> Any:  # noqa: ANN401 a recarray
+    def state(self) -> Rows:
         """The truth with a row for each robot of every world; `state.pose` is a column of it."""
         return rows(self.robots)
 
@@ -194,9 +128,9 @@ class Block(ABC):
         self,
         seeds: Sequence[int],
         worlds: Sequence[int] | None = None,
-        scenarios: Sequence[Any] | None = None,
+        scenarios: Sequence[BaseScenario] | None = None,
     ) -> None:
-        """Start worlds anew, each from its seed: those of these indices, or all.
+        """Reset the worlds of these indices, or all, each to its seed.
 
         With `scenarios`, one for each of them, they have other numbers from now on. ConfigError,
         before anything changes, for what does not fit.
@@ -219,14 +153,14 @@ class Block(ABC):
         for first, last in consecutive(which):
             self.sense_first(first, last)
 
-    def take_over(self, which: Sequence[int], scenarios: Sequence[Any]) -> None:
-        """Give worlds the numbers of other scenarios."""
+    def take_over(self, which: Sequence[int], scenarios: Sequence[BaseScenario]) -> None:
+        """Give worlds the numbers of other scenarios, one for each, which fit."""
         changed = dict(enumerate(self.scenarios)) | dict(zip(which, scenarios, strict=True))
         self.scenarios = tuple(changed.values())
         for first, last in consecutive(which, self.scenarios):
             self.take_numbers(first, last)
 
-    def check_start(self, scenario: Any, seeds: Sequence[int]) -> None:  # noqa: ANN401, B027 of its task; not every task can fail
+    def check_start(self, scenario: Any, seeds: Sequence[int]) -> None:  # noqa: ANN401, B027 of its task; most tasks cannot fail
         """ConfigError if worlds of this scenario, one of each seed, cannot start."""
 
     @abstractmethod
@@ -299,7 +233,7 @@ def trouble_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
     )
 
 
-def _n_robots(scenarios: Sequence[Any]) -> int:
+def _n_robots(scenarios: Sequence[BaseScenario]) -> int:
     """How many robots there are in each world; ConfigError if not equally many."""
     numbers = sorted({scenario.task.n_robots for scenario in scenarios})
     if len(numbers) > 1:
@@ -318,7 +252,7 @@ def checked_worlds(worlds: Sequence[int] | None, n_worlds: int) -> list[int]:
 
 
 def consecutive(
-    which: Sequence[int], scenarios: Sequence[Any] | None = None
+    which: Sequence[int], scenarios: Sequence[object] | None = None
 ) -> list[tuple[int, int]]:
     """Runs of worlds that follow each other, in order: first and last + 1.
 
@@ -339,16 +273,16 @@ def consecutive(
     return runs
 
 
-def check_fit(old: Sequence[Any], new: Sequence[Any]) -> None:
+def check_fit(old: Sequence[BaseScenario], new: Sequence[BaseScenario]) -> None:
     """ConfigError if worlds of some scenarios cannot go on under others, one for each.
 
     What fixes the sizes of a task's records must stay as it was when the worlds were made.
     """
     if len(new) != len(old):
         raise ConfigError(f"{len(new)} scenarios given for {len(old)} worlds: must be one for each")
-    task = one_task((*old, *new))
+    one_task((*old, *new))
     for before, after in zip(old, new, strict=True):
-        for name in task.fixed:
+        for name in before.fixed:
             have, asked = map(attrgetter(name), (before, after))
             if asked != have:
                 raise ConfigError(
@@ -357,7 +291,7 @@ def check_fit(old: Sequence[Any], new: Sequence[Any]) -> None:
                 )
 
 
-def one_task(scenarios: Sequence[Any]) -> "Task":
+def one_task(scenarios: Sequence[BaseScenario]) -> "Task":
     """The task that all scenarios belong to; ConfigError if they belong to several."""
     first = task_of(scenarios[0])
     for scenario in scenarios:
@@ -367,6 +301,31 @@ def one_task(scenarios: Sequence[Any]) -> "Task":
                 f" of the task {task.name}: all worlds of a block must be of one task"
             )
     return first
+
+
+class Events(Record):
+    """What happened to each robot in a tick, for rewards of the user's own; a task adds fields."""
+
+    @staticmethod
+    def write(world: Any, before: Array, out: Array) -> None:  # noqa: ANN401 of its task
+        """Write the events of a tick of the worlds, whose robots were as `before` at its start."""
+        raise NotImplementedError
+
+
+def _any_weight(scenario: Any) -> tuple[float, str]:  # noqa: ANN401 of its task
+    """Any weight leaves a scenario as it is."""
+    return math.inf, ""
+
+
+@dataclass(frozen=True)
+class Potential:
+    """The potential of the robots of a task, for shaping."""
+
+    of: Kernel
+    """The potential Phi of one robot; of the robot and its world."""
+
+    max_shaping: Callable[[Any], tuple[float, str]] = _any_weight
+    """The largest weight of it that leaves a scenario as it is, and why."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -379,9 +338,8 @@ class Task:
     """Tasks of one family have the same records of what a layer sees: layers that are made for the
     family run in all of them."""
 
-    scenario: type[Part]
-    """What its scenarios are: they have a `name`, a `tick` [s], `n_ticks`, and a part `task` with
-    `n_robots` and `duration` [s]."""
+    scenario: type[BaseScenario]
+    """What its scenarios are."""
 
     world: Callable[[Sequence[Any], Sequence[int], str], World]
     """Makes a block of worlds from a scenario and a seed for each, and the engine's name."""
@@ -389,37 +347,25 @@ class Task:
     decide: Kernel
     """The row template `decide_world`: the second half of the control, after the cut."""
 
-    physics: str
-    """Engine where none is asked for."""
+    physics: str = "kinematic"
+    """Default engine."""
 
     controller: str
-    """Controller where none is asked for."""
+    """Default controller."""
 
-    agent: str
+    agent: str = "robot"
     """What its robots are called: `epuck_0`, `epuck_1`, ..."""
 
-    commanded: str
-    """The field of a robot's command, and of its action, that the motion layer writes."""
-
-    steered_by: tuple[str, ...]
+    steered_by: tuple[str, ...] = ("robots.readings",)
     """Where the records lie that the motion layer sees between the situation and the last command,
-    in the order in which `steer` takes them: `robots.readings`."""
+    in the order in which `steer` takes them."""
 
     policies: Mapping[str, PolicyInterface]
-    """What a policy can take the place of, by the name that `learn` takes."""
+    """What a policy can take the place of, by the name that `learn` takes; among it `motion`."""
 
     steerings: Mapping[str, Steering] = field(default_factory=dict)
     """How a policy can steer, by the name that `action` takes; the first is the usual one. None:
     as the action of its policies says."""
-
-    fixed: tuple[str, ...] = ("task.n_robots",)
-    """Numbers of a scenario that fix the sizes of its world's records: they last as long as it."""
-
-    replaced: Callable[[Any], Mapping[str, str]] = lambda scenario: {}
-    """Numbers that are not read in a scenario, each with what is read instead, by dotted name."""
-
-    residuals: tuple[str, ...] = ()
-    """Those of them that can be learned as a correction of the hand-written motion."""
 
     is_joint: bool = False
     """Robots correct their estimates jointly, so that all of a swarm need the same estimator."""
@@ -430,36 +376,42 @@ class Task:
     no_layers: Controller | None = None
     """What runs where a policy is everything; None: the task has no such policy."""
 
-    potential: Kernel
-    """The potential of one robot, for shaping; of the robot and its world."""
+    potential: Potential | None = None
+    """The potential of a robot, for shaping; None: there is none."""
 
-    most_shaping: Callable[[Any], tuple[float, str]] | None = None
-    """The largest weight of its potential that leaves a scenario as it is, and why; None: any."""
-
-    global_state: Callable[[Any, Any, list[str], Any], Any]
-    """Makes what centralised critics and logs are told, from world, controller, names, scenario."""
+    global_state: Callable[[Any, RunningController, list[str], Any], GlobalState]
+    """Makes the global state for critics and logs, from world, controller, names, scenario."""
 
     episode: EpisodeKind
     """What an episode is judged by."""
 
-    events: type[Record] | None = None
-    """What happened to each robot in a tick, for rewards of the user's own; None: not told."""
+    events: type[Events] | None = None
+    """What happened to each robot in a tick; None: not told."""
 
-    write_events: Callable[[Any, Array, Array], None] | None = None
-    """Writes the events of a tick: of the world, its robots before the tick, and output."""
-
-    stage: Callable[[Any, str], Stage] | None = None
-    """What stands still in a picture, from a scenario and what moves the robots; None: the task
-    has no drawing."""
-
-    scene: Callable[[Any, Array, int], Scene] | None = None
-    """What is drawn of one world, from a block of them, the minds of its robots and which."""
+    drawing: tuple[Callable[[Any, str], Stage], Callable[[Any, Array, int], Scene]] | None = None
+    """What stands still in a picture, from a scenario and what moves the robots; and what is drawn
+    of one world, from a block of them, the minds of its robots and which. None: no drawing."""
 
     trajectory: TrajectoryKind | None = None
     """What is kept of its robots in every tick; None: nothing can be."""
 
+    @property
+    def commanded(self) -> str:
+        """The field of a robot's command, and of its action, that the motion layer writes."""
+        return self.policies["motion"].gives[0].name
+
+    @property
+    def residuals(self) -> tuple[str, ...]:
+        """The policies that can be learned as a correction of the hand-written motion."""
+        return tuple(name for name, each in self.policies.items() if each.can_correct)
+
+    @property
+    def scene(self) -> Callable[[Any, Array, int], Scene] | None:
+        """Draws one world."""
+        return self.drawing and self.drawing[1]
+
     def agents(self, n_robots: int) -> list[str]:
-        """The names of so many robots."""
+        """The names of n robots."""
         return [f"{self.agent}_{robot}" for robot in range(n_robots)]
 
     def __reduce__(self) -> tuple[Callable[[str], "Task"], tuple[str]]:
@@ -475,7 +427,7 @@ TASKS: Registry[Task] = Registry(
         "swarm_forage_env.aggregation",
     ),
 )
-"""Tasks by name; the built-in ones are imported when any is asked for."""
+"""Tasks by name; the built-in ones are imported at the first use of one."""
 
 
 def task_named(name: str) -> Task:
@@ -483,7 +435,7 @@ def task_named(name: str) -> Task:
     return TASKS[name]
 
 
-def task_of(scenario: Any) -> Task:  # noqa: ANN401 whatever was given
+def task_of(scenario: object) -> Task:
     """The task that a scenario belongs to; ConfigError if it is none."""
     for task in _tasks():
         if isinstance(scenario, task.scenario):
@@ -491,7 +443,7 @@ def task_of(scenario: Any) -> Task:  # noqa: ANN401 whatever was given
     raise ConfigError(f"scenario={scenario!r}: must be a name, a TOML file or a Scenario")
 
 
-def task_of_episode(episode: Any) -> Task:  # noqa: ANN401 whatever was given
+def task_of_episode(episode: object) -> Task:
     """The task that an episode is of; ConfigError if it is of none."""
     for task in _tasks():
         if isinstance(episode, task.episode.episode):
@@ -505,12 +457,12 @@ def _tasks() -> Iterator[Task]:
     yield from (TASKS[name] for name in TASKS)
 
 
-def stage_of(scenario: Any, moved_by: str) -> Stage:  # noqa: ANN401 of any task
+def stage_of(scenario: BaseScenario, moved_by: str) -> Stage:
     """The stage of a scenario and of what moves its robots; ConfigError if it has no drawing."""
     task = task_of(scenario)
-    if task.stage is None:
+    if task.drawing is None:
         raise ConfigError(
             f"scenario '{scenario.name}': the task {task.name} has no drawing; take one that"
             " has, as es1 or waypoints-05"
         )
-    return task.stage(scenario, moved_by)
+    return task.drawing[0](scenario, moved_by)

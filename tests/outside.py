@@ -60,6 +60,18 @@ class OutsideMotionPart:
         return OutsideMotion(self._part.layer(scenario), scenario, seeds)
 
 
+class SGIKFInNumPy:
+    """The weighting `sgikf` as a rule in NumPy."""
+
+    heard_p_share = 0.0
+
+    def __call__(self, exchange):
+        """The share of the own path in both."""
+        total = exchange.own_p + exchange.heard_p
+        half = np.full_like(total, 0.5)
+        return np.divide(exchange.own_p, total, out=half, where=total > 0.0)
+
+
 def weigh(layer, exchange):
     """The weights that a compiled rule gives corrections, a row for each robot."""
     g, numbers = np.zeros((len(exchange), 1), np.float32), one_record(layer.all_numbers)

@@ -58,11 +58,6 @@ def test_a_dtype_has_the_fields_in_their_order():
     assert dtype["left"].names == ("speed", "is_stuck")
 
 
-def test_equal_dtypes_are_one_object():
-    assert Vehicle.dtype(slots=3) is Vehicle.dtype(slots=3)
-    assert Vehicle.dtype(slots=3) is not Vehicle.dtype(slots=4)
-
-
 def test_a_field_says_its_unit_and_its_scale():
     assert Wheel.fields["speed"].unit == "m/s"
     assert Wheel.fields["speed"].scale == 0.1
@@ -176,13 +171,6 @@ def test_numbers_are_kept_in_double_precision_in_the_shape_of_their_values():
     assert dtype["corners"].shape == (2, 2)
 
 
-def test_one_record_holds_the_numbers():
-    record = one_record({"beta": 0.5, "corners": [[0.0, 1.0], [2.0, 3.0]]})
-    assert record.shape == (1,)
-    assert record["beta"].tolist() == [0.5]
-    assert record["corners"].tolist() == [[[0.0, 1.0], [2.0, 3.0]]]
-
-
 def test_numba_takes_no_numbers_for_those_that_another_record_begins_with():
     names = ["share"], ["share", "drift"], ["drift", "share"]
     for numbers in (one_record(dict.fromkeys(each, 0.5)) for each in names):
@@ -214,16 +202,6 @@ def all_turn_and_load(lorries, by):
     for w in range(lorries.shape[0]):
         for i in range(lorries.shape[1]):
             turn_and_load(lorries[w, i], by)
-
-
-def test_a_kernel_writes_to_the_record_that_it_is_handed():
-    made = Lorry.array((2, 2), slots=2)
-    turn_and_load(made.view(np.recarray)[0, 1], 0.5)
-    assert made["pose"][:, :, 2].tolist() == [[0.0, 0.5], [0.0, 0.0]]
-    assert made["load"].tolist() == [[2.5, 5.0], [2.5, 2.5]]
-    assert made["left"]["speed"].tolist() == [[0.0, 0.5], [0.0, 0.0]]
-    assert made["right"]["is_stuck"].tolist() == [[False, True], [False, False]]
-    assert made["met"][0, 1].tolist() == [[7, 7], [6, 7]]
 
 
 def test_a_kernel_writes_to_every_record_of_an_array():

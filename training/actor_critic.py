@@ -22,9 +22,8 @@ from training.learned_motion import (
     pooled_features,
     wheel_speeds,
 )
-from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN
+from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN, REMEMBERED, REPUTATION_NETWORK
 from training.policy_file import LayerName, Shapes, Weights, action_features
-from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK
 
 LOG_STD_WITHOUT_EFFECT = -5.0
 """Logarithm of the standard deviation of an action that has no effect."""
@@ -98,12 +97,9 @@ class MotionCritic(NamedNetwork):
     def forward(self, observed: Tensor) -> Tensor:
         """Return the state value of each row."""
         arrays = self.arrays
-        hidden = torch.tanh(
-            dense_layer(arrays, "first", pooled_features(arrays, observed, self._columns, torch))
-        )
-        return cast(
-            Tensor, dense_layer(arrays, "value", torch.tanh(dense_layer(arrays, "second", hidden)))
-        )
+        pooled = pooled_features(arrays, observed, self._columns, torch)
+        hidden = torch.tanh(dense_layer(arrays, "first", pooled))
+        return dense_layer(arrays, "value", torch.tanh(dense_layer(arrays, "second", hidden)))
 
 
 class WeightingActor(NamedNetwork):
@@ -152,7 +148,7 @@ class WeightingActor(NamedNetwork):
 
 
 class ReputationActor(WeightingActor):
-    """The actor of `training.reputation_weighting`.
+    """The actor of `training.learned_weighting`.
 
     It sees an encounter, and then what is remembered of one area.
     """
@@ -187,7 +183,7 @@ class WeightingCritic(NamedNetwork):
         """Return the state value of each row."""
         arrays = self.arrays
         hidden = torch.tanh(dense_layer(arrays, "first", torch.log1p(observed)))
-        return cast(Tensor, dense_layer(arrays, "value", hidden))
+        return dense_layer(arrays, "value", hidden)
 
 
 ACTORS: Mapping[LayerName, type[WeightingActor | MotionActor]] = {

@@ -21,11 +21,10 @@ from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import ANY, unreadable
 from training.experiment import Experiment, step_seed
 from training.learned_weighting import (
+    EXCHANGE_NETWORK,
     HIDDEN,
     NETWORK,
-    network_of,
     unflatten,
-    weighting_network_shapes,
 )
 from training.linear_motion_policy import NETWORK as LINEAR
 from training.linear_motion_policy import SHAPES as LINEAR_SHAPES
@@ -183,13 +182,13 @@ def initial_network(
     policy = experiment.policy_of(layer)
     if policy is None:
         return SIZES[layer], initial_mean(experiment.seed, layer)
-    numbers = linear_policy_of(policy) if layer == "motion" else network_of(policy)
+    numbers = linear_policy_of(policy) if layer == "motion" else EXCHANGE_NETWORK.numbers_of(policy)
     return policy.card.layers[layer].sizes, numbers
 
 
 def network_shapes(layer: LayerName, sizes: Mapping[str, int]) -> Shapes:
     """Shapes of the arrays of the network that is searched for a layer."""
-    return LINEAR_SHAPES if layer == "motion" else weighting_network_shapes(sizes)
+    return LINEAR_SHAPES if layer == "motion" else EXCHANGE_NETWORK.shapes(sizes)
 
 
 def initial_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:

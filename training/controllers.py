@@ -21,10 +21,14 @@ from swarm_forage_env.parameters import Part
 from swarm_forage_env.registry import CONTROLLERS, POLICIES
 from training.exported_policies import CallablePolicy, OnnxPolicy, TorchScriptPolicy
 from training.learned_motion import LearnedMotion
-from training.learned_weighting import LearnedWeighting
+from training.learned_weighting import (
+    REPUTATION_NETWORK,
+    LearnedReputation,
+    LearnedWeighting,
+    network_over,
+)
 from training.policy_controller import named_policy
 from training.policy_file import LayerName
-from training.reputation_weighting import REPUTATION_NETWORK, LearnedReputation, network_over
 from training.sb3_policy import SB3Policy
 
 REPUTATION = ReputationOdometryParameters(weighs_unknown=True, pause=5.0, refractory=10.0)

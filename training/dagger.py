@@ -25,9 +25,8 @@ from training.actor_critic import ReputationActor, WeightingActor
 from training.candidate_rollouts import CandidateRollouts
 from training.exchanges import Exchanges, record_exchanges
 from training.experiment import Experiment, worlds_per_scenario
-from training.learned_weighting import flatten, unflatten
+from training.learned_weighting import REPUTATION_NETWORK, flatten, network_over, unflatten
 from training.policy_file import LayerCard, LayerName, Policy, layer_card, observation_layout
-from training.reputation_weighting import REPUTATION_NETWORK, network_over
 from training.training_loop import ProgressLogger, Training, run
 
 HIDDEN = 16

@@ -26,9 +26,14 @@ from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.record import Rows
 from training.actor_critic import WeightingActor
-from training.learned_weighting import EXCHANGE_NETWORK, WeightingNetwork
+from training.learned_weighting import (
+    EXCHANGE_NETWORK,
+    REMEMBERED,
+    REPUTATION_NETWORK,
+    WeightingNetwork,
+    network_over,
+)
 from training.policy_file import observation_layout
-from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK, network_over
 
 MAX_SQUARED_ERROR = 0.5
 """Upper bound of the squared error in the loss [m2]: a robot with an error of 0.7 m is lost."""

@@ -236,24 +236,12 @@ class Experiment:
     @property
     def command(self) -> str:
         """The command line that runs the same experiment again."""
-        options = {
-            "--algorithm": self.algorithm,
-            "--seed": self.seed,
-            "--budget": self.budget,
-            "--every": self.every,
-            "--worlds": self.worlds,
-            "--held-back": self.held_back,
-            "--controller": self.controller,
-            "--physics": self.physics,
-            "--workers": self.workers,
-            "--out": self.out,
-        }
-        if self.population is not None:
-            options["--population"] = self.population
-        if self.device != "cpu":
-            options["--device"] = self.device
+        names = ["algorithm", "seed", "budget", "every", "worlds", "held_back", "controller"]
+        names += ["physics", "workers", "out"]
+        names += ["population"] if self.population is not None else []
+        names += ["device"] if self.device != "cpu" else []
         words = ["swarm-forage", "train", self.layer, *self.scenarios]
-        words += [f"{name}={value}" for name, value in options.items()]
+        words += [f"--{name.replace('_', '-')}={vars(self)[name]}" for name in names]
         words += [f"--set={name}={value}" for name, value in self.settings.items()]
         return shlex.join(words)
 

@@ -15,7 +15,8 @@ The same function runs on NumPy arrays here and on torch tensors in training.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from pydantic import Field
@@ -38,6 +39,9 @@ from training.policy_file import (
     policy_path,
 )
 
+if TYPE_CHECKING:
+    from torch import Tensor
+
 NETWORK = "deep-set-motion"
 SIZES = {"message": 16, "hidden": 64}
 """Sizes of the default network."""
@@ -54,6 +58,9 @@ OWN, MESSAGE = 33, 5
 Columns = Mapping[str, slice]
 """Columns of each field in a matrix of observations."""
 
+ArrayT = TypeVar("ArrayT", Array, "Tensor")
+"""Arrays of NumPy, or of torch; `xp` is the module."""
+
 
 def motion_network_shapes(sizes: Mapping[str, int]) -> Shapes:
     """Shapes of the arrays of a motion network of these sizes."""
@@ -68,22 +75,29 @@ def motion_network_shapes(sizes: Mapping[str, int]) -> Shapes:
     return {**weights, **{f"{name}.bias": shape[:1] for name, shape in layers.items()}}
 
 
-def wheel_speeds(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 of NumPy or of torch
-    """Left and right wheel speed of each row, unclipped; `xp` is the module numpy or torch."""
-    hidden = xp.tanh(dense_layer(weights, "first", pooled_features(weights, observed, columns, xp)))
+def wheel_speeds(
+    weights: Mapping[str, ArrayT], observed: ArrayT, columns: Columns, xp: ModuleType
+) -> ArrayT:
+    """Left and right wheel speed of each row, unclipped."""
+    pooled = pooled_features(weights, observed, columns, xp)
+    hidden: ArrayT = xp.tanh(dense_layer(weights, "first", pooled))
     hidden = xp.tanh(dense_layer(weights, "second", hidden))
     return dense_layer(weights, "wheels", hidden)
 
 
-def pooled_features(weights: Mapping[str, Any], observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 as above
+def pooled_features(
+    weights: Mapping[str, ArrayT], observed: ArrayT, columns: Columns, xp: ModuleType
+) -> ArrayT:
     """Features of each row: its own, then sum and maximum of its encoded messages."""
     heard = observed[:, columns["heard"]][:, :, None]
     beam = observed[:, columns["beam"]].reshape(len(observed), -1, 3)
     told = heard * xp.tanh(dense_layer(weights, "message", _message_features(beam, xp)))
-    return xp.concatenate([_own_features(observed, columns, xp), told.sum(1), xp.amax(told, 1)], 1)
+    own = _own_features(observed, columns, xp)
+    features: ArrayT = xp.concatenate([own, told.sum(1), xp.amax(told, 1)], 1)
+    return features
 
 
-def dense_layer(weights: Mapping[str, Any], name: str, x: Any) -> Any:  # noqa: ANN401 as above
+def dense_layer(weights: Mapping[str, ArrayT], name: str, x: ArrayT) -> ArrayT:
     """Apply one dense layer, W x + b, along the last axis.
 
     NumPy arrays are multiplied row by row in a fixed order: the rounding of a BLAS product depends
@@ -113,24 +127,29 @@ def multiply(
                 out[i, j] += x[i, k] * weight[k, j]
 
 
-def _own_features(observed: Any, columns: Columns, xp: Any) -> Any:  # noqa: ANN401 as above
+def _own_features(observed: ArrayT, columns: Columns, xp: ModuleType) -> ArrayT:
     plain = ("proximity", "ground", "known", "goal", "talking", "wheels")
     places = xp.concatenate([observed[:, columns["target"]], observed[:, columns["areas"]]], 1)
     p = observed[:, columns["p"]]
-    parts = [observed[:, columns[name]] for name in plain]
-    return xp.concatenate([*parts, p / (p + LONG_PATH), _place_features(places, xp)], 1)
+    parts: list[ArrayT] = [observed[:, columns[name]] for name in plain]
+    features: ArrayT = xp.concatenate([*parts, p / (p + LONG_PATH), _place_features(places, xp)], 1)
+    return features
 
 
-def _place_features(places: Any, xp: Any) -> Any:  # noqa: ANN401 as above
+def _place_features(places: ArrayT, xp: ModuleType) -> ArrayT:
     """Cosine, sine and two scaled distances of each place; zeros for an unknown place."""
     x, y = places[:, 0::2], places[:, 1::2]
     d = xp.sqrt(x * x + y * y)
-    return xp.concatenate([x / (d + 1e-6), y / (d + 1e-6), d / (d + NEAR), d / (d + FAR)], 1)
+    parts = [x / (d + 1e-6), y / (d + 1e-6), d / (d + NEAR), d / (d + FAR)]
+    features: ArrayT = xp.concatenate(parts, 1)
+    return features
 
 
-def _message_features(beam: Any, xp: Any) -> Any:  # noqa: ANN401 as above
+def _message_features(beam: ArrayT, xp: ModuleType) -> ArrayT:
     length, bearings = beam[:, :, :1], beam[:, :, 1:]
-    return xp.concatenate([length / (length + NEAR), xp.cos(bearings), xp.sin(bearings)], 2)
+    parts: list[ArrayT] = [length / (length + NEAR), xp.cos(bearings), xp.sin(bearings)]
+    features: ArrayT = xp.concatenate(parts, 2)
+    return features
 
 
 @MOTIONS.register("learned")

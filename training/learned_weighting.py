@@ -1,4 +1,10 @@
-"""A learned confidence weighting: a small network adds to the log-odds of SGIFF."""
+"""Learned confidence weightings: a small network adds to the log-odds of SGIFF.
+
+Among liars it also sees what the estimator `reputation_odometry` remembers: who tells, and who else
+told the same. Then it is asked about areas that the robot does not know, too.
+
+Not in the papers: all of it; JosangIsmail2002 for the reputations.
+"""
 
 import math
 from collections.abc import Mapping
@@ -40,22 +46,18 @@ SCALES = ((0.1, 3.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.5), (0.1, 3.0, 1.5), (0
 """Feature scaling: unit u [m, or frames], centre c and spread s of (ln(1 + x / u) - c) / s, which
 maps centimetres as well as tens of metres to within a few units of zero."""
 
+REMEMBERED = ("own_known", "own_visited", "right", "wrong", "support", "suspicion", "dissent")
+"""Inputs of the network that a robot remembers, for one area of an exchange."""
+
+REMEMBERED_SCALES = ((1.0, 0.35, 0.35), (1.0, 0.35, 0.35), (1.0, 0.7, 0.7), (1.0, 0.7, 0.7),
+                     (0.5, 0.7, 0.7), (0.5, 0.7, 0.7), (0.5, 0.7, 0.7))  # fmt: skip
+"""Their scaling: unit u, centre c and spread s of (ln(1 + x / u) - c) / s."""
+
 Features = tuple[float, ...]
 """The scaled features of one area of an exchange."""
 
 HIDDEN = 4
 """Default number of hidden units."""
-
-
-def weighting_network_shapes(sizes: Mapping[str, int], n: int = len(FEATURES)) -> Shapes:
-    """Shapes of the arrays of a network of `n` features, in the order of the flat weights."""
-    return {
-        "hidden.weight": (sizes["hidden"], n),
-        "hidden.bias": (sizes["hidden"],),
-        "output.weight": (sizes["hidden"],),
-        "direct.weight": (n + 1,),
-        "output.bias": (1,),
-    }
 
 
 def flatten(weights: Weights, shapes: Shapes) -> Float64[Array, " numbers"]:
@@ -73,9 +75,9 @@ def unflatten(numbers: Array, shapes: Shapes) -> dict[str, Float32[Array, "..."]
 
 
 @kernel
-def scaled(x: float, feature: int) -> float:
+def scaled(x: float, scale: tuple[float, float, float]) -> float:
     """Scaled feature (ln(1 + x / u) - c) / s."""
-    unit, centre, spread = SCALES[feature]
+    unit, centre, spread = scale
     return (log1p(np.float64(x) / unit) - centre) / spread
 
 
@@ -83,14 +85,28 @@ def scaled(x: float, feature: int) -> float:
 def scaled_features(exchange: Exchange, area: int) -> Features:
     """Scaled features of one area of an exchange, in the order of `FEATURES`."""
     return (
-        scaled(exchange.own_p[area], 0),
-        scaled(exchange.heard_p[area], 1),
-        scaled(exchange.disagreement[area], 2),
-        scaled(exchange.own_p[1 - area], 3),
-        scaled(exchange.own_distance[area], 4),
-        scaled(exchange.heard_distance[area], 5),
-        scaled(exchange.n_averaged, 6),
-        scaled(exchange.range, 7),
+        scaled(exchange.own_p[area], SCALES[0]),
+        scaled(exchange.heard_p[area], SCALES[1]),
+        scaled(exchange.disagreement[area], SCALES[2]),
+        scaled(exchange.own_p[1 - area], SCALES[3]),
+        scaled(exchange.own_distance[area], SCALES[4]),
+        scaled(exchange.heard_distance[area], SCALES[5]),
+        scaled(exchange.n_averaged, SCALES[6]),
+        scaled(exchange.range, SCALES[7]),
+    )
+
+
+@kernel
+def remembered_features(exchange: Exchange, area: int) -> Features:
+    """Scaled features of what a robot remembers, in the order of `REMEMBERED`."""
+    return (
+        scaled(exchange.own_known[area], REMEMBERED_SCALES[0]),
+        scaled(exchange.own_visited[area], REMEMBERED_SCALES[1]),
+        scaled(exchange.right, REMEMBERED_SCALES[2]),
+        scaled(exchange.wrong, REMEMBERED_SCALES[3]),
+        scaled(exchange.support[area], REMEMBERED_SCALES[4]),
+        scaled(exchange.suspicion[area], REMEMBERED_SCALES[5]),
+        scaled(exchange.dissent[area], REMEMBERED_SCALES[6]),
     )
 
 
@@ -124,6 +140,14 @@ def gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
     return 0.5 + 0.5 * tanh(0.5 * odds)
 
 
+@kernel
+def reputation_gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
+    """`gain` of a network that sees what is remembered, too."""
+    ahead = np.float64(exchange.own_p[area]) - np.float64(exchange.heard_p[area])
+    features = scaled_features(exchange, area) + remembered_features(exchange, area)
+    return 0.5 + 0.5 * tanh(0.5 * log_odds(features, ahead, numbers.network))
+
+
 @dataclass(frozen=True)
 class WeightingNetwork:
     """An architecture of learned weightings."""
@@ -139,7 +163,14 @@ class WeightingNetwork:
 
     def shapes(self, sizes: Mapping[str, int]) -> Shapes:
         """Shapes of the arrays of the network, in the order of the flat weights."""
-        return weighting_network_shapes(sizes, len(self.features))
+        hidden, n = sizes["hidden"], len(self.features)
+        return {
+            "hidden.weight": (hidden, n),
+            "hidden.bias": (hidden,),
+            "output.weight": (hidden,),
+            "direct.weight": (n + 1,),
+            "output.bias": (1,),
+        }
 
     def layer(self, numbers: Array) -> WeightingLayer:
         """The weighting layer of a network, from its flat weights, rounded to single precision."""
@@ -157,9 +188,16 @@ EXCHANGE_NETWORK = WeightingNetwork(NETWORK, FEATURES, SCALES, gain)
 """The network that sees what a learner of the weighting observes."""
 
 
-def network_weighting(network: Array) -> WeightingLayer:
-    """The weighting layer of a network of exchanges, from its flat weights."""
-    return EXCHANGE_NETWORK.layer(network)
+REPUTATION_NETWORK = WeightingNetwork(
+    "log-odds-reputation", (*FEATURES, *REMEMBERED), (*SCALES, *REMEMBERED_SCALES), reputation_gain
+)
+"""The network that sees what a robot remembers, too."""
+
+
+def network_over(estimator: object) -> WeightingNetwork:
+    """The architecture of a weighting over an estimator: what it is shown and asked about."""
+    remembers = getattr(estimator, "weighs_unknown", False)
+    return REPUTATION_NETWORK if remembers else EXCHANGE_NETWORK
 
 
 @WEIGHTING_RULES.register("learned")
@@ -193,6 +231,19 @@ class LearnedWeighting(Part):
         return self.architecture.layer(self.architecture.numbers_of(load_policy(self.policy)))
 
 
-def network_of(policy: Policy) -> Float64[Array, " numbers"]:
-    """Flat weights of a policy's network of exchanges; ConfigError if it does not fit."""
-    return EXCHANGE_NETWORK.numbers_of(policy)
+@WEIGHTING_RULES.register("learned_reputation")
+class LearnedReputation(LearnedWeighting):
+    """A trained network sets the weight of a heard estimate by what is remembered of its teller.
+
+        g_i = 1 / (1 + exp(-l))
+        p_i = (1 - g_i) p_i + g_i p_j
+
+    Not in the papers: all of it but the form, as in `learned`.
+    """
+
+    architecture = REPUTATION_NETWORK
+
+    policy: str = Field(
+        "weighting-sceptical",
+        description="The network: a bundled policy, or a file as runs/x/best.safetensors",
+    )

@@ -98,7 +98,7 @@ def card_from(text: str | bytes, where: str) -> PolicyCard:
         ) from None
 
 
-def as_in_a_name(keywords: Mapping[str, Any]) -> str:
+def as_in_a_name(keywords: Mapping[str, object]) -> str:
     """Keywords as the name of a policy says them.
 
     >>> as_in_a_name({"normalise": True, "discrete": (3, 5), "learn": "motion"})

@@ -8,6 +8,7 @@ a matrix product depends on its number of rows, and an episode must not depend o
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from typing import Any
 
 from baselines.controller import REGISTRIES, LayeredController
@@ -232,9 +233,8 @@ def _check_observes(
     policy: ForeignPolicy, trained: Sequence[tuple[str, str]], here: Sequence[tuple[str, str]]
 ) -> None:
     """ConfigError for the first number that was another one in training."""
-    both = trained, here
-    for k in range(max(map(len, both))):
-        old, new = ("{} [{}]".format(*each[k]) if k < len(each) else "nothing" for each in both)
+    shown = (["{} [{}]".format(*each) for each in side] for side in (trained, here))
+    for k, (old, new) in enumerate(zip_longest(*shown, fillvalue="nothing")):
         if old != new:
             raise ConfigError(
                 f"policy {policy.source}: number {k} of its observations was {old} in training"

@@ -9,9 +9,10 @@ Nothing is loaded through pickle. A policy that does not fit a scenario is refus
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field, ValidationError
@@ -142,9 +143,7 @@ class Policy:
             ("observation", card.observes, observation_features(layer, scenario)),
             ("action", card.gives, action_features(layer)),
         ):
-            for k in range(max(len(trained), len(there))):
-                old = trained[k] if k < len(trained) else None
-                new = there[k] if k < len(there) else None
+            for k, (old, new) in enumerate(zip_longest(trained, there)):
                 if old != new:
                     raise self._refusal(
                         f"does not fit '{scenario.name}': {kind} feature {k} of its {layer} was"
@@ -251,7 +250,7 @@ def card_path(file: Path) -> Path:
     return file.with_suffix(".json")
 
 
-def check_weights(weights: Mapping[str, Any], where: str) -> None:
+def check_weights(weights: Mapping[str, Array], where: str) -> None:
     """Raise ConfigError unless all arrays are finite and of single precision."""
     for name, array in weights.items():
         if array.dtype != np.float32:

@@ -99,7 +99,7 @@ class RunningForeignPolicy:
         """Go by these numbers in one world from now on."""
         self._inner.renumber(world, numbers)
 
-    def snapshot(self) -> dict[str, Any]:
+    def snapshot(self) -> dict[str, object]:
         """What was observed and is being done, whose robots are the policy's, and all the rest."""
         return {
             "frames": self._observing.snapshot(),
@@ -150,7 +150,7 @@ class RunningForeignPolicy:
 
 def usable_rows(
     form: PolicyForm, robots: Sequence[int], source: str
-) -> Callable[[Any], Float32[Array, "robots n"]]:
+) -> Callable[[object], Float32[Array, "robots n"]]:
     """What turns the actions of some robots into what the layers take, clipped to their bounds.
 
     ConfigError for NaN and infinity, and for what else the action space does not hold.

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from gymnasium.spaces import Box, Discrete
@@ -38,6 +38,7 @@ from training.policy_file import check_weights, misfit
 
 if TYPE_CHECKING:
     from stable_baselines3.common.policies import BasePolicy
+    from torch import Tensor
 
 PICKLED = ":serialized:"
 """Key of what stable-baselines3 keeps as a pickle, within its JSON."""
@@ -98,7 +99,7 @@ class Network(Part):
     """The keywords of a policy that need no pickle."""
 
     net_arch: Widths | Branches | Annotated[list[Branches], Field(max_length=1)] | None = None
-    activation_fn: type[Any] | None = None
+    activation_fn: type[object] | None = None
     n_critics: Annotated[int, Field(ge=1, le=100)] | None = None
     ortho_init: bool = True
     use_sde: bool = False
@@ -112,13 +113,13 @@ class Network(Part):
 
     @field_validator("activation_fn", mode="before")
     @classmethod
-    def _of_torch(cls, told: object) -> type[Any]:
+    def _of_torch(cls, told: object) -> type[object]:
         from torch.nn.modules import activation
 
         named = ACTIVATION.fullmatch(str(told))
         if named is None or named[1] not in activation.__all__:
             raise ValueError("must be an activation of torch.nn")
-        found: type[Any] = vars(activation)[named[1]]
+        found: type[object] = vars(activation)[named[1]]
         return found
 
     def n_weights(self, n_observed: int) -> int:
@@ -166,7 +167,7 @@ def network_of(file: str, model: SavedModel, n_observed: int, n_bytes: int) -> N
     return network
 
 
-def read_weights(file: str, content: bytes) -> Mapping[str, Any]:
+def read_weights(file: str, content: bytes) -> Mapping[str, "Tensor"]:
     """The weights of a policy; ConfigError for what torch's loader of weights does not take."""
     import torch
 
@@ -194,7 +195,7 @@ KNOWN = {
 }
 """Classes of policies that need no pickle: of PPO and A2C, DQN, SAC, TD3 and DDPG."""
 
-Chosen = tuple[type[Any], dict[str, Any]]
+Chosen = tuple[type["BasePolicy"], dict[str, Any]]
 """The class of a policy, and its keywords."""
 
 
@@ -263,12 +264,12 @@ class SB3Policy(PolicyFile):
         return policy, network.model_dump(exclude_unset=True)
 
 
-def _named_class(told: ClassTold) -> type[Any] | None:
+def _named_class(told: ClassTold) -> "type[BasePolicy] | None":
     """The class of the policy, by what the JSON tells of it; None for one that is not known."""
     name = KNOWN.get(told.module, "")
     if not name or f"{name}.__init__ " not in told.init:
         return None
-    found: type[Any] = getattr(import_module(told.module), name)
+    found: type[BasePolicy] = getattr(import_module(told.module), name)
     return found
 
 
@@ -276,13 +277,12 @@ def _make(file: str, chosen: Chosen, form: PolicyForm) -> "BasePolicy":
     """The policy with random weights."""
     policy, keywords = chosen
     try:
-        made = policy(form.observation_space, form.action_space, lambda _: 0.0, **keywords)
-        return cast("BasePolicy", made)
+        return policy(form.observation_space, form.action_space, lambda _: 0.0, **keywords)
     except (TypeError, AssertionError, RuntimeError, ValueError) as error:
         raise ConfigError(f"policy {file}: cannot be made here: {reason(error)}") from None
 
 
-def _load(file: str, model: "BasePolicy", weights: Mapping[str, Any]) -> None:
+def _load(file: str, model: "BasePolicy", weights: Mapping[str, "Tensor"]) -> None:
     """Give a policy its weights; ConfigError for others than it has, NaN and infinity."""
     import torch
 
@@ -311,7 +311,7 @@ def _check_spaces(file: str, told: SavedModel, form: PolicyForm) -> None:
         )
 
 
-def _size_of(space: "Box | Discrete[Any]") -> str:
+def _size_of(space: "Box | Discrete[np.int64]") -> str:
     if isinstance(space, Discrete):
         return f"one of {space.n} choices"
     return "x".join(map(str, space.shape))

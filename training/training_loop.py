@@ -6,7 +6,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from baselines.evaluation.console import progress_bar
 from swarm_forage_env.arrays import Array, Int64
@@ -53,7 +53,7 @@ class EventFile:
         point = Summary.Value(tag=name, simple_value=value)
         self._write(step=step, summary=Summary(value=[point]))
 
-    def _write(self, **fields: Any) -> None:  # noqa: ANN401 fields of an event
+    def _write(self, **fields: object) -> None:
         from tensorboard.compat.proto.event_pb2 import Event
         from tensorboard.summary.writer.record_writer import RecordWriter
 

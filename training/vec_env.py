@@ -133,7 +133,7 @@ class SwarmVecEnv(VecEnv):
         """Close the window, if there is one."""
         self._screen.close()
 
-    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[object]:
         """Return an attribute, once for each environment asked for."""
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
@@ -149,10 +149,10 @@ class SwarmVecEnv(VecEnv):
     def env_method(
         self,
         method_name: str,
-        *method_args: Any,  # noqa: ANN401 the method's
+        *method_args: object,
         indices: int | Iterable[int] | None = None,
-        **method_kwargs: Any,  # noqa: ANN401 the method's
-    ) -> list[Any]:
+        **method_kwargs: object,
+    ) -> list[object]:
         """Call a method once, and return its result once for each environment asked for."""
         result = getattr(self, method_name)(*method_args, **method_kwargs)
         return [result for _ in self._get_indices(indices)]

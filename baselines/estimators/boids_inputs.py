@@ -3,7 +3,7 @@
 Smith et al. 2021 (BOIDS), Sections 3 and 4.
 """
 
-from baselines.estimators.pose_belief import PoseMind
+from baselines.estimators.pose_prediction import PoseMind
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import cos_sin, hypot

@@ -1,6 +1,8 @@
 """Covariance knowledge: social odometry that exchanges and merges whole error ellipses.
 
-Gutierrez et al. 2008 (ANTS), Section 5; Gutierrez et al. 2009 (TR), Eqs. 9-11 and 22-24.
+Gutierrez et al. 2008 (ANTS), Section 5; Gutierrez et al. 2009 (TR), Eqs. 9-11 and 22-24. A message
+tells the standard deviation along the long axis of the error ellipse as p, and beside it that along
+the short axis, and where the long axis points.
 
 Not in the paper, and chosen here:
 - matrices are those of the position, 2 x 2. An exchange corrects the position only: the variance
@@ -15,38 +17,292 @@ Not in the paper, and chosen here:
 - all that `social_odometry` chose.
 """
 
-from baselines.estimators.base import ESTIMATORS
-from baselines.estimators.covariance_exchange import EllipseMind, compose, listen, merge
-from baselines.estimators.falsified_messages import falsify_ellipse, repeat_ellipse
-from baselines.estimators.path_covariance import take_in
-from baselines.estimators.sikf import CovarianceFilterParameters
-from baselines.estimators.social_odometry import KERNELS as SOCIAL_KERNELS
-from baselines.weighting.covariance import Covariance
-from swarm_forage_env.foraging.control import observe_world
-from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer, Kernel
+from collections.abc import Mapping
+from typing import ClassVar
 
-KERNELS: dict[str, Kernel] = {
-    **SOCIAL_KERNELS,
-    "compose": compose,
-    "repeat": repeat_ellipse,
-    "falsify": falsify_ellipse,
-    "take_in": take_in,
-    "listen": listen,
-    "merge": merge,
-}
-"""The functions of the filter that the templates of a tick name."""
+import numpy as np
+
+from baselines.estimators.base import ESTIMATORS
+from baselines.estimators.belief import NOBODY, KeptMessage, Message
+from baselines.estimators.falsified_messages import keep_first, retell, tell_lies
+from baselines.estimators.message_exchange import compose as compose_places
+from baselines.estimators.message_exchange import is_merged, slot_of, update_exchange
+from baselines.estimators.path_covariance import (
+    TT,
+    XT,
+    XX,
+    XY,
+    YT,
+    YY,
+    CovarianceBelief,
+    CovarianceMind,
+    Matrix,
+    heard_direction,
+    spectral_norm,
+    to_ellipse,
+    to_matrix,
+    worst_deviation,
+)
+from baselines.estimators.sikf import CovarianceFilterParameters
+from baselines.weighting.covariance import Covariance
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.fault_record import Lie
+from swarm_forage_env.epuck.records import Heard
+from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.foraging.scenario import Scenario
+from swarm_forage_env.interface import Kernel
+from swarm_forage_env.record import Numbers, field
+
+Gain = tuple[float, float, float, float]
+"""A 2 x 2 gain matrix: xx, xy, yx, yy."""
+
+
+class EllipseMessage(Message):
+    """What a robot tells of each area, with its error ellipse. Writer: `compose`."""
+
+    short: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    """Standard deviation along the short axis; along the long axis it is p."""
+    long_direction: Float32[Array, " areas"] = field(np.float32, 2, unit="rad")
+    """Of the long axis in the body frame of the sender."""
+
+
+class KeptEllipseMessage(KeptMessage):
+    """A message that a robot tells again, with its error ellipses. Writer: `repeat_ellipse`."""
+
+    short: Float32[Array, " areas"] = field(np.float32, 2, unit="m")
+    long_direction: Float32[Array, " areas"] = field(np.float32, 2, unit="rad")
+
+
+class EllipseBelief(CovarianceBelief):
+    """What a robot believes, and the error ellipses it is being told."""
+
+    heard_cov: Float64[Array, "areas 3"] = field(np.float64, 2, 3, unit="m^2")
+    """Sum over the exchange of the heard covariances (xx, xy, yy), own frame, weighted by
+    frames."""
+    last_partner: int = field(np.int32, start=NOBODY)
+    """The robot that the present exchange is with, or the last one was."""
+
+
+class EllipseMind(CovarianceMind):
+    """All that a filter that exchanges covariances keeps of a robot."""
+
+    belief: EllipseBelief = field(EllipseBelief)
+    message: EllipseMessage = field(EllipseMessage)
+    kept: KeptEllipseMessage = field(KeptEllipseMessage)
+
+
+@kernel
+def compose(mind: EllipseMind, numbers: Numbers) -> None:
+    """Write the message: the places, and the error ellipse of each."""
+    compose_places(mind, numbers)
+    belief, message = mind.belief, mind.message
+    for area in range(2):
+        if message.told[area]:
+            P = belief.moments[area]
+            _, short, direction = to_ellipse(P[XX], P[XY], P[YY])
+            message.short[area] = short
+            message.long_direction[area] = wrap(direction - belief.pose[2])
+
+
+@kernel
+def accumulate_ellipse(
+    belief: EllipseBelief, message: EllipseMessage, heard: Heard, slot: int
+) -> None:
+    """Add the error ellipses of a message to the running sums of an exchange."""
+    beam, weight = heard.range_bearing[slot], float(heard.n_averaged[slot])
+    for area in range(2):
+        if message.told[area]:
+            psi = heard_direction(beam[1], beam[2], message.long_direction[area])
+            long, short = message.p[area], message.short[area]
+            xx, xy, yy = to_matrix(long, short, psi + belief.pose[2])
+            belief.heard_cov[area, 0] += weight * xx
+            belief.heard_cov[area, 1] += weight * xy
+            belief.heard_cov[area, 2] += weight * yy
+
+
+@kernel
+def listen(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
+    """Start, go on with or end the exchange of robot i, ellipses included; whether it ended."""
+    belief = crowd[i].belief
+    is_new = belief.partner == NOBODY
+    if not is_new:
+        belief.last_partner = belief.partner
+    has_ended = update_exchange(crowd, i, heard, numbers)
+    if is_new:
+        if belief.partner == NOBODY:
+            return False
+        belief.last_partner = belief.partner
+        for area in range(2):
+            for entry in range(3):
+                belief.heard_cov[area, entry] = 0.0
+    slot = slot_of(heard, belief.last_partner)
+    if slot < heard.n:
+        accumulate_ellipse(belief, crowd[belief.last_partner].message, heard, slot)
+    return has_ended
+
+
+@kernel
+def heard_covariance(belief: EllipseBelief, area: int) -> Matrix:
+    """The mean of the covariances of an area that were heard in the exchange."""
+    cov, weight = belief.heard_cov[area], belief.heard_weight[area]
+    return cov[0] / weight, cov[1] / weight, cov[2] / weight
+
+
+@kernel
+def gain_matrix(A: Matrix, B: Matrix) -> Gain:
+    """The gain matrix for an own covariance A and a heard one B.
+
+        K = A (A + B)^-1
+
+    Where A + B has no inverse, the ratio of the norms stands for it; 1/2 where both are 0.
+
+    Source: TR, Eq. 22.
+    """
+    axx, axy, ayy = A
+    sxx, sxy, syy = axx + B[0], axy + B[1], ayy + B[2]
+    det = sxx * syy - sxy * sxy
+    if det > 1e-12 * (sxx + syy) * (sxx + syy):
+        return (
+            (axx * syy - axy * sxy) / det, (axy * sxx - axx * sxy) / det,
+            (axy * syy - ayy * sxy) / det, (ayy * sxx - axy * sxy) / det,
+        )  # fmt: skip
+    own, heard = spectral_norm(axx, axy, ayy), spectral_norm(B[0], B[1], B[2])
+    k = own / (own + heard) if own + heard > 0.0 else 0.5
+    return k, 0.0, 0.0, k
+
+
+@kernel
+def blend(K: Gain, P: Float64[Array, "6"], R: Matrix) -> None:
+    """The moments P after taking over K of a heard estimate of covariance R, in place.
+
+        P = L P L' + K R K',  L = I - K of the position, 1 of the heading
+
+    For the gain of Eq. 22 the position's block is (I - K) P: K_j P_i. The heading is not
+    corrected, so its variance stays.
+
+    Source: TR, Eq. 24.
+    """
+    kxx, kxy, kyx, kyy = K
+    lxx, lxy, lyx, lyy = 1.0 - kxx, -kxy, -kyx, 1.0 - kyy
+    xx, xy, yy, xt, yt = P[XX], P[XY], P[YY], P[XT], P[YT]
+    rxx, rxy, ryy = R
+    P[XX] = lxx * lxx * xx + 2.0 * lxx * lxy * xy + lxy * lxy * yy
+    P[XX] += kxx * kxx * rxx + 2.0 * kxx * kxy * rxy + kxy * kxy * ryy
+    P[XY] = lxx * lyx * xx + (lxx * lyy + lxy * lyx) * xy + lxy * lyy * yy
+    P[XY] += kxx * kyx * rxx + (kxx * kyy + kxy * kyx) * rxy + kxy * kyy * ryy
+    P[YY] = lyx * lyx * xx + 2.0 * lyx * lyy * xy + lyy * lyy * yy
+    P[YY] += kyx * kyx * rxx + 2.0 * kyx * kyy * rxy + kyy * kyy * ryy
+    P[XT], P[YT] = lxx * xt + lxy * yt, lyx * xt + lyy * yt
+
+
+@kernel
+def offset(belief: EllipseBelief, area: int) -> tuple[float, float]:
+    """From the own location of an area to the heard one, own frame [m]."""
+    x = belief.heard_sum[area, 0] / belief.heard_weight[area]
+    y = belief.heard_sum[area, 1] / belief.heard_weight[area]
+    return x - belief.location[area, 0], y - belief.location[area, 1]
+
+
+@kernel
+def move_location(belief: EllipseBelief, area: int, K: Gain) -> None:
+    """Correct the location of an area by the gain K of the way to the heard one.
+
+        x_i = x_i + K (X_j - x_i)
+
+    Source: TR, Eq. 23.
+    """
+    dx, dy = offset(belief, area)
+    belief.location[area, 0] += K[0] * dx + K[1] * dy
+    belief.location[area, 1] += K[2] * dx + K[3] * dy
+
+
+@kernel
+def copy_ellipse(belief: EllipseBelief, area: int, R: Matrix) -> None:
+    """Copy what was told of an unknown area, with its covariance R. Source: TR, Eq. 14."""
+    belief.known[area] = True
+    belief.location[area, 0] = belief.heard_sum[area, 0] / belief.heard_weight[area]
+    belief.location[area, 1] = belief.heard_sum[area, 1] / belief.heard_weight[area]
+    P = belief.moments[area]
+    P[XX], P[XY], P[YY] = R
+    P[XT] = P[YT] = P[TT] = 0.0
+
+
+@kernel
+def blend_ellipse(belief: EllipseBelief, area: int, R: Matrix, w: float, intersects: bool) -> None:
+    """Blend both estimates of an area; the gain weighs the own covariance by w, R by 1 - w.
+
+    `intersects` takes their errors for correlated by an unknown amount: covariance intersection
+    with the weight w, which has the same gain, P / (1 - w) for P and R / w for R.
+
+    Source: TR, Eq. 22 to 24; BOIDS, Eq. 5.
+    """
+    P, u = belief.moments[area], 1.0 - w
+    own = w * P[XX], w * P[XY], w * P[YY]
+    K = gain_matrix(own, (u * R[0], u * R[1], u * R[2]))
+    move_location(belief, area, K)
+    if intersects and 0.0 < w < 1.0:
+        P[XX], P[XY], P[YY] = P[XX] / u, P[XY] / u, P[YY] / u
+        R = R[0] / w, R[1] / w, R[2] / w
+    blend(K, P, R)
+
+
+@kernel
+def merge(mind: EllipseMind, shared: Array, heard_p_share: float, numbers: Numbers) -> None:
+    """Copy what was told of unknown areas; blend what both know, with the gain matrix for g."""
+    belief = mind.belief
+    for area in range(2):
+        if is_merged(belief, area, numbers):
+            R = heard_covariance(belief, area)
+            if belief.known[area]:
+                g = float(mind.exchange.weight[area])
+                blend_ellipse(belief, area, R, g, numbers.intersects > 0.0)
+            else:
+                copy_ellipse(belief, area, R)
+            belief.p[area] = worst_deviation(belief.moments[area])
+
+
+@kernel
+def falsify_ellipse(mind: EllipseMind, lie: Lie) -> None:
+    """Make a lie of the message of a robot that tells error ellipses."""
+    tell_lies(mind.message, lie)
+    for area in range(2):
+        if mind.message.told[area]:
+            mind.message.short[area] = mind.message.p[area]
+
+
+@kernel
+def repeat_ellipse(mind: EllipseMind) -> None:
+    """Put what was told first in the place of the message of a robot that tells error ellipses."""
+    has_kept = keep_first(mind)
+    message, kept = mind.message, mind.kept
+    if has_kept:
+        retell(mind)
+        turned = mind.kept.pose[2] - mind.belief.pose[2]
+        for area in range(2):
+            message.short[area] = kept.short[area]
+            message.long_direction[area] = wrap(kept.long_direction[area] + turned)
+    else:
+        for area in range(2):
+            kept.short[area] = message.short[area]
+            kept.long_direction[area] = message.long_direction[area]
 
 
 @ESTIMATORS.register("covariance")
 class CovarianceParameters(CovarianceFilterParameters):
-    """Social odometry whose robots exchange error ellipses.
+    """Social odometry whose robots exchange error ellipses."""
 
-    Its numbers are those of social odometry; the covariance follows from the scenario.
-    """
+    mind = EllipseMind
+    kernels: ClassVar[Mapping[str, Kernel]] = {
+        **CovarianceFilterParameters.kernels,
+        "compose": compose,
+        "repeat": repeat_ellipse,
+        "falsify": falsify_ellipse,
+        "listen": listen,
+        "merge": merge,
+    }
+    own_rule = Covariance()
 
-    def layer(self, scenario: Scenario) -> EstimatorLayer:
-        """The records and functions of the estimator, with its numbers in a scenario."""
-        own = Covariance().layer(scenario)
-        numbers = {**self.numbers(scenario), "intersects": 0.0}
-        return EstimatorLayer(EllipseMind, numbers, KERNELS, observe_world, own_weighting=own)
+    def numbers(self, scenario: Scenario) -> dict[str, float]:
+        """The parameters as kernels read them; estimates are fused as if independent."""
+        return {**super().numbers(scenario), "intersects": 0.0}

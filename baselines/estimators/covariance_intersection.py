@@ -4,16 +4,26 @@ Smith et al. 2021 (BOIDS), Section 2.2; Fraenken and Huepper 2005.
 """
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 
-from baselines.estimators import foraging_variants
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.boids_inputs import describe
-from baselines.estimators.localisation import OWN_WEIGHTING, Localisation
-from baselines.estimators.pose_belief import PoseBelief, PoseMind
-from baselines.estimators.pose_prediction import propagate, step_slopes, take_in_alone, tell
+from baselines.estimators.covariance import CovarianceParameters
+from baselines.estimators.localisation import Localisation
+from baselines.estimators.pose_prediction import (
+    PoseBelief,
+    PoseMind,
+    propagate,
+    step_slopes,
+    take_in_alone,
+    tell,
+)
 from baselines.estimators.small_matrices import Matrix3, copy3, determinant3, identity3, inverse3
+from baselines.weighting.sikf import SIKF
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import cos_sin
@@ -21,8 +31,6 @@ from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.record import Numbers, Record, field
-from swarm_forage_env.waypoints.control import observe_world
-from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
 
 class Told(Record):
@@ -31,10 +39,8 @@ class Told(Record):
     pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
     P: Float64[Array, "3 3"] = field(np.float64, 3, 3)
     """Its covariance."""
-
     inverse: Float64[Array, "3 3"] = field(np.float64, 3, 3)
     """The inverse of its covariance."""
-
     weight: float = field(np.float64)
     """Its share of the fusion."""
 
@@ -44,14 +50,11 @@ class IntersectionMind(PoseMind):
 
     said: PoseBelief = field(PoseBelief)
     """The estimate as it was told to the neighbours, before anybody's was fused."""
-
     told: Told = field(Told)
     """A place in the list of estimates that are fused for one robot of the world after another;
     the list is as long as the swarm."""
-
     total: Float64[Array, "3 3"] = field(np.float64, 3, 3)
     """Working space: a sum over that list."""
-
     rest: Float64[Array, "3 3"] = field(np.float64, 3, 3)
     """Working space: that sum without one of its terms."""
 
@@ -215,23 +218,17 @@ def intersect(crowd: Array, shared: Array, sightings: Array, numbers: Numbers) -
         fuse(crowd, n, crowd[i].total, crowd[i].belief)
 
 
-KERNELS: dict[str, Kernel] = {"take_in": take_in_alone, "describe": describe, "merge": intersect}
-
-
 @ESTIMATORS.register("covariance_intersection")
 class CovarianceIntersection(Localisation):
     """Covariance intersection: consistent fusion of estimates whose correlation is unknown."""
 
-    def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
-        """Poses that are fused with what the neighbours believe of them."""
-        return EstimatorLayer(
-            IntersectionMind,
-            self.numbers(scenario),
-            KERNELS,
-            observe_world,
-            own_weighting=OWN_WEIGHTING,
-        )
+    mind = IntersectionMind
+    kernels: ClassVar[Mapping[str, Kernel]] = {
+        "take_in": take_in_alone, "describe": describe, "merge": intersect,
+    }  # fmt: skip
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
         """Social odometry whose estimates are fused by covariance intersection."""
-        return foraging_variants.covariance_intersection(scenario)
+        layer = CovarianceParameters().layer(scenario)
+        numbers = {**layer.numbers, "intersects": 1.0}
+        return replace(layer, numbers=numbers, own_weighting=SIKF().layer(scenario))

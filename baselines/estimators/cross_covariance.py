@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from baselines.estimators.area_memory import choose_goal, dead_reckon, find_areas, notice_loss
-from baselines.estimators.covariance_exchange import (
+from baselines.estimators.covariance import (
     EllipseBelief,
     EllipseMind,
     Gain,
@@ -17,7 +17,6 @@ from baselines.estimators.covariance_exchange import (
     heard_covariance,
     move_location,
 )
-from baselines.estimators.error_ellipse import Matrix
 from baselines.estimators.message_exchange import is_merged
 from baselines.estimators.path_covariance import (
     XT,
@@ -25,6 +24,7 @@ from baselines.estimators.path_covariance import (
     XY,
     YT,
     YY,
+    Matrix,
     grow_covariances,
     spectral_norm,
     worst_deviation,

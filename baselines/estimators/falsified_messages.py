@@ -11,7 +11,6 @@ Not in the papers, and chosen here:
 """
 
 from baselines.estimators.belief import Message, SocialMind
-from baselines.estimators.covariance_exchange import EllipseMind
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.fault_record import Lie
 from swarm_forage_env.equations.elementary import atan2, cos_sin, hypot
@@ -49,15 +48,6 @@ def tell_lies(message: Message, lie: Lie) -> None:
 def falsify(mind: SocialMind, lie: Lie) -> None:
     """Make a lie of the message of a robot."""
     tell_lies(mind.message, lie)
-
-
-@kernel
-def falsify_ellipse(mind: EllipseMind, lie: Lie) -> None:
-    """Make a lie of the message of a robot that tells error ellipses."""
-    tell_lies(mind.message, lie)
-    for area in range(2):
-        if mind.message.told[area]:
-            mind.message.short[area] = mind.message.p[area]
 
 
 @kernel
@@ -102,20 +92,3 @@ def repeat(mind: SocialMind) -> None:
     """Put what was told first in the place of the message of a robot."""
     if keep_first(mind):
         retell(mind)
-
-
-@kernel
-def repeat_ellipse(mind: EllipseMind) -> None:
-    """Put what was told first in the place of the message of a robot that tells error ellipses."""
-    has_kept = keep_first(mind)
-    message, kept = mind.message, mind.kept
-    if has_kept:
-        retell(mind)
-        turned = mind.kept.pose[2] - mind.belief.pose[2]
-        for area in range(2):
-            message.short[area] = kept.short[area]
-            message.long_direction[area] = wrap(kept.long_direction[area] + turned)
-    else:
-        for area in range(2):
-            kept.short[area] = message.short[area]
-            kept.long_direction[area] = message.long_direction[area]

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from baselines.estimators.pose_belief import PoseMind
+from baselines.estimators.pose_prediction import PoseMind
 from baselines.estimators.small_matrices import (
     Matrix3,
     cholesky3,
@@ -32,28 +32,20 @@ class JointUpdate(Record):
 
     cross: Float64[Array, "3 3"] = field(np.float64, 3, 3)
     """C, the cross-covariance of the pair."""
-
     joint: Float64[Array, "6 6"] = field(np.float64, 6, 6)
     """The covariance of the pair before the update."""
-
     half: Float64[Array, "6 6"] = field(np.float64, 6, 6)
     """((I - K G) P)'."""
-
     after: Float64[Array, "6 6"] = field(np.float64, 6, 6)
     """The covariance of the pair after the update."""
-
     G: Float64[Array, "2 6"] = field(np.float64, 2, 6)
     """Derivative of range and bearing by both poses."""
-
     K: Float64[Array, "6 2"] = field(np.float64, 6, 2)
     """The gain."""
-
     before: Float64[Array, "pair 3 3"] = field(np.float64, 2, 3, 3)
     """Each robot's own covariance before the update."""
-
     L: Float64[Array, "3 3"] = field(np.float64, 3, 3)
     """A lower triangle, L L' = P."""
-
     products: Float64[Array, "4 3 3"] = field(np.float64, 4, 3, 3)
     """Products on the way."""
 

@@ -13,16 +13,19 @@ Not in the paper, and chosen here: the corrected filters hold a device's constan
 of its noise (the variances add up), for nothing tells them of it.
 """
 
+from collections.abc import Mapping
 from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from baselines.estimators.pose_prediction import PoseMind
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer, WeightingLayer
+from swarm_forage_env.interface import EstimatorLayer, Kernel, WeightingLayer
 from swarm_forage_env.parameters import Part
-from swarm_forage_env.record import Numbers
+from swarm_forage_env.record import Numbers, Record
+from swarm_forage_env.waypoints.control import observe_world
 from swarm_forage_env.waypoints.records import Exchange
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 
@@ -42,15 +45,27 @@ def whole_correction(exchange: Exchange, which: int, numbers: Numbers) -> float:
     return 1.0
 
 
-OWN_WEIGHTING = WeightingLayer(whole_correction)
-"""The weighting that the filters of a pose have themselves."""
-
-
 class Localisation(Part):
-    """Parameters of an estimator of a pose; a subclass is an estimator."""
+    """Parameters of an estimator of a pose; a subclass is an estimator.
+
+    Among e-pucks: Smith et al. 2021 (BOIDS), Section 2, over Gutierrez et al. 2009 (TR), Section 5.
+
+    Not in the papers, and chosen here:
+    - an e-puck has neither compass nor map: what it estimates are the places of nest and prey in a
+      frame of its own, each with an error ellipse, and the area under it is its landmark;
+    - neighbours exchange and merge as in social odometry, one partner at a time;
+    - dead reckoning tells nobody anything;
+    - covariance intersection merges two ellipses with the weight of the fast form for circles,
+      p_i^2 / (p_i^2 + p_j^2);
+    - the decentralised EKF keeps the cross-covariance of its own estimate and each partner's since
+      their last exchange, in its own frame, and takes it into the gain. An exchange may end for one
+      robot and break off for the other, so that each corrects itself alone, and a partner's own
+      corrections in between are not known.
+    """
 
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")
-
+    mind: ClassVar[type[Record]] = PoseMind
+    kernels: ClassVar[Mapping[str, Kernel]]
     setting: Literal["authors", "corrected"] = Field(
         "corrected",
         description="What made the paper's figures (waypoints only), or textbook filters (chosen)",
@@ -72,7 +87,8 @@ class Localisation(Part):
 
     def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
         """The layer of robots that visit waypoints."""
-        raise NotImplementedError
+        numbers, own = self.numbers(scenario), WeightingLayer(whole_correction)
+        return EstimatorLayer(self.mind, numbers, self.kernels, observe_world, own_weighting=own)
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:
         """The layer of robots that forage."""

@@ -66,10 +66,8 @@ def remember_partner(belief: Belief, ticks: int) -> None:
 
 @kernel
 def is_useful(belief: Belief, message: Message, numbers: Numbers) -> bool:
-    """The message tells of an area that is unknown here, headed for or, if double, of any.
-
-    Of one that is known, only if the own p is at least `listens_above` [m].
-    """
+    """The message tells of an area that is unknown here, or headed for (any if double) and of an
+    own p of at least `listens_above` [m]."""
     for area in range(2):
         if message.told[area]:
             if not belief.known[area]:
@@ -137,10 +135,7 @@ def start_exchange(belief: Belief, ticks: int) -> None:
 
 @kernel
 def has_partner(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Robot i is in an exchange: in one that goes on, or in a new one.
-
-    An exchange starts with the first useful message of a robot not met recently.
-    """
+    """Robot i is in an exchange, or starts one with a robot not met recently."""
     belief = crowd[i].belief
     for k in range(belief.met_ticks_left.shape[0]):
         belief.met_ticks_left[k] = max(belief.met_ticks_left[k] - 1, 0)
@@ -168,11 +163,7 @@ def end_in_time(belief: Belief, numbers: Numbers) -> bool:
 
 @kernel
 def update_exchange(crowd: Array, i: int, heard: Heard, numbers: Numbers) -> bool:
-    """Start, go on with or end the exchange of robot i; whether it ended in this tick.
-
-    An exchange lasts a fixed time, averages what its partner says in it, and then closes to that
-    robot for a while.
-    """
+    """Start, go on with or end the exchange of robot i; whether it ended in this tick."""
     if not has_partner(crowd, i, heard, numbers):
         return False
     belief = crowd[i].belief

@@ -1,44 +1,183 @@
 """Reputation odometry: sceptical odometry of robots that remember who told what, and how it was.
 
 Gutierrez et al. 2009 (TR), Sections 4 and 5, for social odometry. VanCalck2023, for the second
-witness. JosangIsmail2002, The beta reputation system, for the reputations.
+witness. JosangIsmail2002, The beta reputation system (15th Bled Electronic Commerce Conference),
+for the reputations: the probability that somebody tells the truth is beta-distributed, with a count
+of what turned out right and one of what turned out wrong.
 
 Not in the papers, and chosen here:
 - the weighting may be asked about areas that the robot does not know, too (`weighs_unknown`): what
   was told is copied if its weight is at least one half, and else remembered only;
-- all that `sceptical_odometry` and `reputation` chose.
+- what was told is right if it lies within `slack` of where the area was found, and `drift` of the
+  path in between wider, as the gate of `validation_gate`;
+- it is found out when the robot enters the area, when it gets lost at the place where it should
+  be, or at once if the robot stood on the area itself within the last `sure_within` of its path;
+- what was told more than `remembers_within` of path ago neither counts nor is found out;
+- robots are told apart by the number that they broadcast, which nobody forges;
+- reputations are the robot's own: nobody tells them;
+- all that `sceptical_odometry` chose.
 """
 
+import math
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
 from pydantic import Field
 
 from baselines.estimators.area_memory import choose_goal, dead_reckon, find_areas, notice_loss
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import NOBODY, NOWHERE
 from baselines.estimators.message_exchange import is_merged, merge_area
-from baselines.estimators.reputation import (
-    ReputationMind,
-    describe_teller,
-    judge_by_area,
-    judge_by_loss,
-    remember,
-)
-from baselines.estimators.sceptical_odometry import KERNELS as SCEPTICAL_KERNELS
 from baselines.estimators.sceptical_odometry import (
+    ScepticalBelief,
+    ScepticalMind,
     ScepticalOdometryParameters,
     is_confirmed,
     listen,
 )
-from baselines.weighting.sgikf import SGIKF
-from swarm_forage_env.arrays import Array
+from swarm_forage_env.arrays import Array, Float32, Int8
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.equations.differential_drive import path_length
-from swarm_forage_env.foraging.control import observe_world
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer, Kernel
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import NotNegative
-from swarm_forage_env.record import Numbers
+from swarm_forage_env.record import Numbers, Record, field
+
+NEVER = -1.0
+
+
+class Reputation(Record):
+    """What a robot remembers of every other one. Writer: `reputation_odometry`."""
+
+    right: Float32[Array, " robots"] = field(np.float32, "robots")
+    """How often what it told turned out right."""
+    wrong: Float32[Array, " robots"] = field(np.float32, "robots")
+    """How often it turned out wrong."""
+    place: Float32[Array, "robots areas 2"] = field(np.float32, "robots", 2, 2, unit="m")
+    """Where it placed each area last, own frame."""
+    told_at: Float32[Array, "robots areas"] = field(np.float32, "robots", 2, unit="m", start=NEVER)
+    """Path that the robot itself had travelled then; NEVER if it told nothing."""
+    is_open: Int8[Array, "robots areas"] = field(np.int8, "robots", 2)
+    """Whether it was right was not found out yet."""
+    path: float = field(np.float64, unit="m")
+    """Path that the robot itself has travelled."""
+
+
+class ReputationMind(ScepticalMind):
+    """All that an estimator with reputations keeps of a robot."""
+
+    reputation: Reputation = field(Reputation)
+
+
+@kernel
+def trust(reputation: Reputation, other: int) -> float:
+    """The expected share of truths among what another robot tells.
+
+        (r + 1) / (r + s + 2)
+
+    r and s count what turned out right and wrong.
+
+    Source: JosangIsmail2002, Definition 2 (the mean of the beta distribution).
+    """
+    right, wrong = float(reputation.right[other]), float(reputation.wrong[other])
+    return (right + 1.0) / (right + wrong + 2.0)
+
+
+@kernel
+def path_since(reputation: Reputation, other: int, area: int) -> float:
+    """Path since another robot told of an area [m]; infinite if it never did."""
+    told_at = float(reputation.told_at[other, area])
+    return math.inf if told_at < 0.0 else float(reputation.path) - told_at
+
+
+@kernel
+def is_near(
+    reputation: Reputation, other: int, area: int, x: float, y: float, numbers: Numbers
+) -> bool:
+    """What another robot told of an area agrees with a place in the own frame [m]."""
+    dx, dy = reputation.place[other, area, 0] - x, reputation.place[other, area, 1] - y
+    width = numbers.slack + numbers.drift * path_since(reputation, other, area)
+    return bool(hypot(dx, dy) <= width)
+
+
+@kernel
+def judge(reputation: Reputation, other: int, area: int, is_right: bool) -> None:
+    """Count what another robot told of an area as right or wrong."""
+    if is_right:
+        reputation.right[other] += 1.0
+    else:
+        reputation.wrong[other] += 1.0
+    reputation.is_open[other, area] = False
+
+
+@kernel
+def judge_by_area(
+    reputation: Reputation, belief: ScepticalBelief, area: int, numbers: Numbers
+) -> None:
+    """Judge all that was told lately of an area that the robot has just found."""
+    x, y = belief.location[area, 0], belief.location[area, 1]
+    for other in range(reputation.is_open.shape[0]):
+        is_recent = path_since(reputation, other, area) <= numbers.remembers_within
+        if reputation.is_open[other, area] and is_recent:
+            judge(reputation, other, area, is_near(reputation, other, area, x, y, numbers))
+
+
+@kernel
+def judge_by_loss(
+    reputation: Reputation, belief: ScepticalBelief, area: int, numbers: Numbers
+) -> None:
+    """Judge what was told lately of an area that is not where the robot has just looked for it."""
+    x, y = belief.pose[0], belief.pose[1]
+    for other in range(reputation.is_open.shape[0]):
+        is_recent = path_since(reputation, other, area) <= numbers.remembers_within
+        is_told_here = is_recent and is_near(reputation, other, area, x, y, numbers)
+        if reputation.is_open[other, area] and is_told_here:
+            judge(reputation, other, area, False)
+
+
+@kernel
+def remember(mind: ReputationMind, area: int, numbers: Numbers) -> None:
+    """Remember what the exchange brought of an area; judge it at once if the robot is sure."""
+    belief, reputation, other = mind.belief, mind.reputation, mind.belief.last_partner
+    x = belief.heard_sum[area, 0] / belief.heard_weight[area]
+    y = belief.heard_sum[area, 1] / belief.heard_weight[area]
+    reputation.place[other, area, 0], reputation.place[other, area, 1] = x, y
+    reputation.told_at[other, area] = reputation.path
+    reputation.is_open[other, area] = True
+    if belief.visited[area] and belief.p[area] <= numbers.sure_within:
+        dx, dy = x - belief.location[area, 0], y - belief.location[area, 1]
+        width = numbers.slack + numbers.drift * (belief.p[area] + belief.heard_p[area])
+        judge(reputation, other, area, bool(hypot(dx, dy) <= width))
+
+
+@kernel
+def describe_teller(mind: ReputationMind, numbers: Numbers) -> None:
+    """Write to the exchange what the robot remembers of its partner, and of who told the same."""
+    belief, reputation, exchange = mind.belief, mind.reputation, mind.exchange
+    partner = belief.last_partner
+    exchange.right, exchange.wrong = reputation.right[partner], reputation.wrong[partner]
+    for area in range(2):
+        support, suspicion, dissent = 0.0, 0.0, 0.0
+        if belief.heard_weight[area] > 0.0:
+            x = belief.heard_sum[area, 0] / belief.heard_weight[area]
+            y = belief.heard_sum[area, 1] / belief.heard_weight[area]
+            for other in range(reputation.is_open.shape[0]):
+                if path_since(reputation, other, area) > numbers.remembers_within:
+                    continue
+                trusted = trust(reputation, other)
+                if other != partner and is_near(reputation, other, area, x, y, numbers):
+                    support += trusted
+                    suspicion += 1.0 - trusted
+                elif other != partner:
+                    dissent += trusted
+        exchange.support[area], exchange.suspicion[area] = support, suspicion
+        exchange.dissent[area] = dissent
+        exchange.own_visited[area] = belief.visited[area]
+
 
 COPIED_FROM = 0.5
 """Weight from which on the place of an area that the robot does not know is copied."""
@@ -100,22 +239,18 @@ def merge(mind: ReputationMind, shared: Array, heard_p_share: float, numbers: Nu
             belief.pending_from[area] = NOBODY
 
 
-KERNELS: dict[str, Kernel] = {
-    **SCEPTICAL_KERNELS,
-    "take_in": take_in,
-    "listen": listen_and_remember,
-    "is_asked": is_asked,
-    "merge": merge,
-}
-"""The functions of the estimator that the templates of a tick name."""
-
-
 @ESTIMATORS.register("reputation_odometry")
 class ReputationOdometryParameters(ScepticalOdometryParameters):
-    """Sceptical odometry whose robots remember who told what, and how it turned out.
+    """Sceptical odometry whose robots remember who told what, and how it turned out."""
 
-    Its numbers are those of sceptical odometry, and how reputations are made.
-    """
+    mind = ReputationMind
+    kernels: ClassVar[Mapping[str, Kernel]] = {
+        **ScepticalOdometryParameters.kernels,
+        "take_in": take_in,
+        "listen": listen_and_remember,
+        "is_asked": is_asked,
+        "merge": merge,
+    }
 
     weighs_unknown: bool = Field(
         False,
@@ -137,10 +272,7 @@ class ReputationOdometryParameters(ScepticalOdometryParameters):
         12.0, description="What was told is remembered for this path [m] (chosen)"
     )
 
-    def layer(self, scenario: Scenario) -> EstimatorLayer:
-        """The records and functions of the estimator, with its numbers in a scenario."""
-        own = SGIKF().layer(scenario)
-        names = ("weighs_unknown", "slack", "drift", "sure_within", "remembers_within")
-        numbers = {**self.numbers(scenario), **{name: getattr(self, name) for name in names}}
-        numbers["agreement"] = self.agreement
-        return EstimatorLayer(ReputationMind, numbers, KERNELS, observe_world, own_weighting=own)
+    def numbers(self, scenario: Scenario) -> dict[str, float]:
+        """The parameters as kernels read them."""
+        own = self.model_dump(include=set(ReputationOdometryParameters.__annotations__))
+        return {**super().numbers(scenario), **own}

@@ -13,22 +13,22 @@ Not in the papers, and chosen here:
 - all that `social_odometry` chose.
 """
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import numpy as np
 from pydantic import Field
 
 from baselines.estimators.base import ESTIMATORS
 from baselines.estimators.belief import NOBODY, Belief, SocialMind
 from baselines.estimators.message_exchange import is_merged, merge_area, update_exchange
-from baselines.estimators.social_odometry import KERNELS as SOCIAL_KERNELS
-from baselines.estimators.social_odometry import SocialOdometryParameters
-from baselines.weighting.sgikf import SGIKF
+from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard
 from swarm_forage_env.equations.elementary import hypot
-from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer, Kernel
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import NotNegative
 from swarm_forage_env.record import Numbers, field
 
@@ -38,10 +38,8 @@ class ScepticalBelief(Belief):
 
     pending: Float64[Array, "areas 2"] = field(np.float64, 2, 2, unit="m")
     """Place of each area that was told last while the robot did not know it, own frame."""
-
     pending_from: Int32[Array, " areas"] = field(np.int32, 2, start=NOBODY)
     """Who told it; NOBODY if nothing is pending."""
-
     last_partner: int = field(np.int32, start=NOBODY)
     """The robot that the present exchange is with, or the last one was."""
 
@@ -89,24 +87,18 @@ def merge(mind: ScepticalMind, shared: Array, heard_p_share: float, numbers: Num
             belief.pending_from[area] = NOBODY
 
 
-KERNELS: dict[str, Kernel] = {**SOCIAL_KERNELS, "listen": listen, "merge": merge}
-"""The functions of the estimator that the templates of a tick name."""
-
-
 @ESTIMATORS.register("sceptical_odometry")
 class ScepticalOdometryParameters(SocialOdometryParameters):
-    """Social odometry that takes over an unknown area only if a second witness confirms it.
+    """Social odometry that takes over an unknown area only if a second witness confirms it."""
 
-    Its numbers are those of social odometry, and how well two witnesses must agree.
-    """
+    mind = ScepticalMind
+    kernels: ClassVar[Mapping[str, Kernel]] = {**KERNELS, "listen": listen, "merge": merge}
 
     agreement: NotNegative = Field(
         0.3,
         description="Two robots agree that place an area within this of each other [m] (chosen)",
     )
 
-    def layer(self, scenario: Scenario) -> EstimatorLayer:
-        """The records and functions of the estimator, with its numbers in a scenario."""
-        own = SGIKF().layer(scenario)
-        numbers = {**self.numbers(scenario), "agreement": self.agreement}
-        return EstimatorLayer(ScepticalMind, numbers, KERNELS, observe_world, own_weighting=own)
+    def numbers(self, scenario: Scenario) -> dict[str, float]:
+        """The parameters as kernels read them."""
+        return {**super().numbers(scenario), "agreement": self.agreement}

@@ -16,7 +16,8 @@ Not in the paper, and chosen here:
 """
 
 import math
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 from pydantic import model_validator
 
@@ -31,14 +32,11 @@ from baselines.estimators.path_covariance import (
     error_constant,
     take_in,
 )
-from baselines.estimators.social_odometry import KERNELS as SOCIAL_KERNELS
-from baselines.estimators.social_odometry import SocialOdometryParameters
-from baselines.weighting.sgikf import SGIKF
+from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.foraging.control import observe_world
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import EstimatorLayer, Kernel
+from swarm_forage_env.interface import Kernel
 from swarm_forage_env.record import Numbers
 
 
@@ -88,6 +86,9 @@ def merge(mind: CovarianceMind, shared: Array, heard_p_share: float, numbers: Nu
 class CovarianceFilterParameters(SocialOdometryParameters):
     """What social odometry leaves open, where p is no path but a standard deviation."""
 
+    mind = CovarianceMind
+    kernels: ClassVar[Mapping[str, Kernel]] = {**KERNELS, "take_in": take_in}
+
     @model_validator(mode="after")
     def _no_path(self) -> Self:
         for name in ("message_path", "tells_within", "listens_above"):
@@ -105,19 +106,8 @@ class CovarianceFilterParameters(SocialOdometryParameters):
         return {**super().numbers(scenario), "error_constant": k}
 
 
-KERNELS: dict[str, Kernel] = {**SOCIAL_KERNELS, "take_in": take_in, "merge": merge}
-"""The functions of the filter that the templates of a tick name."""
-
-
 @ESTIMATORS.register("sikf")
 class SIKFParameters(CovarianceFilterParameters):
-    """Social odometry whose robots exchange the norm of a covariance.
+    """Social odometry whose robots exchange the norm of a covariance."""
 
-    Its numbers are those of social odometry; the covariance follows from the scenario.
-    """
-
-    def layer(self, scenario: Scenario) -> EstimatorLayer:
-        """The records and functions of the estimator, with its numbers in a scenario."""
-        own = SGIKF().layer(scenario)
-        numbers = self.numbers(scenario)
-        return EstimatorLayer(CovarianceMind, numbers, KERNELS, observe_world, own_weighting=own)
+    kernels: ClassVar[Mapping[str, Kernel]] = {**CovarianceFilterParameters.kernels, "merge": merge}

@@ -20,14 +20,15 @@ Not in the paper, and chosen here:
 """
 
 import math
+from collections.abc import Mapping
+from typing import ClassVar
 
 from pydantic import Field
 
 from baselines.estimators.area_memory import choose_goal, dead_reckon, find_areas, notice_loss
 from baselines.estimators.base import ESTIMATORS
-from baselines.estimators.belief import SocialMind
+from baselines.estimators.belief import NOBODY, NOWHERE, Belief, SocialMind
 from baselines.estimators.falsified_messages import falsify, repeat
-from baselines.estimators.layer_inputs import describe
 from baselines.estimators.message_exchange import (
     compose,
     has_something_to_say,
@@ -35,15 +36,99 @@ from baselines.estimators.message_exchange import (
     merge,
     update_exchange,
 )
+from baselines.weighting.covariance import Covariance
 from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Readings
+from swarm_forage_env.equations.elementary import cos_sin, hypot
+from swarm_forage_env.equations.geometry import to_body
 from swarm_forage_env.foraging.control import observe_world
+from swarm_forage_env.foraging.inputs import write_goal
+from swarm_forage_env.foraging.records import Exchange, Report, Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import EstimatorLayer, Kernel
 from swarm_forage_env.parameters import NotNegative, Part, Positive
-from swarm_forage_env.record import Numbers
+from swarm_forage_env.record import Numbers, Record
+
+
+@kernel
+def describe_situation(belief: Belief, situation: Situation) -> None:
+    """Areas and target in the body frame; zeros for what is unknown.
+
+    At the place where the area should be, the target is the rest of the way straight on.
+    """
+    c = s = 0.0
+    if belief.known[0] or belief.known[1]:
+        c, s = cos_sin(belief.pose[2])
+    for area in range(2):
+        ahead = left = p = 0.0
+        if belief.known[area]:
+            dx = belief.location[area, 0] - belief.pose[0]
+            dy = belief.location[area, 1] - belief.pose[1]
+            ahead, left = to_body(dx, dy, c, s)
+            p = belief.p[area]
+        situation.areas[area, 0], situation.areas[area, 1] = ahead, left
+        situation.p[area] = p
+        situation.known[area] = belief.known[area]
+    write_goal(belief.goal, situation.goal)
+    situation.is_talking = belief.partner != NOBODY
+    situation.target[0] = situation.target[1] = 0.0
+    if belief.goal != NOWHERE:
+        situation.target[0] = situation.areas[belief.goal, 0]
+        situation.target[1] = situation.areas[belief.goal, 1]
+        if belief.search_path_left >= 0.0:
+            situation.target[0], situation.target[1] = belief.search_path_left, 0.0
+
+
+@kernel
+def describe_own_side(belief: Belief, area: int, exchange: Exchange) -> None:
+    """What the robot itself knows of an area; zeros for what is unknown."""
+    p = distance = 0.0
+    if belief.known[area]:
+        dx = belief.location[area, 0] - belief.pose[0]
+        dy = belief.location[area, 1] - belief.pose[1]
+        p, distance = belief.p[area], hypot(dx, dy)
+    exchange.own_known[area] = belief.known[area]
+    exchange.own_p[area], exchange.own_distance[area] = p, distance
+
+
+@kernel
+def describe_heard_side(belief: Belief, area: int, exchange: Exchange) -> None:
+    """What the partner told of an area, and how far apart both place it; zeros if nothing."""
+    p = distance = apart = 0.0
+    is_told = belief.heard_weight[area] > 0.0
+    if is_told:
+        x = belief.heard_sum[area, 0] / belief.heard_weight[area]
+        y = belief.heard_sum[area, 1] / belief.heard_weight[area]
+        p, distance = belief.heard_p[area], hypot(x - belief.pose[0], y - belief.pose[1])
+        if belief.known[area]:
+            apart = hypot(x - belief.location[area, 0], y - belief.location[area, 1])
+    exchange.heard_known[area] = is_told
+    exchange.heard_p[area], exchange.heard_distance[area] = p, distance
+    exchange.disagreement[area] = apart
+
+
+@kernel
+def describe_exchange(belief: Belief, exchange: Exchange) -> None:
+    """The exchange that just ended, before it is merged."""
+    for area in range(2):
+        describe_own_side(belief, area, exchange)
+        describe_heard_side(belief, area, exchange)
+    exchange.range = belief.range_sum / belief.n_averaged
+    exchange.n_averaged = belief.n_averaged
+    write_goal(belief.goal, exchange.goal)
+
+
+@kernel
+def describe(mind: SocialMind, report: Report) -> None:
+    """Fill the inputs of both layers, and the report; of an exchange only if one ended."""
+    belief = mind.belief
+    if mind.exchange.is_valid:
+        describe_exchange(belief, mind.exchange)
+    describe_situation(belief, mind.situation)
+    report.is_lost = belief.is_lost
+    report.known[0], report.known[1] = belief.known[0], belief.known[1]
 
 
 @kernel
@@ -55,7 +140,7 @@ def take_in(mind: SocialMind, shared: Array, readings: Readings, numbers: Number
     choose_goal(mind.belief)
 
 
-KERNELS: dict[str, Kernel] = {
+KERNELS: Mapping[str, Kernel] = {
     "is_listening": is_listening,
     "compose": compose,
     "repeat": repeat,
@@ -73,8 +158,12 @@ KERNELS: dict[str, Kernel] = {
 class SocialOdometryParameters(Part):
     """Social odometry: robots tell each other where they believe the areas to be.
 
-    Its numbers are what the papers leave open about exchanging and losing estimates.
+    Its parameters are what the papers leave open. A subclass names other records or functions.
     """
+
+    mind: ClassVar[type[Record]] = SocialMind
+    kernels: ClassVar[Mapping[str, Kernel]] = KERNELS
+    own_rule: ClassVar[SGIKF | Covariance] = SGIKF()
 
     speaks: bool = Field(True, description="Broadcast at all; false for no communication")
     double: bool = Field(
@@ -120,10 +209,8 @@ class SocialOdometryParameters(Part):
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""
-        own = SGIKF().layer(scenario)
-        return EstimatorLayer(
-            SocialMind, self.numbers(scenario), KERNELS, observe_world, own_weighting=own
-        )
+        numbers, own = self.numbers(scenario), self.own_rule.layer(scenario)
+        return EstimatorLayer(self.mind, numbers, self.kernels, observe_world, own_weighting=own)
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:
         """The parameters as kernels read them, times in ticks."""

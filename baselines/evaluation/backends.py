@@ -14,12 +14,15 @@ from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
 from multiprocessing import resource_tracker as stdlib_tracker
-from typing import Any, Protocol
+from typing import ClassVar, TypeVar
 
 from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.backend import resource_tracker as loky_tracker
 
-Results = Generator[Any, None, None]
+JobT = TypeVar("JobT")
+ResultT = TypeVar("ResultT")
+
+Results = Generator[ResultT, None, None]
 """What calls return, as they end."""
 
 IDLE = 86_400.0
@@ -35,41 +38,33 @@ DEFERRED = signal.SIGINT, signal.SIGHUP
 SETTLE = 0.1
 """Time for joblib's thread to hand over the first calls, before a signal that was held back [s].
 
-If it is told to stop before, it ends with a KeyError, whose traceback it prints.
+If it is stopped before, it ends with a KeyError, whose traceback it prints.
 """
 
 
-class Backend(Protocol):
+@dataclass(frozen=True)
+class Backend:
     """Runs calls in worker processes."""
 
-    @property
-    def workers(self) -> int:
-        """Number of calls that run at a time."""
+    workers: int = 1
+    """Number of calls that run at a time."""
+    threads: int = 1
+    """Number of threads of each call."""
+    shares_files: ClassVar[bool] = True
+    """Workers read and write the files of this machine."""
 
-    @property
-    def threads(self) -> int:
-        """Number of threads of each call."""
-
-    @property
-    def shares_files(self) -> bool:
-        """Workers read and write the files of this machine."""
-
-    def run(self, function: Callable[[Any], Any], jobs: Sequence[Any]) -> Results:
+    def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
         """Call the function with every job; yield what it returns as the calls end.
 
         Closing the iterator ends the calls that run. BrokenExecutor if workers keep dying.
         """
+        raise NotImplementedError
 
 
-@dataclass(frozen=True)
-class JoblibBackend:
+class JoblibBackend(Backend):
     """Worker processes of this machine; a single worker is this process itself."""
 
-    workers: int = 1
-    threads: int = 1
-    shares_files: bool = True
-
-    def run(self, function: Callable[[Any], Any], jobs: Sequence[Any]) -> Results:
+    def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
         """Call the function with every job; workers end with this process, even if killed."""
         if not jobs:
             return
@@ -85,26 +80,26 @@ class JoblibBackend:
 
 
 def run_in_order(
-    backend: Backend, function: Callable[[Any], Any], jobs: Sequence[Any]
-) -> list[Any]:
+    backend: Backend, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]
+) -> list[ResultT]:
     """Call the function with every job; return what it returned in the order of the jobs."""
     with closing(backend.run(partial(_numbered, function), list(enumerate(jobs)))) as finished:
         found = dict(finished)
     return [found[number] for number in range(len(jobs))]
 
 
-def _numbered(function: Callable[[Any], Any], job: tuple[int, Any]) -> tuple[int, Any]:
+def _numbered(function: Callable[[JobT], ResultT], job: tuple[int, JobT]) -> tuple[int, ResultT]:
     return job[0], function(job[1])
 
 
-def _call(function: Callable[[Any], Any], job: Any, parent: int) -> Any:  # noqa: ANN401 of any kind
+def _call(function: Callable[[JobT], ResultT], job: JobT, parent: int) -> ResultT:
     """A call in a worker, or in the parent itself."""
     end_with(parent)
     return function(job)
 
 
 @contextmanager
-def _closing(finished: Results) -> Iterator[Results]:
+def _closing(finished: Results[ResultT]) -> Iterator[Results[ResultT]]:
     """Close what joblib gives back, without its warning of calls that have not ended."""
     try:
         yield finished
@@ -147,9 +142,10 @@ def start_trackers() -> None:
     stdlib_tracker.ensure_running()
     start = loky_tracker.spawnv_passfds
 
-    def start_in_own_group(path: str, arguments: Sequence[str], files: Sequence[int]) -> Any:  # noqa: ANN401 joblib's
+    def start_in_own_group(path: str, arguments: Sequence[str], files: Sequence[int]) -> int:
         *others, program = arguments
-        return start(path, [*others, f"import os; os.setpgid(0, 0); {program}"], files)
+        pid: int = start(path, [*others, f"import os; os.setpgid(0, 0); {program}"], files)
+        return pid
 
     loky_tracker.spawnv_passfds = start_in_own_group
     try:

@@ -81,8 +81,7 @@ def box_panels(
 ) -> Figure:
     """A figure of box plots, a panel for each setup. Ticks that are names have lying boxes.
 
-    Series, or ticks where there is but one series, that are called otherwise than their controllers
-    stand in `controllers`.
+    `controllers` maps the series, or the ticks of a single series, as in `styles_of`.
     """
     layout = _layout(panels, controllers or {}, caption.n)
     n_ticks = max(map(len, panels.values()))

@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from functools import partial
@@ -164,7 +164,9 @@ def _is_freeing(frame: FrameType | None) -> bool:
     return False
 
 
-def _send_again_if_dropped(hook: Any, dropped: Any) -> None:  # noqa: ANN401 typeshed's own
+def _send_again_if_dropped(
+    hook: Callable[["sys.UnraisableHookArgs"], object], dropped: "sys.UnraisableHookArgs"
+) -> None:
     if issubclass(dropped.exc_type, KeyboardInterrupt):
         _send_again(signal.SIGINT)
     else:

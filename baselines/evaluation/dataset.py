@@ -3,7 +3,8 @@
     OUT/scenario=es1/controller=ssgiff/<configuration>-seed00000003.parquet
 
 The folders are hive partitions: pyarrow, pandas, polars and DuckDB read OUT as one table. Files
-are written atomically, so that a run killed at any moment leaves whole files only.
+are written atomically, so that a run killed at any moment leaves whole files only. OUT may be an
+address that fsspec reads (s3://bucket/x, memory://x): an object, too, appears whole or not at all.
 """
 
 import logging
@@ -11,19 +12,24 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 from urllib.parse import quote
 from zlib import crc32
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from baselines.evaluation.episode import kind_of_episode
+from baselines.evaluation.episode import AnyEpisode, kind_of_episode
 from baselines.evaluation.experiment_config import ExperimentConfig
 from swarm_forage_env.atomic_write import sweep, temporary_of, write_atomically
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.task import task_of
+
+Row = dict[str, Any]
+"""An episode as a dataset file holds it: its columns by name."""
+
+FoundT = TypeVar("FoundT")
 
 LOGGER = logging.getLogger("swarm-forage")
 
@@ -31,8 +37,8 @@ IDENTITY = ("overrides", "parameters", "settings", "code")
 """Columns by which a reader tells configurations apart, beside their key."""
 
 ASKED = b"asked"
-"""Key, in the metadata of a file, of the name that its controller was asked for by. A checksum
-stands before the name. It is no column: `ssgiff` and `ssgiff:beta=0.01` are the same episodes."""
+"""Metadata key of the controller's name as the user gave it, after a checksum of the name. It is no
+column: `ssgiff` and `ssgiff:beta=0.01` are the same episodes."""
 
 IN_FOLDERS = ("scenario", "controller")
 """Fields of an episode that stand in the names of the folders."""
@@ -68,10 +74,7 @@ FILE_STEM = r"[0-9a-f]{16}-seed[0-9]{8,}"
 
 
 def with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
-    """The table of a file, with empty columns for what it lacks and episodes have `sometimes`.
-
-    What may be empty now may be so in files of before, in which it never was.
-    """
+    """The table of a file, with empty columns for the missing ones of `kind.sometimes`."""
     columns = schema(kind)
     for number, before in enumerate(table.schema):
         if (column := before.with_nullable(True)) in columns:
@@ -110,19 +113,10 @@ class DamagedFileError(Exception):
 
 
 def unread(what: str, reason: DamagedFileError | OSError) -> ConfigError:
-    """What is told of a file that cannot be read, or does not hold what it should."""
+    """The error for a file that cannot be read, or does not hold what it should."""
     if isinstance(reason, OSError):
         return ConfigError(f"{what}: cannot be read ({reason.strerror})")
     return ConfigError(f"{what}: {reason}; remove it and run the command that made it again")
-
-
-def set_aside(
-    file: Path, damage: DamagedFileError, rename: Callable[[Path, Path], object] = Path.replace
-) -> None:
-    """Give a damaged file a name that readers skip, and say so."""
-    aside = file.with_name(f"_{file.name}{DAMAGED}")
-    rename(file, aside)
-    LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
 
 
 class Dataset:
@@ -138,7 +132,7 @@ class Dataset:
 
     @property
     def name(self) -> str:
-        """Where it is, as a user is told."""
+        """Where it is, in messages."""
         return str(self.folder)
 
     def open(self) -> None:
@@ -162,25 +156,33 @@ class Dataset:
         folder /= folder_name(configuration.controller.name, "controller=")
         return folder / f"{configuration.key}-seed{seed:08d}{self.ending}"
 
-    def find(self, configuration: ExperimentConfig, seed: int) -> Any | None:  # noqa: ANN401 of its task
-        """Read a kept episode; None if there is none, or a damaged one, which is set aside.
+    def find(self, configuration: ExperimentConfig, seed: int) -> AnyEpisode | None:
+        """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
 
-        Its controller is called as it was asked for; by its short name in files that keep no other.
-        """
-        file = self.place(configuration, seed)
-        try:
-            table = read_table(self.read(file))
+        def to_episode(table: pa.Table) -> AnyEpisode:
             row, asked = _row(table, configuration, seed), asked_name(table)
+            names = configuration.scenario.name, asked or configuration.short_label
+            return episode_of(row, task_of(configuration.scenario).episode, *names)
+
+        return self.read_checked(self.place(configuration, seed), to_episode)
+
+    def read_checked(self, file: Path, check: Callable[[pa.Table], FoundT]) -> FoundT | None:
+        """What `check` makes of a file's table; None without one, or if it raises DamagedFileError.
+
+        A damaged file is given a name that readers skip.
+        """
+        try:
+            return check(read_table(self.read(file)))
         except FileNotFoundError:
             return None
         except DamagedFileError as damage:
-            set_aside(file, damage, self.rename)
+            aside = file.with_name(f"_{file.name}{DAMAGED}")
+            self.rename(file, aside)
+            LOGGER.warning("%s: %s; set aside, the episode is run again", aside, damage)
             return None
-        names = configuration.scenario.name, asked or configuration.short_label
-        return episode_of(row, task_of(configuration.scenario).episode, *names)
 
-    def keep(self, configuration: ExperimentConfig, episodes: Iterable[Any]) -> None:
-        """Write each episode atomically to its file, with the name it was asked for by."""
+    def keep(self, configuration: ExperimentConfig, episodes: Iterable[AnyEpisode]) -> None:
+        """Write each episode atomically to its file, with the controller's name as given."""
         for episode in episodes:
             columns = schema(kind_of_episode(episode)).with_metadata(_asked(configuration.label))
             row = pa.Table.from_pylist([_columns(episode, configuration)], columns)
@@ -205,24 +207,22 @@ class Dataset:
         return [file for file in files if not file.is_file()]
 
 
-def _columns(episode: Any, configuration: ExperimentConfig) -> dict[str, Any]:  # noqa: ANN401 of any task
+def _columns(episode: AnyEpisode, configuration: ExperimentConfig) -> Row:
     columns = {name: value for name, value in asdict(episode).items() if name not in IN_FOLDERS}
     columns |= {name: getattr(configuration, name) for name in IDENTITY}
     return columns | {"configuration": configuration.key}
 
 
-def episode_of(row: dict[str, Any], kind: EpisodeKind, scenario: str, controller: str) -> Any:  # noqa: ANN401 of its task
+def episode_of(row: Row, kind: EpisodeKind, scenario: str, controller: str) -> AnyEpisode:
     """Make the episode that a row of a dataset file holds."""
     numbers = {name: row[name] for name in kind.episode.__dataclass_fields__ if name in row}
     numbers |= {name: tuple(row[name]) for name in kind.series if name in row}
-    return kind.episode(scenario=scenario, controller=controller, **numbers)
+    episode: AnyEpisode = kind.episode(scenario=scenario, controller=controller, **numbers)
+    return episode
 
 
 def asked_name(table: pa.Table) -> str | None:
-    """The name that the controller of a file was asked for by; None in a file that keeps none.
-
-    DamagedFileError for a name that is not as it was written.
-    """
+    """The controller's name as given, None in a file without it; DamagedFileError if changed."""
     kept = (table.schema.metadata or {}).get(ASKED)
     if kept is None:
         return None
@@ -233,7 +233,7 @@ def asked_name(table: pa.Table) -> str | None:
 
 
 def _asked(name: str) -> dict[bytes, bytes]:
-    """The metadata of a file: the name that its controller was asked for by."""
+    """The metadata of a file: the controller's name as given."""
     text = name.encode()
     return {ASKED: b"%08x %b" % (crc32(text), text)}
 
@@ -248,14 +248,80 @@ def read_table(content: bytes) -> pa.Table:
     return table
 
 
-def _row(table: pa.Table, configuration: ExperimentConfig, seed: int) -> dict[str, Any]:
+def _row(table: pa.Table, configuration: ExperimentConfig, seed: int) -> Row:
     """The one row in a file's table; DamagedFileError if it is another episode's."""
     if (
         not table.schema.equals(schema(task_of(configuration.scenario).episode))
         or table.num_rows != 1
     ):
         raise DamagedFileError("not one row with the columns of an episode")
-    row: dict[str, Any] = table.to_pylist()[0]
+    row: Row = table.to_pylist()[0]
     if (row["configuration"], row["seed"]) != (configuration.key, seed):
         raise DamagedFileError("the episode of another configuration or seed")
     return row
+
+
+def open_dataset(out: str) -> Dataset:
+    """The dataset in a folder or at an address; ConfigError if it cannot be written."""
+    found = RemoteDataset(out) if "://" in out else Dataset(Path(out))
+    found.open()
+    return found
+
+
+class RemoteDataset(Dataset):
+    """A dataset in an object store; this process writes it, and no worker."""
+
+    shares_files = False
+
+    def __init__(self, address: str) -> None:
+        """Name the address. ConfigError if a package is missing that reads such addresses."""
+        try:
+            from fsspec.core import url_to_fs
+        except ModuleNotFoundError:
+            raise ConfigError(
+                f"--out {address}: needs the package fsspec: pip install fsspec s3fs, or what else"
+                " reads such addresses"
+            ) from None
+        try:
+            self._store, path = url_to_fs(address)
+        except (ImportError, ValueError) as error:
+            raise ConfigError(f"--out {address}: {error}") from None
+        super().__init__(Path(path))
+        self.address = address
+
+    @property
+    def name(self) -> str:
+        """The address."""
+        return self.address
+
+    def open(self) -> None:
+        """Check that objects can be written there."""
+        trial = str(self.folder / "_trial")
+        try:
+            self._store.pipe_file(trial, b"")
+            self._store.rm_file(trial)
+        except Exception as error:  # each store has errors of its own
+            why = " ".join(str(error).split()) or type(error).__name__
+            raise ConfigError(
+                f"--out {self.address}: cannot be written ({why}); name another address"
+            ) from None
+
+    def read(self, file: Path) -> bytes:
+        """The content of an episode's object."""
+        content: bytes = self._store.cat_file(str(file))
+        return content
+
+    def write(self, file: Path, content: bytes) -> None:
+        """Put an episode's object."""
+        self._store.pipe_file(str(file), content)
+
+    def rename(self, file: Path, new: Path) -> None:
+        """Give an object another name."""
+        self._store.mv(str(file), str(new))
+
+    def missing(self, files: Sequence[Path]) -> list[Path]:
+        """Those of some objects that are not there."""
+        self._store.invalidate_cache()
+        there: Row = self._store.find(str(self.folder), detail=True)
+        names = {name.strip("/") for name in there}
+        return [file for file in files if str(file).strip("/") not in names]

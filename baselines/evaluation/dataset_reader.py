@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -14,6 +14,7 @@ import pyarrow as pa
 from baselines.evaluation.dataset import (
     IN_FOLDERS,
     DamagedFileError,
+    Row,
     asked_name,
     episode_of,
     read_table,
@@ -21,6 +22,7 @@ from baselines.evaluation.dataset import (
     unread,
     with_all_columns,
 )
+from baselines.evaluation.episode import AnyEpisode
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
     changed_parameters,
@@ -65,13 +67,13 @@ class EpisodeGroup:
         return self.task.episode
 
     @cached_property
-    def numbers(self) -> dict[str, Any]:
+    def numbers(self) -> Row:
         """Every setting of scenario and controller by dotted name: `task.n_robots`, `estimator`."""
-        tree: dict[str, dict[str, Any]] = json.loads(self.settings)
+        tree: dict[str, Row] = json.loads(self.settings)
         return leaves(tree["scenario"]) | tree["controller"]
 
     def label(self, without: str | None = None) -> str:
-        """The controller as it was asked for; or, without a parameter, its name and the others."""
+        """The controller's name as given; or, without a parameter, its name and the others."""
         if without is None:
             return self.asked
         return short_label(self.controller, self.parameters, without)
@@ -81,7 +83,7 @@ class EpisodeGroup:
         return ", ".join((self.scenario, *changed_settings(self.overrides, without), self.physics))
 
     @classmethod
-    def of(cls, configuration: ExperimentConfig, episodes: Sequence[Any]) -> "EpisodeGroup":
+    def of(cls, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> "EpisodeGroup":
         """The group of episodes that have just been evaluated."""
         texts = {name: getattr(configuration, name) for name in ("physics", "code", "key", *TEXTS)}
         names = configuration.scenario.name, configuration.controller.name
@@ -90,8 +92,8 @@ class EpisodeGroup:
     def configuration(self) -> ExperimentConfig:
         """The same configuration on the present code.
 
-        UnknownNameError or ConfigError if this code has no such controller or scenario, or if the
-        dataset asks to run the code in a file: only who runs a command can say that it is trusted.
+        UnknownNameError or ConfigError if this code has no such controller or scenario, or if it
+        would run the code in a file, which only the user of a command can trust.
         """
         parameters = json.loads(self.parameters)
         if parameters.get("policy.trust"):
@@ -114,12 +116,11 @@ def read_groups(
 ) -> list[EpisodeGroup]:
     """Read the episode groups in dataset folders, sorted, and filtered by name if asked.
 
-    A controller is named as `ssgiff`, whatever its parameters, or as `ssgiff:beta=0.01`. Each group
-    is called as its episodes were asked for last; by its short name if not all by the same name.
-    ConfigError for what is no dataset, one of another version, or one that holds a
-    configuration from several versions of the code.
+    A controller is named as `ssgiff`, whatever its parameters, or as `ssgiff:beta=0.01`. A group is
+    labelled with its controller's name as given; with the short name if names differ. ConfigError
+    for what is no dataset, or of another or of several versions of the code.
     """
-    found: dict[str, dict[int, Any]] = {}
+    found: dict[str, dict[int, AnyEpisode]] = {}
     asked: dict[str, set[str]] = {}
     texts: dict[str, dict[str, str]] = {}
     names = {each.partition(":")[0] for each in controllers}
@@ -187,11 +188,8 @@ def _in_folder(file: Path, field: str) -> str:
     )
 
 
-def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind, str | None]:
-    """The row of an episode, its kind, and the name that its controller was asked for by, if kept.
-
-    ConfigError if the file is something else.
-    """
+def _read(file: Path) -> tuple[Row, EpisodeKind, str | None]:
+    """The row of an episode, its kind, the controller's name as given; ConfigError if none."""
     try:
         table = read_table(file.read_bytes())
         name = asked_name(table)
@@ -200,7 +198,7 @@ def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind, str | None]:
     for kind in _kinds():
         whole = with_all_columns(table, kind)
         if whole.schema.equals(schema(kind)) and whole.num_rows == 1:
-            row: dict[str, Any] = whole.to_pylist()[0]
+            row: Row = whole.to_pylist()[0]
             _check_texts(row, file)
             return row, kind, name
     raise ConfigError(
@@ -209,7 +207,7 @@ def _read(file: Path) -> tuple[dict[str, Any], EpisodeKind, str | None]:
     )
 
 
-def _check_texts(row: Mapping[str, Any], file: Path) -> None:
+def _check_texts(row: Row, file: Path) -> None:
     """ConfigError unless the settings of an episode are what `evaluate` writes."""
     for name in TEXTS:
         try:
@@ -251,7 +249,7 @@ def _named_apart(groups: Iterable[EpisodeGroup]) -> list[EpisodeGroup]:
 
 
 def _wanted(group: EpisodeGroup, controllers: Sequence[str]) -> EpisodeGroup | None:
-    """The group, called as it was asked for; None if it was not."""
+    """The group, labelled with the name it was selected by; None if it was not selected."""
     for asked in controllers:
         name = asked.partition(":")[0]
         if name == group.controller != asked and changed_parameters(asked) == group.parameters:
@@ -283,8 +281,8 @@ def _check_code(groups: Iterable[EpisodeGroup]) -> None:
             )
 
 
-def _order(group: EpisodeGroup) -> tuple[Any, ...]:
+def _order(group: EpisodeGroup) -> tuple[object, ...]:
     """Sort key: scenario, then no communication first as in the papers, then name and numbers."""
-    parameters: Mapping[str, Any] = json.loads(group.settings)["controller"]
+    parameters: Row = json.loads(group.settings)["controller"]
     numbers = [float(each) for each in parameters.values() if isinstance(each, int | float)]
     return group.setup(), group.controller != "nc", group.controller, numbers, group.label()

@@ -4,10 +4,15 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from swarm_forage_env.episode import EpisodeKind
+from swarm_forage_env.episode import Episode, EpisodeKind
+from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import task_of_episode
+from swarm_forage_env.waypoints.episode import WaypointEpisode
+
+AnyEpisode = Episode | ForagingEpisode | WaypointEpisode
+"""An episode of any task."""
 
 
 def run_episodes(
@@ -59,6 +64,7 @@ def kind_of_episode(episode: object) -> EpisodeKind:
     return task_of_episode(episode).episode
 
 
-def values_of(episodes: Iterable[object], metric: str) -> list[float | None]:
-    """A metric of each episode; None where one has none."""
-    return [getattr(each, metric) for each in episodes]
+def present_values(episodes: Iterable[object], metric: str, factor: float = 1.0) -> list[float]:
+    """A metric of the episodes that have it, times a factor."""
+    values = (getattr(each, metric) for each in episodes)
+    return [factor * value for value in values if value is not None]

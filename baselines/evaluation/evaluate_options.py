@@ -7,13 +7,12 @@ from itertools import combinations
 from pathlib import Path
 
 from baselines.evaluation.console import of_option, say
-from baselines.evaluation.dataset import folder_name
+from baselines.evaluation.dataset import folder_name, open_dataset
 from baselines.evaluation.experiment_config import (
     ExperimentConfig,
     find_layered_controller,
     parse_settings,
 )
-from baselines.evaluation.object_store import open_dataset
 from baselines.evaluation.runner import Plan
 from baselines.evaluation.trajectories import Trajectories, kind_of
 from swarm_forage_env.errors import ConfigError
@@ -37,11 +36,9 @@ class EvaluateOptions:
     """None: the one that its scenario goes with."""
 
     def plan(self, out: Path | str | None, trajectories: bool = False) -> Plan:
-        """Plan the episodes, with their trajectories if asked: those found, and those to run.
+        """Plan the episodes: those found in a folder or at an address, and those to run.
 
-        They are kept in a folder, or at an address of an object store.
-
-        UnknownNameError for a name that stands for nothing, ConfigError for anything else.
+        UnknownNameError for an unknown name, ConfigError for anything else.
         """
         configurations = self.configurations()
         seeds = self.seeds()
@@ -103,7 +100,7 @@ def _check_different(configurations: Sequence[ExperimentConfig]) -> None:
 
 
 def seeds_from(first: int, episodes: int) -> range:
-    """The seeds of so many episodes; ConfigError if one is no seed."""
+    """The seeds of these episodes; ConfigError if one is no seed."""
     check_count("--episodes", episodes)
     with of_option("--"):
         return range(checked_seed(first), checked_seed(first + episodes - 1) + 1)

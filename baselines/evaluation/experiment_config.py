@@ -32,12 +32,11 @@ NOT_HASHED = {
     "drawing.py": "pictures",
     "envs": "environments for learning; what a policy is shown and gives, it `reads`",
     "errors.py": "refusals",
-    "events.py": "rewards",
     "extras.py": "refusals",
     "global_state.py": "what a learner's critic is shown",
-    "potential.py": "rewards",
     "randomise.py": "environments for learning",
     "rendering": "pictures",
+    "rewards.py": "rewards",
     "scene.py": "pictures",
     "swarm_forage_v0.py": "environments for learning",
     "swarm_forage_v1.py": "environments for learning",
@@ -62,9 +61,8 @@ class ExperimentConfig:
     """A scenario, a controller with its parameters, an engine, and the code they run on."""
 
     label: str
-    """The controller as it was asked for."""
+    """The controller's name as given."""
     scenario: Any
-    """Of any task."""
     controller: LayeredController
     physics: str = "rigid"
 
@@ -96,10 +94,7 @@ class ExperimentConfig:
 
     @property
     def short_label(self) -> str:
-        """The controller's name with the parameters that differ from the controller of that name.
-
-        One name for what may be asked for by several: `ssgiff` and `ssgiff:beta=0.01`.
-        """
+        """The name with the parameters that differ: one for `ssgiff` and `ssgiff:beta=0.01`."""
         return short_label(self.controller.name, self.parameters)
 
     @cached_property
@@ -127,15 +122,15 @@ class ExperimentConfig:
         return text.hexdigest()[:16]
 
     @property
-    def _layers(self) -> list[Any]:
+    def _layers(self) -> list[Part]:
         return list(self.controller.layers.values())
 
 
 def find_layered_controller(controller: str) -> LayeredController:
     """Find the controller of `name` or `name:parameter=value`, references included.
 
-    UnknownNameError for a name or parameter that stands for nothing, ConfigError for a value
-    that does not fit and for a controller that is not made of layers.
+    UnknownNameError for an unknown name or parameter, ConfigError for a value that does not fit and
+    for a controller that is not made of layers.
     """
     found = find_controller(controller, references=True)
     if not isinstance(found, LayeredController):
@@ -196,7 +191,7 @@ def parse_settings(texts: Iterable[str]) -> dict[str, str]:
     return values
 
 
-def _changes(base: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, Any]:
+def _changes(base: Mapping[str, object], now: Mapping[str, object]) -> dict[str, object]:
     """The settings that differ, by dotted name, without the configuration's own name."""
     missing = object()
     return {
@@ -210,7 +205,7 @@ def _number(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _json(tree: Mapping[str, Any]) -> str:
+def _json(tree: Mapping[str, object]) -> str:
     return json.dumps(tree, sort_keys=True)
 
 

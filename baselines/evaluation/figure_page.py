@@ -8,9 +8,10 @@ from contextvars import ContextVar
 from dataclasses import asdict, dataclass, replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from matplotlib import rc_context
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -182,7 +183,7 @@ def _name_at_the_margins(panels: Sequence[Axes]) -> None:
 
 def draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -> None:
     """Draw one legend above the panels, with every series once."""
-    handles: dict[str, Any] = {}
+    handles: dict[str, Artist] = {}
     for axes in panels:
         of_panel, names = axes.get_legend_handles_labels()
         handles |= dict(zip(names, of_panel, strict=True))
@@ -202,7 +203,7 @@ def draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) ->
 
 
 def draw_caption(figure: Figure) -> None:
-    """Draw the whole caption below the panels, in the place of the note."""
+    """Draw the whole caption below the panels, instead of the note."""
     caption = figure.caption if isinstance(figure, CaptionedFigure) else Caption()
     _draw_words(figure, str(caption), x=0.01, ha="left")
 
@@ -222,7 +223,7 @@ def spans_decades(x: Float64[Array, " points"]) -> bool:
 
 
 def wrapped_name(name: str, letters: int) -> str:
-    """The name of a controller in lines of so many letters, where it can be broken.
+    """The name of a controller in lines of at most this length, broken where possible.
 
     >>> wrapped_name("dsgiff-frequent:beta=0.003,pause=4", 24)
     'dsgiff-frequent:\\nbeta=0.003,pause=4'
@@ -245,10 +246,7 @@ def check_plot(file: Path, option: str = "--plot") -> None:
 
 
 def save_figure(figure: Figure, file: Path, command: str, title: str = "Round trips") -> None:
-    """Write a figure to a file, whole or not at all, and its caption beside it (`x.png.json`).
-
-    The metadata of the file hold the caption with the command, and no date.
-    """
+    """Write a figure atomically, with its caption as metadata and beside it (`x.png.json`)."""
     caption = figure.caption if isinstance(figure, CaptionedFigure) else Caption()
     caption = replace(caption, command=caption.command or command)
     ending, content = file.suffix.lower(), BytesIO()

@@ -135,8 +135,7 @@ Weights = Mapping[str, Mapping[str, Float64[Array, "heard own"]]]
 def weight_panels(maps: Weights, longest: float, caption: Caption) -> Figure:
     """A figure of weights g in [0, 1] over two paths up to the longest [m], with contours.
 
-    A row for each disagreement and a column for each controller; the other way round on a page that
-    is not broad enough.
+    A row for each disagreement, a column for each controller; transposed on a narrow page.
     """
     style, rows, names = style_in_use(), list(maps), list(next(iter(maps.values())))
     is_broad = style.width / len(names) > style.scale * NARROW
@@ -223,10 +222,7 @@ ARC = 12
 
 
 def draw_arena(axes: Axes, stage: Stage) -> list[str]:
-    """Draw what stands in an arena; return the names of its areas, which a legend explains.
-
-    No name stands on the map, where it would hide robots.
-    """
+    """Draw what stands in an arena; return the names of its areas, for a legend."""
     if len(stage.corners):
         _draw_outside(axes, stage)
     for outline in stage.obstacles:

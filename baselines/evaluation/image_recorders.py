@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from baselines.evaluation.recorders import Recorder
+from baselines.evaluation.watch import Recorder
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.rendering.frame import frame_of, save
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
 from swarm_forage_env.rendering.video import Video, fps_of
-from swarm_forage_env.rendering.viewer import frame_of, save
 from swarm_forage_env.rendering.window import Window
 from swarm_forage_env.scene import Scene, Stage
 
@@ -37,8 +37,9 @@ class LiveWindow(Recorder):
 class ImageRecorder(Recorder):
     """Base of the recorders that paint scenes into a file."""
 
-    def __init__(self, stage: Stage, size: int, select: int | None) -> None:
+    def __init__(self, file: Path, stage: Stage, size: int, select: int | None) -> None:
         """Paint images of this width, with the beliefs of the selected robot if any."""
+        self._file = file
         self._layout = Layout(stage, checked_size(size), beliefs=select is not None)
         self._painter = Painter(stage, self._layout)
         self._show = Show(selected=select)
@@ -48,11 +49,6 @@ class StillRecorder(ImageRecorder):
     """Writes the last scene as a PNG."""
 
     _scene: Scene | None = None
-
-    def __init__(self, file: Path, stage: Stage, size: int, select: int | None) -> None:
-        """Start without a scene."""
-        super().__init__(stage, size, select)
-        self._file = file
 
     def take(self, scene: Scene) -> bool:
         """Remember the scene."""
@@ -80,7 +76,7 @@ class VideoRecorder(ImageRecorder):
         self, file: Path, stage: Stage, size: int, select: int | None, speed: float, start: float
     ) -> None:
         """Open the video file. ConfigError where there is no ffmpeg."""
-        super().__init__(stage, size, select)
+        super().__init__(file, stage, size, select)
         self._video = Video(file, self._layout.width, self._layout.height)
         self._speed = speed
         self._every = speed / fps_of(file)

@@ -86,10 +86,7 @@ def band_panels(
     caption: Caption,
     controllers: Mapping[str, str] | None = None,
 ) -> Figure:
-    """A figure of means in their bands, a panel for each setup.
-
-    Series that are called otherwise than their controllers stand in `controllers`.
-    """
+    """A figure of means in their bands, a panel for each setup; `controllers` as in `styles_of`."""
     styles = line_styles(panels, controllers)
     figure, all_axes = panel_grid(len(panels), PANEL)
     for axes, (title, series) in zip(all_axes, panels.items(), strict=True):
@@ -107,10 +104,7 @@ def mean_panels(
     one_y: bool = False,
     controllers: Mapping[str, str] | None = None,
 ) -> Figure:
-    """A figure of means with error bars, a panel for each setup; the y axis may be shared.
-
-    Series that are called otherwise than their controllers stand in `controllers`.
-    """
+    """A figure of means with error bars, a panel for each setup; the y axis may be shared."""
     styles = line_styles(panels, controllers)
     figure, all_axes = panel_grid(len(panels), PANEL)
     every = [means for panel in panels.values() for means in panel.values()]

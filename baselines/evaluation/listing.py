@@ -4,7 +4,7 @@ import inspect
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from rich.console import Group
 from rich.table import Table
@@ -27,6 +27,9 @@ from swarm_forage_env.registry import (
 )
 from swarm_forage_env.scenarios import find_scenario
 
+PartT = TypeVar("PartT")
+Listed = Any | LayeredController
+
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
 ORIGIN = re.compile(r"\s*\(?\b(published|derived|chosen|code|set)\b\)?")
 
@@ -36,7 +39,7 @@ class Parameter:
     """A field of a scenario or controller, as listed."""
 
     name: str
-    value: Any
+    value: object
     unit: str
     origin: str
     """published, derived, chosen or code; set, if somebody changed the default; empty where the
@@ -44,7 +47,7 @@ class Parameter:
     meaning: str
 
 
-def overview() -> dict[str, list[dict[str, Any]]]:
+def overview() -> dict[str, list[dict[str, object]]]:
     """All scenarios, controllers, references and engines, as nested dictionaries."""
     return {
         "scenarios": [describe(name) for name in SCENARIOS],
@@ -55,22 +58,22 @@ def overview() -> dict[str, list[dict[str, Any]]]:
     }
 
 
-def describe(name: str) -> dict[str, Any]:
+def describe(name: str) -> dict[str, object]:
     """Describe a scenario (name or TOML file) or a controller, as nested dictionaries."""
     found = find(name)
     groups = {
         group: [asdict(each) for each in listed] for group, _, listed in grouped_parameters(found)
     }
-    told = {"about": _about(name), "parameters": groups}
+    told: dict[str, object] = {"about": _about(name), "parameters": groups}
     if not isinstance(found, LayeredController):
         score = score_of_scenario(name)
-        return {"name": found.name, "kind": "scenario", "score": score and asdict(score)} | told
+        return {"name": found.name, "kind": "scenario", "score": score and asdict(score), **told}
     score, layers = score_of_controller(name), found.layer_names
-    kind = {"kind": "controller", "layers": layers, "score": score and asdict(score)}
-    return {"name": name} | kind | told
+    score_told = score and asdict(score)
+    return {"name": name, "kind": "controller", "layers": layers, "score": score_told, **told}
 
 
-def find(name: str) -> Any:  # noqa: ANN401 a scenario of any task, or a controller
+def find(name: str) -> Listed:
     """Find a scenario (name or TOML file) or a controller (`ssgiff:beta=0.02`)."""
     if name.endswith(".toml") or name in SCENARIOS:
         return find_scenario(name)
@@ -87,15 +90,16 @@ def _about(name: str) -> str:
     return next((each.about(name) for each in registries if name in set(each)), "")
 
 
-def units(found: Any) -> dict[str, str]:  # noqa: ANN401 as `find` gives
+def units(found: Listed) -> dict[str, str]:
     """The unit of each field of a scenario or controller by dotted name; empty without one."""
     return {each.name: each.unit for _, _, listed in grouped_parameters(found) for each in listed}
 
 
-def grouped_parameters(found: Any) -> Iterator[tuple[str, str, list[Parameter]]]:  # noqa: ANN401 as `find` gives
+def grouped_parameters(found: Listed) -> Iterator[tuple[str, str, list[Parameter]]]:
     """Name, purpose and parameters of each part of a scenario or controller."""
     if not isinstance(found, LayeredController):
-        origins = _origins(found)
+        is_of_paper = found.name in SCENARIOS and SCENARIOS[found.name] == found
+        origins = ORIGINS.get(found.name, {}) if is_of_paper else None  # of a paper's own values
         yield found.name, _first_line(found), list(_parameters(found, "", origins))
         for name, part in _parts(found):
             yield name, _first_line(part), list(_parameters(part, f"{name}.", origins))
@@ -112,12 +116,6 @@ def _parts(whole: Part, prefix: str = "") -> Iterator[tuple[str, Part]]:
             if any(not isinstance(each, Part) for _, each in value):
                 yield prefix + name, value
             yield from _parts(value, f"{prefix}{name}.")
-
-
-def _origins(scenario: Any) -> Mapping[str, str] | None:  # noqa: ANN401 of any task
-    """Origins of a published scenario's own values; None for a scenario somebody made up."""
-    is_of_paper = scenario.name in SCENARIOS and SCENARIOS[scenario.name] == scenario
-    return ORIGINS.get(scenario.name, {}) if is_of_paper else None
 
 
 def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> Iterator[Parameter]:
@@ -174,7 +172,7 @@ def overview_tables() -> Group:
 def detail_table(name: str) -> Group:
     """Tables of every parameter of one scenario or controller."""
     found = find(name)
-    parts: list[Any] = []
+    parts: list[Table | Text] = []
     for group, about, parameters in grouped_parameters(found):
         heading = Text(group, style="bold").append(f"  {about}", style="not bold")
         table = _table("parameter", "value", "unit", "origin", "meaning")
@@ -196,7 +194,7 @@ def _scenarios() -> Table:
     return table
 
 
-def _controllers(kind: str, registry: Registry[Any]) -> Table:
+def _controllers(kind: str, registry: Registry[PartT]) -> Table:
     table = _table(kind, "score", "what it is")
     table.columns[1].justify = "right"
     for name in registry:
@@ -204,7 +202,7 @@ def _controllers(kind: str, registry: Registry[Any]) -> Table:
     return table
 
 
-def _named(kind: str, registry: Registry[Any], after: str = "") -> Table:
+def _named(kind: str, registry: Registry[PartT], after: str = "") -> Table:
     table = _table(kind, "what it is")
     for name in registry:
         table.add_row(f"{name}{after}", registry.about(name))
@@ -223,17 +221,14 @@ def _score(score: Score | None) -> str:
     return "" if score is None else f"{score.mean:.{0 if score.mean >= 10.0 else 1}f}"
 
 
-def _way(name: str, found: Any) -> str:  # noqa: ANN401 as `find` gives
-    bare = name.partition(":")[0]
-    if not isinstance(found, LayeredController):
-        return f"--set {_example(found)}"
-    return f"{bare}:FILE,name=value" if bare in POLICIES else f"{bare}:name=value"
-
-
-def _example(scenario: Any) -> str:  # noqa: ANN401 of any task
-    numbers = leaves(scenario.model_dump(exclude={"name"}))
-    name = next(each for each in (*EXAMPLES, *numbers) if each in numbers)
-    return f"{name}={_shown(numbers[name])}"
+def _way(name: str, found: Listed) -> str:
+    """How a number is changed in `evaluate`."""
+    if isinstance(found, LayeredController):
+        bare = name.partition(":")[0]
+        return f"{bare}:FILE,name=value" if bare in POLICIES else f"{bare}:name=value"
+    numbers = leaves(found.model_dump(exclude={"name"}))
+    example = next(each for each in (*EXAMPLES, *numbers) if each in numbers)
+    return f"--set {example}={_shown(numbers[example])}"
 
 
 def _shown(value: object) -> str:

@@ -83,8 +83,8 @@ def styles_of(
 
     The colour is that of the controller, whatever its parameters, in every figure. So are marker,
     dashes and hatch, as long as no two series of the figure would have the same ones; then the
-    later one, or the one with parameters, takes the next. A series that is called otherwise than
-    its controller stands in `controllers`.
+    later one, or the one with parameters, takes the next. `controllers` maps the series whose names
+    are not those of their controllers.
     """
     styles: dict[str, SeriesStyle] = {}
     taken: set[int] = set()

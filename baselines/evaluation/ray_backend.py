@@ -22,13 +22,13 @@ from importlib import import_module
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import ray
 from ray._private import worker as ray_worker
 from ray.exceptions import RayError, RayTaskError
 
-from baselines.evaluation.backends import Results
+from baselines.evaluation.backends import Backend, JobT, Results, ResultT
 from swarm_forage_env.errors import ConfigError
 
 LOGGER = logging.getLogger("swarm-forage")
@@ -44,14 +44,14 @@ LIBRARIES = ("numba", "numpy", "pymunk")
 
 
 @dataclass(frozen=True)
-class RayBackend:
-    """Workers of a Ray cluster: the one at an address, or else a local one, started here."""
+class RayBackend(Backend):
+    """Workers of a Ray cluster: the one at an address, or else a local one, started here.
 
-    workers: int = 1
-    threads: int = 1
-    """Threads of each call, and the CPUs that Ray reserves for it."""
+    Ray reserves `threads` CPUs for each call.
+    """
+
     address: str | None = None
-    shares_files: bool = False
+    shares_files: ClassVar[bool] = False
 
     def connect(self) -> None:
         """Join the cluster, or start a local one that ends with this process.
@@ -62,7 +62,7 @@ class RayBackend:
         if ray.is_initialized():
             return
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # reports nothing to anybody
-        options: dict[str, Any] = {"address": self.address}
+        options: dict[str, object] = {"address": self.address}
         if self.address is not None:
             _check_answers(self.address)
         else:
@@ -75,7 +75,7 @@ class RayBackend:
         except (ConnectionError, RuntimeError, ValueError):
             raise _no_cluster(self.address) from None
 
-    def run(self, function: Callable[[Any], Any], jobs: Sequence[Any]) -> Results:
+    def run(self, function: Callable[[JobT], ResultT], jobs: Sequence[JobT]) -> Results[ResultT]:
         """Call the function with every job; a call whose worker dies runs on another one."""
         if not jobs:
             return
@@ -104,7 +104,7 @@ class RayBackend:
             )
 
 
-def _tell(message: Mapping[str, Any], ignore_prefix: bool) -> None:
+def _tell(message: Mapping[str, Sequence[str]], ignore_prefix: bool) -> None:
     """Tell of a node or a worker that died in a line on stderr: Ray's first sentence about it."""
     for text in message["lines"]:
         LOGGER.warning("ray: %s", text.partition(". ")[0])
@@ -141,7 +141,7 @@ def code_here() -> str:
     return text.hexdigest()[:16]
 
 
-def _call(shared: tuple[Callable[[Any], Any], str], job: Any) -> Any:  # noqa: ANN401 of any kind
+def _call(shared: tuple[Callable[[JobT], ResultT], str], job: JobT) -> ResultT:
     function, code = shared
     if code_here() != code:
         raise ConfigError(
@@ -151,7 +151,7 @@ def _call(shared: tuple[Callable[[Any], Any], str], job: Any) -> Any:  # noqa: A
     return function(job)
 
 
-def _result(ended: Any) -> Any:  # noqa: ANN401 of any kind
+def _result(ended: object) -> Any:  # noqa: ANN401 of any kind
     """What a call returned; what it raised, or BrokenExecutor if its workers kept dying."""
     try:
         return ray.get(ended)

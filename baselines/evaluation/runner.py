@@ -1,11 +1,11 @@
 """Run the episodes that a dataset does not hold yet, in parallel.
 
-Episodes run in blocks of worlds, spread over worker processes by a backend. The episodes of a block
-are written as soon as it ends: by the worker, or by this process if the worker may be on another
-machine. The worlds of a block may share several threads. Neither how episodes are cut into blocks
-nor the number of threads ever changes a result.
+Episodes run in blocks of worlds, spread over worker processes by a backend, and are written as soon
+as their block ends: by the worker, or by this process if the worker may be on another machine.
+Neither how episodes are cut into blocks nor the number of threads ever changes a result.
 """
 
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 
 from baselines.evaluation.backends import Backend, JoblibBackend
+from baselines.evaluation.console import progress_bar, say
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.episode import run_episodes
+from baselines.evaluation.episode import AnyEpisode, run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.trajectories import Trajectories, TrajectoryRecorder
 from swarm_forage_env.compiler import compiling_told
@@ -50,7 +51,7 @@ class EpisodeBlock:
 Stores = tuple[Dataset, Trajectories | None]
 """Where episodes are kept, and their trajectories, if they are."""
 
-Ended = tuple[str, list[Any], Mapping[int, bytes]]
+Ended = tuple[str, list[AnyEpisode], Mapping[int, bytes]]
 """A block that was run: the key of its configuration, its episodes, and the files of their
 trajectories, by seed, that are still to be kept."""
 
@@ -70,9 +71,9 @@ class Plan:
         self.seeds = list(seeds)
         self.dataset = dataset
         self.trajectories = trajectories
-        self.episodes: dict[tuple[str, int], Any] = {}
-        self.renamed: dict[str, list[Any]] = {}
-        """Episodes found that were asked for by another name than now, by configuration."""
+        self.episodes: dict[tuple[str, int], AnyEpisode] = {}
+        self.renamed: dict[str, list[AnyEpisode]] = {}
+        """Episodes found whose controller had another name than now, by configuration."""
         self.todo: dict[str, list[int]] = {}
         self._named = {each.key: each for each in configurations}
         for key, configuration in self._named.items():
@@ -98,43 +99,42 @@ class Plan:
         return [
             EpisodeBlock(self._named[key], tuple(seeds.tolist()))
             for key, todo in self.todo.items()
-            for seeds in _cut(todo, min(share, threads * self._room(key)))
+            for seeds in _cut(todo, min(share, threads * worlds_in_a_block(self._named[key])))
         ]
 
     def run(self, backend: Backend, tell: Callable[[str], None] = lambda _: None) -> Iterator[int]:
         """Run the missing episodes; yield after each block that is kept how many it holds.
 
-        Those found are kept anew where they were asked for by another name, as figures show it.
-        `tell` is told what is compiled.
+        Those found under another name are written again, as figures show it. `tell` receives what
+        is compiled.
         """
         for key, found in self.renamed.items():
             self.keep(key, found)
         blocks = self.blocks(backend.workers, backend.threads)
         compile_all({block.configuration.key: block.configuration for block in blocks}, tell)
-        recorded, threads = self.trajectories is not None, backend.threads
-        run = partial(_run_block, threads=threads, is_recorded=recorded)
-        keeps = not (backend.shares_files and self.dataset.shares_files)
-        if not keeps:
-            run = partial(_run_and_keep, threads=threads, stores=self._stores)
+        is_recorded, threads = self.trajectories is not None, backend.threads
+        worker_keeps = backend.shares_files and self.dataset.shares_files
+        stores = (self.dataset, self.trajectories) if worker_keeps else None
+        run = partial(_run_block, threads=threads, is_recorded=is_recorded, stores=stores)
         with closing(backend.run(run, blocks)) as finished:
             for key, episodes, contents in finished:
-                if keeps:
+                if not worker_keeps:
                     self.keep(key, episodes, contents)
                 for episode in episodes:
                     self.episodes[key, episode.seed] = episode
                 yield len(episodes)
 
     def keep(
-        self, key: str, episodes: Sequence[Any], contents: Mapping[int, bytes] | None = None
+        self, key: str, episodes: Sequence[AnyEpisode], contents: Mapping[int, bytes] | None = None
     ) -> None:
         """Keep the episodes of a block, many at a time: most of it is waiting for the disk.
 
         `contents` are the files of their trajectories, by seed.
         """
 
-        def keep_one(episode: Any) -> None:  # noqa: ANN401 of its task
+        def keep_one(episode: AnyEpisode) -> None:
             own = {seed: file for seed, file in (contents or {}).items() if seed == episode.seed}
-            _keep(self._stores, self._named[key], [episode], own)
+            _keep((self.dataset, self.trajectories), self._named[key], [episode], own)
 
         with ThreadPoolExecutor(WRITERS) as pool:
             list(pool.map(keep_one, episodes))
@@ -157,14 +157,11 @@ class Plan:
         """The file of every episode, whether it exists or not, by controller, then seed."""
         return [self.dataset.place(each, s) for each in self.configurations for s in self.seeds]
 
-    @property
-    def _stores(self) -> "Stores":
-        return self.dataset, self.trajectories
 
-    def _room(self, key: str) -> int:
-        """Number of worlds of this configuration that a thread of a block has room for."""
-        n_robots: int = self._named[key].scenario.task.n_robots
-        return max(1, MAX_ROWS // n_robots)
+def worlds_in_a_block(configuration: ExperimentConfig) -> int:
+    """Number of worlds of this configuration that a thread of a block has room for."""
+    n_robots: int = configuration.scenario.task.n_robots
+    return max(1, MAX_ROWS // n_robots)
 
 
 def evaluate(
@@ -174,10 +171,7 @@ def evaluate(
     backend: Backend | None = None,
     progress: Callable[[int], None] = lambda _: None,
 ) -> list[Any]:
-    """Run or find the episodes of all configurations under all seeds, and keep them.
-
-    Without a backend they run in this process.
-    """
+    """Run, or find, and keep all episodes; without a backend they run in this process."""
     plan = Plan(configurations, seeds, dataset)
     for done in plan.run(backend or JoblibBackend()):
         progress(done)
@@ -187,7 +181,7 @@ def evaluate(
 def compile_all(
     configurations: Mapping[str, ExperimentConfig], tell: Callable[[str], None]
 ) -> None:
-    """Compile what each configuration needs; `tell` is told for which, and of what function."""
+    """Compile what each configuration needs; `tell` receives configuration and function."""
     for number, configuration in enumerate(configurations.values(), 1):
         which = f"compiling {number} of {len(configurations)}, {configuration.label}"
         with compiling_told(partial(_tell_compiling, tell, which)):
@@ -213,30 +207,76 @@ def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
     return np.array_split(np.asarray(seeds, dtype=np.uint64), -(-len(seeds) // size))
 
 
-def _run_block(block: EpisodeBlock, threads: int, is_recorded: bool) -> Ended:
+def _run_block(
+    block: EpisodeBlock, threads: int, is_recorded: bool, stores: Stores | None
+) -> Ended:
+    """Run a block, and keep it in the stores if there are any."""
     configuration = block.configuration
     what = configuration.scenario, configuration.controller, block.seeds, configuration.physics
-    if not is_recorded:
-        return configuration.key, run_episodes(*what, threads), {}
-    recorder = TrajectoryRecorder(configuration, block.seeds)
+    recorder = TrajectoryRecorder(configuration, block.seeds) if is_recorded else None
     episodes = run_episodes(*what, threads, recorder)
-    return configuration.key, episodes, recorder.contents()
-
-
-def _run_and_keep(block: EpisodeBlock, threads: int, stores: Stores) -> Ended:
-    key, episodes, contents = _run_block(block, threads, stores[1] is not None)
-    _keep(stores, block.configuration, episodes, contents)
-    return key, episodes, {}
+    contents = recorder.contents() if recorder else {}
+    if stores is not None:
+        _keep(stores, configuration, episodes, contents)
+        contents = {}
+    return configuration.key, episodes, contents
 
 
 def _keep(
     stores: Stores,
     configuration: ExperimentConfig,
-    episodes: Sequence[Any],
+    episodes: Sequence[AnyEpisode],
     contents: Mapping[int, bytes],
 ) -> None:
     """Keep trajectories first: an episode that is there has its own."""
     dataset, trajectories = stores
     if trajectories is not None:
-        trajectories.keep_files(configuration, contents)
+        for seed, content in contents.items():
+            trajectories.write(trajectories.place(configuration, seed), content)
     dataset.keep(configuration, episodes)
+
+
+NAMED = 20
+"""Files that a message names, at most."""
+
+
+def run_with_progress(plan: Plan, backend: Backend) -> None:
+    """Run the missing episodes: a line before and after, a bar if stderr is a terminal."""
+    begin = time.monotonic()
+    total = len(plan.configurations) * len(plan.seeds)
+    scenarios = ", ".join(dict.fromkeys(each.scenario.name for each in plan.configurations))
+    say(
+        f"{scenarios}: {total - plan.n_todo} of {total} episodes"
+        f" found in {plan.dataset.name}, {plan.n_todo} to run"
+    )
+    with progress_bar("episodes") as progress:
+        bar = progress.add_task("", total=plan.n_todo)
+
+        def tell(what: str) -> None:
+            progress.update(bar, description=what)
+
+        for n_episodes in plan.run(backend, tell):
+            progress.advance(bar, n_episodes)
+    say(f"done in {time.monotonic() - begin:.0f} s")
+
+
+def check_kept(plan: Plan) -> None:
+    """Raise OSError, which names the files, unless every episode of the plan is kept."""
+    check_files(plan.dataset, plan.files)
+    if plan.trajectories:
+        beside = plan.trajectories
+        wanted = [beside.place(each, s) for each in plan.configurations for s in plan.seeds]
+        check_files(beside, wanted)
+
+
+def check_files(dataset: Dataset, wanted: Sequence[Path]) -> None:
+    """Raise OSError, which names those that are gone, unless a dataset holds all files."""
+    missing, folder = dataset.missing(wanted), dataset.folder
+    if missing:
+        names = ", ".join(str(file.relative_to(folder)) for file in missing[:NAMED])
+        more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
+        raise OSError(
+            f"{dataset.name}: {len(missing)} of {len(wanted)} episodes are not there any more:"
+            f" {names}{more}; the results above count them, and the same command runs them again"
+            " where it needs them"
+        )

@@ -1,4 +1,4 @@
-"""What scenarios and controllers score, as `list` tells it: `make scores` measures it anew.
+"""Scores of scenarios and controllers, which `list` shows and `make scores` measures.
 
 A scenario is scored under the default controller of its task, a controller in `es1`. Both take the
 default engine and the seeds from 0 on.
@@ -70,7 +70,7 @@ def measure(scenario: str, controller: str, out: Path, workers: int) -> Score:
     """Run the episodes that are not kept in the folder yet, and score them."""
     from baselines.evaluation.backends import JoblibBackend
     from baselines.evaluation.evaluate_options import EvaluateOptions
-    from baselines.evaluation.progress import run_with_progress
+    from baselines.evaluation.runner import run_with_progress
     from baselines.evaluation.statistics import mean_interval
     from baselines.evaluation.tables import scores
 

@@ -113,8 +113,8 @@ def iqm(values: ArrayLike, axis: int = -1) -> Values:
 def iqm_interval(strata: Sequence[Sequence[float]], seed: int = 0) -> Estimate | None:
     """The interquartile mean of all runs and its stratified bootstrap interval.
 
-    A stratum is a task, its values are the scores of the runs; runs are drawn anew within each
-    task, and the interval lies between percentiles. None without values.
+    A stratum is a task, its values are the scores of the runs; runs are resampled within each task,
+    and the interval lies between percentiles. None without values.
 
     Source: AgarwalEtAl2021, Section 4.1.
     """

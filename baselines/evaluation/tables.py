@@ -6,16 +6,14 @@ import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
-from typing import Any
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, Group
 from rich.table import Table
 from rich.text import Text
 
-from baselines.evaluation.episode import kind_of_episode, values_of
+from baselines.evaluation.episode import AnyEpisode, kind_of_episode, present_values
 from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
-from swarm_forage_env.episode import EpisodeKind
 
 
 @dataclass(frozen=True)
@@ -86,26 +84,26 @@ NOT_APPLICABLE = "n/a"
 COMPARED = "difference of means", "ratio of means", "p"
 """Headings of the comparison."""
 
-EpisodesByController = Mapping[str, Sequence[Any]]
+EpisodesByController = Mapping[str, Sequence[AnyEpisode]]
 """Episodes by controller, the seeds in the same order for each."""
 
 
-def by_controller(episodes: Sequence[Any]) -> dict[str, list[Any]]:
+def by_controller(episodes: Sequence[AnyEpisode]) -> dict[str, list[AnyEpisode]]:
     """Group episodes by controller, in the order of their first appearance."""
-    groups: dict[str, list[Any]] = {}
+    groups: dict[str, list[AnyEpisode]] = {}
     for episode in episodes:
         groups.setdefault(episode.controller, []).append(episode)
     return groups
 
 
-def to_json(episodes: Sequence[Any], series: bool = False) -> str:
-    """Episodes as one JSON array, one a line; the series over time only if asked for."""
+def to_json(episodes: Sequence[AnyEpisode], series: bool = False) -> str:
+    """Episodes as one JSON array, one a line; with `series` also those over time."""
     left_out = () if series else kind_of_episode(episodes[0]).series
     lines = (json.dumps(_without(left_out, episode), allow_nan=False) for episode in episodes)
     return "[\n" + ",\n".join(lines) + "\n]"
 
 
-def to_csv(episodes: Sequence[Any]) -> str:
+def to_csv(episodes: Sequence[AnyEpisode]) -> str:
     """Episodes as CSV with a header, without series; missing values are empty."""
     text = io.StringIO()
     series = kind_of_episode(episodes[0]).series
@@ -116,11 +114,11 @@ def to_csv(episodes: Sequence[Any]) -> str:
     return text.getvalue().rstrip("\n")
 
 
-def _without(left_out: Sequence[str], episode: Any) -> dict[str, Any]:  # noqa: ANN401 of any task
+def _without(left_out: Sequence[str], episode: AnyEpisode) -> dict[str, object]:
     return {name: value for name, value in asdict(episode).items() if name not in left_out}
 
 
-def report(episodes: Sequence[Any]) -> Group:
+def report(episodes: Sequence[AnyEpisode]) -> Group:
     """The tables of means and, for several controllers, of comparisons with the first."""
     groups = by_controller(episodes)
     first = next(iter(groups.values()))
@@ -134,7 +132,8 @@ def report(episodes: Sequence[Any]) -> Group:
         ),
         summary(groups, [metric for metric in kind.columns if metric not in kind.sometimes]),
     ]
-    if added := [metric for metric in kind.columns if _is_there(metric, kind, episodes)]:
+    sometimes = [metric for metric in kind.columns if metric in kind.sometimes]
+    if added := [metric for metric in sometimes if present_values(episodes, metric)]:
         parts += [Text(f"\n{kind.sometimes_words}", style="bold"), summary(groups, added)]
     parts.append(
         Text(f"n = {len(first)}: the mean, and below it its 95 % bootstrap interval.", style="dim")
@@ -165,10 +164,6 @@ def summary(groups: EpisodesByController, metrics: Sequence[str]) -> FittingTabl
     )
 
 
-def _is_there(metric: str, kind: EpisodeKind, episodes: Sequence[Any]) -> bool:
-    return metric in kind.sometimes and values_of(episodes, metric) != [None] * len(episodes)
-
-
 def comparison(groups: EpisodesByController) -> FittingTable:
     """The table of every controller's score against the first one's, seed by seed."""
     (_, base), *others = groups.items()
@@ -177,10 +172,9 @@ def comparison(groups: EpisodesByController) -> FittingTable:
     return FittingTable("controller", [name for name, _ in others], columns)
 
 
-def scores(episodes: Sequence[Any]) -> list[float]:
+def scores(episodes: Sequence[AnyEpisode]) -> list[float]:
     """The score of each episode: round trips, or goals per robot."""
-    found = values_of(episodes, kind_of_episode(episodes[0]).score)
-    return [float(value) for value in found if value is not None]
+    return present_values(episodes, kind_of_episode(episodes[0]).score)
 
 
 def _verdict(comparison: Comparison) -> tuple[str, str, str]:
@@ -188,15 +182,14 @@ def _verdict(comparison: Comparison) -> tuple[str, str, str]:
     return _in_line(comparison.difference), _in_line(comparison.ratio), p
 
 
-def _cell(episodes: Sequence[Any], metric: str, factor: float) -> Text:
+def _cell(episodes: Sequence[AnyEpisode], metric: str, factor: float) -> Text:
     """A table cell: mean over interval, and the number of episodes if not all count."""
-    values = values_of(episodes, metric)
-    estimate = mean_interval([factor * value for value in values if value is not None])
+    estimate = mean_interval(present_values(episodes, metric, factor))
     if estimate is None:
         return Text(NOT_APPLICABLE)
     number = _formatter(estimate.value)
     interval = "-".join(map(number, estimate.interval)) if estimate.interval else NOT_APPLICABLE
-    partly = f"\nn = {estimate.n}" if estimate.n < len(values) else ""
+    partly = f"\nn = {estimate.n}" if estimate.n < len(episodes) else ""
     return Text(number(estimate.value)).append(f"\n{interval}{partly}", style="dim")
 
 

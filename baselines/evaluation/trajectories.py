@@ -8,17 +8,16 @@ Files are written atomically, with a checksum for every page.
 
 import logging
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from baselines.evaluation.dataset import DamagedFileError, Dataset, read_table, set_aside, unread
+from baselines.evaluation.dataset import DamagedFileError, Dataset, read_table, unread
 from baselines.evaluation.experiment_config import ExperimentConfig
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import Task, task_of
@@ -89,21 +88,8 @@ class Trajectories(Dataset):
 
     def holds(self, configuration: ExperimentConfig, seed: int) -> bool:
         """Whether the whole trajectory of an episode is kept; a damaged one is set aside."""
-        file = self.place(configuration, seed)
-        try:
-            table = read_table(file.read_bytes())
-            _check(table, configuration, seed)
-        except FileNotFoundError:
-            return False
-        except DamagedFileError as damage:
-            set_aside(file, damage)
-            return False
-        return True
-
-    def keep_files(self, configuration: ExperimentConfig, contents: Mapping[int, bytes]) -> None:
-        """Write the trajectory of each seed atomically to its file."""
-        for seed, content in contents.items():
-            write_atomically(self.place(configuration, seed), content)
+        check = partial(_is_trajectory, configuration, seed)
+        return self.read_checked(self.place(configuration, seed), check) is not None
 
 
 class TrajectoryRecorder:
@@ -159,7 +145,7 @@ class TrajectoryRecorder:
         """The rows of one world: ticks in order, robots in order within each."""
         n_ticks, n_robots = next(iter(taken.values())).shape
         n_rows = n_ticks * n_robots
-        found: dict[str, Any] = {name: each.reshape(-1) for name, each in taken.items()}
+        found: dict[str, Array] = {name: each.reshape(-1) for name, each in taken.items()}
         found["episode"] = np.full(n_rows, self._seeds[world], np.uint64)
         found["t"] = np.repeat(times, n_robots)
         found["robot"] = np.tile(np.arange(n_robots), n_ticks)
@@ -199,7 +185,7 @@ def _arrow(values: Array, column: TrajectoryColumn) -> pa.Array:
     return pa.DictionaryArray.from_arrays(pa.array(index, mask=index < 0), words)
 
 
-def _check(table: pa.Table, configuration: ExperimentConfig, seed: int) -> None:
+def _is_trajectory(configuration: ExperimentConfig, seed: int, table: pa.Table) -> bool:
     """Raise DamagedFileError unless a table is the trajectory of this episode."""
     scenario = configuration.scenario
     if not table.schema.equals(trajectory_schema(kind_of(task_of(scenario)))):
@@ -209,3 +195,4 @@ def _check(table: pa.Table, configuration: ExperimentConfig, seed: int) -> None:
     ends = {(table[CONFIGURATION][row].as_py(), table["episode"][row].as_py()) for row in (0, -1)}
     if ends != {(configuration.key, seed)}:
         raise DamagedFileError("the trajectory of another configuration or seed")
+    return True

@@ -1,28 +1,59 @@
 """Run one episode and pass its scenes to windows and recorders."""
 
 import shlex
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 from baselines.evaluation.console import check_file, say
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.evaluation.plot_style import colour_of
-from baselines.evaluation.recorders import Recorder, ReplayRecorder
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.rendering.layout import checked_size
+from swarm_forage_env.rendering.layout import checked_size, checked_speed
 from swarm_forage_env.rendering.replay import Opening, Replay
-from swarm_forage_env.rendering.speed import checked_speed
 from swarm_forage_env.rendering.trails import TRAIL
 from swarm_forage_env.rendering.video import FORMATS
 from swarm_forage_env.scene import Scene, Stage
 from swarm_forage_env.task import stage_of
 
-MOST = 2
+
+class Recorder(ABC):
+    """Receives an episode's scenes; those before `start` are for trails only."""
+
+    @abstractmethod
+    def take(self, scene: Scene) -> bool:
+        """Receive the next scene; return false to stop the episode."""
+
+    def close(self) -> None:  # noqa: B027 some have nothing to finish
+        """Finish after the last scene."""
+
+    def discard(self) -> None:  # noqa: B027 some have written nothing yet
+        """Remove what is half-made, after an error."""
+
+
+class ReplayRecorder(Recorder):
+    """Adds the scenes of a swarm to a replay, and writes it as one HTML file if it is the first."""
+
+    def __init__(self, file: Path, replay: Replay, swarm: int = 0) -> None:
+        """Start with an empty recording."""
+        self._file, self._replay, self._swarm = file, replay, swarm
+
+    def take(self, scene: Scene) -> bool:
+        """Record the scene."""
+        self._replay.add(scene, self._swarm)
+        return True
+
+    def close(self) -> None:
+        """Write the HTML file."""
+        if self._swarm == 0:
+            self._replay.write(self._file)
+
+
+MAX_CONTROLLERS = 2
 """Controllers that are shown side by side, at most."""
 
 
@@ -58,10 +89,7 @@ class WatchOptions:
 
 
 def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
-    """Run one episode and show it; of two controllers side by side, under the same seed.
-
-    ConfigError or UnknownNameError for whatever cannot be used, before anything runs.
-    """
+    """Run one episode and show it; of two controllers side by side, under the same seed."""
     configurations = chosen.configurations()
     _check_number(chosen.controllers, options)
     stage = stage_of(configurations[0].scenario, configurations[0].label)
@@ -100,10 +128,9 @@ def _record(
 
 
 def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: WatchOptions) -> None:
-    """Run an episode in which the arrow keys move a robot, and say what it came to.
+    """Run an episode in which the arrow keys move a robot, and report its score.
 
-    It ends after so many seconds of its own time, or when the user closes the window. ImportError
-    without pygame.
+    It ends after `options.seconds`, or when the user closes the window. ImportError without pygame.
     """
     from swarm_forage_env.envs.array_env import ArrayEnv
     from swarm_forage_env.envs.manual_policy import action_of
@@ -112,10 +139,14 @@ def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: Wa
     assert options.drive is not None
     assert options.seconds is not None
     scenario, robot = configuration.scenario, options.drive
-    terms: dict[str, Any] = {"physics": configuration.physics, "decision_period": 1}
     window = Window(stage, options.size, options.speed, options.select)
     env = ArrayEnv(
-        scenario, controller=configuration.controller, learn="motion", learners=[robot], **terms
+        scenario,
+        controller=configuration.controller,
+        learn="motion",
+        learners=[robot],
+        physics=configuration.physics,
+        decision_period=1,
     )
     env.reset(seed)
     window.drive(robot)
@@ -133,8 +164,10 @@ def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: Wa
 
 
 def _check_number(controllers: Sequence[str], options: WatchOptions) -> None:
-    if len(controllers) > MOST:
-        raise ConfigError(f"{len(controllers)} controllers: at most {MOST} are shown side by side")
+    if len(controllers) > MAX_CONTROLLERS:
+        raise ConfigError(
+            f"{len(controllers)} controllers: at most {MAX_CONTROLLERS} are shown side by side"
+        )
     if len(controllers) > 1 and (options.html is None or options.video or options.frame):
         raise ConfigError(
             f"{' and '.join(controllers)}: only a replay shows two side by side; add --html FILE"

@@ -5,31 +5,75 @@ Smith et al. 2021 (BOIDS), Sections 3 and 4.
 Not in the paper, and as the authors' code has it: every rule seeks its direction from the
 present velocity (`seek`); the sum is a pull at full strength; a robot that has just claimed its
 goal goes by the other rules until it has a new one; gains are not clamped, so that they turn
-negative where a stimulus exceeds its allowed value.
+negative where a stimulus exceeds its allowed value. Robots that visit waypoints are commanded an
+acceleration; e-pucks are steered by `boids_foraging`.
 """
 
-from importlib import import_module
 from typing import ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
+from baselines.motion import boids_foraging
 from baselines.motion.base import MOTIONS
+from baselines.motion.flock import GOAL, N_RULES, adaptive_gains, sum_of_rules
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
 from swarm_forage_env.parameters import NotNegative, Part, Positive
-from swarm_forage_env.task import task_of
+from swarm_forage_env.record import Numbers, Record, field
+from swarm_forage_env.waypoints.records import Readings, Situation
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
+
+
+class Gains(Record):
+    """What boids keep of a robot: the gains of its rules. Writer: `choose_gains`."""
+
+    gains: Float64[Array, "5"] = field(np.float64, 5)
+    """Of alignment, separation, cohesion, home and goal."""
+
+
+@kernel
+def choose_gains(situation: Situation, numbers: Numbers, out_gains: Float64[Array, "5"]) -> None:
+    """The fixed gains, or those that adapt; none for a goal that is claimed already."""
+    if numbers.adaptive > 0.0:
+        goal, home = situation.goal, situation.home
+        d_g = hypot(goal[0], goal[1]) / numbers.side
+        d_h = hypot(home[0], home[1]) / numbers.side
+        adaptive_gains(
+            situation.density, situation.covariance_norm, situation.dead_reckoning_offset,
+            d_g, d_h, out_gains,
+        )  # fmt: skip
+    else:
+        for rule in range(N_RULES):
+            out_gains[rule] = numbers.fixed[rule]
+    if situation.has_arrived:
+        out_gains[GOAL] = 0.0
+
+
+@kernel
+def steer(
+    situation: Situation,
+    readings: Readings,
+    acceleration: Float32[Array, "2"],
+    memory: Gains,
+    numbers: Numbers,
+) -> None:
+    """The acceleration by all rules, in the body frame."""
+    choose_gains(situation, numbers, memory.gains)
+    s = situation
+    ways = (s.alignment, s.separation, s.centre, s.home, s.goal)
+    x, y = sum_of_rules(memory.gains, ways, s.velocity, numbers.max_speed)
+    acceleration[0], acceleration[1] = x, y
 
 
 @MOTIONS.register("boids")
 class BoidsParameters(Part):
-    """Boids: a robot adds up the rules of its neighbours and its goal, each with a gain.
-
-    Its parameters say how the gains come about, and give the fixed ones.
-    """
+    """Boids: a robot adds up the rules of its neighbours and its goal, each with a gain."""
 
     tasks: ClassVar[tuple[str, ...]] = ("foraging", "waypoints")
-
     gains: Literal["goal", "static", "adaptive"] = Field(
         "adaptive", description="Goal alone, the fixed gains below, or those of Eq. 33-37"
     )
@@ -60,10 +104,13 @@ class BoidsParameters(Part):
         return self.alignment, self.separation, self.cohesion, self.homing, self.seeking
 
     def layer(self, scenario: Scenario | WaypointsScenario) -> MotionLayer:
-        """The functions of the motion, with its numbers in a scenario.
-
-        Those of each task are in a module of its own, `boids_foraging` or `boids_waypoints`.
-        """
-        of_task = import_module(f"baselines.motion.boids_{task_of(scenario).name}")
-        layer: MotionLayer = of_task.layer(self, scenario)
-        return layer
+        """The functions of the motion, with its numbers in a scenario."""
+        if isinstance(scenario, Scenario):
+            return boids_foraging.layer(self, scenario)
+        numbers = {
+            "adaptive": self.gains == "adaptive",
+            "fixed": self.fixed,
+            "side": scenario.task.side,
+            "max_speed": scenario.robot.max_speed,
+        }
+        return MotionLayer(steer, numbers, Gains)

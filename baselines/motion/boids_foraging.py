@@ -39,16 +39,12 @@ class FlockCourse(Course):
     ways: Float32[Array, "5 2"] = field(np.float32, 5, 2, unit="m")
     """Where each rule points, body frame: flow, away from the neighbours, their centre, home,
     goal."""
-
     stimuli: Float32[Array, "3"] = field(np.float32, 3)
     """Robots heard, p of the goal, distance from dead reckoning: each as a share of the most."""
-
     gains: Float64[Array, "5"] = field(np.float64, 5)
     """Gain of each rule."""
-
     velocity: Float32[Array, "2"] = field(np.float32, 2, unit="m/s")
     """Of the robot, body frame."""
-
     pull: Float32[Array, "2"] = field(np.float32, 2)
     """Unit vector in which the rules pull the robot, body frame; or zeros."""
 

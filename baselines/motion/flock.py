@@ -3,8 +3,6 @@
 Smith et al. 2021 (BOIDS), Sections 3 and 4.
 """
 
-from typing import Any
-
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import hypot
@@ -62,7 +60,7 @@ def choose_gains(
 @kernel
 def sum_of_rules(
     gains: Float64[Array, "5"],
-    ways: Any,  # noqa: ANN401 five vectors
+    ways: Float32[Array, "5 2"] | tuple[Float32[Array, "2"], ...],
     velocity: Float32[Array, "2"],
     max_speed: float,
 ) -> tuple[float, float]:

@@ -91,7 +91,6 @@ class Gather(SubsumptionParameters):
     """
 
     tasks: ClassVar[tuple[str, ...]] = ("epuck",)
-
     stop: Share = Field(0.1, description="Chance to stop on black floor, in a tick (chosen)")
     leave: Share = Field(
         0.002, description="Chance to leave black floor in a tick, nobody being near (chosen)"

@@ -41,13 +41,10 @@ class Course(Record):
 
     hold: float = field(np.float64, unit="ticks")
     """Ticks to hold a course after avoiding."""
-
     turn: float = field(np.float64, unit="rad")
     """Angle still to turn to it."""
-
     run: float = field(np.float64, unit="m")
     """Path left of the straight run."""
-
     stream: UInt64[Array, "1"] = field(np.uint64, 1)
     """Random stream of the walk."""
 
@@ -164,10 +161,7 @@ def steer(
 
 @MOTIONS.register("subsumption")
 class SubsumptionParameters(Part):
-    """Subsumption: a robot talks, else avoids obstacles, else goes to its goal, else wanders.
-
-    Its numbers are what the papers leave open about avoiding and about the random walk.
-    """
+    """Subsumption: a robot talks, else avoids obstacles, else goes to its goal, else wanders."""
 
     avoidance: Literal["tangential", "literal"] = Field(
         "tangential", description="Around the obstacle, or opposite to it as TR 5.1 says"

@@ -17,15 +17,15 @@ Not in the paper, and chosen here:
 - a robot on an area is averaged like any other.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from pydantic import Field
 
 from baselines.estimators.belief import Belief, SocialMind
-from baselines.estimators.layer_inputs import describe
 from baselines.estimators.message_exchange import heard_location
-from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
+from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters, describe
 from baselines.estimators.social_odometry import take_in as take_in_odometry
-from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import RADIO, Readings
@@ -46,7 +46,6 @@ class GroupBelief(Belief):
 
     ticks: int = field(np.int64, unit="ticks")
     """Ticks since reset, in which the group last averaged at a multiple of the period."""
-
     streams: UInt64[Array, "1"] = field(np.uint64, 1)
     """The radio's random stream of the robot, which the radio does not use: nobody broadcasts."""
 
@@ -121,7 +120,7 @@ def add_heard(swarm: Array, crowd: Array, i: int, j: int, numbers: Numbers) -> N
 
 @kernel
 def take_mean(belief: GroupBelief) -> None:
-    """Put the mean of all that was told in the place of the own estimates."""
+    """Replace the own estimates by the mean of all that was told."""
     for area in range(2):
         n = belief.heard_weight[area]
         if n > 0.0:
@@ -140,7 +139,7 @@ def take_in(mind: GroupMind, shared: Array, readings: Readings, numbers: Numbers
 
 @kernel
 def average_robot(swarm: Array, crowd: Array, i: int, numbers: Numbers) -> None:
-    """Put the mean of what the others tell robot i, and of its own, in the place of its own."""
+    """Replace the estimates of robot i by the mean of its own and of what the others tell."""
     add_own(crowd[i].belief)
     for j in range(crowd.shape[0]):
         if j != i:
@@ -181,10 +180,9 @@ def observe_group(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 
 
 class GlobalAverage(SocialOdometryParameters):
-    """Social odometry in which nobody broadcasts, as all robots share one mean of their estimates.
+    """Social odometry without broadcasts: all robots share one mean of their estimates."""
 
-    Its numbers are those of social odometry.
-    """
+    mind = GroupMind
 
     through_radio: bool = Field(
         True,
@@ -197,10 +195,7 @@ class GlobalAverage(SocialOdometryParameters):
         """The records and functions of the estimator, with its numbers in a scenario."""
         kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in, "average": average}
         del kernels["falsify"], kernels["repeat"]  # no message that a fault could change
-        own = SGIKF().layer(scenario)
-        return EstimatorLayer(
-            GroupMind, self.numbers(scenario), kernels, observe_group, own_weighting=own
-        )
+        return replace(super().layer(scenario), kernels=kernels, observe=observe_group)
 
     def numbers(self, scenario: Scenario) -> dict[str, float]:
         """The parameters as kernels read them, and the noise of one frame."""

@@ -13,6 +13,8 @@ Not in the paper, and chosen here:
 - the own frame is the world frame: no layer can tell.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from pydantic import Field
 
@@ -25,7 +27,6 @@ from baselines.estimators.message_exchange import (
     slot_of,
 )
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
-from baselines.weighting.sgikf import SGIKF
 from swarm_forage_env.arrays import NEST, PREY, Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard, Readings
@@ -45,13 +46,10 @@ class ExactBelief(Belief):
 
     true_pose: Float64[Array, "3"] = field(np.float64, 3, unit="m, m, rad")
     """True x, y [m] and heading [rad] in the world frame. Writer: `observe_truth`."""
-
     is_placed: bool = field(np.bool_)
     """The believed pose has been put at the true one, at the start."""
-
     beam: Float32[Array, "3"] = field(np.float32, 3, unit="m, rad, rad")
     """True range of the partner [m], its bearing and the bearing back [rad]."""
-
     moved: Float32[Array, "2"] = field(np.float32, 2, unit="m, rad")
     """The true motion of the last tick: distance, negative if backwards [m], and turn [rad]."""
 
@@ -133,10 +131,9 @@ def observe_truth(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 
 
 class PerfectOdometry(SocialOdometryParameters):
-    """Social odometry whose robots know their poses: the odometry is exact.
+    """Social odometry whose robots know their poses: the odometry is exact."""
 
-    Its numbers are those of social odometry.
-    """
+    mind = ExactMind
 
     exact_beam: bool = Field(
         True,
@@ -149,7 +146,4 @@ class PerfectOdometry(SocialOdometryParameters):
         kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in}
         if self.exact_beam:
             kernels["listen"] = listen
-        own = SGIKF().layer(scenario)
-        return EstimatorLayer(
-            ExactMind, self.numbers(scenario), kernels, observe_truth, own_weighting=own
-        )
+        return replace(super().layer(scenario), kernels=kernels, observe=observe_truth)

@@ -20,7 +20,7 @@ Not in the paper, and chosen here:
 import csv
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, partial
 from importlib.resources import files
 from itertools import product
@@ -31,8 +31,8 @@ from matplotlib.figure import Figure
 
 from baselines.evaluation.line_plots import Means, mean_panels
 from baselines.evaluation.statistics import Estimate, mean_interval
-from baselines.papers.claim_types import Claim, ClaimResult, Order, claim_result
-from baselines.papers.experiments import Experiment, Results, UsesFields, sample
+from baselines.papers.claim_types import Claim, Order, Verdict
+from baselines.papers.experiments import Experiment, Results, sample
 from baselines.papers.figures import PaperFigure, caption_of
 from baselines.papers.paper import PAPERS, Paper
 from swarm_forage_env.waypoints.episode import WaypointEpisode
@@ -139,17 +139,17 @@ def deviation(ours: Sequence[float], mean: float, sd: float) -> float:
 
 
 @dataclass(frozen=True)
-class MeanMatches:
+class MeanMatches(Claim):
     """Claim: a published mean lies within three standard errors of ours."""
 
     cell: Cell
     measure: Measure
+    text: str = field(init=False)
 
-    @property
-    def text(self) -> str:
-        """The claim in words."""
+    def __post_init__(self) -> None:
         estimator, rule, size = self.cell
-        return f"authors: {self.measure.words}, {ESTIMATORS[estimator]}, {rule}, {size} robots"
+        words = f"{self.measure.words}, {ESTIMATORS[estimator]}, {rule}, {size} robots"
+        object.__setattr__(self, "text", f"authors: {words}")
 
     @property
     def experiments(self) -> tuple[Experiment, ...]:
@@ -161,48 +161,45 @@ class MeanMatches:
         mean, sd = published()[self.cell][self.measure.column]
         return deviation(values(results, self.experiments[0], self.measure), mean, sd)
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         mean, _ = published()[self.cell][self.measure.column]
         ours = mean_interval(values(results, self.experiments[0], self.measure))
-        return claim_result(self.text, mean, ours, abs(self.deviation(results)) <= ERRORS)
+        return mean, ours, abs(self.deviation(results)) <= ERRORS, None
 
 
 @dataclass(frozen=True)
-class AllMeansMatch(UsesFields):
+class AllMeansMatch(Claim):
     """Claim: the root mean square of all deviations is as small as chance makes it."""
 
     parts: tuple[MeanMatches, ...]
 
     text = "authors: root mean square of all deviations [standard errors]"
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         all_ = np.array([part.deviation(results) for part in self.parts])
         rms = float(np.sqrt(np.mean(all_**2)))
         found = None if math.isnan(rms) else Estimate(rms, None, len(all_))
-        return claim_result(self.text, f"<= {RMS:g}", found, rms <= RMS)
+        return f"<= {RMS:g}", found, rms <= RMS, None
 
 
 @dataclass(frozen=True)
-class NoDivergence:
+class NoDivergence(Claim):
     """Claim: no robot with a corrected filter ever diverges."""
 
-    experiments: tuple[Experiment, ...]
+    sources: tuple[Experiment, ...]
 
     text = "corrected: trials that diverge"
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         lost = [
             not math.isfinite(COVARIANCE(each))
             or each.largest_error_m is None
             or not each.largest_error_m < SIDE
-            for experiment in self.experiments
+            for experiment in self.sources
             for each in cast("Sequence[WaypointEpisode]", results[experiment])
         ]
         ours = Estimate(float(sum(lost)), None, len(lost))
-        return claim_result(self.text, 0.0, ours, not any(lost))
+        return 0.0, ours, not any(lost), None
 
 
 def orders(setting: str) -> list[Order]:

@@ -28,6 +28,7 @@ from baselines.papers.experiments import (
 )
 from baselines.papers.figures import Boxes, Curves, PaperFigure, time_of_each_robot
 from baselines.papers.paper import PAPERS, Paper
+from baselines.papers.social_odometry import LEFT_OPEN as TR_LEFT_OPEN
 
 SCENARIO = "ants2008"
 PUBLISHED_BETA = 1e-3
@@ -50,7 +51,7 @@ CONTROLLERS = {
 
 
 def experiment_of_size(controller: str, size: int) -> Experiment:
-    """The experiment of a controller with a group of so many robots."""
+    """The experiment of a controller with a group of `size` robots."""
     return Experiment(SCENARIO, controller, (f"task.n_robots={size}",))
 
 
@@ -139,13 +140,7 @@ def figures() -> list[PaperFigure]:
     ]  # fmt: skip
 
 
-LEFT_OPEN = {
-    "The setups": "swarm_forage_env.foraging.named",
-    "Exchanging, trusting and losing estimates": "baselines.estimators.social_odometry",
-    "Moving": "baselines.motion.subsumption",
-    "The Fermi filter": "baselines.weighting.sgiff:SGIFF",
-    "The experiments": "baselines.papers.ants2008",
-}
+LEFT_OPEN = {**TR_LEFT_OPEN, "The experiments": "baselines.papers.ants2008"}
 """Whose docstring says what the paper leaves open, by heading."""
 
 REPLICATIONS = 30

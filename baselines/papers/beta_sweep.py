@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from baselines.evaluation.statistics import CONFIDENCE, Estimate, compare
-from baselines.papers.claim_types import ClaimResult, above, claim_result
+from baselines.papers.claim_types import Claim, Verdict, above
 from baselines.papers.experiments import (
     CrossValidatedBest,
     Experiment,
     Results,
     Source,
-    UsesFields,
     round_trips,
     sample,
 )
@@ -59,44 +58,41 @@ class BetaSweep:
 
 
 @dataclass(frozen=True)
-class BestBeta(UsesFields):
+class BestBeta(Claim):
     """Claim: the best beta is the published one."""
 
     text: str
     sweep: BetaSweep
     published: float
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         ours = self.sweep.optimum(results)
         same = bool(np.isclose(ours.value, self.published))
-        return claim_result(self.text, self.published, ours, same)
+        return self.published, ours, same, None
 
 
 @dataclass(frozen=True)
-class OptimumInsideRange(UsesFields):
+class OptimumInsideRange(Claim):
     """Claim: the best beta is neither the smallest nor the largest one."""
 
     text: str
     sweep: BetaSweep
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         ours = self.sweep.optimum(results)
         inside = BETAS[0] < ours.value < BETAS[-1]
-        return claim_result(self.text, f"{BETAS[1]:g} to {BETAS[-2]:g}", ours, inside)
+        return f"{BETAS[1]:g} to {BETAS[-2]:g}", ours, inside, None
 
 
 @dataclass(frozen=True)
-class OtherBetasBelow(UsesFields):
+class OtherBetasBelow(Claim):
     """Claim: every beta but the best stays below a reference; shown is the largest ratio."""
 
     text: str
     sweep: BetaSweep
     reference: Source
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         best = self.sweep.at(self.sweep.optimum(results).value)
         base = sample(results, self.reference, round_trips)
         others = [
@@ -108,4 +104,4 @@ class OtherBetasBelow(UsesFields):
         ratios = [ratio for trips in others if (ratio := compare(trips, base).ratio)]
         largest = max(ratios, key=lambda ratio: ratio.value, default=None)
         p = max((each.p for each in found if each.p is not None), default=None)
-        return claim_result(self.text, "< 1", largest, all(map(above, found)), p)
+        return "< 1", largest, all(map(above, found)), p

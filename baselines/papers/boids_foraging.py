@@ -29,7 +29,7 @@ REPLICATIONS = 30
 """As in the TR."""
 
 LEFT_OPEN = {
-    "The filters among e-pucks": "baselines.estimators.foraging_variants",
+    "The filters among e-pucks": "baselines.estimators.localisation:Localisation",
     "Steering": "baselines.motion.boids_foraging",
     "The experiment": "baselines.papers.boids_foraging",
 }
@@ -100,7 +100,5 @@ def table(results: Results) -> str:
 @PAPERS.register("boids-foraging")
 def boids_foraging() -> Paper:
     """The experiment of motion by localisation in every arena, as a paper."""
-    return Paper(
-        "boids-foraging", "boids_foraging", tuple(claims()), tuple(figures()),
-        REPLICATIONS, LEFT_OPEN, table,
-    )  # fmt: skip
+    made = tuple(claims()), tuple(figures())
+    return Paper("boids-foraging", "boids_foraging", *made, REPLICATIONS, LEFT_OPEN, table)

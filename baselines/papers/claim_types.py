@@ -7,12 +7,10 @@ touching that band; a share within 10 points; an order with a Mann-Whitney p bel
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol
 
 from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
 from baselines.papers.experiments import (
     Experiment,
-    HasExperiments,
     Metric,
     Pool,
     Results,
@@ -55,20 +53,9 @@ class ClaimResult:
     p: float | None = None
     """Of a comparison: its Mann-Whitney p, the largest one of several."""
 
-    def as_row(self) -> dict[str, Any]:
+    def as_row(self) -> dict[str, object]:
         """The result as a dictionary for JSON."""
         return {name: value for name, value in asdict(self).items() if name != "p"}
-
-
-class Claim(HasExperiments, Protocol):
-    """Protocol of a claim: a statement of a paper that can be measured here."""
-
-    @property
-    def text(self) -> str:
-        """The claim in words."""
-
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
 
 
 def claim_result(
@@ -83,6 +70,23 @@ def claim_result(
         return ClaimResult(text, published, None, None, None, reproduced=False)
     low, high = ours.interval or (None, None)
     return ClaimResult(text, published, ours.value, low, high, reproduced, p)
+
+
+Verdict = tuple[float | str, Estimate | None, bool, float | None]
+"""What was published, what is ours, whether it is reproduced, and the p of a comparison."""
+
+
+class Claim(UsesFields):
+    """Base of the claims: a statement of a paper, with its `text`, that can be measured here."""
+
+    text: str
+
+    def judge(self, results: Results) -> ClaimResult:
+        """Judge the claim on these results."""
+        return claim_result(self.text, *self._verdict(results))
+
+    def _verdict(self, results: Results) -> Verdict:
+        raise NotImplementedError
 
 
 def estimate(values: list[float]) -> Estimate:
@@ -106,7 +110,7 @@ def above(found: Comparison) -> bool:
 
 
 @dataclass(frozen=True)
-class Number(UsesFields):
+class Number(Claim):
     """Claim: the mean of a metric is near a published number."""
 
     text: str
@@ -115,30 +119,28 @@ class Number(UsesFields):
     tolerance: float = 0.20
     metric: Metric = round_trips
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         ours = estimate(sample(results, self.source, self.metric))
         margin = self.tolerance * self.published
         near = within(ours, self.published - margin, self.published + margin)
-        return claim_result(self.text, self.published, ours, near)
+        return self.published, ours, near, None
 
 
 @dataclass(frozen=True)
-class Below(UsesFields):
+class Below(Claim):
     """Claim: the mean of the round trips is less than a published bound."""
 
     text: str
     source: Source
     bound: float
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         ours = estimate(sample(results, self.source, round_trips))
-        return claim_result(self.text, f"< {self.bound:g}", ours, ours.value < self.bound)
+        return f"< {self.bound:g}", ours, ours.value < self.bound, None
 
 
 @dataclass(frozen=True)
-class Share(UsesFields):
+class Share(Claim):
     """Claim: a share lies in a published range, 10 points allowed on either side.
 
     Of several sources, the one farthest from the range speaks for all.
@@ -149,17 +151,16 @@ class Share(UsesFields):
     published: tuple[float, float]
     metric: Metric = on_path
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         low, high = self.published
         shares = [estimate(sample(results, each, self.metric)) for each in self.sources]
         worst = max(shares, key=lambda ours: abs(ours.value - (low + high) / 2.0))
         said = low if low == high else f"{low:g} to {high:g}"
-        return claim_result(self.text, said, worst, within(worst, low - POINTS, high + POINTS))
+        return said, worst, within(worst, low - POINTS, high + POINTS), None
 
 
 @dataclass(frozen=True)
-class Ratio(UsesFields):
+class Ratio(Claim):
     """Claim: the ratio of two means is near a published number."""
 
     text: str
@@ -169,19 +170,18 @@ class Ratio(UsesFields):
     tolerance: float = 0.20
     metric: Metric = round_trips
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         ours = compare(
             sample(results, self.numerator, self.metric),
             sample(results, self.denominator, self.metric),
         ).ratio
         margin = self.tolerance * self.published
         near = ours is not None and within(ours, self.published - margin, self.published + margin)
-        return claim_result(self.text, self.published, ours, near)
+        return self.published, ours, near, None
 
 
 @dataclass(frozen=True)
-class Order(UsesFields):
+class Order(Claim):
     """Claim: one sample lies above another one, in every pair; shown is the least ratio."""
 
     text: str
@@ -189,20 +189,19 @@ class Order(UsesFields):
     """Higher, lower."""
     metric: Metric = round_trips
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results; one of no values at all is not reproduced."""
+    def _verdict(self, results: Results) -> Verdict:
         sides = [_both(results, more, less, self.metric) for more, less in self.pairs]
         if not all(len(higher) for higher, _ in sides):
-            return claim_result(self.text, "> 1", None, reproduced=False)
+            return "> 1", None, False, None
         comparisons = [compare(*each) for each in sides]
         ratios = [each.ratio for each in comparisons if each.ratio is not None]
         least = min(ratios, key=lambda ratio: ratio.value, default=None)
         largest = max((each.p for each in comparisons if each.p is not None), default=None)
-        return claim_result(self.text, "> 1", least, all(map(above, comparisons)), largest)
+        return "> 1", least, all(map(above, comparisons)), largest
 
 
 @dataclass(frozen=True)
-class NoDifference(UsesFields):
+class NoDifference(Claim):
     """Claim: two samples do not differ (Mann-Whitney p >= 0.05); shown is their ratio."""
 
     text: str
@@ -210,28 +209,26 @@ class NoDifference(UsesFields):
     other: Source
     metric: Metric = round_trips
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         comparison = compare(
             sample(results, self.one, self.metric), sample(results, self.other, self.metric)
         )
         same = comparison.p is None or comparison.p >= INDISTINCT
-        return claim_result(self.text, 1.0, comparison.ratio, same, comparison.p)
+        return 1.0, comparison.ratio, same, comparison.p
 
 
 @dataclass(frozen=True)
-class Contrast:
+class Contrast(Claim):
     """Claim: a number of each seed, such as a slope, is larger in one place than another."""
 
     text: str
-    experiments: tuple[Experiment, ...]
+    sources: tuple[Experiment, ...]
     contrast: Callable[[Results], tuple[list[float], list[float]]]
     """Larger, smaller: each a number for each seed."""
 
-    def judge(self, results: Results) -> ClaimResult:
-        """Judge the claim on these results."""
+    def _verdict(self, results: Results) -> Verdict:
         comparison = compare(*self.contrast(results))
-        return claim_result(self.text, "> 1", comparison.ratio, above(comparison), comparison.p)
+        return "> 1", comparison.ratio, above(comparison), comparison.p
 
 
 RangeClaim = Number | Below | Share | Ratio | Order

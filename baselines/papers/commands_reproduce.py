@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 from typer import Argument, Option
 
-from baselines.evaluation.commands_plot import PageStyleName
+from baselines.evaluation.commands import PageStyleName
 from baselines.evaluation.common_options import (
     AddressOption,
     BackendOption,
@@ -85,7 +85,7 @@ def reproduce(  # noqa: PLR0913 the options of a command
     whether or not the claims hold, and 1 if kept episodes are gone at the end.
     """
     from baselines.evaluation.console import say
-    from baselines.evaluation.progress import check_kept
+    from baselines.evaluation.runner import check_kept
     from baselines.papers import report
     from baselines.papers.reproduction import ReproduceOptions, Reproduction
 

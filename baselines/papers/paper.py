@@ -7,6 +7,7 @@ from functools import cached_property
 from baselines.evaluation.experiment_config import ExperimentConfig, parse_settings
 from baselines.evaluation.runner import Plan
 from baselines.papers.claim_types import Claim, ClaimResult
+from baselines.papers.commands_reproduce import PAPER_NAMES
 from baselines.papers.experiments import Experiment, Results
 from baselines.papers.figures import PaperFigure
 from swarm_forage_env.registry import Registry
@@ -52,8 +53,10 @@ class Paper:
         return [claim.judge(results) for claim in self.claims]
 
 
-PAPERS: Registry[Callable[[], Paper]] = Registry("paper")
-"""The papers by name."""
+PAPERS: Registry[Callable[[], Paper]] = Registry(
+    "paper", [f"baselines.papers.{each.replace('-', '_')}" for each in PAPER_NAMES]
+)
+"""The papers by name; importing a paper's module enters it."""
 
 
 def _robot_steps(experiment: Experiment) -> int:

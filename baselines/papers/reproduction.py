@@ -1,38 +1,86 @@
 """Reproduction of a paper: run missing episodes, judge the claims, write figures and page."""
 
 import shlex
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-import baselines.papers.adaptive_boids
-import baselines.papers.ants2008
-import baselines.papers.boids_foraging
-import baselines.papers.robustness
-import baselines.papers.social_odometry
 from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.evaluate_options import check_physics, seeds_from
-from baselines.evaluation.progress import run_with_progress
-from baselines.evaluation.runner import Plan
+from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.evaluation.runner import Plan, run_with_progress, warm_up, worlds_in_a_block
 from baselines.papers import report
 from baselines.papers.claim_types import ClaimResult
 from baselines.papers.experiments import Results
 from baselines.papers.figures import write_figures
 from baselines.papers.paper import PAPERS
-from baselines.papers.time_estimate import expected_seconds, format_duration
 from swarm_forage_env.atomic_write import write_atomically
+from swarm_forage_env.loop import Loop
 
-REGISTERED = (
-    baselines.papers.social_odometry,
-    baselines.papers.ants2008,
-    baselines.papers.adaptive_boids,
-    baselines.papers.boids_foraging,
-    baselines.papers.robustness,
-)
-"""Importing a paper's module enters it in the registry."""
+PROBE = 0.3
+"""Computing time of a probe, and as much again to let the robots meet [s]."""
+
+BEAT = 20
+"""Ticks between two looks at the clock."""
+
+
+def expected_seconds(plan: Plan, workers: int) -> float:
+    """Expected time of the episodes still to run [s], from the speed of each scenario.
+
+    The speed is that of the first controller with something to run, in a block of the size
+    that the plan uses, in this process.
+    """
+    speeds: dict[str, float] = {}
+    total = 0.0
+    for key, configuration in {each.key: each for each in plan.configurations}.items():
+        todo = len(plan.todo.get(key, ()))
+        if todo == 0:
+            continue
+        scenario = configuration.scenario
+        known = f"{scenario.name} {scenario.task.n_robots}"
+        if known not in speeds:
+            speeds[known] = seconds_per_tick(configuration)
+        total += todo * scenario.n_ticks * speeds[known]
+    return total / workers
+
+
+def seconds_per_tick(configuration: ExperimentConfig) -> float:
+    """Computing time of one tick of one world, in a block of a usual size [s]."""
+    warm_up(configuration)
+    n_worlds = worlds_in_a_block(configuration)
+    scenario, controller = configuration.scenario, configuration.controller
+    loop = Loop(scenario, controller, range(n_worlds), configuration.physics)
+    run_for(loop, PROBE)
+    ticks, seconds = run_for(loop, PROBE)
+    return seconds / ticks / n_worlds
+
+
+def run_for(loop: Loop, seconds: float) -> tuple[int, float]:
+    """Run a loop for about this computing time; return the ticks and the time they took [s]."""
+    ticks, begin = 0, time.perf_counter()
+    while (spent := time.perf_counter() - begin) < seconds:
+        loop.run(BEAT)
+        ticks += BEAT
+    return ticks, spent
+
+
+def format_duration(seconds: float) -> str:
+    """Format a duration for a reader.
+
+    >>> format_duration(5400.0)
+    '1.5 h'
+    >>> format_duration(90.0)
+    '2 min'
+    >>> format_duration(4.0)
+    '4 s'
+    """
+    if seconds >= 3600.0:
+        return f"{seconds / 3600.0:.1f} h"
+    return f"{seconds / 60.0:.0f} min" if seconds >= 60.0 else f"{seconds:.0f} s"
 
 
 @dataclass(frozen=True)

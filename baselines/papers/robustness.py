@@ -83,7 +83,6 @@ LEFT_OPEN = {
     "The defence: a second witness": "baselines.estimators.sceptical_odometry",
     "The defence: a validation gate": "baselines.weighting.validation_gate",
     "The learned defence": "baselines.estimators.reputation_odometry",
-    "The learned defence: reputations": "baselines.estimators.reputation",
     "The experiment": "baselines.papers.robustness",
 }
 """Whose docstring says what is chosen, by heading."""
@@ -251,7 +250,5 @@ def _percent(found: Comparison) -> str:
 @PAPERS.register("robustness")
 def robustness() -> Paper:
     """The experiment of every rule among robots with every fault, as a paper."""
-    return Paper(
-        "robustness", "robustness", tuple(claims()), tuple(figures()),
-        REPLICATIONS, LEFT_OPEN, table,
-    )  # fmt: skip
+    made = tuple(claims()), tuple(figures())
+    return Paper("robustness", "robustness", *made, REPLICATIONS, LEFT_OPEN, table)

@@ -119,7 +119,7 @@ def rounded(params: Mapping[str, float]) -> dict[str, float]:
 
 
 def search(study: optuna.Study, runner: Runner, trials: int, seed: int) -> None:
-    """Run trials until the study holds so many; one beyond the third best score is stopped."""
+    """Run trials until the study holds `trials`; one beyond the third best score is stopped."""
     while (ended := len(study.get_trials(states=ENDED))) < trials:
         draws = (seed * 1_000_003 + ended) % 2**32  # a search that goes on draws new sets
         study.sampler = optuna.samplers.TPESampler(seed=draws, multivariate=True)
@@ -148,7 +148,7 @@ def open_study(address: str, name: str) -> optuna.Study:
 
 
 def best_set(address: str, runner: Runner, trials: int, seed: int) -> dict[str, float]:
-    """The best of the trials in a database once it holds so many; the defaults without any."""
+    """The best of the trials in a database once it holds `trials`; the defaults without any."""
     keys = [each.key for arena in WORLDS for each in runner.configurations(defaults(), arena)]
     name = hashlib.sha256(repr(keys).encode() + Path(__file__).read_bytes()).hexdigest()[:16]
     optuna.logging.set_verbosity(optuna.logging.WARNING)

@@ -223,11 +223,5 @@ def social_odometry() -> Paper:
         *(claim for setup in SETUPS for claim in path_claims(setup)),
         *real_claims(),
     ]
-    return Paper(
-        "social-odometry",
-        "social_odometry",
-        tuple(claims),
-        tuple(figures()),
-        REPLICATIONS,
-        LEFT_OPEN,
-    )
+    made = tuple(claims), tuple(figures())
+    return Paper("social-odometry", "social_odometry", *made, REPLICATIONS, LEFT_OPEN)

@@ -5,10 +5,10 @@ import inspect
 import re
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from baselines.evaluation.listing import describe
 from swarm_forage_env import find_scenario, parallel_env
+from swarm_forage_env.spaces import Layout
 from swarm_forage_env.task import task_of
 
 
@@ -39,13 +39,13 @@ def policy(name: str, learn: str) -> str:
     )
 
 
-def _counted(layout: Sequence[Any]) -> str:
+def _counted(layout: Layout) -> str:
     return f"{len(layout)} number{'s' if len(layout) > 1 else ''}"
 
 
-def _rows(layout: Sequence[Any], meanings: Mapping[str, str]) -> Iterator[tuple[str, ...]]:
+def _rows(layout: Layout, meanings: Mapping[str, str]) -> Iterator[tuple[str, ...]]:
     """A row for the features of a field that have the same unit, bounds and noise."""
-    groups: dict[tuple[Any, ...], list[tuple[int, str]]] = {}
+    groups: dict[tuple[object, ...], list[tuple[int, str]]] = {}
     for number, each in enumerate(layout):
         first, _, rest = each.name.partition(".")
         field = first if rest.isdigit() else ".".join(each.name.split(".")[:2])
@@ -71,7 +71,7 @@ def _ends(ends: Sequence[str]) -> str:
     return ", ".join(ends) if len(ends) <= 6 else f"{ends[0]} to {ends[-1]}"
 
 
-def _field_docstrings(kind: type[Any]) -> dict[str, str]:
+def _field_docstrings(kind: type) -> dict[str, str]:
     """The docstring below each field of a record, as one line."""
     (tree,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
     assert isinstance(tree, ast.ClassDef)

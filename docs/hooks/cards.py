@@ -12,7 +12,8 @@ from swarm_forage_env.envs.registration import NAMES
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
-from training.ladder.rungs import RANDOM, Rung, Score, read_rungs
+from training.ladder.page import best_shown, shown
+from training.ladder.rungs import RANDOM, Rung, read_rungs
 
 TIMES = "\N{MULTIPLICATION SIGN}"
 
@@ -39,6 +40,8 @@ REWARDS = {
     "foraging": "1 to a robot in the tick in which it completes a round trip, nest to prey to nest;"
     ' `reward="team"` gives the mean to all. `shaping=w` adds the potential.'
     " [Reward](../environment.md#reward)",
+    "aggregation": "In each tick the share of the swarm that stands on the spot of the robot, for"
+    " each second; 0 beside the spots.",
     "waypoints": "1 to a robot for a goal that it rightly claims to have reached, 0 for a wrong"
     " claim. [Waypoints](../environment.md#waypoints)",
 }
@@ -54,7 +57,7 @@ def pages() -> dict[str, str]:
     return found
 
 
-def navigation() -> list[Any]:
+def navigation() -> list[object]:
     """Entries of the navigation for all cards."""
     ladder = [{_rung_title(r): f"environments/ladder-{r.name}.md"} for r in read_rungs().values()]
     worlds = [{name: f"environments/{name}.md"} for name in _scenarios()]
@@ -77,7 +80,7 @@ def _index() -> str:
     ]
     rungs = [
         [str(r.card.rung), f"[{r.card.title}](ladder-{r.name}.md)", str(r.keywords["learn"]),
-         _score(r.card.scores.get(RANDOM)), _best(r), _score(r.card.scores.get(r.card.oracle))]
+         shown(r.card.scores.get(RANDOM)), best_shown(r), shown(r.card.scores.get(r.card.oracle))]
         for r in read_rungs().values()
     ]  # fmt: skip
     return "\n".join((
@@ -199,7 +202,7 @@ def _results(rung: Rung) -> str:
     return f"[the ladder](../ladder.md{f'#{rung.name}' if is_there else ''})"
 
 
-def _literal(value: Any) -> str:
+def _literal(value: object) -> str:
     """A value as code, text in double quotes."""
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
@@ -213,7 +216,7 @@ def _scores(rung: Rung) -> str:
         return f"{head}Not measured yet: `swarm-forage benchmark cards --rung {rung.name}`.\n"
     order = sorted(card.scores, key=lambda name: card.scores[name].mean)
     rows = [
-        [_kind(name, rung), f"`{name}`", _score(card.scores[name]),
+        [_kind(name, rung), f"`{name}`", shown(card.scores[name]),
          f"{rung.normalised(card.scores[name].mean):.2f}", str(card.scores[name].episodes)]
         for name in order
     ]  # fmt: skip
@@ -226,24 +229,6 @@ def _kind(name: str, rung: Rung) -> str:
     if name in rung.card.controllers:
         return "hand-written"
     return "oracle" if name == rung.card.oracle else "learned, bundled"
-
-
-def _score(score: Score | None) -> str:
-    if score is None:
-        return "-"
-    digits = 0 if score.mean >= 100 else 1 if score.mean >= 5 else 2
-    shown = f"{score.mean:.{digits}f}"
-    if score.low is None or score.high is None:
-        return shown
-    return f"{shown} ({score.low:.{digits}f} to {score.high:.{digits}f})"
-
-
-def _best(rung: Rung) -> str:
-    scored = [name for name in rung.card.controllers if name in rung.card.scores]
-    if not scored:
-        return "-"
-    best = max(scored, key=lambda name: rung.card.scores[name].mean)
-    return f"`{best}` {_score(rung.card.scores[best])}"
 
 
 def _infos(name: str) -> Sequence[str]:

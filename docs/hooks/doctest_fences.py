@@ -1,7 +1,6 @@
 """An extension of mkdocstrings: examples of docstrings become blocks of code, and lists lists."""
 
 import re
-from typing import Any
 
 import griffe
 
@@ -12,7 +11,7 @@ class DoctestFences(griffe.Extension):
     A list that follows a sentence at once is set apart, as Markdown asks.
     """
 
-    def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
+    def on_object(self, *, obj: griffe.Object, **_: object) -> None:
         """Fence the examples of one docstring."""
         if obj.docstring is not None:
             obj.docstring.value = "\n\n".join(map(_fenced, obj.docstring.value.split("\n\n")))

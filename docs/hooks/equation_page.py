@@ -1,6 +1,5 @@
 """The page of equations on the site: each typeset, beside its function and its source."""
 
-import ast
 import html
 import re
 import textwrap
@@ -22,7 +21,6 @@ list without equations, as plain Markdown, is `docs/equations.md`, written by `m
 
 def page(root: Path) -> str:
     """The page, from the docstrings of the packages."""
-    blocks, lines = _equation_blocks(root)
     found = sorted(make_equations.entries(root), key=make_equations.Entry.order)
     parts = [HEAD]
     for paper, title in {**make_equations.PAPERS, make_equations.OTHER: ""}.items():
@@ -31,11 +29,11 @@ def page(root: Path) -> str:
             continue
         parts.append(f"## {paper}\n\n{title + '.' if title else ''}\n")
         for entry in own:
-            link = f"[`{entry.name}`](../{entry.file}){{ .line-{lines[entry.name]} }}"
+            link = f"[`{entry.name}`](../{entry.file}){{ .line-{entry.line} }}"
             says = html.escape(entry.says, quote=False)
             parts.append(
                 f'<div class="equation" markdown>\n\n**{entry.place or "-"}** {link} {says}.\n\n'
-                + "".join(map(_typeset, blocks[entry.name]))
+                + "".join(map(_typeset, _indented(entry.docstring)))
                 + "\n</div>\n"
             )
     return "\n".join(parts)
@@ -50,32 +48,11 @@ def with_lines(page: str) -> str:
     return re.sub(r'<a class="line-(\d+)" href="([^"]+)"', r'<a href="\2#__codelineno-0-\1"', page)
 
 
-def _equation_blocks(root: Path) -> tuple[dict[str, list[str]], dict[str, int]]:
-    """The equations of every documented thing by dotted name, and the line that it starts on."""
-    blocks, lines = {}, {}
-    for package in make_equations.PACKAGES:
-        for path in sorted((root / package).rglob("*.py")):
-            module = ".".join(path.relative_to(root).with_suffix("").parts)
-            module = module.removesuffix(".__init__")
-            tree = ast.parse(path.read_text(encoding="utf-8"))
-            for name, docstring in make_equations.documented(tree, module):
-                blocks[name] = list(_indented(docstring))
-            lines |= dict(_lines(module, tree))
-    return blocks, lines
-
-
 def _indented(docstring: str) -> Iterator[str]:
     """The blocks of a docstring that are set off, and hold an equation."""
     for paragraph in docstring.split("\n\n"):
         if paragraph.startswith("    ") and "=" in paragraph:
             yield textwrap.dedent(paragraph)
-
-
-def _lines(name: str, node: ast.AST) -> Iterator[tuple[str, int]]:
-    yield name, getattr(node, "lineno", 1)
-    for child in getattr(node, "body", []):
-        if isinstance(child, ast.ClassDef | ast.FunctionDef):
-            yield from _lines(f"{name}.{child.name}", child)
 
 
 def _typeset(block: str) -> str:

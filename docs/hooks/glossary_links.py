@@ -3,13 +3,10 @@
 import re
 from collections.abc import Mapping
 
+from typography import changed
+
 TERM = re.compile(r"^### (?P<words>.+?) \{ ?#(?P<anchor>[\w-]+) ?\}$", re.MULTILINE)
-TAG = re.compile(r"(<[^>]+>)")
-NAME = re.compile(r"</?([a-zA-Z][\w-]*)")
-UNTOUCHED = {
-    "a", "code", "pre", "script", "style", "h1", "h2", "h3", "h4", "h5", "svg", "math", "th",
-    "figcaption", "button", "label",
-}  # fmt: skip
+UNTOUCHED = {"a", "code", "h1", "h2", "h3", "h4", "h5", "th", "figcaption"}
 """In these elements no word is linked."""
 
 
@@ -48,13 +45,6 @@ def linked(page: str, words: Mapping[str, str], glossary: str) -> str:
         seen.add(anchor)
         return f'<a class="term" href="{glossary}#{anchor}">{match[0]}</a>'
 
-    depth, pieces = 0, []
-    for piece in TAG.split(page):
-        if piece.startswith("<"):
-            name = NAME.match(piece)
-            if name and name[1].lower() in UNTOUCHED and not piece.endswith("/>"):
-                depth += -1 if piece.startswith("</") else 1
-            pieces.append(piece)
-        else:
-            pieces.append(piece if depth else pattern.sub(link, piece))
-    return "".join(pieces)
+    return changed(
+        page, lambda text, path: text if UNTOUCHED & set(path) else pattern.sub(link, text)
+    )

@@ -13,7 +13,6 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("swarm_forage_env", "baselines")
@@ -45,9 +44,15 @@ class Entry:
     place: str
     name: str
     file: str
-    says: str
+    line: int
+    docstring: str
 
-    def order(self) -> tuple[Any, ...]:
+    @property
+    def says(self) -> str:
+        """The first sentence of the docstring."""
+        return first_sentence(self.docstring)
+
+    def order(self) -> tuple[int, bool, list[tuple[int, str]], str]:
         """By paper, equations before sections, numbers as numbers."""
         papers = [*PAPERS, OTHER]
         is_prose = not self.place.startswith("Eq")
@@ -91,13 +96,13 @@ def first_sentence(docstring: str) -> str:
     return match[1] if match else paragraph
 
 
-def documented(tree: ast.Module, module: str) -> Iterator[tuple[str, str]]:
-    """Dotted name and docstring of a module and of everything documented inside it."""
+def documented(tree: ast.Module, module: str) -> Iterator[tuple[str, int, str]]:
+    """Dotted name, line and docstring of a module and of everything documented inside it."""
     pending: list[tuple[str, Documented]] = [(module, tree)]
     while pending:
         name, node = pending.pop(0)
         if docstring := ast.get_docstring(node):
-            yield name, docstring
+            yield name, getattr(node, "lineno", 1), docstring
         pending += [
             (f"{name}.{child.name}", child) for child in node.body if isinstance(child, Documented)
         ]
@@ -108,10 +113,10 @@ def entries(root: Path) -> Iterator[Entry]:
     for path in sorted(p for package in PACKAGES for p in (root / package).rglob("*.py")):
         relative = path.relative_to(root)
         module = ".".join(relative.with_suffix("").parts).removesuffix(".__init__")
-        for name, docstring in documented(ast.parse(path.read_text(encoding="utf-8")), module):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for name, line, docstring in documented(tree, module):
             for paper, place in citations(docstring):
-                says = first_sentence(docstring)
-                yield Entry(paper, place, name, relative.as_posix(), says)
+                yield Entry(paper, place, name, relative.as_posix(), line, docstring)
 
 
 def page(root: Path = ROOT) -> str:

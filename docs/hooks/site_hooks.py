@@ -6,7 +6,6 @@ Generated pages are made from the code at every build and kept nowhere, so that 
 import os
 import sys
 from pathlib import Path
-from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -16,7 +15,9 @@ import glossary_links
 import source_pages
 import tutorial_pages
 import typography
+from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
 ROOT = source_pages.ROOT
 GLOSSARY = "glossary.md"
@@ -29,7 +30,7 @@ ORDER = (
 """The tutorials in the order of the navigation."""
 
 
-def on_config(config: Any) -> Any:
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
     """Enter the generated pages into the navigation."""
     for section in config.nav:
         (title, entries), *_ = section.items()
@@ -40,7 +41,7 @@ def on_config(config: Any) -> Any:
     return config
 
 
-def on_files(files: Files, config: Any) -> Files:
+def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the generated pages, then one for each source file that any page links to."""
     pages = {
         "contributing.md": ("CONTRIBUTING.md", _read("CONTRIBUTING.md")),
@@ -67,13 +68,13 @@ def on_files(files: Files, config: Any) -> Files:
     return files
 
 
-def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
+def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
     """Lead links to files outside docs/ to the pages that show them."""
     origin = f"docs/{page.file.src_uri}"
     return source_pages.rewritten(markdown, origin, origin)
 
 
-def on_page_content(html: str, page: Any, config: Any, **_: Any) -> str:
+def on_page_content(html: str, page: Page, config: MkDocsConfig, **_: object) -> str:
     """Link first uses of the words of the glossary, and equations to the lines of their code."""
     if page.file.src_uri.startswith("source/"):
         return html
@@ -95,7 +96,7 @@ def _read(name: str) -> str:
     return (ROOT / name).read_text(encoding="utf-8")
 
 
-def _add(files: Files, config: Any, uri: str, content: str) -> None:
+def _add(files: Files, config: MkDocsConfig, uri: str, content: str) -> None:
     """Add a generated file, in the place of one of the same name."""
     if (old := files.get_file_from_path(uri)) is not None:
         files.remove(old)

@@ -51,7 +51,7 @@ def set_lines(page: str) -> str:
     def set_line(text: str, path: list[str]) -> str:
         return _code(text, "td" not in path) if "code" in path else _prose(text)
 
-    return _changed(page, set_line)
+    return changed(page, set_line)
 
 
 def break_headings(page: str) -> str:
@@ -81,10 +81,10 @@ def link_decisions(page: str, folder: Path, uri: str) -> str:
     def with_links(text: str, path: list[str]) -> str:
         return text if plain & set(path) else DECISION.sub(link, text)
 
-    return _changed(page, with_links)
+    return changed(page, with_links)
 
 
-def _changed(page: str, change: Callable[[str, list[str]], str]) -> str:
+def changed(page: str, change: Callable[[str, list[str]], str]) -> str:
     """A page with its text changed, outside of what is untouched; given are the elements around."""
     path: list[str] = []
     pieces = []

@@ -292,7 +292,7 @@ class ArrayEnv:
         config, worlds, learners = self.config, self._on, self.learner_numbers
         scenarios = self.episodes.extremes
         form = PolicyForm(scenarios, config)
-        self._decisions = Decisions(worlds, form, learners, self.task.potential)
+        self._decisions = Decisions(worlds, form, learners)
         self._stepper: Stepper
         if config.step_on == "exchange":
             self._stepper = Exchanges(worlds, self.episodes, learners)

@@ -32,9 +32,8 @@ class Decisions:
         worlds: Worlds,
         form: PolicyForm,
         learners: Int64[Array, " learners"],
-        potential: Kernel,
     ) -> None:
-        """Learners of these numbers in every world; the `potential` is that of a robot."""
+        """Learners of these numbers in every world."""
         self._worlds, self._form, config, memory = worlds, form, form.config, worlds.memory
         self._config: EnvConfig = config
         shape: tuple[int, int] = worlds.arrays["robots"].shape
@@ -50,7 +49,10 @@ class Decisions:
         self._check = worlds.kernel(*_check_of(form.action))
         self._limits = _limits_of(form.action, memory.to_device)
         self._credit = worlds.kernel(credit, {})
-        self._potential = worlds.kernel(write_potentials, {"potential": potential})
+        phi = form.task.potential
+        self._note = None
+        if config.shaping > 0.0 and phi is not None:
+            self._note = worlds.kernel(write_potentials, {"potential": phi.of})
         self._potentials = memory.to_device(
             np.zeros((2, *shape) if config.shaping > 0.0 else (2, 0, 0))
         )
@@ -112,9 +114,9 @@ class Decisions:
 
     def _note_potential(self, when: int) -> None:
         """Write the potential of every robot before (0) or after (1) the ticks, if it counts."""
-        if self._config.shaping > 0.0:
+        if self._note is not None:
             at = self._worlds.arrays
-            self._potential(at["robots"], at["worlds"], self._potentials[when])
+            self._note(at["robots"], at["worlds"], self._potentials[when])
 
 
 def _check_of(form: ActionForm) -> tuple[Kernel, dict[str, Kernel]]:

@@ -1,6 +1,5 @@
 """From keywords to parts: every API in this folder has its keywords read and checked here."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NoReturn
@@ -69,7 +68,9 @@ def _check_learns(config: EnvConfig, task: Task) -> None:
 
 def _check_shaping(weight: float, scenario: Any, task: Task) -> None:  # noqa: ANN401 of that task
     """ConfigError for a weight of the potential under which a round trip would cost something."""
-    most, why = task.most_shaping(scenario) if task.most_shaping else (math.inf, "")
+    most, why = 0.0, f"the task {task.name} has no potential"
+    if task.potential is not None:
+        most, why = task.potential.max_shaping(scenario)
     if weight > most:
         raise ConfigError(f"shaping={weight:g}: {why}; must be at most {most:g}")
 

@@ -60,8 +60,8 @@ class OwnReward:
 
     def in_tick(self) -> Float64[Array, "worlds robots"]:
         """What every robot earned in the tick since `remember`."""
-        assert self._task.write_events is not None
-        self._task.write_events(self._world, self._before, self._events)
+        assert self._task.events is not None
+        self._task.events.write(self._world, self._before, self._events)
         rewards = self._reward(self._before, self._world.robots, self._events)
         return _checked(rewards, self._world.robots.shape)
 

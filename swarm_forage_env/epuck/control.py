@@ -1,4 +1,4 @@
-"""The control of e-pucks without an estimator: a motion goes by what the sensors say.
+"""The control of e-pucks without an estimator: a motion uses the sensors alone.
 
 A motion has the signature that it has in foraging, and an empty situation: one that asks for
 readings and messages alone runs in both.
@@ -43,7 +43,7 @@ def act(robot: EpuckState, mind: NoMind, memory: Record, settings: Numbers) -> b
     action, wheels = robot.action, robot.command.wheels
     if action.motion == KEEP or action.motion == CORRECT:
         steer(mind.situation, robot.readings, robot.heard, wheels, memory, settings.motion)
-    take_wheels(action, False, wheels)
+    apply_wheels(action, False, wheels)
     robot.command.is_speaking = True
     return math.isfinite(wheels[0] + wheels[1])
 
@@ -69,8 +69,8 @@ def steer_world(
 
 
 @kernel
-def take_wheels(action: Action, is_talking: bool, wheels: Float32[Array, "2"]) -> None:
-    """Put an action in the place of the wheels, or add it to those of the motion.
+def apply_wheels(action: Action, is_talking: bool, wheels: Float32[Array, "2"]) -> None:
+    """Replace the wheels by an action, or add it to those of the motion.
 
         wheels = clip(own + RESIDUAL_GAIN residual, -1, 1)
 

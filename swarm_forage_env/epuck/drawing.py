@@ -7,6 +7,7 @@ import numpy as np
 from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.epuck.world import EpuckWorld
+from swarm_forage_env.record import Rows
 from swarm_forage_env.scene import Outline, Scene, Stage
 
 DRIVING = ("driving", "", "", "", "")
@@ -75,7 +76,7 @@ def scene(world: EpuckWorld, which: int, score: Int32[Array, " robots"], share: 
     )
 
 
-def messages_of(heard: Any) -> Int32[Array, "messages ends"]:  # noqa: ANN401 a recarray
+def messages_of(heard: Rows) -> Int32[Array, "messages ends"]:
     """Sender and receiver of every message heard, by receiver."""
     n_slots = heard.sender.shape[1]
     receiver, slot = np.nonzero(np.arange(n_slots) < heard.n[:, None])

@@ -18,7 +18,7 @@ N_KINDS = len(KINDS)
 
 
 class Lie(Record):
-    """What a liar tells of each area in the place of what it believes."""
+    """What a liar tells of each area instead of what it believes."""
 
     turn: float = field(np.float32, unit="rad")
     """The place told is turned by this about the liar."""

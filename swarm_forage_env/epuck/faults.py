@@ -25,8 +25,10 @@ from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from swarm_forage_env.epuck.fault_record import KINDS
 from swarm_forage_env.parameters import NotNegative, Part, Share
+
+FALSIFYING = ("liar", "stale")
+"""Kinds that change what a robot tells."""
 
 
 class FaultKind(Part):
@@ -163,7 +165,7 @@ class Faults(Part):
 
     def kinds(self) -> Iterator[tuple[str, FaultKind]]:
         """Every kind of fault by name, in the order of KINDS."""
-        return ((name, getattr(self, name)) for name in KINDS)
+        return iter(self)
 
     @property
     def is_any(self) -> bool:
@@ -173,7 +175,7 @@ class Faults(Part):
     @property
     def falsifying(self) -> tuple[str, ...]:
         """The kinds among them that change what a robot tells, by dotted name."""
-        return tuple(f"faults.{name}" for name in ("liar", "stale") if getattr(self, name).is_any)
+        return tuple(f"faults.{k}" for k, kind in self.kinds() if k in FALSIFYING and kind.is_any)
 
     def check_robots(self, n_robots: int) -> None:
         """ValueError if robots are named that a swarm of this size has not."""

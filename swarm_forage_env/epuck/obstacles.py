@@ -8,9 +8,9 @@ from typing import Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import plain
 from swarm_forage_env.equations import obstacles
+from swarm_forage_env.equations.obstacles import Capsules
 from swarm_forage_env.parameters import NotNegative, Part
 
 Point = tuple[float, float]
@@ -68,9 +68,7 @@ def sides(points: Sequence[Point], is_closed: bool) -> list[tuple[Point, Point]]
     return [*pairs, (points[-1], points[0])] if is_closed else pairs
 
 
-def capsules_of(
-    every: Iterable[Obstacle], corners: Sequence[Point]
-) -> Float64[Array, "obstacles 5"]:
+def capsules_of(every: Iterable[Obstacle], corners: Sequence[Point]) -> Capsules:
     """The capsules of all obstacles, then those of the outer wall with these corners."""
     found = [capsule for obstacle in every for capsule in obstacle.capsules]
     found += [(*a, *b, 0.0) for a, b in (sides(corners, True) if corners else [])]
@@ -133,7 +131,7 @@ def check_clear(
         raise ValueError(f"{where} overlaps the wall along arena.corners; move it inside")
 
 
-def _distance(place: Point, capsules: Float64[Array, "obstacles 5"]) -> float:
+def _distance(place: Point, capsules: Capsules) -> float:
     """From a place to the nearest capsule [m]; infinite if there is none."""
     return min(
         (math.hypot(*from_axis(*place, capsule)) - capsule[4] for capsule in capsules),

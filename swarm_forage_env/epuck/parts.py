@@ -11,7 +11,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from swarm_forage_env.epuck.obstacles import Point, check_corners
-from swarm_forage_env.parameters import Count, NotNegative, Part, Positive, Share
+from swarm_forage_env.parameters import BaseTask, Count, NotNegative, Part, Positive, Share
 
 
 class Arena(Part):
@@ -140,7 +140,7 @@ class Radio(Part):
         return self
 
 
-class Mission(Part):
+class Mission(BaseTask):
     """How many e-pucks there are, for how long, and where they start; a task adds its own."""
 
     n_robots: Count = Field(10, description="Robots. TR Table 2 (published)")

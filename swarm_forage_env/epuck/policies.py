@@ -46,6 +46,7 @@ MOTION = PolicyInterface(
     ("motion",),
     slots,
     decision_period=10,
+    can_correct=True,
     is_steering=True,
 )
 """The motion of a robot without an estimator: it sees what the sensors say, and who is near."""

@@ -3,7 +3,7 @@
 A task adds what it counts by a subclass of `EpuckState` and one of `EpuckWorldState`.
 
 What layers see is float32 in SI units, flags among it as 0 or 1, and lies in memory as an
-environment shows it in its observation: a policy in the place of a layer sees what the
+environment shows it in its observation: a policy that replaces a layer sees what the
 hand-written layer sees. Its typical sizes are the same in all scenarios, so that a policy can go
 from one to another.
 """
@@ -59,7 +59,7 @@ class EpuckWorldState(Record):
     ground_spacing: float = field(np.float64, unit="m")
 
     max_range: float = field(np.float64, unit="m")
-    near: float = field(np.float64, unit="m")
+    full_reception_range: float = field(np.float64, unit="m")
     loss_near: float = field(np.float64)
     loss_far: float = field(np.float64)
     range_noise: float = field(np.float64, unit="m")

@@ -15,7 +15,7 @@ that nobody can tell to which side they belong."""
 MAX_CELLS, MAX_NEIGHBOURS = 10**7, 10**8
 """Sizes of the lists of neighbours of a world, which take 4 bytes for each."""
 
-MOST_IN_A_TICK = 0.5
+MAX_STEP_BY_OBSTACLES = 0.5
 """A robot drives less than this share of its radius in a tick where there are obstacles, so that
 no contact moves its centre across a wall."""
 
@@ -74,8 +74,8 @@ def check_obstacles(
 ) -> None:
     """ValueError if obstacles reach into the start circle [m], or a robot could pass through."""
     way = robot.max_speed * tick
-    if way > MOST_IN_A_TICK * robot.radius:
-        fastest = MOST_IN_A_TICK * robot.radius / tick
+    if way > MAX_STEP_BY_OBSTACLES * robot.radius:
+        fastest = MAX_STEP_BY_OBSTACLES * robot.radius / tick
         raise ValueError(
             f"robot.max_speed={robot.max_speed}: a robot could pass through a wall within a tick of"
             f" {tick} s; beside obstacles at most {fastest:g} [m/s]"

@@ -1,6 +1,6 @@
 """A scenario of e-pucks: every number that a world of them has, whatever their task is."""
 
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -10,11 +10,13 @@ from swarm_forage_env.epuck.faults import Faults
 from swarm_forage_env.epuck.obstacles import Obstacle
 from swarm_forage_env.epuck.parts import Arena, Mission, Radio, Robot, Sensors
 from swarm_forage_env.epuck.room import check_memory, check_obstacles, check_speed, check_start
-from swarm_forage_env.parameters import MIN_TICK, Part, Positive, check_duration
+from swarm_forage_env.parameters import MIN_TICK, BaseScenario, Positive
 
 
-class EpuckScenario(Part):
+class EpuckScenario(BaseScenario):
     """Everything that fixes a world of e-pucks but its seed; a task replaces `task` by its own."""
+
+    fixed: ClassVar[tuple[str, ...]] = ("task.n_robots", "radio.slots")
 
     name: str = Field("custom", min_length=1, description="Name in tables and data")
     arena: Arena = Arena()
@@ -37,13 +39,7 @@ class EpuckScenario(Part):
         if self.obstacles or arena.corners:
             check_obstacles(task.start_radius, robot, self.tick, self.obstacles, arena.corners)
         self.faults.check_robots(task.n_robots)
-        check_duration(task.duration, self.tick)
         return self
-
-    @property
-    def n_ticks(self) -> int:
-        """Ticks in an episode."""
-        return round(self.task.duration / self.tick)
 
     @property
     def falsifying(self) -> tuple[str, ...]:

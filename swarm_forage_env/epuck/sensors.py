@@ -2,9 +2,10 @@
 
 import math
 
-from swarm_forage_env.arrays import Array, Int32
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.epuck.fault_record import BLIND, DEAF, WORN
+from swarm_forage_env.epuck.contacts import is_near_walls
+from swarm_forage_env.epuck.fault_record import BLIND, WORN
 from swarm_forage_env.epuck.records import (
     ENCODER,
     GROUND,
@@ -16,10 +17,17 @@ from swarm_forage_env.epuck.records import (
     EpuckWorldState,
     Heard,
 )
-from swarm_forage_env.epuck.surroundings import COUNT, FIRST
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST, Neighbours
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.elementary import atan2, hypot
 from swarm_forage_env.equations.geometry import range_and_bearing, to_body, to_outer, wrap
+from swarm_forage_env.equations.obstacles import (
+    Capsule,
+    Capsules,
+    from_axis,
+    is_between,
+    ray_to_capsule,
+)
 from swarm_forage_env.equations.odometry import encoder
 from swarm_forage_env.equations.proximity import (
     RAY_COS,
@@ -82,14 +90,6 @@ def shorten_rays_at_walls(robot: EpuckState, world: EpuckWorldState) -> None:
 
 
 @kernel
-def is_near_walls(robot: EpuckState, world: EpuckWorldState) -> bool:
-    """A wall may be within the range of a proximity sensor."""
-    margin = world.radius + SENSING_RANGE
-    x, y = abs(robot.pose[0]), abs(robot.pose[1])
-    return bool(x > 0.5 * world.arena[0] - margin or y > 0.5 * world.arena[1] - margin)
-
-
-@kernel
 def shorten_rays(robot: EpuckState, dx: float, dy: float, radius: float) -> None:
     """Shorten the rays of a robot that another body, (dx, dy) from it [m], stands in the way of."""
     ahead, left = to_body(dx, dy, robot.heading[0], robot.heading[1])
@@ -98,16 +98,35 @@ def shorten_rays(robot: EpuckState, dx: float, dy: float, radius: float) -> None
 
 
 @kernel
-def cast_rays(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> bool:
+def cast_rays_at_obstacles(robot: EpuckState, world: EpuckWorldState, obstacles: Capsules) -> None:
+    """Set the infrared rays of a robot to their lengths up to the obstacles; else infinite."""
+    robot.rays[:] = math.inf
+    for k in range(obstacles.shape[0]):
+        dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
+        if hypot(dx, dy) < world.radius + SENSING_RANGE + obstacles[k, 4]:
+            shorten_rays_at_obstacle(robot, world, obstacles[k])
+
+
+@kernel
+def shorten_rays_at_obstacle(robot: EpuckState, world: EpuckWorldState, capsule: Capsule) -> None:
+    """Shorten the rays of a robot that a capsule stands in the way of."""
+    x, y, c, s = robot.pose[0], robot.pose[1], robot.heading[0], robot.heading[1]
+    for ray in range(8):
+        u = c * RAY_COS[ray] - s * RAY_SIN[ray]
+        v = s * RAY_COS[ray] + c * RAY_SIN[ray]
+        d = max(ray_to_capsule(x, y, u, v, capsule) - world.radius, 0.0)
+        robot.rays[ray] = min(robot.rays[ray], d)
+
+
+@kernel
+def cast_rays(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> bool:
     """Find the length of each infrared ray of robot i; false if nothing is in reach at all.
 
     Where there are obstacles, the rays end at those already.
     """
     robot, reach = swarm[i], 2.0 * world.radius + SENSING_RANGE
     is_any_near = world.n_obstacles > 0
-    if is_near_walls(robot, world):
+    if is_near_walls(robot, world, SENSING_RANGE):
         if not is_any_near:
             robot.rays[:] = math.inf
             is_any_near = True
@@ -124,9 +143,7 @@ def cast_rays(
 
 
 @kernel
-def read_proximity(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> None:
+def read_proximity(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> None:
     """Response of eight infrared sensors times 1 +- noise; one in contact saturates at 1.
 
     A blind robot reads 0.
@@ -141,6 +158,34 @@ def read_proximity(
             noise = world.proximity_noise * symmetric(robot.streams, PROXIMITY)
             reading = min(reading * (1.0 + noise), 1.0)
         robot.readings.proximity[ray] = reading
+
+
+@kernel
+def is_shadowed(robot: EpuckState, sender: EpuckState, obstacles: Capsules) -> bool:
+    """An obstacle stands between the centres of two robots."""
+    here, there = robot.pose, sender.pose
+    for k in range(obstacles.shape[0]):
+        if is_between(here[0], here[1], there[0], there[1], obstacles[k]):
+            return True
+    return False
+
+
+@kernel
+def sort_shadowed_last(swarm: Array, i: int, near: Neighbours, obstacles: Capsules) -> int:
+    """Put the neighbours of robot i that an obstacle hides last in its row; the number of others.
+
+    The neighbours that stay in front keep no order.
+    """
+    n_open = near[i, COUNT]
+    k = 0
+    while k < n_open:
+        at, last = FIRST + k, FIRST + n_open - 1
+        if is_shadowed(swarm[i], swarm[near[i, at]], obstacles):
+            near[i, at], near[i, last] = near[i, last], near[i, at]
+            n_open -= 1
+        else:
+            k += 1
+    return int(n_open)
 
 
 @kernel
@@ -160,20 +205,7 @@ def keep_slots(heard: Heard, n: int) -> None:
 
 
 @kernel
-def listen(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> None:
-    """Receive the messages that reach robot i; none reach a deaf one."""
-    if swarm[i].fault.active[DEAF]:
-        keep_slots(swarm[i].heard, 0)
-    else:
-        receive_messages(swarm, i, near, world)
-
-
-@kernel
-def receive_messages(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> None:
+def receive_messages(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> None:
     """Which messages reach robot i, and from where they seem to come.
 
     Of more messages than slots, each is equally likely to be heard (reservoir sampling).
@@ -188,7 +220,7 @@ def receive_messages(
         d = hypot(dx, dy)
         if d > world.max_range:
             continue
-        lost = loss(d, world.near, world.max_range, world.loss_near, world.loss_far)
+        lost = loss(d, world.full_reception_range, world.max_range, world.loss_near, world.loss_far)
         if unit(robot.streams, LOSS) < lost:
             continue
         slot = arrived

@@ -1,17 +1,8 @@
-"""What needs the whole world: who is near whom, and where bodies may not overlap."""
+"""Who is near whom in a world."""
 
 from swarm_forage_env.arrays import Array, Int32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import EpuckWorldState
-from swarm_forage_env.equations.contacts import (
-    GENTLE_PASSES,
-    HALF,
-    MOST_PASSES,
-    OVER_RELAXED,
-    OVERLAP,
-    keep_inside,
-    separate_pair,
-)
 from swarm_forage_env.equations.neighbours import EMPTY, cell_of, cells_of
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.templates import row_template
@@ -20,13 +11,16 @@ lane: Kernel
 lanes: Kernel
 """Free names of the row templates."""
 
+Neighbours = Int32[Array, "robots columns"]
+"""Who is near whom in a world: a row for each robot."""
+
 COUNT, NEXT, FIRST = 0, 1, 2
 """Columns of a robot's row of `near`: how many neighbours it has, the next robot in its cell,
 and where the neighbours' numbers start."""
 
 
 FEW = 16
-"""Among so many robots a list of cells takes longer to keep than all pairs to compare."""
+"""Up to this number of robots a list of cells takes longer to keep than all pairs to compare."""
 
 
 @kernel
@@ -37,7 +31,7 @@ def is_within_reach(swarm: Array, i: int, j: int, world: EpuckWorldState) -> boo
 
 
 @kernel
-def note_neighbour(near: Int32[Array, "robots columns"], i: int, j: int) -> None:
+def note_neighbour(near: Neighbours, i: int, j: int) -> None:
     """Enter robot j in the row of robot i, in order, if there is room; it is counted anyway."""
     n = near[i, COUNT]
     near[i, COUNT] += 1
@@ -51,7 +45,7 @@ def note_neighbour(near: Int32[Array, "robots columns"], i: int, j: int) -> None
 
 
 @kernel
-def largest_count(near: Int32[Array, "robots columns"]) -> int:
+def largest_count(near: Neighbours) -> int:
     """The most neighbours that a robot has; all counts are cut to the room in a row."""
     most = 0
     for i in range(near.shape[0]):
@@ -61,9 +55,7 @@ def largest_count(near: Int32[Array, "robots columns"]) -> int:
 
 
 @kernel
-def compare_all_pairs(
-    swarm: Array, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> int:
+def compare_all_pairs(swarm: Array, near: Neighbours, world: EpuckWorldState) -> int:
     """`find_neighbours` without cells."""
     for i in range(swarm.shape[0]):
         near[i, COUNT] = 0
@@ -76,10 +68,7 @@ def compare_all_pairs(
 
 @kernel
 def find_neighbours(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    cells: Int32[Array, " cells"],
-    world: EpuckWorldState,
+    swarm: Array, near: Neighbours, cells: Int32[Array, " cells"], world: EpuckWorldState
 ) -> int:
     """List for each robot those within `reach`; the largest number of them that any robot has.
 
@@ -110,9 +99,7 @@ def find_neighbours(
 
 
 @kernel
-def find_neighbours_of(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> int:
+def find_neighbours_of(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> int:
     """Write the row of robot i as `find_neighbours` does; how many neighbours it has.
 
     All other robots are looked at, which needs no list of cells to be shared.
@@ -130,7 +117,7 @@ def find_neighbours_of(
 @row_template
 def list_by_cells(
     swarm: Array,
-    near: Int32[Array, "robots columns"],
+    near: Neighbours,
     cells: Int32[Array, " cells"],
     world: EpuckWorldState,
     n_robots: int,
@@ -146,7 +133,7 @@ def list_by_cells(
 @row_template
 def list_by_robots(
     swarm: Array,
-    near: Int32[Array, "robots columns"],
+    near: Neighbours,
     cells: Int32[Array, " cells"],
     world: EpuckWorldState,
     n_robots: int,
@@ -159,48 +146,3 @@ def list_by_robots(
     for i in range(lane(), n_robots, lanes()):
         most = max(most, find_neighbours_of(swarm, i, near, world))
     return most
-
-
-@kernel
-def keep_all_inside(swarm: Array, world: EpuckWorldState) -> None:
-    """Put every robot back inside the walls, in place."""
-    for i in range(swarm.shape[0]):
-        keep_inside(swarm[i].pose, world.arena, world.radius)
-
-
-@kernel
-def separate_all(
-    swarm: Array, near: Int32[Array, "robots columns"], world: EpuckWorldState, share: float
-) -> float:
-    """Move the robots of every overlapping pair apart, each by a share; the largest overlap [m]."""
-    worst = 0.0
-    for i in range(swarm.shape[0]):
-        for k in range(FIRST, FIRST + near[i, COUNT]):
-            j = near[i, k]
-            if j > i:
-                break
-            short = separate_pair(swarm[i].pose, swarm[j].pose, 2.0 * world.radius, share)
-            worst = max(worst, short)
-    return worst
-
-
-@kernel
-def resolve_contacts(
-    swarm: Array, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> bool:
-    """Move overlapping robots apart and back inside the walls, in place.
-
-    Each pass moves both robots of an overlapping pair by half the overlap, in a clump by more,
-    then every robot inside the walls, until no overlap exceeds OVERLAP. False if MOST_PASSES
-    were not enough.
-    """
-    for n_passes in range(MOST_PASSES):
-        keep_all_inside(swarm, world)
-        share = HALF if n_passes < GENTLE_PASSES else OVER_RELAXED
-        worst = separate_all(swarm, near, world, share)
-        if worst <= OVERLAP:
-            if worst > 0.0:
-                keep_all_inside(swarm, world)
-            return True
-    keep_all_inside(swarm, world)
-    return False

@@ -5,15 +5,14 @@ policy of `learn="motion"` too, goes by what the sensors say. Every face, comman
 GPU, then run the task.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box
 
-from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import bind, kernel
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.epuck.control import steer_world
@@ -24,10 +23,11 @@ from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.epuck.surroundings import list_by_robots
 from swarm_forage_env.epuck.world import EpuckWorld
-from swarm_forage_env.interface import GpuTask, Kernel
+from swarm_forage_env.global_state import GlobalState
+from swarm_forage_env.interface import GpuTask, Kernel, RunningController
 from swarm_forage_env.record import Record
 from swarm_forage_env.scene import Scene
-from swarm_forage_env.spaces import Feature, Layout
+from swarm_forage_env.spaces import Feature
 from swarm_forage_env.task import TASKS, Task
 from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 
@@ -46,12 +46,6 @@ def log_messages(
     row[0] = robot.messages
 
 
-@kernel
-def no_potential(robot: EpuckState, world: EpuckWorldState) -> float:
-    """No state is nearer to a reward than another."""
-    return 0.0
-
-
 @dataclass(frozen=True, kw_only=True)
 class EpuckTask:
     """What only the author of a task of e-pucks can say."""
@@ -64,7 +58,7 @@ class EpuckTask:
     """Its records, and the functions of its tick: see `epuck.tick`."""
 
     controller: str
-    """Controller where none is asked for."""
+    """Default controller."""
 
     episode: EpisodeKind
     """What an episode is judged by."""
@@ -92,19 +86,13 @@ class EpuckTask:
             physics="rigid",
             controller=self.controller,
             agent="epuck",
-            commanded="wheels",
             steered_by=("robots.readings", "robots.heard"),
             policies={"motion": MOTION},
             steerings=STEERINGS,
-            fixed=("task.n_robots", "radio.slots"),
-            residuals=("motion",),
             gpu=gpu_task(self.world.robot_kind, {True: self.log, False: self.log}),
-            potential=no_potential,
-            most_shaping=lambda scenario: (0.0, f"the task {self.name} has no potential"),
             global_state=partial(SwarmState, self.infos, self.log),
             episode=self.episode,
-            stage=partial(stage, headings=self.headings),
-            scene=self._scene,
+            drawing=(partial(stage, headings=self.headings), self._scene),
             trajectory=TRAJECTORY,
         )
 
@@ -128,53 +116,38 @@ def gpu_task(robot: type[EpuckState], write_log: Mapping[bool, Kernel]) -> GpuTa
     )
 
 
-class SwarmState:
+class SwarmState(GlobalState):
     """What is true in a block of worlds, flat: where each robot is, and the time."""
-
-    counts: frozenset[str] = frozenset()
 
     def __init__(
         self,
         infos: tuple[str, ...],
         write_log: Kernel,
         world: EpuckWorld,
-        controller: Any,  # noqa: ANN401 of any kind
-        agents: list[str],
+        controller: RunningController,
+        agents: Sequence[str],
         scenario: EpuckScenario,
     ) -> None:
-        """The truth about these worlds, whose robots have these names."""
-        self.infos, self._world, self._controller = infos, world, controller
-        self._write_log = bind(log_all, {"log": write_log})
-        far = 0.5 * scenario.arena.length, 0.5 * scenario.arena.width
-        self.layout = Layout(
-            [
-                *(each for agent in agents for each in _place_of(agent, far)),
-                Feature("share_gone", "of the episode", 0.0, 1.0),
-            ]
-        )
-        self.space: Box = self.layout.box()
+        """The truth about these worlds, of whose robots these infos are logged."""
+        super().__init__(world, controller, agents, scenario)
+        self.infos, self._write_log = infos, bind(log_all, {"log": write_log})
 
-    def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
-        """One row for each world, as the layout says."""
-        robots = self._world.robots
-        seen = np.concatenate([robots["pose"][:, :, :2], robots["heading"]], axis=2)
-        gone = np.minimum(share_gone, 1.0)[:, None]
-        return np.concatenate([seen.reshape(len(seen), -1), gone], axis=1, dtype=np.float32)
+    def robot_features(self) -> list[Feature]:
+        """Where a robot is, and its heading."""
+        arena = self._scenario.arena
+        half = {"x": 0.5 * arena.length, "y": 0.5 * arena.width}
+        place = [Feature(axis, "m", -far, far) for axis, far in half.items()]
+        return [*place, *(Feature(name, "heading", -1.0, 1.0) for name in ("cos", "sin"))]
+
+    def of_robots(self) -> list[Array]:
+        """The same numbers of all robots."""
+        return [self._world.robots["pose"][:, :, :2], self._world.robots["heading"]]
 
     def log(self) -> Float64[Array, "rows infos"]:
         """The numbers that are logged, a row for each robot, in the order of `infos`."""
         out = np.zeros((*self._world.robots.shape, len(self.infos)))
         self._write_log(self._world.robots, self._controller.minds, self._world.worlds, out)
         return out.reshape(-1, len(self.infos))
-
-
-def _place_of(agent: str, far: tuple[float, float]) -> list[Feature]:
-    """Where a robot is, and its heading."""
-    x, y = (
-        Feature(f"{agent}.{axis}", "m", -most, most) for axis, most in zip("xy", far, strict=True)
-    )
-    cos, sin = (Feature(f"{agent}.{name}", "heading", -1.0, 1.0) for name in ("cos", "sin"))
-    return [x, y, cos, sin]
 
 
 def log_all(

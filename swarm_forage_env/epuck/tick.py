@@ -9,23 +9,26 @@ A task fills four free names:
   read all of `swarm` that no score writes, and writes to robot i alone.
 """
 
-from swarm_forage_env.arrays import Array, Float64, Int32, Int64
+from swarm_forage_env.arrays import Array, Float64, Int64
 from swarm_forage_env.compiler import inlined, kernel
+from swarm_forage_env.epuck.contacts import resolve_contacts
 from swarm_forage_env.epuck.fault_effects import update_faults
-from swarm_forage_env.epuck.fault_record import DEAD
-from swarm_forage_env.epuck.obstacle_contacts import resolve_contacts_among
-from swarm_forage_env.epuck.obstacle_sensing import cast_rays_at_obstacles, put_shadowed_last
+from swarm_forage_env.epuck.fault_record import DEAD, DEAF
 from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
 from swarm_forage_env.epuck.sensors import (
-    listen,
+    cast_rays_at_obstacles,
+    keep_slots,
     read_encoders,
     read_ground,
     read_proximity,
+    receive_messages,
+    sort_shadowed_last,
 )
-from swarm_forage_env.epuck.surroundings import COUNT, FIRST, resolve_contacts
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST, Neighbours
 from swarm_forage_env.equations.contacts import keep_inside
 from swarm_forage_env.equations.differential_drive import advance, wheels_to_arc
 from swarm_forage_env.equations.elementary import cos_sin
+from swarm_forage_env.equations.obstacles import Capsules
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import TOO_MANY_NEAR, Arrays, note
@@ -68,9 +71,7 @@ def face(robot: EpuckState) -> None:
 
 
 @kernel
-def is_overlapping(
-    swarm: Array, i: int, near: Int32[Array, "robots columns"], world: EpuckWorldState
-) -> bool:
+def is_overlapping(swarm: Array, i: int, near: Neighbours, world: EpuckWorldState) -> bool:
     """Robot i may overlap a neighbour with a lower number."""
     apart = 2.0 * world.radius * 1.000001
     for k in range(FIRST, FIRST + near[i, COUNT]):
@@ -85,11 +86,7 @@ def is_overlapping(
 
 @row_template
 def keep_apart(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
-    n_robots: int,
+    swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles: Capsules, n_robots: int
 ) -> None:
     """Keep robots inside the walls, apart from each other and out of obstacles.
 
@@ -107,10 +104,7 @@ def keep_apart(
             world.is_crowded = True
     barrier()
     if leads and world.is_crowded:
-        if world.n_obstacles == 0:
-            resolve_contacts(swarm, near, world)
-        else:
-            resolve_contacts_among(swarm, near, world, obstacles)
+        resolve_contacts(swarm, near, world, obstacles)
     if leads:
         world.is_crowded = False
     barrier()
@@ -187,11 +181,7 @@ def tick_world(
 
 @row_template
 def sense(
-    swarm: Array,
-    i: int,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
+    swarm: Array, i: int, near: Neighbours, world: EpuckWorldState, obstacles: Capsules
 ) -> None:
     """Read all sensors of robot i but the radio. Free name: brightness_at."""
     if obstacles.shape[0] > 0:
@@ -203,15 +193,17 @@ def sense(
 
 @inlined
 def hear(
-    swarm: Array,
-    i: int,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
+    swarm: Array, i: int, near: Neighbours, world: EpuckWorldState, obstacles: Capsules
 ) -> None:
-    """Deliver the messages to robot i: a shadowed radio, from those whom no obstacle hides."""
+    """Deliver the messages to robot i: a shadowed radio, from those whom no obstacle hides.
+
+    None reach a deaf robot.
+    """
+    if swarm[i].fault.active[DEAF]:
+        keep_slots(swarm[i].heard, 0)
+        return
     n_near = near[i, COUNT]
     if world.is_shadowed:
-        near[i, COUNT] = put_shadowed_last(swarm, i, near, obstacles)
-    listen(swarm, i, near, world)
+        near[i, COUNT] = sort_shadowed_last(swarm, i, near, obstacles)
+    receive_messages(swarm, i, near, world)
     near[i, COUNT] = n_near

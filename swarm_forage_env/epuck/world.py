@@ -22,9 +22,9 @@ from swarm_forage_env.equations.proximity import SENSING_RANGE
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.physics import ENGINES
-from swarm_forage_env.physics.base import CompiledPhysics, PythonPhysics, moves_in_python
+from swarm_forage_env.physics.base import Physics, PythonPhysics
 from swarm_forage_env.random_streams import NoiseSource, streams
-from swarm_forage_env.task import Block
+from swarm_forage_env.task import World
 from swarm_forage_env.ticks import nothing
 
 SLACK = 0.02
@@ -42,7 +42,7 @@ place_in_circle = entry_point(placing.place_in_circle)
 cells_of = entry_point(neighbours.cells_of)
 
 
-class EpuckWorld(Block):
+class EpuckWorld(World):
     """Worlds that run side by side, each from its own seed and under its own numbers.
 
     A world in a block goes through the same states as the same world alone, bit for bit.
@@ -53,10 +53,7 @@ class EpuckWorld(Block):
     task_functions: Mapping[str, Kernel]
 
     def __init_subclass__(
-        cls,
-        robot: type[EpuckState],
-        world: type[EpuckWorldState],
-        functions: Mapping[str, Kernel],
+        cls, robot: type[EpuckState], world: type[EpuckWorldState], functions: Mapping[str, Kernel]
     ) -> None:
         """The records of robots and worlds, with what a task adds, and the functions of its tick.
 
@@ -85,6 +82,7 @@ class EpuckWorld(Block):
         self._cells: Int32[Array, "worlds cells"] = np.zeros((self.n_worlds, 0), np.int32)
         self.take_over(range(self.n_worlds), scenarios)
         self._physics = ENGINES[physics](scenarios)
+        self._is_python = hasattr(type(self._physics), "move")
         self.reset(seeds)
 
     @staticmethod
@@ -100,7 +98,7 @@ class EpuckWorld(Block):
         scenario = self.scenarios[first]
         write_numbers(scenario, self.worlds[first:last])
         self.write_task(scenario, self.worlds[first:last])
-        self.near = _widened(self.near, FIRST + most_neighbours(scenario), 0)
+        self.near = _widened(self.near, FIRST + max_neighbours(scenario), 0)
         self._cells = _widened(self._cells, number_of_cells(scenario), EMPTY)
         standing = capsules_of(scenario.obstacles, scenario.arena.corners)
         self.obstacles = _widened(self.obstacles, len(standing), 0, axis=1)
@@ -139,10 +137,9 @@ class EpuckWorld(Block):
         return self._compiled is not None
 
     @property
-    def _compiled(self) -> CompiledPhysics | None:
+    def _compiled(self) -> Physics | None:
         """The engine, if it is compiled."""
-        is_python = moves_in_python(type(self._physics))
-        return None if is_python else cast(CompiledPhysics, self._physics)
+        return None if self._is_python else self._physics
 
     def move(self, first: int, last: int) -> None:
         """Let an engine in Python move the robots of the worlds first .. last - 1."""
@@ -181,7 +178,7 @@ def reach_of(scenario: EpuckScenario) -> float:
     return max(sensed, touching + 4.0 * way)
 
 
-def most_neighbours(scenario: EpuckScenario) -> int:
+def max_neighbours(scenario: EpuckScenario) -> int:
     """Neighbours for which there is room: twice as many as discs can be without overlapping."""
     discs = ((reach_of(scenario) + scenario.robot.radius) / scenario.robot.radius) ** 2
     return min(max(1, scenario.task.n_robots - 1), 2 * math.ceil(discs) + 8)
@@ -193,7 +190,7 @@ def number_of_cells(scenario: EpuckScenario) -> int:
     return cells_of(scenario.arena.length, reach) * cells_of(scenario.arena.width, reach)
 
 
-def write_numbers(scenario: EpuckScenario, out_worlds: Any) -> None:  # noqa: ANN401 a record or an array
+def write_numbers(scenario: EpuckScenario, out_worlds: Array | np.void) -> None:
     """Write the numbers of a scenario to the records of its worlds, as kernels read them."""
     robot, sensors, radio = scenario.robot, scenario.sensors, scenario.radio
     error = sensors.wheel_noise * robot.cruise_speed * scenario.tick
@@ -208,17 +205,17 @@ def write_numbers(scenario: EpuckScenario, out_worlds: Any) -> None:  # noqa: AN
         "ground_spacing": sensors.ground_spacing,
         "is_board": radio.is_board,
         "slots": scenario.slots,
+        "full_reception_range": radio.near,
         "reach": reach_of(scenario),
         "n_obstacles": len(capsules_of(scenario.obstacles, scenario.arena.corners)),
         "has_faults": scenario.faults.is_any,
-        **{name: getattr(robot, name) for name in ("radius", "axle", "max_speed", "cruise_speed")},
-        **{
-            name: getattr(radio, name)
-            for name in (
-                "max_range", "near", "loss_near", "loss_far", "range_noise", "bearing_noise",
-                "frames", "is_shadowed",
-            )
-        },
+        **robot.model_dump(include={"radius", "axle", "max_speed", "cruise_speed"}),
+        **radio.model_dump(
+            include={
+                "max_range", "loss_near", "loss_far", "range_noise", "bearing_noise", "frames",
+                "is_shadowed",
+            }
+        ),
     }  # fmt: skip
     for name, value in numbers.items():
         out_worlds[name] = value

@@ -3,10 +3,11 @@
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import hypot
+from swarm_forage_env.equations.geometry import Pose
 
-MOST_PASSES = 2000
+MAX_PASSES = 2000
 GENTLE_PASSES = 20
-"""After so many passes a clump is left, which over-relaxation settles 3 times sooner."""
+"""After this number of passes a clump is left, which over-relaxation settles 3 times sooner."""
 HALF, OVER_RELAXED = 0.5, 0.9
 """Share of an overlap by which each of the two discs moves."""
 
@@ -17,7 +18,7 @@ _ROUNDING = 1.0 + 1e-12
 
 
 @kernel
-def keep_inside(pose: Float64[Array, "3"], arena: Float64[Array, "2"], radius: float) -> None:
+def keep_inside(pose: Pose, arena: Float64[Array, "2"], radius: float) -> None:
     """Put a disc back inside the walls of an arena of these sides [m], in place."""
     far_x, far_y = 0.5 * arena[0] - radius, 0.5 * arena[1] - radius
     pose[0] = min(max(pose[0], -far_x), far_x)
@@ -25,9 +26,7 @@ def keep_inside(pose: Float64[Array, "3"], arena: Float64[Array, "2"], radius: f
 
 
 @kernel
-def separate_pair(
-    a: Float64[Array, "3"], b: Float64[Array, "3"], apart: float, share: float
-) -> float:
+def separate_pair(a: Pose, b: Pose, apart: float, share: float) -> float:
     """Move two centres that are less than `apart` [m], each by a share of what they are short [m].
 
     Two centres in the same place part along x. What they were short is returned.

@@ -2,8 +2,12 @@
 
 import math
 
+from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import atan2, hypot
+
+Pose = Float64[Array, "3"]
+"""x, y [m] and heading [rad]."""
 
 
 @kernel

@@ -10,13 +10,18 @@ import math
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import hypot
+from swarm_forage_env.equations.geometry import Pose
+
+Capsule = Float64[Array, "5"]
+
+Capsules = Float64[Array, "obstacles 5"]
 
 ON_AXIS = 1e-9
 """A point that is nearer to an axis than this lies on it [m]: the way out has no sure direction."""
 
 
 @kernel
-def from_axis(x: float, y: float, capsule: Float64[Array, "5"]) -> tuple[float, float]:
+def from_axis(x: float, y: float, capsule: Capsule) -> tuple[float, float]:
     """The displacement from the nearest point of a capsule's axis to a point (x, y) [m].
 
     Source: textbook (projection on a segment).
@@ -31,7 +36,7 @@ def from_axis(x: float, y: float, capsule: Float64[Array, "5"]) -> tuple[float, 
 
 
 @kernel
-def keep_out(pose: Float64[Array, "3"], capsule: Float64[Array, "5"], radius: float) -> float:
+def keep_out(pose: Pose, capsule: Capsule, radius: float) -> float:
     """Move a disc straight out of a capsule, in place; by how much they overlapped [m].
 
     A disc whose centre lies on the axis leaves it to the left, or along x if the axis is a point.
@@ -83,7 +88,7 @@ def ray_to_side(px: float, py: float, dx: float, dy: float, ux: float, uy: float
 
 
 @kernel
-def ray_to_capsule(x: float, y: float, u: float, v: float, capsule: Float64[Array, "5"]) -> float:
+def ray_to_capsule(x: float, y: float, u: float, v: float, capsule: Capsule) -> float:
     """How far from (x, y), outside of a capsule, a ray along (u, v) meets it [m]; else infinite."""
     ax, ay, radius = capsule[0] - x, capsule[1] - y, capsule[4]
     bx, by = capsule[2] - x, capsule[3] - y
@@ -100,9 +105,7 @@ def ray_to_capsule(x: float, y: float, u: float, v: float, capsule: Float64[Arra
 
 
 @kernel
-def is_between(
-    x: float, y: float, other_x: float, other_y: float, capsule: Float64[Array, "5"]
-) -> bool:
+def is_between(x: float, y: float, other_x: float, other_y: float, capsule: Capsule) -> bool:
     """A capsule lies in the straight line between two points outside of it, world frame [m]."""
     d = hypot(other_x - x, other_y - y)
     if d == 0.0:

@@ -1,12 +1,11 @@
 """What the wheel encoders tell: the path of the wheels, misread a little."""
 
-from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.equations.random_draws import symmetric
+from swarm_forage_env.equations.random_draws import Streams, symmetric
 
 
 @kernel
-def encoder(dU: float, error: float, streams: UInt64[Array, " columns"], column: int) -> float:
+def encoder(dU: float, error: float, streams: Streams, column: int) -> float:
     """The path of a wheel as its encoder tells it [m], for a true path dU [m].
 
         dU + e,  e uniform in +- error

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float64, UInt64
+from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import exp
-from swarm_forage_env.equations.random_draws import normal, symmetric
+from swarm_forage_env.equations.random_draws import Streams, normal, symmetric
 
 POWER_GAP = np.array([0.0, 0.02, 0.05, 0.10, 0.15, 0.30, 0.45, 0.60])
 POWER_MU = np.array([7.647, 7.597, 7.250, 7.085, 6.984, 6.917, 6.823, 6.829])
@@ -27,9 +27,7 @@ def loss(d: float, near: float, far: float, loss_near: float, loss_far: float) -
 
 
 @kernel
-def mean_error(
-    streams: UInt64[Array, " columns"], column: int, frames: int, amplitude: float
-) -> float:
+def mean_error(streams: Streams, column: int, frames: int, amplitude: float) -> float:
     """Mean of the errors of some frames, each uniform in +- amplitude."""
     total = 0.0
     for _ in range(frames):
@@ -51,7 +49,7 @@ def interpolate(x: float, xs: Float64[Array, " points"], ys: Float64[Array, " po
 
 
 @kernel
-def board_range(gap: float, streams: UInt64[Array, " columns"], column: int) -> float:
+def board_range(gap: float, streams: Streams, column: int) -> float:
     """The gap [m] that one frame of the real board measures for a true gap [m].
 
         power = exp(mu + sigma z),  100 gap = exp(9.06422 - 0.00565075 power)
@@ -67,9 +65,7 @@ def board_range(gap: float, streams: UInt64[Array, " columns"], column: int) -> 
 
 
 @kernel
-def mean_board_range(
-    gap: float, streams: UInt64[Array, " columns"], column: int, frames: int
-) -> float:
+def mean_board_range(gap: float, streams: Streams, column: int, frames: int) -> float:
     """Mean of the gaps [m] that some frames of the real board measure."""
     total = 0.0
     for _ in range(frames):

@@ -15,6 +15,9 @@ from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import cos, log
 
+Streams = UInt64[Array, " columns"]
+"""Words of the streams of a robot: a column for each cause; or of one cause, for each robot."""
+
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
 _MIX_2 = np.uint64(0x94D049BB133111EB)
@@ -35,7 +38,7 @@ def mix(z: np.uint64) -> np.uint64:
 
 
 @kernel
-def unit(streams: UInt64[Array, " columns"], column: int) -> float:
+def unit(streams: Streams, column: int) -> float:
     """One uniform draw in [0, 1) from the stream of a column: 53 bits.
 
     Source: Steele2014, nextDouble.
@@ -45,25 +48,25 @@ def unit(streams: UInt64[Array, " columns"], column: int) -> float:
 
 
 @kernel
-def symmetric(streams: UInt64[Array, " columns"], column: int) -> float:
+def symmetric(streams: Streams, column: int) -> float:
     """One uniform draw in [-1, 1) from the stream of a column."""
     return 2.0 * unit(streams, column) - 1.0
 
 
 @kernel
-def below(streams: UInt64[Array, " columns"], column: int, n: int) -> int:
+def below(streams: Streams, column: int, n: int) -> int:
     """One whole number, uniform in 0 .. n - 1, from the stream of a column."""
     return int(unit(streams, column) * n)
 
 
 @kernel
-def exponential(streams: UInt64[Array, " columns"], column: int, mean: float) -> float:
+def exponential(streams: Streams, column: int, mean: float) -> float:
     """One exponential draw with the given mean, by inversion."""
     return -mean * log(1.0 - unit(streams, column))
 
 
 @kernel
-def normal(streams: UInt64[Array, " columns"], column: int) -> float:
+def normal(streams: Streams, column: int) -> float:
     """One standard normal draw.
 
         z = sqrt(-2 ln u) cos(2 pi v)

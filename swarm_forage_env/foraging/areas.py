@@ -1,10 +1,11 @@
 """Areas of a scenario: nests and prey areas, what they are worth, and whether they move."""
 
 from collections.abc import Sequence
-from typing import Any, Literal, Self
+from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.epuck.obstacles import Point
 from swarm_forage_env.equations.ground import FLOOR
 from swarm_forage_env.parameters import NotNegative, Part, Positive
@@ -12,7 +13,7 @@ from swarm_forage_env.parameters import NotNegative, Part, Positive
 KINDS = ("nest", "prey")
 """In the order of the axis `areas`."""
 
-MOST_AREAS = 8
+MAX_AREAS = 8
 """Areas for which the record of a world has room."""
 
 NEVER = -1
@@ -25,8 +26,7 @@ class Area(Part):
     kind: Literal["nest", "prey"] = Field("prey", description="What it is. (chosen)")
     centre: Point = Field((0.0, 0.0), description="World frame [m]. (chosen)")
     worth: Positive = Field(
-        1.0,
-        description="A round trip pays worth of prey area times worth of nest. (chosen)",
+        1.0, description="A round trip pays worth of prey area times worth of nest. (chosen)"
     )
     moves_at: NotNegative | None = Field(
         None, description="When it moves, once in an episode; none: it stays [s]. (chosen)"
@@ -50,8 +50,8 @@ class Area(Part):
 
 def check_areas(areas: Sequence[Area]) -> None:
     """ValueError if there are too many areas, or none of a kind."""
-    if len(areas) > MOST_AREAS:
-        raise ValueError(f"task.areas: {len(areas)} areas; at most {MOST_AREAS} are possible")
+    if len(areas) > MAX_AREAS:
+        raise ValueError(f"task.areas: {len(areas)} areas; at most {MAX_AREAS} are possible")
     for kind in KINDS:
         if areas and kind not in {area.kind for area in areas}:
             raise ValueError(f"task.areas: no area of the kind '{kind}'; give one at least")
@@ -63,7 +63,7 @@ def in_order(areas: Sequence[Area]) -> tuple[Area, ...]:
     return (*first, *(area for area in areas if all(area is not each for each in first)))
 
 
-def write_areas(areas: Sequence[Area], tick: float, out_worlds: Any) -> None:  # noqa: ANN401 a record or an array
+def write_areas(areas: Sequence[Area], tick: float, out_worlds: Array) -> None:
     """Write areas in their order, as they are at the start, to the records of worlds.
 
     `tick` is the control period [s].

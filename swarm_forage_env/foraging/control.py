@@ -13,7 +13,7 @@ from typing import Any
 
 from swarm_forage_env.arrays import Array, Int64
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.epuck.control import take_wheels
+from swarm_forage_env.epuck.control import apply_wheels
 from swarm_forage_env.epuck.fault_effects import is_lying, is_stale
 from swarm_forage_env.epuck.fault_record import Lie
 from swarm_forage_env.epuck.records import Action
@@ -44,12 +44,12 @@ Mind = Any
 
 @kernel
 def repeat(mind: Record) -> None:
-    """Repeat nothing: stands for the function of an estimator that has none."""
+    """Repeat nothing: the default of an estimator without this function."""
 
 
 @kernel
 def falsify(mind: Record, lie: Lie) -> None:
-    """Falsify nothing: stands for the function of an estimator that has none."""
+    """Falsify nothing: the default of an estimator without this function."""
 
 
 @kernel
@@ -78,73 +78,75 @@ def compose_message(robot: RobotState, mind: Mind, numbers: Numbers) -> None:
 
 
 @row_template
-def take_in_all(swarm: Array, crowd: Array, i: int, shared: Array, numbers: Numbers) -> None:
-    """Take in what robot i sensed and heard, and describe what it is to decide on.
+def update_and_describe(
+    swarm: Array, minds: Array, i: int, shared: Array, numbers: Numbers
+) -> None:
+    """Update the belief of robot i by what it sensed and heard; describe it to the other layers.
 
     Free names: take_in, listen, describe.
     """
-    mind = crowd[i]
+    mind = minds[i]
     take_in(mind, shared, swarm[i].readings, numbers)
-    mind.exchange.is_valid = listen(crowd, i, swarm[i].heard, numbers)
+    mind.exchange.is_valid = listen(minds, i, swarm[i].heard, numbers)
     describe(mind, swarm[i].report)
 
 
 @row_template
-def mark_heard(swarm: Array, crowd: Array, i: int, settings: Array) -> None:
+def mark_heard(swarm: Array, minds: Array, i: int, settings: Array) -> None:
     """Mark the messages that robot i listens to, of those who have its estimator.
 
     Free name: is_listening.
     """
     last = settings.shape[0] - 1
-    if settings[min(i, last)].is_member and is_listening(crowd[i]):
+    if settings[min(i, last)].is_member and is_listening(minds[i]):
         for slot in range(swarm[i].heard.n):
             j = swarm[i].heard.sender[slot]
-            if settings[min(j, last)].is_member and not crowd[j].is_composed:
-                crowd[j].is_heard = True
+            if settings[min(j, last)].is_member and not minds[j].is_composed:
+                minds[j].is_heard = True
 
 
 @row_template
 def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Take in what was sensed and heard in a world.
+    """Update what the robots of a world believe by what was sensed and heard.
 
     Messages to which somebody listens are composed before anybody's estimate moves. Robots that
     have the same numbers share the one column of `settings`.
-    Free names: lane, lanes, barrier; those of mark_heard, compose_message and take_in_all.
+    Free names: lane, lanes, barrier; those of mark_heard, compose_message and update_and_describe.
     """
-    minds, _, shared, settings = layer_arrays
-    swarm, crowd, own, last = world_arrays[0][w], minds[w], settings[w], settings.shape[1] - 1
+    swarm, minds, shared = world_arrays[0][w], layer_arrays[0][w], layer_arrays[2][w]
+    own, last = layer_arrays[3][w], layer_arrays[3].shape[1] - 1
     for i in range(lane(), n_robots, lanes()):
-        mark_heard(swarm, crowd, i, own)
+        mark_heard(swarm, minds, i, own)
     barrier()
     for i in range(lane(), n_robots, lanes()):
-        if crowd[i].is_heard:
-            compose_message(swarm[i], crowd[i], own[min(i, last)].estimator)
-            crowd[i].is_heard, crowd[i].is_composed = False, True
+        if minds[i].is_heard:
+            compose_message(swarm[i], minds[i], own[min(i, last)].estimator)
+            minds[i].is_heard, minds[i].is_composed = False, True
     barrier()
     for i in range(lane(), n_robots, lanes()):
         numbers = own[min(i, last)]
         if numbers.is_member:
-            take_in_all(swarm, crowd, i, shared[w, i], numbers.estimator)
+            update_and_describe(swarm, minds, i, shared[i], numbers.estimator)
 
 
 @row_template
 def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: Numbers) -> bool:
     """Steer a robot, merge what it heard, choose whether it speaks; are all its numbers finite?
 
-    The wheels are decided before the merge: both layers go by what one observation shows.
+    The wheels are decided before the merge: both layers use one observation.
     Free names: steer, is_asked, gain, merge, has_something_to_say.
     """
     situation, exchange, action = mind.situation, mind.exchange, robot.action
     wheels = robot.command.wheels
     if action.motion == KEEP or action.motion == CORRECT:
         steer(situation, robot.readings, robot.heard, wheels, memory, settings.motion)
-    take_wheels(action, situation.is_talking > 0.0, wheels)
+    apply_wheels(action, situation.is_talking > 0.0, wheels)
     is_finite = math.isfinite(wheels[0] + wheels[1])
     if exchange.is_valid:
         for area in range(2):
             if is_asked(exchange, area, settings.estimator):
                 exchange.weight[area] = gain(exchange, area, settings.weighting)
-        take_weights(action, exchange)
+        apply_weights(action, exchange)
         is_finite = is_finite and has_finite_weights(exchange)
         merge(mind, shared, settings.weighting.heard_p_share, settings.estimator)
         clear_exchange(exchange)
@@ -184,7 +186,7 @@ def has_finite_weights(exchange: Exchange) -> bool:
 
 
 @kernel
-def take_weights(action: Action, exchange: Exchange) -> None:
-    """Put an action in the place of the weights."""
+def apply_weights(action: Action, exchange: Exchange) -> None:
+    """Replace the weights by an action."""
     if action.weighting != KEEP:
         exchange.weight[0], exchange.weight[1] = action.weight[0], action.weight[1]

@@ -1,7 +1,5 @@
 """What is drawn of a foraging world: its stage, and a scene for each tick."""
 
-from typing import Any
-
 import numpy as np
 
 from swarm_forage_env.arrays import NEST, PREY, Array, Int8
@@ -12,16 +10,8 @@ from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.scoring import TO_NEST, TO_PREY
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.no_layers import has_estimators
-from swarm_forage_env.record import rows
-from swarm_forage_env.scene import (
-    EXPLORING,
-    LOST,
-    TALKING,
-    TO_THE_NEST,
-    TO_THE_PREY,
-    Scene,
-    Stage,
-)
+from swarm_forage_env.record import Rows, rows
+from swarm_forage_env.scene import EXPLORING, LOST, TALKING, TO_THE_NEST, TO_THE_PREY, Scene, Stage
 
 
 def stage_of(scenario: Scenario, controller: str) -> Stage:
@@ -64,8 +54,8 @@ def scene_of(world: ForagingWorld, minds: Array, which: int = 0) -> Scene:
     )
 
 
-def _doing(robots: Any, situations: Any | None) -> Int8[Array, " robots"]:  # noqa: ANN401 recarrays
-    """The code of what each robot is doing; the last that holds is told."""
+def _doing(robots: Rows, situations: Rows | None) -> Int8[Array, " robots"]:
+    """The code of what each robot is doing; the last that holds counts."""
     doing = np.full(len(robots), EXPLORING, np.int8)
     if situations is None:
         doing[robots.leg == TO_NEST] = TO_THE_NEST

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float64, Int64
-from swarm_forage_env.episode import EpisodeKind
+from swarm_forage_env.episode import EpisodeHeader, EpisodeKind, MeasuredLoop
 from swarm_forage_env.foraging.metrics import (
     add_errors,
     is_sound,
@@ -27,26 +27,8 @@ SERIES_LENGTH = 100
 
 
 @dataclass(frozen=True)
-class ForagingEpisode:
+class ForagingEpisode(EpisodeHeader):
     """The results of one foraging episode. `foraging.metrics` defines each number."""
-
-    scenario: str
-    """Name of the scenario."""
-
-    controller: str
-    """The controller as it was asked for: `ssgiff`, or `ssgiff:beta=0.02`."""
-
-    seed: int
-    """Seed of the world; controllers under one seed meet the same world."""
-
-    physics: str
-    """Engine that moved the robots."""
-
-    n_robots: int
-    """Robots."""
-
-    duration_s: float
-    """Length of the episode [s]."""
 
     round_trips: int
     """Round trips of all robots."""
@@ -101,7 +83,7 @@ class LocalisationErrorMeter:
         self._sum: Float64[Array, " worlds"] = np.zeros(len(is_meant))
         self._count: Int64[Array, " worlds"] = np.zeros(len(is_meant), np.int64)
 
-    def sample(self, loop: Any) -> None:  # noqa: ANN401 a control loop
+    def sample(self, loop: MeasuredLoop) -> None:
         """Compare what is believed now with what is true."""
         world, minds = loop.world, loop.controller.minds
         if has_estimators(minds):
@@ -128,7 +110,7 @@ class OnPathMeter:
         hundredths = tick * SERIES_LENGTH // self._n_ticks
         return -(-(hundredths + 1) * self._n_ticks // SERIES_LENGTH)
 
-    def sample(self, loop: Any, tick: int) -> None:  # noqa: ANN401 a control loop
+    def sample(self, loop: MeasuredLoop, tick: int) -> None:
         """Take a sample if a hundredth of the episode ends with this tick."""
         if tick * SERIES_LENGTH // self._n_ticks > (tick - 1) * SERIES_LENGTH // self._n_ticks:
             world = loop.world
@@ -142,7 +124,7 @@ class OnPathMeter:
 class SoundMeter:
     """The metrics of the sound robots of each world."""
 
-    def __init__(self, loop: Any) -> None:  # noqa: ANN401 a control loop
+    def __init__(self, loop: MeasuredLoop) -> None:
         """Of a loop of whose worlds some may have faulty robots."""
         self._loop = loop
         self._is_sound: Bool[Array, "worlds robots"] = is_sound(loop.world.robots["fault"]["kinds"])
@@ -174,7 +156,7 @@ class SoundMeter:
 class ForagingMeter:
     """All metrics of a block of worlds."""
 
-    def __init__(self, loop: Any) -> None:  # noqa: ANN401 a control loop
+    def __init__(self, loop: MeasuredLoop) -> None:
         """Of a loop whose worlds are about to start."""
         self._loop = loop
         scenario = loop.world.scenario

@@ -38,7 +38,7 @@ def distance_to_kind(x: float, y: float, kind: int, world: WorldState) -> float:
 
 
 @kernel
-def put_areas_back(world: WorldState) -> None:
+def reset_areas(world: WorldState) -> None:
     """Put all areas where they are at the start."""
     for k in range(world.n_areas):
         world.areas[k, 0], world.areas[k, 1] = world.first_places[k, 0], world.first_places[k, 1]

@@ -2,7 +2,8 @@
 
 And two in which odometry and radio do not err, to start to learn in: near, and es1-clean. The
 infrared and ground sensors do: where nothing is left to chance, robots may repeat themselves for
-ever.
+ever. And three with more than two areas, of differing worth, or with one that moves: twenty robots
+for half an hour in an arena of 3 x 2 m, with radio, sensors and robots of es1.
 
 Not in the papers: the distance between the areas, the cruise speed, the wheel noise of the TR,
 how many frames an exchange averages and how long it takes. The values are starting points
@@ -10,6 +11,7 @@ from the published counts of round trips; each field's description says its orig
 """
 
 from swarm_forage_env.epuck.parts import Arena, Radio, Robot, Sensors
+from swarm_forage_env.foraging.areas import Area
 from swarm_forage_env.foraging.scenario import Scenario, Task
 from swarm_forage_env.registry import ORIGINS, SCENARIOS
 
@@ -83,6 +85,36 @@ ORIGINS["near"] |= {
     "task.area_distance": "Near, beside the circle of the start (chosen)",
 }
 
+NEST = Area(kind="nest", centre=(-0.8, 0.0))
+
+
+def with_areas(name: str, *areas: Area) -> Scenario:
+    """The scenario of that name with these areas."""
+    return Scenario(
+        name=name,
+        arena=Arena(length=3.0, width=2.0),
+        task=Task(n_robots=20, start_radius=0.25, areas=areas),
+    )
+
+
+TWO_PREY = with_areas(
+    "two-prey", NEST, Area(centre=(0.3, 0.75)), Area(centre=(1.2, -0.5), worth=3.0)
+)
+"""A poor prey area near the nest, and a rich one farther away."""
+
+MOVING_PREY = with_areas(
+    "moving-prey", NEST, Area(centre=(0.7, 0.5), moves_at=900.0, moves_to=(0.7, -0.5))
+)
+"""After a quarter of an hour the prey area lies a metre from where it was, as far from the nest."""
+
+TWO_NESTS = with_areas(
+    "two-nests",
+    Area(kind="nest", centre=(-0.8, 0.6)),
+    Area(kind="nest", centre=(-0.8, -0.6)),
+    Area(centre=(0.7, 0.0)),
+)
+"""Two nests, equally far from the prey area."""
+
 ABOUT = {
     "es1": "small arena of the report of 2009",
     "es2": "middle arena of the report of 2009",
@@ -91,8 +123,20 @@ ABOUT = {
     "ants2008": "world of the first paper, in which the radio reaches farther",
     "es1-clean": "es1 without errors of odometry and radio",
     "near": "soon learned: few robots that do not drift, and a short way",
+    "two-prey": "a poor prey area near the nest, and a rich one farther away",
+    "moving-prey": "the prey area moves once, in mid-episode",
+    "two-nests": "two nests, equally far from the prey area",
 }
 """What each scenario is, in words."""
 
-for scenario in (ES1, ES2, ES3, REAL, ANTS2008, ES1_CLEAN, NEAR):
+for scenario in (TWO_PREY, MOVING_PREY, TWO_NESTS):
+    ORIGINS[scenario.name] = {
+        **dict.fromkeys(("arena.length", "arena.width"), "Room for the areas (chosen)"),
+        "task.n_robots": "Twice those of es1 (chosen)",
+        "task.start_radius": "Room for the robots (chosen)",
+        "task.areas": "What the scenario is about (chosen)",
+    }
+
+PAPERS = ES1, ES2, ES3, REAL, ANTS2008
+for scenario in (*PAPERS, ES1_CLEAN, NEAR, TWO_PREY, MOVING_PREY, TWO_NESTS):
     SCENARIOS.register(scenario.name, ABOUT[scenario.name])(scenario)

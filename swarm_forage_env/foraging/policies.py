@@ -51,19 +51,14 @@ def symbols() -> Float32[Array, "choices numbers"]:
 
 
 LEARNABLE = {
-    "weighting": PolicyInterface(
-        _ENCOUNTER,
-        _WEIGHTS,
-        ("weighting",),
-        slots,
-        n_weights=2,
-    ),
+    "weighting": PolicyInterface(_ENCOUNTER, _WEIGHTS, ("weighting",), slots, n_weights=2),
     "motion": PolicyInterface(
         _SITUATION,
         WHEELS,
         ("motion",),
         slots,
         decision_period=10,
+        can_correct=True,
         is_steering=True,
         target="situation.target",
     ),
@@ -73,6 +68,7 @@ LEARNABLE = {
         ("weighting", "motion"),
         slots,
         n_weights=2,
+        can_correct=True,
         is_steering=True,
         target="situation.target",
     ),

@@ -12,7 +12,7 @@ from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
 from swarm_forage_env.epuck.limits import range_noise
 from swarm_forage_env.epuck.records import AREAS, SPEED, EpuckState, EpuckWorldState
 from swarm_forage_env.equations.ground import FLOOR
-from swarm_forage_env.foraging.areas import MOST_AREAS
+from swarm_forage_env.foraging.areas import MAX_AREAS
 from swarm_forage_env.record import Record, field, flag
 from swarm_forage_env.spaces import GOALS
 
@@ -37,20 +37,20 @@ class WorldState(EpuckWorldState):
     half_time: int = field(np.int64)
     """Ticks in the first half of an episode."""
 
-    areas: Float64[Array, "8 2"] = field(np.float64, MOST_AREAS, 2, unit="m")
+    areas: Float64[Array, "8 2"] = field(np.float64, MAX_AREAS, 2, unit="m")
     """Centres of the areas as they are now: the first nest, the first prey area, then all others.
     Writers: reset, tick."""
 
-    kinds: Int8[Array, "8"] = field(np.int8, MOST_AREAS, start=FLOOR)
+    kinds: Int8[Array, "8"] = field(np.int8, MAX_AREAS, start=FLOOR)
     """NEST or PREY; FLOOR from `n_areas` on."""
 
     n_areas: int = field(np.int64)
-    worths: Float64[Array, "8"] = field(np.float64, MOST_AREAS)
-    moves_at: Int64[Array, "8"] = field(np.int64, MOST_AREAS, unit="ticks")
+    worths: Float64[Array, "8"] = field(np.float64, MAX_AREAS)
+    moves_at: Int64[Array, "8"] = field(np.int64, MAX_AREAS, unit="ticks")
     """When an area moves to `moves_to`; NEVER if it stays."""
 
-    moves_to: Float64[Array, "8 2"] = field(np.float64, MOST_AREAS, 2, unit="m")
-    first_places: Float64[Array, "8 2"] = field(np.float64, MOST_AREAS, 2, unit="m")
+    moves_to: Float64[Array, "8 2"] = field(np.float64, MAX_AREAS, 2, unit="m")
+    first_places: Float64[Array, "8 2"] = field(np.float64, MAX_AREAS, 2, unit="m")
     """Centres of the areas at the start."""
 
     area_radius: float = field(np.float64, unit="m")
@@ -179,7 +179,7 @@ class Situation(Record):
 
 
 class Said(Record):
-    """What a learner of everything says and is told."""
+    """What a learner of everything says and hears."""
 
     speak: float = field(np.float32, unit="broadcast if > 0", **SPEED)
     """Whether the message is broadcast. Writer: the environment."""

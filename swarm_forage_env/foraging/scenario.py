@@ -6,6 +6,7 @@ Gutierrez et al. 2008.
 """
 
 import math
+from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
@@ -60,6 +61,11 @@ class Scenario(EpuckScenario):
                     what = f"the {area.kind} area"
                     check_clear(what, centre, task.area_radius, self.obstacles, arena.corners)
         return self
+
+    @property
+    def unread(self) -> Mapping[str, str]:
+        """The distance of the two usual areas, where others are given."""
+        return {"task.area_distance": "task.areas"} if self.task.areas else {}
 
     @property
     def places(self) -> tuple[Area, ...]:

@@ -5,13 +5,16 @@ from swarm_forage_env.epuck.task import gpu_task
 from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
 from swarm_forage_env.foraging.episode import FORAGING_EPISODE
-from swarm_forage_env.foraging.events import Events, write_events
-from swarm_forage_env.foraging.global_state import ForagingState, log_beliefs, log_counts
+from swarm_forage_env.foraging.global_state import (
+    FORAGING_TRAJECTORY,
+    ForagingState,
+    log_beliefs,
+    log_counts,
+)
 from swarm_forage_env.foraging.policies import LEARNABLE, carry_out, hear_words
-from swarm_forage_env.foraging.potential import most_shaping, potential
 from swarm_forage_env.foraging.records import RobotState, Said
+from swarm_forage_env.foraging.rewards import FORAGING_POTENTIAL, ForagingEvents
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.foraging.trajectory import FORAGING_TRAJECTORY
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.no_layers import NoLayers
 from swarm_forage_env.task import TASKS, Task
@@ -24,23 +27,16 @@ FORAGING = Task(
     physics="rigid",
     controller="ssgikf",
     agent="epuck",
-    commanded="wheels",
     steered_by=("robots.readings", "robots.heard"),
     policies=LEARNABLE,
     steerings=STEERINGS,
-    fixed=("task.n_robots", "radio.slots"),
-    replaced=lambda scenario: {"task.area_distance": "task.areas"} if scenario.task.areas else {},
-    residuals=("motion", "both"),
     gpu=gpu_task(RobotState, {True: log_beliefs, False: log_counts}),
     no_layers=NoLayers(Said, carry_out, hear_words, slots),
-    potential=potential,
-    most_shaping=most_shaping,
+    potential=FORAGING_POTENTIAL,
     global_state=ForagingState,
     episode=FORAGING_EPISODE,
-    events=Events,
-    write_events=write_events,
-    stage=stage_of,
-    scene=scene_of,
+    events=ForagingEvents,
+    drawing=(stage_of, scene_of),
     trajectory=FORAGING_TRAJECTORY,
 )
 

@@ -3,7 +3,7 @@
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.epuck.world import EpuckWorld
 from swarm_forage_env.foraging.areas import write_areas
-from swarm_forage_env.foraging.floor import brightness_at, move_areas, put_areas_back
+from swarm_forage_env.foraging.floor import brightness_at, move_areas, reset_areas
 from swarm_forage_env.foraging.records import RobotState, WorldState
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.foraging.scoring import score
@@ -14,7 +14,7 @@ class ForagingWorld(
     robot=RobotState,
     world=WorldState,
     functions={
-        "begin_world": put_areas_back,
+        "begin_world": reset_areas,
         "begin_tick": move_areas,
         "brightness_at": brightness_at,
         "score": score,

@@ -1,37 +1,48 @@
 """Engines: what moves the robots of the foraging world."""
 
 from collections.abc import Callable, Sequence
-from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.registry import Registry
+from swarm_forage_env.ticks import nothing
 
 
-class Physics(Protocol):
+class Physics:
     """Moves the robots of a block of worlds for one tick, before they are scored and sense.
 
-    An engine is a `PythonPhysics` if it has a method `move`, and else a `CompiledPhysics`. If it
-    leaves `has_moved` of a world alone, the tick drives every robot as its wheels turn. Robots may
-    end up overlapping by a few millimetres: the tick resolves contacts afterwards.
+    This one leaves that to the tick, which drives every robot as its wheels turn where an engine
+    leaves `has_moved` of a world alone. An engine with a method `move`, as `PythonPhysics` has it,
+    is in Python; any other is compiled. Robots may end up overlapping by a few millimetres: the
+    tick resolves contacts afterwards.
     """
+
+    def __init__(self, scenarios: Sequence[EpuckScenario]) -> None:
+        """Of worlds of these scenarios."""
+
+    @property
+    def move_world(self) -> Kernel:
+        """Moves the robots of a world; of the world's arrays, which world, and how many robots."""
+        return nothing
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """Arrays of its own, which follow those of the world."""
+        return ()
 
     def reset(self, world: int, scenario: EpuckScenario) -> None:
         """Forget what the engine remembers of one world's past; go by this scenario from now on."""
-        ...
 
     def snapshot(self) -> Any:  # noqa: ANN401 of the engine
         """All that it remembers of the past, picklable."""
-        ...
 
     def restore(self, kept: Any, scenarios: Sequence[EpuckScenario]) -> None:  # noqa: ANN401 as above
         """Go on as when that snapshot was taken, under these scenarios."""
-        ...
 
 
-class PythonPhysics(Physics, Protocol):
+class PythonPhysics(Physics):
     """An engine in Python: ticks of its worlds run one by one, as it comes in between."""
 
     def move(
@@ -41,30 +52,8 @@ class PythonPhysics(Physics, Protocol):
 
         `near` holds the neighbours before the move, `obstacles` the capsules of each world.
         """
-        ...
+        raise NotImplementedError
 
 
-class CompiledPhysics(Physics, Protocol):
-    """A compiled engine: it runs in the call that runs several ticks."""
-
-    @property
-    def move_world(self) -> Kernel:
-        """Moves the robots of a world; of the world's arrays, which world, and how many robots."""
-        ...
-
-    @property
-    def arrays(self) -> tuple[Array, ...]:
-        """Arrays of its own, which follow those of the world."""
-        ...
-
-
-@cache
-def moves_in_python(engine: type) -> bool:
-    """Whether engines of a class are in Python: whether they have a method `move`."""
-    return hasattr(engine, "move")
-
-
-Engine = Callable[[Sequence[EpuckScenario]], PythonPhysics | CompiledPhysics]
-
-ENGINES: Registry[Engine] = Registry("physics engine")
+ENGINES: Registry[Callable[[Sequence[EpuckScenario]], Physics]] = Registry("physics engine")
 """Engines by name; each is made from the scenario of every world of a block."""

@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 from pymunk._chipmunk import ffi
 
-from swarm_forage_env.arrays import Array, Float64, Int32
+from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import kernel
+from swarm_forage_env.epuck.contacts import is_near_obstacle, is_near_walls
 from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
-from swarm_forage_env.epuck.surroundings import COUNT, FIRST
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST, Neighbours
 from swarm_forage_env.epuck.tick import set_wheels
 from swarm_forage_env.equations.differential_drive import wheels_to_arc
 from swarm_forage_env.equations.elementary import cos_sin, hypot
 from swarm_forage_env.equations.geometry import wrap
-from swarm_forage_env.equations.obstacles import from_axis
+from swarm_forage_env.equations.obstacles import Capsules
 from swarm_forage_env.physics.chipmunk_functions import each_body, step_space
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.ticks import Arrays
@@ -73,44 +74,19 @@ def path_of(robot: EpuckState, dt: float) -> float:
 
 
 @kernel
-def may_touch_wall(robot: EpuckState, world: EpuckWorldState) -> bool:
-    """The body can reach a wall within the tick."""
-    far = world.radius + path_of(robot, world.dt)
-    x, y = abs(robot.pose[0]), abs(robot.pose[1])
-    return bool(x >= 0.5 * world.arena[0] - far or y >= 0.5 * world.arena[1] - far)
-
-
-@kernel
-def may_touch_obstacle(
-    robot: EpuckState, world: EpuckWorldState, obstacles: Float64[Array, "obstacles 5"]
-) -> bool:
-    """The body can reach an obstacle within the tick."""
-    far = world.radius + path_of(robot, world.dt)
-    for k in range(obstacles.shape[0]):
-        dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
-        if hypot(dx, dy) <= far + obstacles[k, 4]:
-            return True
-    return False
-
-
-@kernel
-def may_touch(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
-) -> bool:
+def may_touch(swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles: Capsules) -> bool:
     """A body of the world can reach another, a wall or an obstacle within the tick.
 
     `near` lists the neighbours before the tick.
     """
     for i in range(swarm.shape[0]):
         robot = swarm[i]
-        if may_touch_wall(robot, world) or may_touch_obstacle(robot, world, obstacles):
+        path = path_of(robot, world.dt)
+        if is_near_walls(robot, world, path) or is_near_obstacle(robot, world, obstacles, path):
             return True
         for k in range(FIRST, FIRST + near[i, COUNT]):
             other = swarm[near[i, k]]
-            paths = path_of(robot, world.dt) + path_of(other, world.dt)
+            paths = path + path_of(other, world.dt)
             dx, dy = other.pose[0] - robot.pose[0], other.pose[1] - robot.pose[1]
             if hypot(dx, dy) <= 2.0 * world.radius + paths:
                 return True

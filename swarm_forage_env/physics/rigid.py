@@ -11,7 +11,7 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.epuck.obstacles import capsules_of
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.interface import Kernel
-from swarm_forage_env.physics.base import ENGINES
+from swarm_forage_env.physics.base import ENGINES, Physics
 from swarm_forage_env.physics.chipmunk_functions import address_of
 from swarm_forage_env.physics.contact_memory import ContactMemory, recall, remembered
 from swarm_forage_env.physics.pymunk_buffers import SpaceMemory, move_world
@@ -26,7 +26,7 @@ READ = BodyFields.POSITION | BodyFields.ANGLE
 
 
 @ENGINES.register("rigid")
-class Rigid:
+class Rigid(Physics):
     """Bodies push, slide and turn each other where they touch, by pymunk, one space a world.
 
     In a tick in which no body of a world can reach another, a wall or an obstacle, its space would

@@ -1,9 +1,17 @@
-"""Frames: pictures as arrays, which a notebook shows as pictures."""
+"""Frames: pictures as arrays, in files, and in notebooks."""
 
 import base64
 from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from swarm_forage_env.arrays import Array, UInt8
+from swarm_forage_env.atomic_write import write_atomically
+
+if TYPE_CHECKING:
+    import pygame
 
 
 class Frame(np.ndarray):
@@ -17,7 +25,28 @@ class Frame(np.ndarray):
 
         height, width = self.shape[:2]
         picture = pygame.image.frombytes(self.tobytes(), (width, height), "RGB")
-        content = BytesIO()
-        pygame.image.save(picture, content, ".png")
-        text = base64.b64encode(content.getvalue()).decode("ascii")
+        text = base64.b64encode(png(picture)).decode("ascii")
         return f'<img alt="frame" width="{width}" src="data:image/png;base64,{text}">'
+
+
+def frame_of(picture: "pygame.Surface") -> UInt8[Array, "height width 3"]:
+    """A copy of a picture as an array: rows from the top, red, green and blue."""
+    import pygame
+
+    width, height = picture.get_size()
+    pixels = np.frombuffer(pygame.image.tobytes(picture, "RGB"), np.uint8)
+    return pixels.reshape(height, width, 3).copy()
+
+
+def save(picture: "pygame.Surface", file: Path) -> None:
+    """Write a picture to a PNG file, whole or not at all. OSError where that fails."""
+    write_atomically(file, png(picture))
+
+
+def png(picture: "pygame.Surface") -> bytes:
+    """A picture as the content of a PNG file."""
+    import pygame
+
+    content = BytesIO()
+    pygame.image.save(picture, content, ".png")
+    return content.getvalue()

@@ -8,11 +8,13 @@ from swarm_forage_env.rendering.goals import draw_ellipse, draw_goal, draw_right
 from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.palette import Colour
 from swarm_forage_env.rendering.shapes import draw_arc, draw_belief, draw_fault_mark, draw_robot
-from swarm_forage_env.rendering.text import TextRenderer
 from swarm_forage_env.scene import WITHIN, Localised, Scene, Stage
 
 FINENESS = 4
-"""The legend's shapes are drawn this many times larger."""
+"""Letters, and the shapes of the legend, are drawn this many times larger, then made smaller."""
+
+ROOM = 512
+"""Lines of text kept for the next picture."""
 
 BELIEF = f"dashed: where it believes the area is; ring: {100 * P_RING:g} cm wider per metre of p"
 """What is drawn of beliefs, in words."""
@@ -44,7 +46,7 @@ class HeadUpDisplay:
             self._write(self._blank, text, layout.margin, y, palette.FAINT)
 
     def draw(self, scene: Scene, selected: int | None, aside: str) -> None:
-        """Everything but the arena, anew."""
+        """Draw everything but the arena."""
         layout = self._layout
         self._picture.blit(self._blank, (0, 0))
         self._title(scene, aside)
@@ -58,7 +60,7 @@ class HeadUpDisplay:
             self._write(self._picture, told, layout.margin, self._below(layout.legend_lines))
 
     def _counts(self, scene: Scene) -> list[tuple[str, str]]:
-        """What is told above the arena."""
+        """The counts above the arena."""
         score, share = self._stage.headings
         counts = [(score, f"{scene.total}"), (share, f"{100.0 * scene.share:.0f} %")]
         if scene.localised is not None:
@@ -201,6 +203,39 @@ class HeadUpDisplay:
         words = self._letters.line(text, ink)
         on.blit(words, (round(x), round(y) + (self._layout.line - words.get_height()) // 2))
         return words.get_width()
+
+
+class TextRenderer:
+    """Text of one height. The font comes with pygame-ce: the same everywhere."""
+
+    def __init__(self, height: int) -> None:
+        """Letters about so high [px]."""
+        pygame.font.init()
+        self._font = pygame.font.Font(None, height * FINENESS)
+        self._lines: dict[tuple[str, Colour], pygame.Surface] = {}
+
+    def width(self, text: str) -> int:
+        """How wide a line is [px]."""
+        return round(self._font.size(text)[0] / FINENESS)
+
+    def line(self, text: str, ink: Colour) -> pygame.Surface:
+        """One line of text on nothing."""
+        key = text, ink
+        if key not in self._lines:
+            if len(self._lines) >= ROOM:
+                self._lines.clear()
+            large = self._font.render(text, True, ink)
+            size = self.width(text), round(large.get_height() / FINENESS)
+            self._lines[key] = pygame.transform.smoothscale(large, size)
+        return self._lines[key]
+
+    def cut(self, text: str, room: float) -> str:
+        """As much of a text as there is room for [px]."""
+        if self.width(text) <= room:
+            return text
+        while text and self.width(text + "...") > room:
+            text = text[:-1]
+        return text + "..."
 
 
 def _told_of_goal(scene: Scene, localised: Localised, robot: int) -> list[str]:

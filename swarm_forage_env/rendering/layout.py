@@ -1,4 +1,4 @@
-"""Where things go in a picture: a panel above, the arena to scale, a legend below."""
+"""Where things go in a picture: a panel above, the arena to scale, a legend below; and bounds."""
 
 from dataclasses import dataclass
 
@@ -10,6 +10,9 @@ from swarm_forage_env.scene import Stage
 
 SMALLEST, LARGEST = 400, 3840
 """Width of a picture [px]: below, the words do not fit."""
+
+SPEEDS = (0.1, 256.0)
+"""Slowest and fastest multiple of real time."""
 
 SMALLEST_RADIUS = 3.2
 """A robot is drawn at least this large, in a picture 512 px wide [px]."""
@@ -23,6 +26,14 @@ def checked_size(size: int) -> int:
     if not SMALLEST <= size <= LARGEST:
         raise ConfigError(f"size={size}: must be {SMALLEST} to {LARGEST} [px]")
     return size - size % 2  # videos want even numbers
+
+
+def checked_speed(speed: float) -> float:
+    """A multiple of real time; ConfigError for one out of bounds."""
+    slowest, fastest = SPEEDS
+    if not slowest <= speed <= fastest:
+        raise ConfigError(f"speed={speed:g}: must be {slowest:g} to {fastest:g} times real time")
+    return speed
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Painter: scenes in, pictures out. Surfaces in memory, so it needs no display."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,6 @@ from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.goals import GoalPainter
 from swarm_forage_env.rendering.hud import HeadUpDisplay
-from swarm_forage_env.rendering.labels import is_free, places_about
 from swarm_forage_env.rendering.layout import P_RING, Layout
 from swarm_forage_env.rendering.palette import Colour, mixed, trail_colour
 from swarm_forage_env.rendering.shapes import (
@@ -63,7 +62,7 @@ class Painter:
         self._smooth = pygame.Surface(self._with_walls(layout.arena), depth=32)
 
     def take(self, scene: Scene) -> None:
-        """Take in a scene, drawn or not: trails and messages go back to it."""
+        """Remember a scene, drawn or not: trails and messages go back to it."""
         self._trails.take(scene)
 
     def paint(self, scene: Scene, show: Show, aside: str = "") -> pygame.Surface:
@@ -240,3 +239,35 @@ class Painter:
         if selected is not None:
             halo, wide = size[0] + 3.5 * self._pixel, round(2.0 * self._pixel)
             pygame.draw.circle(self._canvas, palette.SELECTED, spots[selected], halo, wide)
+
+
+def places_about(
+    centre: tuple[float, float], size: tuple[int, int], radius: float, is_inside: bool
+) -> list[pygame.Rect]:
+    """Where a name of this size may stand at a circle [px], the best first.
+
+    In its middle, if there is room inside; above, below, right, left, and at the corners.
+    """
+    x, y = centre
+    across, along = radius + 0.6 * size[1], radius + 0.6 * size[0]
+    away = [(0.0, 0.0)] if is_inside else []
+    away += [(0.0, -across), (0.0, across), (along, 0.0), (-along, 0.0)]
+    away += [(side * along, end * across) for side in (1.0, -1.0) for end in (-1.0, 1.0)]
+    found = [pygame.Rect((0, 0), size) for _ in away]
+    for rect, (right, down) in zip(found, away, strict=True):
+        rect.center = round(x + right), round(y + down)
+    return found
+
+
+def is_free(
+    place: pygame.Rect,
+    arena: pygame.Rect,
+    robots: Float64[Array, "robots 2"],
+    radius: float,
+    taken: Sequence[pygame.Rect],
+) -> bool:
+    """Whether a name can stand there: inside the arena, off all robots and other names [px]."""
+    if not arena.contains(place) or place.collidelist(list(taken)) >= 0:
+        return False
+    nearest = np.clip(robots, place.topleft, place.bottomright)
+    return bool((np.hypot(*(robots - nearest).T) > radius).all())

@@ -3,13 +3,7 @@
 Source: Okabe and Ito, Color Universal Design (2008); white and black are from there, too.
 """
 
-from swarm_forage_env.scene import (
-    EXPLORING,
-    LOST,
-    TALKING,
-    TO_THE_NEST,
-    TO_THE_PREY,
-)
+from swarm_forage_env.scene import EXPLORING, LOST, TALKING, TO_THE_NEST, TO_THE_PREY
 
 Colour = tuple[int, int, int]
 

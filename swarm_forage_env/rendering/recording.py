@@ -80,7 +80,7 @@ class Recording:
     """Scenes as they come: all of them, or every second, fourth ... if there are too many."""
 
     def __init__(self, most: int) -> None:
-        """Keep so many frames at most, two or more, and the last scene."""
+        """Keep `most` frames at most, two or more, and the last scene."""
         self.every = 1
         self._most = most
         self._scenes = 0

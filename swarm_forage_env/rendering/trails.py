@@ -45,7 +45,7 @@ class Trails:
         self._now = -1.0
 
     def take(self, scene: Scene) -> None:
-        """Take in the next scene; at time 0, or when time runs backwards, an episode begins."""
+        """Remember the next scene; at time 0, or when time runs backwards, an episode begins."""
         if scene.time < self._now or scene.time == 0.0:
             self._past.clear()
             self._heard.clear()
@@ -59,7 +59,7 @@ class Trails:
             self._heard.popleft()
 
     def _take_claims(self, scene: Scene) -> None:
-        """Take in the claims that were judged since the last scene."""
+        """Remember the claims that were judged since the last scene."""
         before = self._heard[-1] if self._heard else scene
         now, then = scene.localised, before.localised
         if now is None or then is None:

@@ -1,26 +1,17 @@
 """Viewer: what the render() of every environment draws with."""
 
 from importlib.util import find_spec
-from io import BytesIO
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-import numpy as np
 
 from swarm_forage_env.arrays import Array, UInt8
-from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.frame import Frame
+from swarm_forage_env.rendering.frame import Frame, frame_of
 from swarm_forage_env.scene import Scene, Stage
-
-if TYPE_CHECKING:
-    import pygame
 
 RENDER_MODES = ("human", "rgb_array")
 """A live window, or frames as arrays."""
 
 FRAME_WIDTH, WINDOW_WIDTH = 512, 720
-"""Width of a picture where none is asked for [px]."""
+"""Default width of a picture [px]."""
 
 
 def check_render_mode(render_mode: object) -> None:
@@ -71,21 +62,3 @@ class Viewer:
         """Close the window, if there is one; again does nothing."""
         if self.window is not None:
             self.window.close()
-
-
-def frame_of(picture: "pygame.Surface") -> UInt8[Array, "height width 3"]:
-    """A copy of a picture as an array: rows from the top, red, green and blue."""
-    import pygame
-
-    width, height = picture.get_size()
-    pixels = np.frombuffer(pygame.image.tobytes(picture, "RGB"), np.uint8)
-    return pixels.reshape(height, width, 3).copy()
-
-
-def save(picture: "pygame.Surface", file: Path) -> None:
-    """Write a picture to a PNG file, whole or not at all. OSError where that fails."""
-    import pygame
-
-    content = BytesIO()
-    pygame.image.save(picture, content, ".png")
-    write_atomically(file, content.getvalue())

@@ -10,10 +10,9 @@ from urllib.parse import quote
 import pygame
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.rendering.layout import Layout, checked_size
+from swarm_forage_env.rendering.frame import save
+from swarm_forage_env.rendering.layout import SPEEDS, Layout, checked_size, checked_speed
 from swarm_forage_env.rendering.painter import Painter, Show
-from swarm_forage_env.rendering.speed import SPEEDS, checked_speed
-from swarm_forage_env.rendering.viewer import save
 from swarm_forage_env.scene import Scene, Stage
 
 FPS = 30
@@ -90,7 +89,7 @@ class Window:
             self._due = 0.0
 
     def take_past(self, scene: Scene) -> None:
-        """Take in a scene that is not shown: trails begin there."""
+        """Remember a scene that is not shown: trails begin there."""
         self._painter.take(scene)
 
     def close(self) -> None:

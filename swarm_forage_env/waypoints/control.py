@@ -32,18 +32,18 @@ Mind = Any
 
 @row_template
 def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Take in what was sensed in a world, and describe what was seen.
+    """Update what the robots of a world believe, and describe what was seen.
 
     Free names: take_in, describe.
     """
     swarm, sightings = world_arrays[0][w], world_arrays[1][w]
-    minds, _, shared, settings = layer_arrays
-    crowd, last = minds[w], settings.shape[1] - 1
+    minds, shared, settings = layer_arrays[0][w], layer_arrays[2][w], layer_arrays[3][w]
+    last = settings.shape[0] - 1
     for i in range(n_robots):
-        take_in(crowd[i], shared[w, i], swarm[i].readings, settings[w, min(i, last)].estimator)
+        take_in(minds[i], shared[i], swarm[i].readings, settings[min(i, last)].estimator)
     for i in range(n_robots):
-        numbers = settings[w, min(i, last)].estimator
-        describe(crowd, i, sightings, swarm[i].readings, numbers)
+        numbers = settings[min(i, last)].estimator
+        describe(minds, i, sightings, swarm[i].readings, numbers)
 
 
 @row_template
@@ -56,7 +56,7 @@ def act(robot: RobotState, mind: Mind, memory: Record, settings: Numbers) -> boo
     acceleration = robot.command.acceleration
     if action.motion == KEEP:
         steer(situation, robot.readings, acceleration, memory, settings.motion)
-    take_acceleration(action, acceleration)
+    apply_acceleration(action, acceleration)
     robot.command.claim = situation.has_arrived > 0.0
     if exchange.is_valid:
         if action.weighting == KEEP:
@@ -77,7 +77,7 @@ def decide_world(
 ) -> None:
     """Steer, claim, and correct the estimates of all robots of a world.
 
-    Accelerations are decided before the merge: both layers go by what one observation shows. Of
+    Accelerations are decided before the merge: both layers use one observation. Of
     robots that differ in their layers those that are decided last bring about the merge of all.
     A robot whose acceleration or weight is not finite is noted. Free names: merge; those of act.
     """
@@ -103,7 +103,7 @@ def are_finite(numbers: Float32[Array, " numbers"]) -> bool:
 
 
 @kernel
-def take_acceleration(action: Action, acceleration: Float32[Array, "2"]) -> None:
-    """Put an action in the place of the acceleration."""
+def apply_acceleration(action: Action, acceleration: Float32[Array, "2"]) -> None:
+    """Replace the acceleration by an action."""
     if action.motion != KEEP:
         acceleration[0], acceleration[1] = action.acceleration[0], action.acceleration[1]

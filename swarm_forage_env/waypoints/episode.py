@@ -6,31 +6,13 @@ from typing import Any
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.episode import EpisodeKind
+from swarm_forage_env.episode import EpisodeHeader, EpisodeKind, MeasuredLoop
 from swarm_forage_env.no_layers import has_estimators
 
 
 @dataclass(frozen=True)
-class WaypointEpisode:
+class WaypointEpisode(EpisodeHeader):
     """The results of one waypoint episode."""
-
-    scenario: str
-    """Name of the scenario."""
-
-    controller: str
-    """The controller as it was asked for: `boids-goal:estimator=dead_reckoning`."""
-
-    seed: int
-    """Seed of the world; controllers under one seed meet the same world."""
-
-    physics: str
-    """Engine that moved the robots."""
-
-    n_robots: int
-    """Robots."""
-
-    duration_s: float
-    """Length of the episode [s]."""
 
     covariance_norm: float | None
     """Spectral norm of the covariance, mean over robots and time; like both errors None where
@@ -67,7 +49,7 @@ class WaypointErrorMeter:
         self.errors: Float64[Array, " worlds"] = np.zeros(n_worlds)
         self.largest: Float64[Array, " worlds"] = np.zeros(n_worlds)
 
-    def sample(self, loop: Any) -> None:  # noqa: ANN401 a control loop
+    def sample(self, loop: MeasuredLoop) -> None:
         """Compare what is believed now with what is true."""
         estimator = loop.controller.minds["estimator"]
         away = estimator["belief"]["pose"] - loop.world.robots["pose"]
@@ -80,7 +62,7 @@ class WaypointErrorMeter:
 class WaypointMeter:
     """All metrics of a block of worlds."""
 
-    def __init__(self, loop: Any) -> None:  # noqa: ANN401 a control loop
+    def __init__(self, loop: MeasuredLoop) -> None:
         """Of a loop whose worlds are about to start."""
         self._loop = loop
         is_measured = has_estimators(loop.controller.minds)

@@ -5,7 +5,7 @@ paper (BOIDS, Section 3): an estimator may look at what robot j believes, for ro
 sees j or j sees i, and nowhere else.
 
 What layers see is float32 in SI units, flags among it as 0 or 1, and lies in memory as an
-environment shows it in its observation: a policy in the place of a layer sees what the
+environment shows it in its observation: a policy that replaces a layer sees what the
 hand-written layer sees.
 """
 
@@ -260,7 +260,7 @@ class Situation(Record):
 
 
 class Said(Record):
-    """What a learner of everything says, claims and is told."""
+    """What a learner of everything says, claims and hears."""
 
     claim: float = field(np.float32, unit="at the goal if > 0", **FULL)
     """Whether the robot is at its goal: another one, please. Writer: the environment."""

@@ -16,12 +16,13 @@ from pydantic import Field, model_validator
 
 from swarm_forage_env.parameters import (
     MIN_TICK,
+    BaseScenario,
+    BaseTask,
     Count,
     NotNegative,
     Part,
     Positive,
     Share,
-    check_duration,
 )
 
 
@@ -88,13 +89,11 @@ class WaypointSensors(Part):
     )
 
 
-class WaypointTask(Part):
+class WaypointTask(BaseTask):
     """The task: visit random goals one after the other, and say when you are there."""
 
     n_robots: Count = Field(
-        25,
-        le=2_000,
-        description="Robots: each pair takes about 100 bytes. Section 3 (published)",
+        25, le=2_000, description="Robots: each pair takes about 100 bytes. Section 3 (published)"
     )
     duration: Positive = Field(100.0, description="Length of an episode [s]. Section 3 (published)")
     tolerance: Positive = Field(
@@ -125,7 +124,7 @@ class WaypointTask(Part):
         return self
 
 
-class WaypointsScenario(Part):
+class WaypointsScenario(BaseScenario):
     """Everything that fixes a world of waypoints but its seed."""
 
     name: str = Field("custom", min_length=1, description="Name in tables and data")
@@ -133,13 +132,3 @@ class WaypointsScenario(Part):
     sensors: WaypointSensors = WaypointSensors()
     task: WaypointTask = WaypointTask()
     tick: Positive = Field(0.5, ge=MIN_TICK, description="Control period [s] (code)")
-
-    @model_validator(mode="after")
-    def _lasts(self) -> Self:
-        check_duration(self.task.duration, self.tick)
-        return self
-
-    @property
-    def n_ticks(self) -> int:
-        """Ticks in an episode."""
-        return round(self.task.duration / self.tick)

@@ -5,13 +5,7 @@ from swarm_forage_env.compiler import kernel
 from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.equations.geometry import range_and_bearing, wrap
 from swarm_forage_env.equations.random_draws import normal
-from swarm_forage_env.waypoints.records import (
-    ENCODER,
-    LANDMARK,
-    LIDAR,
-    RobotState,
-    WorldState,
-)
+from swarm_forage_env.waypoints.records import ENCODER, LANDMARK, LIDAR, RobotState, WorldState
 
 
 @kernel

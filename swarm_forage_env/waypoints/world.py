@@ -1,7 +1,6 @@
 """WaypointsWorld: a block of worlds in which robots visit waypoints, as structured arrays."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -9,7 +8,7 @@ from swarm_forage_env.arrays import Array, Bool, Float32, UInt64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.random_streams import NoiseSource, streams
-from swarm_forage_env.task import Block
+from swarm_forage_env.task import World
 from swarm_forage_env.ticks import nothing
 from swarm_forage_env.waypoints.records import RobotState, Sighting, WorldState
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
@@ -22,7 +21,7 @@ SOURCES = (NoiseSource.ENCODER, NoiseSource.LANDMARK, NoiseSource.LIDAR, NoiseSo
 """What each column of a robot's streams is for."""
 
 
-class WaypointsWorld(Block):
+class WaypointsWorld(World):
     """Worlds that run side by side, each from its own seed and under its own numbers.
 
     A world in a block goes through the same states as the same world alone, bit for bit.
@@ -92,7 +91,7 @@ class WaypointsWorld(Block):
         return self.robots["reward"].reshape(-1)
 
 
-def write_numbers(scenario: WaypointsScenario, out_worlds: Any) -> None:  # noqa: ANN401 a record or an array
+def write_numbers(scenario: WaypointsScenario, out_worlds: Array | np.void) -> None:
     """Write the numbers of a scenario to the records of its worlds, as kernels read them."""
     sensors, task = scenario.sensors, scenario.task
     numbers = {

@@ -15,27 +15,6 @@ from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
 from tests.beliefs import localisation_error
 
-AXLE = 0.053
-
-
-def test_the_believed_pose_follows_the_encoders(believers):
-    robot = believers(1)
-    robot.sense(distance=0.1)
-    robot.sense(turn=math.pi / 2)
-    robot.sense(distance=0.2)
-    np.testing.assert_allclose(robot.beliefs.pose[0], [0.1, 0.2, math.pi / 2], atol=1e-6)
-
-
-def test_confidence_wanes_with_the_path_and_with_turning_on_the_spot(believers):
-    robot = believers(1)
-    robot.know(0, NEST, 5.0, 0.0, p=1.0)
-    robot.know(0, PREY, -5.0, 0.0, p=2.0)
-    robot.sense(distance=0.1)
-    robot.sense(distance=-0.1)
-    np.testing.assert_allclose(robot.beliefs.p[0], [1.2, 2.2], rtol=1e-6)
-    robot.sense(turn=-2.0)
-    np.testing.assert_allclose(robot.beliefs.p[0], [1.2 + AXLE, 2.2 + AXLE], rtol=1e-6)
-
 
 @pytest.mark.parametrize(
     ("ground", "area"),
@@ -55,19 +34,6 @@ def test_two_of_three_ground_sensors_decide(ground, area):
     assert area_under(np.array(ground, np.float32)) == area
 
 
-def test_an_area_is_stored_a_radius_ahead_of_the_sensors_on_entering_it(believers):
-    robot = believers(1)
-    robot.sense(distance=1.0)
-    robot.sense(turn=math.pi / 2)
-    robot.sense(ground="prey")
-    ahead = robot.scenario.sensors.ground_ahead + robot.scenario.task.area_radius
-    np.testing.assert_allclose(robot.beliefs.location[0, PREY], [1.0, ahead], atol=1e-6)
-    assert robot.beliefs.known.tolist() == [[False, True]]
-    stored = robot.beliefs.location[0, PREY].copy()
-    robot.sense(distance=0.05, ground="prey")
-    np.testing.assert_array_equal(robot.beliefs.location[0, PREY], stored)
-
-
 def test_a_robot_has_visited_what_it_stood_on_until_it_is_lost(believers):
     robot = believers(1, lost_within=0.05, overshoot=0.2)
     robot.know(0, PREY, 1.0, 0.0, p=1.0, visited=False)
@@ -75,48 +41,6 @@ def test_a_robot_has_visited_what_it_stood_on_until_it_is_lost(believers):
     assert robot.beliefs.visited[0].tolist() == [1, 0]
     assert walk_until_lost(robot) < math.inf
     assert robot.beliefs.visited[0].tolist() == [0, 0]
-
-
-def test_on_an_area_the_robot_is_sure_of_it_while_the_other_fades(believers):
-    robot = believers(1)
-    robot.know(0, NEST, -1.0, 0.0, p=1.0)
-    for _ in range(3):
-        robot.sense(distance=0.01, ground="prey")
-    np.testing.assert_allclose(robot.beliefs.p[0], [1.03, 0.0], rtol=1e-6)
-    robot.sense(distance=0.01)
-    np.testing.assert_allclose(robot.beliefs.p[0], [1.04, 0.01], rtol=1e-6)
-
-
-def test_from_an_area_to_the_other_and_nowhere_if_that_is_unknown(believers):
-    robot = believers(1)
-    robot.sense(ground="nest")
-    assert robot.beliefs.goal[0] == NOWHERE
-    robot.know(0, PREY, 2.0, 0.0, p=1.0)
-    robot.sense(ground="nest")
-    assert robot.beliefs.goal[0] == PREY
-    robot.sense(ground="prey")
-    assert robot.beliefs.goal[0] == NEST
-
-
-def test_from_nowhere_to_the_nearer_area(believers):
-    robot = believers(1)
-    robot.know(0, NEST, 2.0, 0.0, p=1.0)
-    robot.know(0, PREY, 0.0, -1.0, p=1.0)
-    robot.sense()
-    assert robot.beliefs.goal[0] == PREY
-    np.testing.assert_allclose(robot.loop.situation.target[0], [0.0, -1.0], atol=1e-6)
-
-
-@pytest.mark.parametrize(("nest", "prey", "nearer"), [(3.5, 0.5, NEST), (-1.0, 3.5, PREY)])
-def test_the_nearer_area_is_counted_from_where_the_robot_is(believers, nest, prey, nearer):
-    robot = believers(1)
-    robot.sense(distance=2.5)
-    robot.sense(turn=math.pi / 2)
-    robot.sense(distance=1.0)
-    robot.know(0, NEST, nest, 1.0, p=1.0)
-    robot.know(0, PREY, prey, -0.5, p=1.0)
-    robot.sense()
-    assert robot.beliefs.goal[0] == nearer
 
 
 def walk_until_lost(robot, step=0.01, ticks=500):
@@ -150,30 +74,6 @@ def test_who_is_lost_forgets_both_areas_and_hears_nothing_for_a_while(believers,
         talking.append(robot.talking[0])
     assert talking == [False] * 9 + [True] * 2
     assert not any(robot.lost)
-
-
-def test_who_finds_the_area_while_looking_on_is_not_lost(believers):
-    robot = believers(1, overshoot=0.2)
-    robot.know(0, NEST, -3.0, 0.0, p=1.0, came_from=True)
-    robot.know(0, PREY, 0.5, 0.0, p=1.0)
-    for _ in range(55):
-        robot.sense(distance=0.01)
-    robot.sense(distance=0.01, ground="prey")
-    for _ in range(30):
-        robot.sense(distance=0.01)
-        assert not robot.lost[0]
-    assert robot.beliefs.known.all()
-    assert robot.beliefs.goal[0] == NEST
-
-
-def test_while_looking_on_the_target_is_straight_ahead(believers):
-    robot = believers(1, lost_within=0.05, overshoot=0.2)
-    robot.know(0, NEST, 0.52, 0.04, p=1.0)
-    robot.sense()
-    robot.sense(distance=0.5)
-    ahead, left = robot.loop.situation.target[0]
-    assert left == 0.0
-    assert ahead == pytest.approx(0.2)
 
 
 def beliefs_of(loop):

@@ -128,19 +128,9 @@ def test_adaptive_gains_follow_the_stimuli_and_ignore_the_fixed_ones(seed):
 
 
 @every_rule
-def test_a_robot_that_is_told_nothing_is_not_pulled(gains):
-    assert_array_equal(pull(situation(3), gains=gains), np.zeros((3, 2), np.float32))
-
-
-@every_rule
 @given(seed=st.integers(0, 2**32))
 def test_a_robot_that_has_arrived_ignores_its_goal(gains, seed):
     rng = np.random.default_rng(seed)
     way = rng.normal(size=2).astype(np.float32)
     here, there = (anywhere(seed, has_arrived=True, goal=goal) for goal in (way, -way))
     assert_array_equal(pull(here, gains=gains), pull(there, gains=gains))
-
-
-def test_a_robot_that_has_arrived_and_knows_only_its_goal_goes_straight_on():
-    assert not pull(anywhere(1, has_arrived=True), gains="goal").any()
-    assert pull(anywhere(1, has_arrived=False), gains="goal").any()

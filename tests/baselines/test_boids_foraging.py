@@ -130,23 +130,9 @@ def test_at_rest_the_goal_alone_is_the_straight_way_of_subsumption(boids, subsum
 
 
 @every_rule
-def test_a_robot_that_talks_stands_still(boids, gains):
-    robot = Robot(1)
-    robot.situation.is_talking = True
-    assert_array_equal(boids(robot, gains=gains)[0], np.zeros(2, np.float32))
-
-
-@every_rule
 def test_avoiding_and_the_random_walk_are_those_of_subsumption(boids, subsume, gains):
     blocked, lost = Robot(2), Robot(3)
     blocked.readings.proximity[0] = 0.9
     lost.situation.goal[:] = ONE_OF[-1]
     for robot in (blocked, lost):
         assert_array_equal(boids(robot, gains=gains)[0], subsume(robot))
-
-
-def test_without_neighbours_only_home_and_goal_point_anywhere(boids):
-    alone = boids(Robot(5, beams=()))[1]
-    for rule in (ALIGN, SEPARATE, COHERE):
-        assert not alone.ways[rule].any()
-    assert alone.stimuli[0] == 0.0

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from baselines.estimators import boids_inputs
-from baselines.estimators.pose_belief import PoseMind
+from baselines.estimators.pose_prediction import PoseMind
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.record import rows
 from swarm_forage_env.waypoints.records import Readings, Sighting

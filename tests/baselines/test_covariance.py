@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from baselines.estimators.covariance_exchange import blend, gain_matrix
-from baselines.estimators.error_ellipse import to_ellipse, to_matrix
+from baselines.estimators.covariance import blend, gain_matrix
+from baselines.estimators.path_covariance import to_ellipse, to_matrix
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.equations.geometry import to_body
 from swarm_forage_env.interface import REPLACE

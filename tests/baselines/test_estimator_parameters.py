@@ -4,8 +4,9 @@ import math
 
 import pytest
 
-from baselines.estimators import foraging_variants, reputation_odometry
+from baselines.estimators import reputation_odometry
 from baselines.estimators.base import ESTIMATORS
+from baselines.estimators.dead_reckoning import DeadReckoning
 from baselines.estimators.localisation import Localisation
 from baselines.estimators.path_covariance import error_constant
 from baselines.estimators.reputation_odometry import ReputationOdometryParameters
@@ -82,7 +83,7 @@ def test_a_covariance_filter_has_the_error_constant_of_its_encoders():
     assert numbers["error_constant"] == pytest.approx(0.3**2 * 0.1 * 0.5 / 3.0)
     assert error_constant(0.6, 0.1, 0.5) == pytest.approx(4 * numbers["error_constant"])
     assert numbers | SocialOdometryParameters().numbers(scenario) == numbers
-    silent = foraging_variants.dead_reckoning(scenario).numbers
+    silent = DeadReckoning().layer(scenario).numbers
     assert silent == numbers | {"speaks": False}
 
 

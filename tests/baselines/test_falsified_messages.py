@@ -5,18 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from baselines.estimators import falsified_messages
 from baselines.estimators.belief import SocialMind
-from baselines.estimators.covariance_exchange import EllipseMind
+from baselines.estimators.covariance import EllipseMind, falsify_ellipse, repeat_ellipse
+from baselines.estimators.falsified_messages import falsify, repeat
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.controllers import find_controller
-from swarm_forage_env.epuck.fault_record import Fault, Lie
+from swarm_forage_env.epuck.fault_record import Lie
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 
 FUNCTIONS = {
-    name: entry_point(getattr(falsified_messages, name))
-    for name in ("falsify", "falsify_ellipse", "repeat", "repeat_ellipse")
+    each.__name__: entry_point(each) for each in (falsify, falsify_ellipse, repeat, repeat_ellipse)
 }
 
 
@@ -152,18 +151,3 @@ def test_liars_believe_what_they_believed(controller):
             loop.step()
         ends.append(loop.controller.minds["estimator"]["belief"]["location"].copy())
     np.testing.assert_array_equal(*ends)
-
-
-def test_a_shift_of_conspirators_is_the_same_in_the_arena():
-    numbers = {"faults.liar.share": 1.0, "faults.liar.shift": 0.4, "faults.liar.turn": 0.0}
-    for conspire in ("turn", "no"):
-        scenario = find_scenario("es1", numbers | {"faults.liar.conspire": conspire})
-        loop = Loop(scenario, find_controller("ssgikf"), [2], "kinematic")
-        fault = loop.world.robots["fault"][0]
-        shift = fault["lie_in_arena"]
-        assert np.hypot(*shift.transpose(2, 0, 1)) == pytest.approx(np.full((10, 2), 0.4))
-        assert bool((shift == shift[0]).all()) is (conspire == "turn")
-        heading = loop.world.robots["pose"][0, :, 2]
-        ahead = np.cos(heading) * shift[:, 0, 0] + np.sin(heading) * shift[:, 0, 1]
-        np.testing.assert_allclose(fault["lie"]["place"][:, 0, 0], ahead, atol=1e-6)
-    assert Fault.fields["lie"].kind is Lie

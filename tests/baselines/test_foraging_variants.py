@@ -11,9 +11,13 @@ from numpy.testing import assert_allclose
 import baselines.weighting.covariance
 import baselines.weighting.sgikf
 import baselines.weighting.sikf
-from baselines.estimators import covariance_exchange, cross_covariance, foraging_variants
-from baselines.estimators.covariance_exchange import EllipseMind
+from baselines.estimators import covariance as ellipses
+from baselines.estimators import cross_covariance
+from baselines.estimators.covariance import EllipseMind
+from baselines.estimators.covariance_intersection import CovarianceIntersection
 from baselines.estimators.cross_covariance import CrossBelief, CrossMind, forget_cross_covariances
+from baselines.estimators.dead_reckoning import DeadReckoning
+from baselines.estimators.decentralised_ekf import DecentralisedEKF
 from baselines.estimators.path_covariance import CovarianceMind
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from swarm_forage_env.arrays import NEST, PREY
@@ -22,11 +26,11 @@ from swarm_forage_env.scenarios import find_scenario
 
 LAYERS = {
     "social_odometry": (SocialOdometryParameters().layer, baselines.weighting.sgikf),
-    "dead_reckoning": (foraging_variants.dead_reckoning, baselines.weighting.sgikf),
+    "dead_reckoning": (DeadReckoning().layer, baselines.weighting.sgikf),
     "covariance_intersection": (
-        foraging_variants.covariance_intersection, baselines.weighting.sikf,
+        CovarianceIntersection().layer, baselines.weighting.sikf,
     ),
-    "decentralised_ekf": (foraging_variants.decentralised_ekf, baselines.weighting.covariance),
+    "decentralised_ekf": (DecentralisedEKF().layer, baselines.weighting.covariance),
 }  # fmt: skip
 
 A, R = np.array([[0.04, 0.01], [0.01, 0.02]]), np.array([[0.02, -0.005], [-0.005, 0.05]])
@@ -74,7 +78,7 @@ def intersect(numbers_of):
 
     def merge(s, place, R, g):  # noqa: N803 as in the paper
         tell(s, place, R, g)
-        covariance_exchange.merge(s.mind, s.shared, 0.0, numbers)
+        ellipses.merge(s.mind, s.shared, 0.0, numbers)
 
     return merge
 

@@ -11,16 +11,6 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
 import baselines.controllers  # noqa: F401 enters the controllers
-from baselines.estimators.authors_ekf import (
-    FACTOR,
-    MAX_JUMP,
-    AuthorsMind,
-    authors_bearing,
-    correct_each_alone,
-    correct_one,
-    slipped_direction,
-)
-from baselines.estimators.boids_inputs import describe_correction
 from baselines.estimators.covariance_intersection import (
     IntersectionMind,
     Told,
@@ -31,10 +21,16 @@ from baselines.estimators.covariance_intersection import (
     weigh_told,
 )
 from baselines.estimators.decentralised_ekf import (
+    FACTOR,
+    AuthorsMind,
     DecentralisedEKF,
+    authors_bearing,
     correct_both,
     correct_by_sight,
+    correct_each_alone,
+    correct_one,
     propagate_factors,
+    slipped_direction,
 )
 from baselines.estimators.joint_update import (
     FilterMind,
@@ -42,9 +38,7 @@ from baselines.estimators.joint_update import (
     bound_correlation,
     multiply_factors,
 )
-from baselines.estimators.pose_belief import PoseBelief
-from baselines.estimators.pose_prediction import predict, visit_home
-from baselines.estimators.small_matrices import spectral_norm3
+from baselines.estimators.pose_prediction import PoseBelief, predict, visit_home
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.loop import Loop
@@ -152,15 +146,6 @@ def test_the_weights_of_an_intersection_are_shares_and_those_of_the_paper(covari
     assert found.min() >= -1e-12
 
 
-def test_only_the_first_matrices_count():
-    inverses = [np.eye(3), 3.0 * np.eye(3), 50.0 * np.eye(3)]
-    crowd = crowd_of(IntersectionMind, 3, told_inverse=inverses, told_weight=9.0)
-    weigh_told(crowd, 2, np.ones((3, 3)), np.ones((3, 3)))
-    weights = crowd.told.weight
-    assert weights[:2] == pytest.approx([(64 - 27 + 1) / 128, (64 - 1 + 27) / 128])
-    assert weights[2] == 9.0
-
-
 def fused(inverses, poses, weights):
     columns = {"told_inverse": inverses, "told_pose": poses, "told_weight": weights}
     crowd, out = crowd_of(IntersectionMind, len(inverses), **columns), one(PoseBelief)
@@ -181,13 +166,6 @@ def test_an_intersection_is_never_overconfident_whatever_the_correlation(A, B, k
     _, P = fused(inverses, np.zeros((2, 3)), weights)  # noqa: N806 as in the paper
     assert least_eigenvalue(P - M @ joint @ M.T) > -1e-9
     assert_allclose(M[:, :3] + M[:, 3:], np.eye(3), atol=1e-9)
-
-
-def test_an_intersection_in_a_case_worked_by_hand():
-    inverses = [np.diag([1.0, 4.0, 1.0]), np.diag([3.0, 4.0, 1.0])]
-    pose, P = fused(inverses, [[0.0, 1.0, 2.0], [4.0, 3.0, 2.0]], [0.5, 0.5])  # noqa: N806
-    assert_allclose(P, np.diag([0.5, 0.25, 1.0]))
-    assert_allclose(pose, [3.0, 2.0, 2.0])
 
 
 def facing(rng, robots=2):
@@ -277,26 +255,6 @@ def test_a_share_of_an_intersection_is_taken_from_the_weights_of_the_neighbours(
         assert_allclose(after[i], np.linalg.solve(information, vector), atol=1e-6)
 
 
-def test_exact_neighbours_agree_on_a_pose_across_the_cut_of_the_circle():
-    pose = np.array([[0.0, 0.0, 3.1], [0.4, 0.3, -3.1]])
-    far, bearing = np.zeros((2, 2, 2), np.float32)
-    far[0, 1], bearing[0, 1] = seen_at(pose.ravel())
-    far[1, 0], bearing[1, 0] = seen_at(pose[::-1].ravel())
-    P = np.array([0.1 * np.eye(3), 0.01 * np.eye(3)])  # noqa: N806 as in the paper
-    told, _ = heard(pose, P, far, bearing, pose[:, 2], CORRECTED)
-    assert_allclose(told, pose[0], atol=1e-6)
-
-
-def test_the_authors_fuse_nothing_with_a_single_neighbour():
-    pair = facing(np.random.default_rng(3), robots=2)
-    pose, P = intersected(*pair, g=1.0, numbers=AUTHORS)  # noqa: N806 as in the paper
-    assert_array_equal(pose, pair[0])
-    assert_array_equal(P, pair[1])
-    three = facing(np.random.default_rng(3), robots=3)
-    pose, P = intersected(*three, g=1.0, numbers=AUTHORS)  # noqa: N806 as in the paper
-    assert np.all(pose != three[0])
-
-
 def test_the_authors_are_told_a_neighbours_covariance_and_a_diagonal_of_deviations():
     pose, P, _, far, bearing, compass = facing(np.random.default_rng(4))  # noqa: N806
     told, told_P = heard(pose, P, far, bearing, compass, AUTHORS)  # noqa: N806 as in the paper
@@ -305,16 +263,6 @@ def test_the_authors_are_told_a_neighbours_covariance_and_a_diagonal_of_deviatio
     direction = bearing[1, 0] + slipped
     there = pose[1, :2] + far[1, 0] * np.array([math.cos(direction), math.sin(direction)])
     assert_allclose(told[:2], there, atol=1e-6)
-
-
-def test_with_exact_headings_the_authors_are_told_the_place_that_follows_from_the_sight():
-    true, P, _, far, bearing, compass = facing(np.random.default_rng(5))  # noqa: N806
-    pose = np.column_stack([true[:, :2], compass.astype(float)])
-    for numbers in (AUTHORS, CORRECTED):
-        told, _ = heard(pose, P, far, bearing, compass, numbers)
-        expected = told_pose(pose[1], float(far[1, 0]), float(bearing[1, 0]), bearing[0, 1])
-        assert_allclose(told[:2], expected[:2], atol=1e-6)
-        assert abs(wrap(told[2] - expected[2])) < 1e-6
 
 
 def step(x):
@@ -369,17 +317,6 @@ def test_factors_are_carried_by_the_jacobian_of_the_step():
     for i in range(3):
         F = jacobian(step, np.concatenate([pose[i], measured[i]]))[:, :3]  # noqa: N806
         assert_allclose(found[i], F @ factors[i], atol=1e-8)
-
-
-def test_the_authors_start_again_at_home_and_nowhere_else():
-    rng = np.random.default_rng(7)
-    pose, P = rng.normal(size=(2, 3)), np.array([covariance(rng), covariance(rng)])  # noqa: N806
-    fix = rng.normal(size=(2, 3)).astype(np.float32)
-    crowd = believers(AuthorsMind, pose, P)
-    for mind, at_home, place in zip(crowd, (True, False), fix, strict=True):
-        look_for_home(mind, at_home, place, AUTHORS)
-    assert_array_equal(crowd.belief.pose, [fix[0], pose[1]])
-    assert_array_equal(crowd.belief.P, [0.1 * np.eye(3), P[1]])
 
 
 def look_for_home(mind, at_home, fix, numbers):
@@ -470,27 +407,6 @@ def test_a_relative_correction_of_strangers_is_that_of_a_joint_filter(seed, g):
     assert_allclose(cross(s, 0, 1), block(P, 0, 1), atol=1e-8)
 
 
-def test_a_bearing_across_the_cut_of_the_circle_is_near():
-    s = swarm(np.random.default_rng(8), robots=2)
-    s["pose"][:] = [[0.0, 0.0, 0.01], [-0.5, 0.0, 0.0]]
-    before = s["pose"].copy()
-    relative(s, 0, 1, 0.5, math.pi - 0.01)
-    assert np.abs(s["pose"] - before).max() < 0.05
-
-
-def test_the_second_correction_of_a_pair_goes_by_what_they_share():
-    rng = np.random.default_rng(9)
-    s = swarm(rng, robots=2, size=0.002)
-    x, P = joint_of(s)  # noqa: N806 as in the paper
-    for noise in ([0.01, -0.02], [-0.01, 0.03], [0.0, 0.01]):
-        measured = inputs(seen_at(s["pose"].ravel()) + np.array(noise))
-        relative(s, 0, 1, *measured)
-        x, P = kalman(x, P, 0, 1, measured)  # noqa: N806 as in the paper
-        assert_allclose(s["pose"].ravel(), x, atol=1e-6)
-        assert_allclose(s["P"], [block(P, 0, 0), block(P, 1, 1)], atol=1e-7)
-        assert_allclose(cross(s, 0, 1), block(P, 0, 1), atol=1e-7)
-
-
 @pytest.mark.parametrize("pairs", list(product([(0, 1), (1, 0)], [(1, 2), (2, 1)])))
 @pytest.mark.parametrize("seed", range(3))
 def test_a_chain_of_three_shares_what_the_joint_filter_says(seed, pairs):
@@ -506,15 +422,6 @@ def test_a_chain_of_three_shares_what_the_joint_filter_says(seed, pairs):
         assert_allclose(s["pose"][[i, j]].ravel(), [*x[3 * i : 3 * i + 3], *x[3 * j : 3 * j + 3]])
     assert_allclose(cross(s, 0, 1), block(P, 0, 1), atol=1e-8)
     assert_allclose(s["P"][1:], [block(P, 1, 1), block(P, 2, 2)], atol=1e-8)
-
-
-def test_those_who_do_not_see_each_other_are_not_corrected():
-    s = swarm(np.random.default_rng(10))
-    before = {name: s[name].copy() for name in ("pose", "P")}
-    relative(s, 2, 1, 0.4, 0.3)
-    for name, was in before.items():
-        changed = (s[name] != was).reshape(ROBOTS, -1).any(axis=1)
-        assert changed.tolist() == [False, True, True, False]
 
 
 def test_robots_believed_in_one_place_are_let_be():
@@ -560,16 +467,6 @@ def test_a_private_correction_is_a_kalman_update(seed, variance):
         assert_allclose(s["factors"][i], (np.eye(3) - K) @ factors[i], atol=1e-7)
     for name, was in (("pose", pose), ("P", P), ("factors", factors)):
         assert_array_equal(s[name][[1, 3]], was[[1, 3]])
-
-
-def test_a_fix_across_the_cut_of_the_circle_is_near():
-    s = stores()
-    s["P"][:] = 0.1 * np.eye(3)
-    s["pose"][0, 2] = 3.1
-    fix = np.array([[0.0, 0.0, -3.0]] * ROBOTS, np.float32)
-    privately(s, np.arange(ROBOTS) == 0, fix, 0.1)
-    between = 3.1 + 0.5 * (2.0 * math.pi - 6.1)
-    assert s["pose"][0, 2] == pytest.approx(between - 2.0 * math.pi, abs=1e-6)
 
 
 MOVES = st.tuples(
@@ -681,80 +578,6 @@ def test_the_authors_filter_corrects_the_one_who_sees_by_its_half_of_the_joint_f
     assert_allclose(s["factors"][0, 1], after[:3, 3:], atol=1e-9)
     for name, was in before.items():
         assert_array_equal(s[name][1:], was[1:], name)
-
-
-def test_the_authors_filter_jumps_up_to_its_limit():
-    share = 0.1 / 0.21
-    for jump, jumps in ((0.999 * MAX_JUMP, True), (1.001 * MAX_JUMP, False)):
-        s = authors_swarm(14)
-        s["P"][:2] = 0.1 * np.eye(3)
-        before = s["pose"].copy()
-        alone(s, 0, 1, towards(s, 0, 0.5 + jump / share, math.atan2(0.3, 0.4)))
-        gone = np.hypot(*(s["pose"][0] - before[0])[:2])
-        assert gone == pytest.approx(jump if jumps else 0.0)
-
-
-def test_the_authors_correct_everybody_from_what_was_said_before():
-    def world():
-        rng = np.random.default_rng(15)
-        s = swarm(rng, robots=2, numbers=AUTHORS, kind=AuthorsMind)
-        s["pose"][:], _, *sights, s["crowd"].compass[:] = facing(rng)
-        s["shared"][:, :, FACTOR] = 0.01 * rng.normal(size=(2, 2, 3, 3))
-        s["crowd"].exchange.weight[:] = 1.0
-        return s, sightings_of(*sights)
-
-    (s, sightings), (before, _) = world(), world()
-    correct_each_alone(s["crowd"], s["shared"], sightings, AUTHORS)
-    assert np.all(s["pose"][:, :2] != before["pose"][:, :2])
-    for i, j in ((0, 1), (1, 0)):
-        single, _ = world()
-        alone(single, i, j, sightings[i, j])
-        for name in ("pose", "P", "factors"):
-            assert_array_equal(s[name][i], single[name][i], name)
-
-
-def test_sights_correct_in_the_order_of_the_robots_numbers():
-    rng = np.random.default_rng(16)
-    pose, P, seen, far, bearing, _ = facing(rng, 3)  # noqa: N806 as in the paper
-    seen[0, 1] = False
-    together, apart = stores(3), stores(3)
-    for s in (together, apart):
-        s["pose"][:], s["P"][:] = pose, P
-    shares = np.array([1.0, 0.5, 0.2], np.float32)
-    together["crowd"].exchange.weight[:, 0] = shares
-    sightings = sightings_of(seen, far, bearing)
-    correct_by_sight(together["crowd"], together["factors"], sightings, CORRECTED)
-    for i, j in ((0, 2), (1, 0), (1, 2), (2, 0), (2, 1)):
-        relative(apart, i, j, far[i, j], bearing[i, j], shares[i])
-    for name in ("pose", "P", "factors"):
-        assert_array_equal(together[name], apart[name], name)
-
-
-def test_a_correction_is_described_by_those_who_see_or_are_seen():
-    rng = np.random.default_rng(17)
-    pose, P, seen, far, bearing, _ = facing(rng, 4)  # noqa: N806 as in the paper
-    seen[0, 1] = False
-    seen[3, :] = seen[:, 3] = False
-    crowd = crowd_of(FilterMind, 4, belief_pose=pose, belief_P=P)
-    crowd.covariance_norm[:] = [spectral_norm3(each) for each in P]
-    for i, mind in enumerate(crowd):
-        describe_correction(crowd, i, sightings_of(seen, far, bearing), mind.exchange)
-    found = crowd.exchange
-    own, disagreement = found.own_covariance_norm, found.disagreement
-    heard_norm = found.heard_covariance_norm
-    assert found.is_valid.tolist() == [True, True, True, False]
-    assert_allclose(found.neighbours, [0.5, 0.5, 0.5, 0.0])
-    assert_allclose(own, [np.linalg.norm(each, 2) for each in P], rtol=1e-5)
-    assert_allclose(heard_norm[0], own[1:3].mean(), rtol=1e-5)
-    assert_allclose(heard_norm[2], own[:2].mean(), rtol=1e-5)
-    places = [
-        told_pose(pose[j], float(far[j, 2]), float(bearing[j, 2]), 0.0)[:2] for j in (0, 1)
-    ]  # fmt: skip
-    assert disagreement[2] == pytest.approx(np.hypot(*(np.mean(places, axis=0) - pose[2, :2])))
-    by_2 = told_pose(pose[2], float(far[2, 1]), float(bearing[2, 1]), 0.0)[:2]
-    assert disagreement[1] == pytest.approx(np.hypot(*(by_2 - pose[1, :2])), rel=1e-5)
-    assert heard_norm[3] == 0.0
-    assert disagreement[3] == 0.0
 
 
 QUIET = {

@@ -104,14 +104,6 @@ def test_what_was_unknown_is_copied_with_its_confidence(controller):
     assert p == 1.7
 
 
-def test_nobody_speaks_without_communication():
-    two = Pair("nc")
-    two.know(1, NEST, *two.NEST_AT, p=1.7, came_from=True)
-    two.talk()
-    assert not two.beliefs.known[0].any()
-    assert two.loop.world.state.messages.sum() == 0
-
-
 def crossing(controller, **overrides):
     """Two robots that know both areas, on their ways to prey (0) and nest (1), and disagree."""
     two = Pair(controller, **overrides)
@@ -173,15 +165,6 @@ def test_a_double_filter_corrects_both_and_both_robots_end_equal(controller):
             assert p == pytest.approx(expected, rel=1e-5)
 
 
-def test_a_weight_from_outside_takes_the_place_of_the_rule():
-    two = crossing("dsgikf")
-    two.action.weighting[:], two.action.weight[:] = REPLACE, 1.0
-    two.talk()
-    np.testing.assert_allclose(two.believed(0, PREY)[0], [0.6, 0.0], atol=1e-6)
-    np.testing.assert_allclose(two.believed(1, PREY)[0], [0.5, -0.2], atol=1e-6)
-    assert np.all(two.minds.exchange.weight == 1.0)
-
-
 def test_the_exchange_says_what_the_weighting_needs():
     two = crossing("dsgikf")
     while not two.loop.exchange.is_valid.any():
@@ -204,111 +187,7 @@ def test_the_exchange_says_what_the_weighting_needs():
     assert np.all(exchange.n_averaged == frames * TICKS)
 
 
-def test_without_an_exchange_the_weighting_is_shown_zeros_and_no_goal():
-    two = crossing("dsgikf")
-    two.talk()
-    exchange = two.loop.exchange
-    assert exchange.weight.any()  # of the exchange that is over
-    for name in {*exchange.dtype.names} - {"weight"}:
-        assert np.all(exchange[name] == ((0, 0, 1) if name == "goal" else 0)), name
-
-
-def test_a_message_tells_what_its_sender_knew_when_it_decided_to_speak():
-    # Both step off; what is told is the distance before the step, and the range that after it.
-    two = crossing("dsgikf", wheel_noise=0.0)
-    for _ in range(2):  # one in which they decide to speak, one in which they hear
-        two.action.wheels[:] = [[0.0, 0.0], [1.0, 1.0]]
-        before = two.beliefs.pose[1].copy()
-        two.loop.step()
-    to_nest = two.beliefs.location[1, NEST] - before[:2]
-    assert np.any(two.beliefs.pose[1] != before)
-    assert two.minds.message.distance[1, NEST] == np.float32(math.hypot(*to_nest))
-
-
 BEAM = (0.1, 0.0, 0.0)
-
-
-def test_several_messages_of_an_exchange_are_averaged(believers, message):
-    swarm = believers(2)
-    beams = [(0.08 + 0.01 * k, 0.1 * k, -0.05 * k) for k in range(TICKS)]
-    told = [heard_location(*beam, 0.7, 0.3) for beam in beams]
-    for beam in beams:
-        ended = swarm.sense(messages=[(0, 1, message(nest=(0.7, 0.3, 1.2)), beam)])
-    assert ended.tolist() == [True, False]
-    swarm.merge(0.0, 0.0)
-    np.testing.assert_allclose(swarm.beliefs.location[0, NEST], np.mean(told, axis=0), rtol=1e-5)
-    assert swarm.exchange.range[0] == pytest.approx(np.mean(beams, axis=0)[0])
-
-
-def test_an_exchange_outlasts_lost_messages(believers, message):
-    swarm = believers(2)
-    told = [(0, 1, message(nest=(0.7, 0.3, 1.2)), BEAM)]
-    swarm.sense(messages=told)
-    ended = [swarm.sense()[0] for _ in range(TICKS - 1)]
-    assert ended == [False] * (TICKS - 2) + [True]
-    assert swarm.exchange.n_averaged[0] == 10.0
-
-
-def test_only_one_partner_is_listened_to_at_a_time(believers, message):
-    swarm = believers(3)
-    near, far = message(nest=(0.1, 0.0, 1.0)), message(nest=(9.0, 0.0, 1.0))
-    swarm.sense(messages=[(0, 1, near, BEAM)])
-    for _ in range(TICKS - 1):
-        swarm.sense(messages=[(0, 2, far, BEAM), (0, 1, near, BEAM)])
-    swarm.merge(0.0, 0.0)
-    place = heard_location(*BEAM, 0.1, 0.0)
-    np.testing.assert_allclose(swarm.beliefs.location[0, NEST], place, atol=1e-6)
-
-
-def test_the_same_partner_is_not_talked_to_again_for_a_while_but_others_are(believers, message):
-    swarm = believers(3, refractory=2.0, pause=0.0, double=True)
-    told = message(nest=(0.7, 0.3, 1.2))
-    while not swarm.sense(messages=[(0, 1, told, BEAM)])[0]:
-        pass
-    quiet = []
-    for _ in range(20):
-        swarm.sense(messages=[(0, 1, told, BEAM)])
-        quiet.append(not swarm.talking[0])
-    assert quiet == [True] * 19 + [False]
-    while not swarm.sense(messages=[(0, 1, told, BEAM)])[0]:
-        pass
-    swarm.sense(messages=[(0, 1, told, BEAM), (0, 2, told, BEAM)])
-    assert swarm.talking[0]
-    assert swarm.beliefs.partner[0] == 2
-
-
-def test_after_an_exchange_nobody_is_listened_to_during_the_pause(believers, message):
-    swarm = believers(3, pause=1.0, double=True)
-    told = message(nest=(0.7, 0.3, 1.2))
-    while not swarm.sense(messages=[(0, 1, told, BEAM)])[0]:
-        pass
-    quiet = []
-    for _ in range(10):
-        swarm.sense(messages=[(0, 2, told, BEAM)])
-        quiet.append(not swarm.talking[0])
-    assert quiet == [True] * 9 + [False]
-
-
-def test_a_message_that_tells_nothing_useful_stops_nobody(believers, message):
-    swarm = believers(2)
-    swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
-    swarm.know(0, PREY, 1.0, 0.0, p=1.0)
-    swarm.sense()
-    assert swarm.beliefs.goal[0] == PREY
-    swarm.sense(messages=[(0, 1, message(), BEAM)])
-    assert not swarm.talking[0]
-    swarm.sense(messages=[(0, 1, message(nest=(0.7, 0.3, 1.2)), BEAM)])
-    assert not swarm.talking[0]
-    swarm.sense(messages=[(0, 1, message(prey=(0.7, 0.3, 1.2)), BEAM)])
-    assert swarm.talking[0]
-
-
-def test_a_double_filter_stops_for_either_area(believers, message):
-    swarm = believers(2, double=True)
-    swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
-    swarm.know(0, PREY, 1.0, 0.0, p=1.0)
-    swarm.sense(messages=[(0, 1, message(nest=(0.7, 0.3, 1.2)), BEAM)])
-    assert swarm.talking[0]
 
 
 def about(said, area):
@@ -387,18 +266,6 @@ def test_who_is_sure_still_stops_for_what_it_does_not_know(believers, message):
     swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
     swarm.sense(messages=[(0, 1, message(prey=(0.7, 0.3, 1.2)), BEAM)])
     assert swarm.talking[0]
-
-
-def test_what_a_message_costs_counts_as_path(believers, message):
-    swarm = believers(2, double=True, message_path=1.5)
-    swarm.know(0, NEST, -1.0, 0.0, p=1.0, came_from=True)
-    told = [(0, 1, message(nest=(0.7, 0.3, 2.0), prey=(0.5, 0.1, 3.0)), BEAM)]
-    for _ in range(TICKS):
-        swarm.sense(messages=told)
-    assert swarm.exchange.is_valid[0]
-    np.testing.assert_allclose(swarm.exchange.heard_p[0], [3.5, 4.5])
-    swarm.merge(0.25, 1.0)
-    np.testing.assert_allclose(swarm.beliefs.p[0], [0.75 * 1.0 + 0.25 * 3.5, 4.5])
 
 
 def test_of_many_partners_the_one_whose_time_runs_out_first_is_forgotten_first(believers, message):

@@ -9,6 +9,7 @@ from swarm_forage_env.interface import CORRECT, KEEP, REPLACE, RULE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
+from tests.outside import SGIKFInNumPy
 
 ENGINES = ("rigid", "kinematic")
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
@@ -18,15 +19,6 @@ TICKS = 600
 
 def busy():
     return find_scenario("es1", {**BUSY, "task.duration": 60.0})
-
-
-class SGIKFInNumPy:
-    heard_p_share = 0.0
-
-    def __call__(self, exchange):
-        total = exchange.own_p + exchange.heard_p
-        half = np.full_like(total, 0.5)
-        return np.divide(exchange.own_p, total, out=half, where=total > 0.0)
 
 
 class Constant:

@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from baselines.oracles.controllers import NAMED, Oracle
-from baselines.oracles.global_average import GlobalAverage, measured_beam
 from baselines.oracles.oracle import OracleWeighting, moved
 from swarm_forage_env import ConfigError, parallel_env
 from swarm_forage_env.controllers import find_controller, is_privileged
@@ -15,7 +14,7 @@ from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.record import one_record, rows
+from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
 
@@ -200,21 +199,6 @@ def test_global_communication_through_the_radio_is_as_noisy_as_one_frame():
     assert len(np.unique(errors.round(6))) == 9
 
 
-def test_global_communication_measures_beams_as_the_radio_does():
-    world = start("ssgikf").world
-    numbers = GlobalAverage(speaks=False).numbers(find_scenario("es1", BUSY))
-    record = one_record(numbers).view(np.recarray)[0]
-    here, there = world.state[0], world.state[1]
-    here.pose[:], there.pose[:] = [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]
-    streams = np.array([7], np.uint64)
-    beams = np.array([measured_beam(here, there, streams, record) for _ in range(400)])
-    d, gamma_i, gamma_j = beams.T
-    assert 0.975 <= d.min() < 0.98 < 1.02 < d.max() <= 1.025
-    widest = math.radians(20.0)
-    for angle in (gamma_i, np.mod(gamma_j, 2.0 * np.pi) - np.pi):
-        assert -widest <= angle.min() < -0.95 * widest < 0.95 * widest < angle.max() <= widest
-
-
 @pytest.mark.parametrize(("name", "is_exact"), [("no-error", True),
                                                 ("no-error:exact_beam=false", False)])  # fmt: skip
 def test_without_error_a_copied_place_is_exact(name, is_exact):
@@ -230,17 +214,3 @@ def test_without_error_a_copied_place_is_exact(name, is_exact):
         loop.step()
     error = np.hypot(*(b.location[1, 1] - loop.world.areas[1]))
     assert (error < 1e-6) == is_exact
-
-
-@pytest.mark.parametrize(("name", "period"), [("global:through_radio=false", 5),
-                                              ("global:pause=2", 25)])  # fmt: skip
-def test_global_communication_averages_once_in_its_period(name, period):
-    loop = start(name, **{"radio.exchange_time": 0.5})
-    ticks = []
-    for tick in range(1, 60):
-        beliefs(loop).known[:] = 0
-        beliefs(loop).known[0, 0] = True
-        loop.controller.observe(0, 1)
-        if beliefs(loop).known[:, 0].all():
-            ticks.append(tick)
-    assert set(np.diff(ticks)) == {period}

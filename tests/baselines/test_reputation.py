@@ -3,16 +3,18 @@
 import numpy as np
 import pytest
 
-from baselines.estimators.reputation import (
+from baselines.estimators.reputation_odometry import (
     NEVER,
     ReputationMind,
+    ReputationOdometryParameters,
     describe_teller,
+    is_asked,
     judge_by_area,
     judge_by_loss,
+    merge,
     remember,
     trust,
 )
-from baselines.estimators.reputation_odometry import ReputationOdometryParameters, is_asked, merge
 from swarm_forage_env.arrays import NEST, PREY
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.controllers import find_controller

@@ -17,7 +17,6 @@ from baselines.motion.subsumption import (
 )
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.epuck.records import Heard, Readings
-from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES, response
 from swarm_forage_env.equations.random_draws import GOLDEN, symmetric
 from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.loop import Loop
@@ -132,60 +131,12 @@ def test_the_way_round_keeps_right_unless_the_obstacle_is_there(bearing, course)
     assert math.degrees(way_round(math.radians(bearing), swerve)) == pytest.approx(course)
 
 
-def test_who_talks_stands_still_whatever_else_there_is(motion):
-    wheels = motion()(talking=True, proximity=0.9, goal=1, target=[1.0, 0.0])
-    assert wheels.tolist() == [[0.0, 0.0]]
-
-
-def test_who_has_a_goal_heads_for_it(motion):
-    wheels = motion(3)(goal=1, target=[[1.0, 0.0], [0.0, 1.0], [math.cos(0.25), -math.sin(0.25)]])
-    expected = [
-        wheels_towards(0.0, 0.0),
-        wheels_towards(math.pi / 2, 0.0),
-        wheels_towards(-0.25, 0.0),
-    ]
-    np.testing.assert_allclose(wheels, expected, rtol=1e-6, atol=1e-7)
-
-
-def test_avoiding_comes_before_the_goal_and_lasts_a_while(motion):
-    run = motion(hold=0.5)
-    goal = {"goal": 1, "target": [1.0, 0.0]}
-    wheels = run(proximity=seen(front_left=0.5, front_right=0.5), **goal)
-    np.testing.assert_allclose(wheels[0], wheels_towards(math.radians(-100.0), 0.15), rtol=1e-6)
-    kept = [run(**goal)[0].tolist() != [1.0, 1.0] for _ in range(6)]
-    assert kept == [True] * 4 + [False] * 2
-
-
-def test_the_held_course_is_an_angle_of_the_floor_and_not_of_the_body(motion):
-    robot = find_scenario("es1").robot
-    run = motion(hold=10.0)
-    wheels = [run(proximity=seen(front_left=0.5, front_right=0.5))[0].astype(float)]
-    wheels += [run()[0].astype(float) for _ in range(90)]
-    left, right = np.array(wheels).T
-    turned = np.sum(right - left) * robot.cruise_speed * 0.1 / robot.axle
-    assert math.degrees(turned) == pytest.approx(-100.0, abs=0.1)
-    assert left[-1] == pytest.approx(right[-1], abs=1e-3)
-
-
 def test_the_literal_rule_turns_opposite_to_the_obstacle(motion):
     # TR 5.1
     wheels = motion(avoidance="literal")(proximity=seen(front_left=0.5))
     np.testing.assert_allclose(
         wheels[0], wheels_towards(math.radians(17.0 - 180.0), 0.15), rtol=1e-6
     )
-
-
-def test_an_obstacle_beyond_the_gap_is_let_be(motion):
-    goal = {"goal": 1, "target": [1.0, 0.0]}
-    for gap, met in ((0.039, True), (0.041, False)):
-        reading = seen(front_left=response(gap))
-        wheels = motion(gap=0.04)(proximity=reading, **goal)
-        assert (wheels[0].tolist() != [1.0, 1.0]) == met
-
-
-def test_all_sensors_of_the_front_half_are_in_the_sector():
-    inside = np.abs(PROXIMITY_ANGLES) <= SECTOR
-    assert inside.tolist() == [True, True, True, False, False, True, True, True]
 
 
 def test_without_a_goal_robots_run_straight_and_turn_to_any_direction(motion):
@@ -200,14 +151,6 @@ def test_without_a_goal_robots_run_straight_and_turn_to_any_direction(motion):
     path = find_scenario("es1").robot.cruise_speed * 0.1 * ticks * rows
     assert path / (len(turns) - rows) == pytest.approx(mean, rel=0.05)
     assert stats.kstest(turns, stats.uniform(-math.pi, 2.0 * math.pi).cdf).pvalue > 1e-4
-
-
-def test_a_random_walk_begins_by_turning_and_goes_on_straight(motion):
-    run = motion(50, mean_run=100.0)
-    wheels = np.array([run() for _ in range(100)])
-    spins = wheels[0, :, 0] != wheels[0, :, 1]
-    assert spins.all()
-    np.testing.assert_allclose(wheels[-1], 1.0, atol=1e-3)
 
 
 def test_each_robot_walks_its_own_way_and_the_same_from_the_same_seed(motion):

@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation import runner
-from baselines.evaluation.commands_plot import FIGURE_NAMES
+from baselines.evaluation.commands import FIGURE_NAMES
 from baselines.papers.commands_reproduce import PAPER_NAMES
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS
@@ -97,15 +97,15 @@ def test_threads_change_no_number(command):
 
 
 def test_a_folder_that_is_deleted_in_mid_run_is_told_with_its_files(command, tmp_path, monkeypatch):
-    run_and_keep, jobs = runner._run_and_keep, []
+    run, jobs = runner._run_block, []
 
-    def delete_before_the_last(job, threads, stores):
+    def delete_before_the_last(job, threads, is_recorded, stores):
         jobs.append(job)
         if len(jobs) == 2:
             shutil.rmtree(stores[0].folder)
-        return run_and_keep(job, threads, stores)
+        return run(job, threads, is_recorded, stores)
 
-    monkeypatch.setattr(runner, "_run_and_keep", delete_before_the_last)
+    monkeypatch.setattr(runner, "_run_block", delete_before_the_last)
     told = "evaluate", "es1", "nc", "ssgikf", "--episodes=2", "--format=json", *SHORT
     status, stdout, stderr = command(*told)
     assert status == 1

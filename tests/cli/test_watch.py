@@ -214,12 +214,6 @@ def test_trails_of_a_window_begin_before_its_start(command, monkeypatch):
     assert (times[0], len(times)) == (0.0, 121)
 
 
-def test_a_replay_is_one_file(command, tmp_path):
-    pytest.importorskip("swarm_forage_env.rendering.replay")
-    assert command("watch", "es1", "nc", *SHORT, "--html", "a.html")[0] == 0
-    assert "<html" in (tmp_path / "a.html").read_text(encoding="utf-8")
-
-
 def test_team_mates_of_a_driven_robot_do_as_without_it(command, monkeypatch):
     """As far as they do not meet: in the first seconds, robots stand apart."""
     from swarm_forage_env.rendering.window import Window

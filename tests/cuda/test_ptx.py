@@ -25,7 +25,7 @@ from swarm_forage_env.envs.added_observations import (
 from swarm_forage_env.equations.differential_drive import drive_to_wheels
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.foraging.potential import potential
+from swarm_forage_env.foraging.rewards import potential
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import words_of
@@ -53,9 +53,8 @@ ON_CPU = {
     "write_vectors": "faults, drawn when a world is made",
     "acos": "matrices of positions in estimators that a GPU has not",
     "seed_streams": "a reset of a CPU",
-    "write_rows area_under is_touching is_touching_obstacle": "events for rewards in NumPy",
+    "write_events area_under is_touching is_near_obstacle": "events for rewards in NumPy",
     "repeat falsify": "in the place of what an estimator has not",
-    "write_state put_truth put_areas put_faults": "the state, which a CPU writes",
     "write_log": "the loop over worlds of the log",
     "add_errors": "the meter of an evaluation",
     "no_gain": "the weighting of robots that have none",
@@ -63,16 +62,16 @@ ON_CPU = {
 """Functions of foraging that no kernel of the grid calls, and why."""
 
 NOT_OF_E_PUCKS = (
-    "authors_ekf", "boids_inputs", "covariance_intersection", "cross_covariance", "dead_reckoning",
+    "boids_inputs", "covariance_intersection", "cross_covariance", "dead_reckoning",
     "decentralised_ekf", "joint_update", "localisation", "pose_prediction", "small_matrices",
-    "boids_foraging", "boids_waypoints", "flock", "steering",
+    "boids", "boids_foraging", "flock", "steering",
 )  # fmt: skip
 """Files of estimators and motions that keep something of each pair of robots, or visit waypoints:
 `device="cuda"` refuses them."""
 
 OF_STEPS = (
-    "drive_to_wheels log_beliefs log_counts put_log put_counts localisation_error distance_to_kind"
-    " potential farthest log_messages no_potential"
+    "drive_to_wheels log_beliefs log_counts write_robot_log write_counts localisation_error"
+    " distance_to_kind potential farthest log_messages"
 )
 """Functions of an environment's step, which have a test of their own."""
 

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import check_site
+import count
 import equation_markup
 import glossary_links
 import make_equations
@@ -140,3 +141,10 @@ def test_a_mention_of_a_decision_is_a_link_to_it(tmp_path):
     )
     own = "<p>Decision 0012</p>"
     assert typography.link_decisions(own, tmp_path, "decisions/0012-on-the-path.html") == own
+
+
+def test_the_counts_of_the_architecture_are_written_by_one_command():
+    page = count.PAGE.read_text(encoding="utf-8")
+    was, made = count.MARKED.findall(page), count.MARKED.findall(count.counted(page))
+    assert len(was) == len(made) == 1
+    assert was[0].count("\n|") == made[0].count("\n|")  # the numbers change with every commit

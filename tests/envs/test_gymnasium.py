@@ -184,14 +184,6 @@ def test_a_single_learner_is_rewarded_for_itself_or_as_the_team_is(busy):
     assert own.step(still)[1] == rewards[0]
 
 
-def test_a_single_learner_may_learn_everything_among_hand_written_team_mates():
-    env = gym.make(SINGLE, learn="everything")
-    observed, _ = env.reset(seed=0)
-    assert observed in env.observation_space
-    assert env.step(env.action_space.sample())[0] in env.observation_space
-    assert env.unwrapped.world.robots["report"]["known"].shape == (1, 10, 2)
-
-
 def test_the_tuple_env_has_the_form_of_level_based_foraging():
     env = gym.make(TUPLE, **FEW)
     assert env.unwrapped.n_agents == 3

@@ -18,12 +18,9 @@ from baselines.motion.subsumption import SubsumptionParameters
 from baselines.weighting import WEIGHTING_RULES
 from baselines.weighting.rows import RowWeighting
 from baselines.weighting.sgikf import SGIKF
-from swarm_forage_env.epuck.control import take_wheels
-from swarm_forage_env.epuck.records import Action
 from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.records import WORDS
 from swarm_forage_env.foraging.task import FORAGING
-from swarm_forage_env.interface import CORRECT
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.swarm_forage_v0 import parallel_env
 from tests.outside import OutsideMotion, motion_inputs
@@ -128,74 +125,6 @@ def test_residuals_of_zero_are_the_hand_written_motion(learn, busy):
 
     exchanges, _ = assert_same_run(learn, busy, recipe, decide, residual=True)
     assert exchanges > 50
-
-
-def test_a_residual_is_added_twice_and_robots_that_talk_are_let_be():
-    own = np.array([[0.5, -0.5], [0.5, -0.5], [1.0, 1.0], [0.0, 0.0]], np.float32)
-    residual = np.array([[0.125, 0.125], [0.5, -0.5], [-1.0, -0.5], [1.0, -1.0]], np.float32)
-    talking = [False, False, False, True]
-    actions = Action.array((4,))
-    actions["motion"], actions["wheels"] = CORRECT, residual
-    for action, is_talking, wheels in zip(actions, talking, own, strict=True):
-        take_wheels(action, is_talking, wheels)
-    assert_array_equal(own, [[0.75, -0.25], [1.0, -1.0], [-1.0, 0.0], [0.0, 0.0]])
-
-
-@pytest.mark.parametrize("learn", FORAGING.residuals)
-def test_a_residual_moves_the_robots(learn):
-    envs = [parallel_env(learn=learn, residual=residual) for residual in (False, True)]
-    for env in envs:
-        env.reset(seed=3)
-        for _ in range(20):
-            env.step({agent: np.full(env.action_space(agent).shape, 0.25, np.float32)
-                      for agent in env.agents})  # fmt: skip
-    given, added = (env.world.state.pose for env in envs)
-    assert (given != added).any(axis=1).all()
-
-
-def scramble(robots, keep, rng):
-    """Put nonsense in the place of what all robots but one sense and hear."""
-    others = np.arange(robots.shape[1]) != keep
-    for records, field, values in (
-        ("readings", "proximity", lambda shape: rng.uniform(0, 1, shape)),
-        ("readings", "ground", lambda shape: rng.uniform(0, 1.3, shape)),
-        ("readings", "odometry", lambda shape: rng.uniform(-0.01, 0.01, shape)),
-        ("heard", "n", lambda shape: rng.integers(0, 5, shape)),
-        ("heard", "sender", lambda shape: rng.integers(0, len(others), shape)),
-        ("heard", "range_bearing", lambda shape: rng.uniform(-0.1, 0.1, shape)),
-        ("heard", "n_averaged", lambda shape: rng.integers(1, 10, shape)),
-    ):
-        column = robots[records][field]
-        column[:, others] = values(column.shape).astype(column.dtype)[:, others]
-
-
-@pytest.mark.parametrize("keep", [0, 4])
-def test_a_robot_is_shown_and_does_only_what_follows_from_its_own_readings_and_messages(keep, busy):
-    """Messages are what others say: those that the robot hears are put right."""
-    rng = np.random.default_rng(0)
-    estimator = SocialOdometryParameters(double=True, first_hand=False)
-    recipe = LayeredController("r", estimator, SGIKF(), SubsumptionParameters())
-    true, other = Loop(busy, recipe, [SEED]), Loop(busy, recipe, [SEED])
-    exchanges = 0
-    for _ in range(1500):
-        mine, his = true.controller.minds, other.controller.minds
-        for name in ("belief", "exchange", "situation"):
-            if name == "exchange" and not mine["estimator"][name]["is_valid"][0, keep]:
-                continue
-            ours, theirs = mine["estimator"][name][0, keep], his["estimator"][name][0, keep]
-            assert ours == theirs, name
-        exchanges += true.exchange.is_valid[keep]
-        for loop in (true, other):
-            loop.controller.decide(0, 1)
-        assert true.world.robots["command"][0, keep] == other.world.robots["command"][0, keep]
-        true.world.tick(0, 1)
-        true.controller.observe(0, 1)
-        other.world.robots[:] = true.world.robots
-        scramble(other.world.robots, keep, rng)
-        his["estimator"]["message"] = mine["estimator"]["message"]
-        his["estimator"]["is_composed"] = True
-        other.controller.observe(0, 1)
-    assert exchanges > 5
 
 
 @pytest.mark.parametrize(

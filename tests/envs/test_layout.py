@@ -69,12 +69,6 @@ def test_an_observation_turns_back_into_what_the_layer_sees(learn, stacked, cons
         assert_array_equal(env.observation_layout.matrix(seen), matrix)
 
 
-@every_layer
-def test_no_observation_of_a_robot_on_the_floor_is_all_zeros(learn):
-    observations, _ = parallel_env(learn=learn).reset(seed=0)
-    assert all(observation.any() for observation in observations.values())
-
-
 def test_a_layout_survives_another_process():
     layout = parallel_env(learn="both").observation_layout
     again = pickle.loads(pickle.dumps(layout))

@@ -64,14 +64,6 @@ def test_what_an_environment_of_a_mixed_swarm_shows_is_in_its_spaces(learn, scen
     assert set(infos) == set(observations)
 
 
-def test_learners_steer_every_robot_of_a_mixed_swarm(busy, constant):
-    env = parallel_env(busy, controller={0: "sikf", 1: "dsgiff"}, physics="kinematic")
-    env.reset(seed=1)
-    for _ in range(3):
-        env.step(constant(env, 0.5, -0.25))
-        assert np.all(env.world.robots["command"]["wheels"] == np.float32([0.5, -0.25]))
-
-
 @pytest.mark.parametrize(
     ("controller", "says"),
     [

@@ -5,7 +5,7 @@ import pytest
 
 from swarm_forage_env import ArrayEnv, ConfigError
 from swarm_forage_env.epuck.parts import Arena
-from swarm_forage_env.foraging.potential import potential
+from swarm_forage_env.foraging.rewards import potential
 from swarm_forage_env.foraging.scenario import Scenario, Task
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.scenarios import find_scenario
@@ -33,12 +33,6 @@ def test_own_gives_each_robot_its_round_trips(busy, constant):
     np.testing.assert_array_equal(rewards.sum(axis=0), env.world.state.round_trips)
 
 
-def test_team_gives_everyone_the_mean(busy, constant):
-    own, _ = rewards_of(busy, constant, reward="own")
-    team, _ = rewards_of(busy, constant, reward="team")
-    np.testing.assert_allclose(team, np.repeat(own.mean(axis=1, keepdims=True), 10, axis=1))
-
-
 def test_a_team_is_the_robots_of_one_world(busy):
     def run(reward):
         env = ArrayEnv(busy, 3, learn="weighting", reward=reward, decision_period=10)
@@ -50,12 +44,6 @@ def test_a_team_is_the_robots_of_one_world(busy):
     assert len({each.tobytes() for each in np.moveaxis(own, 1, 0)}) == 3, "the worlds differ"
     assert (own.sum(axis=(0, 2)) > 0).all()
     np.testing.assert_allclose(team, np.broadcast_to(own.mean(axis=2, keepdims=True), own.shape))
-
-
-def test_rewards_of_a_decision_period_are_added_up(busy, constant):
-    slow, _ = rewards_of(busy, constant, decision_period=3)
-    fast, _ = rewards_of(busy, constant)
-    np.testing.assert_array_equal(slow, fast.reshape(-1, 3, 10).sum(axis=1))
 
 
 @pytest.mark.parametrize("reward", ["own", "team"])

@@ -117,12 +117,6 @@ def test_boids_from_outside_are_the_boids_inside(gains, estimator, setting):
     assert assert_same_run("motion", recipe, motion_of(recipe)) > 30
 
 
-@every_recipe
-def test_a_full_correction_from_outside_is_the_one_inside(gains, estimator, setting):
-    recipe = inside(gains, estimator, setting)
-    assert assert_same_run("weighting", recipe, weighting_of(recipe)) > 30
-
-
 @pytest.mark.parametrize(("estimator", "setting"), list(product(ESTIMATORS, SETTINGS)))
 def test_both_layers_from_outside_are_those_inside(estimator, setting):
     recipe = inside("adaptive", estimator, setting)
@@ -143,36 +137,6 @@ def test_no_weight_is_another_run_than_the_full_one():
 
 def full(env):
     return dict.fromkeys(env.agents, np.ones(1, np.float32))
-
-
-def test_the_reward_is_the_goals_rightly_claimed():
-    env = parallel_env("waypoints-10", learn="weighting")
-    env.reset(seed=SEED)
-    right = env.world.state.right.copy()
-    while env.agents:
-        _, rewards, *_ = env.step(full(env))
-        assert_array_equal(list(rewards.values()), env.world.state.right - right)
-        right = env.world.state.right.copy()
-    assert right.sum() > 5
-    assert env.world.state.wrong.sum() > 0
-
-
-def test_a_team_shares_its_goals_and_a_decision_period_adds_them_up():
-    own, team = (
-        parallel_env("waypoints-10", learn="weighting", reward=reward, decision_period=4)
-        for reward in ("own", "team")
-    )
-    own.reset(seed=SEED)
-    team.reset(seed=SEED)
-    total = 0.0
-    while own.agents:
-        _, mine, *_ = own.step(full(own))
-        _, ours, *_ = team.step(full(team))
-        assert len(set(ours.values())) == 1
-        assert sum(ours.values()) == pytest.approx(sum(mine.values()))
-        total += sum(mine.values())
-    assert total == own.world.state.right.sum()
-    assert total > 0.0
 
 
 @every_layer
@@ -203,31 +167,6 @@ def test_infos_count_claims_and_measure_the_belief_against_the_truth():
     np.testing.assert_allclose([log["position_error_m"] for log in logs], off)
 
 
-def test_an_episode_lasts_the_scenarios_time():
-    assert parallel_env("waypoints-05").max_cycles == 200
-    assert parallel_env("waypoints-05", decision_period=3).max_cycles == 66
-    assert parallel_env("waypoints-05", duration=7.0).max_cycles == 14
-
-
-def test_shaping_pays_for_the_way_to_the_goal():
-    options = {"learn": "everything", "discount": 1.0}
-    plain = parallel_env("waypoints-05", **options)
-    shaped = parallel_env("waypoints-05", shaping=2.0, **options)
-    for env in (plain, shaped):
-        env.reset(seed=SEED)
-    straight = np.zeros(3 + WORDS, np.float32)
-    for _ in range(5):
-        state = shaped.world.state
-        before = np.hypot(*(state.goal - state.pose[:, :2]).T)
-        _, bare, *_ = plain.step(dict.fromkeys(plain.agents, straight))
-        _, paid, *_ = shaped.step(dict.fromkeys(shaped.agents, straight))
-        after = np.hypot(*(state.goal - state.pose[:, :2]).T)
-        expected = 2.0 * (before - after) / np.hypot(10.0, 10.0)
-        assert_array_equal(list(bare.values()), np.zeros(5))
-        np.testing.assert_allclose(list(paid.values()), expected, atol=1e-12)
-        assert np.abs(expected).max() > 0.0
-
-
 def test_a_learner_of_everything_is_heard_by_those_who_see_it():
     env = parallel_env("waypoints-05", learn="everything", **{"task.start_half_side": 0.2})
     env.reset(seed=SEED)
@@ -249,17 +188,6 @@ def test_a_learner_of_everything_is_heard_by_those_who_see_it():
     observations, _ = env.reset(seed=SEED)
     for observation in observations.values():
         assert not observation[start : start + 5 * WORDS].any()
-
-
-def test_a_learner_of_everything_claims_with_a_positive_number():
-    env = parallel_env("waypoints-05", learn="everything")
-    env.reset(seed=SEED)
-    claims = {
-        agent: np.array([0.0, 0.0, claim, *np.zeros(WORDS)], np.float32)
-        for agent, claim in zip(env.agents, (1.0, 0.1, 0.0, -0.1, -1.0), strict=True)
-    }
-    env.step(claims)
-    assert env.world.state.wrong.tolist() == [1, 1, 0, 0, 0]
 
 
 def test_the_state_holds_the_truth_and_the_beliefs():

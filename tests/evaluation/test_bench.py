@@ -12,24 +12,20 @@ import pytest
 
 from baselines.cli import run
 from baselines.evaluation.bench import speed
-from baselines.evaluation.bench.bare import bare_pymunk
 from baselines.evaluation.bench.cases import (
-    BatchCase,
     Case,
-    DictionaryCase,
     all_cases,
     enlarged,
     uniform_poses,
 )
 from baselines.evaluation.bench.speed import (
     SHARES,
+    bare_pymunk,
     case_speeds,
     seconds_per_tick,
     stage_shares,
     thread_gain,
 )
-from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.scenarios import find_scenario
 
 
@@ -128,28 +124,6 @@ def test_what_is_timed_is_a_tick_of_a_swarm_under_way(case, physics):
     loop.step()
     moved = np.hypot(*(loop.world.robots["pose"] - before)[0, :, :2].T)
     assert (moved > 0.0).mean() > 0.5
-
-
-@pytest.mark.parametrize(("kind", "env"), [(BatchCase, ArrayEnv), (DictionaryCase, parallel_env)])
-def test_the_environment_is_driven_past_the_end_of_an_episode(kind, env, monkeypatch):
-    calls = []
-    for name in ("reset", "step"):
-        inner = getattr(env, name)
-        monkeypatch.setattr(env, name, counted(calls, name, inner))
-    short = find_scenario("es1", {"task.duration": 1.0})
-    step = kind("short", short, n_worlds=1, warm_up=20).tick("kinematic", quick=False)
-    for _ in range(20):
-        step()
-    assert calls.count("step") == 20 + 20
-    assert "".join(name[0] for name in calls).count("r" + 10 * "s") == 4, "each has an end"
-
-
-def counted(calls, name, inner):
-    def call(*arguments, **options):
-        calls.append(name)
-        return inner(*arguments, **options)
-
-    return call
 
 
 @pytest.mark.parametrize("n_worlds", [1, 3])

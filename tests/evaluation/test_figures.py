@@ -8,7 +8,7 @@ import pytest
 from matplotlib.patches import Polygon
 
 import baselines.evaluation.figures  # noqa: F401 enters the kinds
-from baselines.evaluation.commands_plot import FIGURE_NAMES
+from baselines.evaluation.commands import FIGURE_NAMES
 from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.figure_page import page_style, spans_decades

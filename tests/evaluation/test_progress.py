@@ -2,10 +2,10 @@
 
 import pytest
 
-from baselines.evaluation import progress, runner
+from baselines.evaluation import runner
 from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.evaluate_options import EvaluateOptions
-from baselines.evaluation.runner import Plan
+from baselines.evaluation.runner import Plan, run_with_progress
 from swarm_forage_env import compiler
 
 
@@ -46,5 +46,5 @@ def test_a_listener_is_told_of_an_entry_point_before_it_is_compiled(tmp_path, mo
 def test_on_a_terminal_the_bar_ends_full(plan: Plan, monkeypatch, capsys):
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "120")
-    progress.run_with_progress(plan, JoblibBackend())
+    run_with_progress(plan, JoblibBackend())
     assert "6/6" in capsys.readouterr().err

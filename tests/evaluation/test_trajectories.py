@@ -12,8 +12,7 @@ import pytest
 from baselines.evaluation.backends import JoblibBackend
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.evaluate_options import EvaluateOptions
-from baselines.evaluation.progress import check_kept
-from baselines.evaluation.runner import Plan
+from baselines.evaluation.runner import Plan, check_kept
 from baselines.evaluation.trajectories import (
     Trajectories,
     TrajectoryRecorder,

@@ -1,9 +1,7 @@
 """An episode of waypoints: what it holds, how it is kept, and what a reader is told of it."""
 
-import csv
 import io
-import json
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -11,25 +9,14 @@ import pytest
 from rich.console import Console
 
 from baselines.evaluation.dataset_reader import read_groups
-from baselines.evaluation.episode import kind_of_episode, run_episodes
+from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
-from baselines.evaluation.tables import report, to_csv, to_json
-from swarm_forage_env.foraging.episode import FORAGING_EPISODE
+from baselines.evaluation.tables import report
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.task import task_of
 from swarm_forage_env.waypoints.episode import (
-    WAYPOINT_EPISODE,
     WaypointEpisode,
 )
-
-METRICS = {
-    "covariance_norm",
-    "position_error_m",
-    "goals_per_robot",
-    "false_goals_per_robot",
-    "success_rate",
-}
 
 
 def configuration_of(controller="boids-adaptive", scenario="waypoints-10", **task):
@@ -139,25 +126,6 @@ def test_an_episode_of_foraging_in_its_place_is_set_aside(dataset, waypoint_epis
     assert dataset.find(configuration, 3) is None
     dataset.keep(configuration, [waypoint_episode])
     assert dataset.find(configuration, 3) == waypoint_episode
-
-
-def test_the_kind_of_a_scenario_is_that_of_its_episodes(waypoint_episode, episode):
-    assert task_of(find_scenario("waypoints-05")).episode is WAYPOINT_EPISODE
-    assert kind_of_episode(waypoint_episode) is WAYPOINT_EPISODE
-    assert task_of(find_scenario("es1")).episode is FORAGING_EPISODE
-    assert kind_of_episode(episode) is FORAGING_EPISODE
-    for kind in (WAYPOINT_EPISODE, FORAGING_EPISODE):
-        assert {kind.score, *kind.columns} <= set(kind.episode.__dataclass_fields__)
-
-
-def test_json_and_csv_tell_every_number(waypoint_episode):
-    missing = replace(waypoint_episode, seed=4, success_rate=None)
-    told = json.loads(to_json([waypoint_episode, missing]))
-    assert told == [asdict(waypoint_episode), asdict(missing)]
-    assert set(told[0]) >= METRICS
-    lines = list(csv.DictReader(io.StringIO(to_csv([waypoint_episode, missing]))))
-    assert float(lines[0]["covariance_norm"]) == 0.1 + 0.2
-    assert [line["success_rate"] for line in lines] == ["0.6", ""]
 
 
 def shown(episodes, width=80):

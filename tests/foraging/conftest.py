@@ -7,14 +7,9 @@ import baselines.controllers  # noqa: F401
 import swarm_forage_env.foraging.named
 import swarm_forage_env.foraging.task  # noqa: F401 all three enter their parts
 from swarm_forage_env.compiler import bind, entry_point
-from swarm_forage_env.epuck.obstacle_contacts import resolve_contacts_among
+from swarm_forage_env.epuck.contacts import resolve_contacts
 from swarm_forage_env.epuck.placing import SOURCES
-from swarm_forage_env.epuck.surroundings import (
-    FIRST,
-    find_neighbours,
-    find_neighbours_of,
-    resolve_contacts,
-)
+from swarm_forage_env.epuck.surroundings import FIRST, find_neighbours, find_neighbours_of
 from swarm_forage_env.epuck.tick import hear
 from swarm_forage_env.epuck.world import TICK, write_numbers
 from swarm_forage_env.equations.neighbours import EMPTY, cells_of
@@ -54,10 +49,7 @@ def settle(robots, worlds, near, cells, obstacles):
     settled = 0
     for w in range(worlds.shape[0]):
         find_neighbours(robots[w], near[w], cells[w], worlds[w])
-        if obstacles.shape[1] == 0:
-            settled += resolve_contacts(robots[w], near[w], worlds[w])
-        else:
-            settled += resolve_contacts_among(robots[w], near[w], worlds[w], obstacles[w])
+        settled += resolve_contacts(robots[w], near[w], worlds[w], obstacles[w])
     return settled
 
 

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from baselines import composition
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.interface import KEEP, REPLACE
 
 ENGINES = ("rigid", "kinematic")
@@ -35,26 +33,6 @@ def test_a_world_in_a_block_is_the_world_alone(running, same, scenario, place, t
         block.step()
         fresh.step()
     same(block, place, fresh)
-
-
-def test_what_worlds_have_in_common_is_made_once(running, monkeypatch):
-    """A hundred thousand worlds are made in seconds."""
-    asked = []
-
-    def note(owner, name):
-        function = getattr(owner, name)
-
-        def noted(*arguments):
-            asked.append(name)
-            return function(*arguments)
-
-        monkeypatch.setattr(owner, name, noted)
-
-    note(composition, "layers_of")
-    note(ForagingWorld, "take_numbers")
-    note(ForagingWorld, "restart")
-    running("es1", range(20))
-    assert asked == ["take_numbers", "restart", "layers_of"]
 
 
 @pytest.mark.parametrize("physics", ENGINES)

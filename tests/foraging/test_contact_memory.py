@@ -7,8 +7,6 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.foraging.world import ForagingWorld
-from swarm_forage_env.physics.contact_memory import recall, remembered
-from swarm_forage_env.physics.rigid import Rigid
 from swarm_forage_env.scenarios import find_scenario
 
 CROWD = {"arena.length": 0.8, "arena.width": 0.8, "area_distance": 0.59, "area_radius": 0.05}
@@ -36,21 +34,3 @@ def test_robots_in_a_clump_go_on_bit_for_bit(go, n_robots, before):
         go(used, into_the_middle(used, rng))
         go(copied, into_the_middle(copied, same_rng))
         assert_array_equal(used.state.pose, copied.state.pose)
-
-
-def test_a_space_remembers_again_what_it_was_told(go):
-    world = ForagingWorld([find_scenario("es1", {**CROWD, "n_robots": 15})], [4], "rigid")
-    rng = np.random.default_rng(2)
-    for _ in range(80):
-        go(world, into_the_middle(world, rng))
-    (there,) = world._physics.snapshot()
-    fresh = Rigid(world.scenarios)
-    recall(fresh._spaces[0], there)
-    here = remembered(fresh._spaces[0])
-    assert len(there.contacts) > 15
-    assert {each[3] for each in there.contacts} == {1, 3}  # touching, and parted a moment ago
-    for name in ("stamps", "last_step", "order", "pairs", "lists"):
-        assert getattr(here, name) == getattr(there, name)
-    assert_array_equal(here.boxes, there.boxes)
-    assert_array_equal(here.pushes, there.pushes)
-    assert sorted(here.contacts) == sorted(there.contacts)

@@ -17,7 +17,6 @@ from swarm_forage_env.epuck.fault_record import (
 from swarm_forage_env.epuck.placing import SOURCES
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.mixed import MixedController
 from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.scenarios import find_scenario
 
@@ -187,14 +186,6 @@ def test_a_restored_snapshot_goes_on_with_the_same_faults(bits, physics):
     once = bits(run(found, 100))
     found.restore(kept)
     assert bits(run(found, 100)) == once
-
-
-def test_robots_of_two_controllers_may_lie():
-    members = [find_controller("ssgikf")] * 5 + [find_controller("covariance")] * 5
-    world = find_scenario("es1", NEAR | {"faults.liar.share": 0.4, "faults.stale.share": 0.4})
-    found = run(Loop(world, MixedController(tuple(members)), [3], "kinematic"), 300)
-    assert np.isfinite(found.world.state.pose).all()
-    assert found.world.state.messages.any()
 
 
 @pytest.mark.parametrize("name", ["liar", "stale"])

@@ -46,14 +46,6 @@ def test_no_ticks_is_no_share():
     assert knows_both_areas_share(np.zeros(2, np.int64), 1, 0).tolist() == [0.0]
 
 
-def test_all_ticks_of_the_second_half_on_the_path_are_a_share_of_one(running, go):
-    world = running("es1", [0], duration=1.5, n_robots=1).world
-    for _ in range(15):
-        state = go(world, known=True)
-    assert state.path_ticks[0] == 8
-    assert knows_both_areas_share(state.path_ticks, 1, 15).tolist() == [1.0]
-
-
 def test_robots_report_what_their_estimator_knows_and_the_next_tick_counts_it(running):
     loop = running("es1", [0], duration=120.0)
     state, expected = loop.world.state, np.zeros(10, np.int64)

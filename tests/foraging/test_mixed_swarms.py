@@ -13,43 +13,16 @@ from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.interface import CORRECT, KEEP, REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.mixed import MixedController
-from swarm_forage_env.observed_fields import read_rows
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
-from tests.outside import OutsideMotionPart
+from tests.outside import OutsideMotionPart, SGIKFInNumPy
 
 BUSY = {"cruise_speed": 0.12, "area_distance": 0.7, "wheel_noise": 0.02, "duration": 60.0}
 TICKS = 500
 N = 10
 OUTSIDE = OutsideMotionPart(SubsumptionParameters())
 TALKATIVE = {"pause": 0.5, "refractory": 1.0}
-
-
-class Circling:
-    """A motion in NumPy that commands all robots the same wheels, and remembers its resets."""
-
-    def __init__(self, left, right):
-        self._wheels = np.float32([left, right])
-
-    def start(self, scenario, seeds):
-        self.resets = []
-        return self
-
-    def reset(self, world, seed):
-        self.resets.append((world, seed))
-
-    def __call__(self, situation, readings, heard, wheels):
-        return np.tile(self._wheels, (len(wheels), 1))
-
-
-class SGIKFInNumPy:
-    heard_p_share = 0.0
-
-    def __call__(self, exchange):
-        total = exchange.own_p + exchange.heard_p
-        half = np.full_like(total, 0.5)
-        return np.divide(exchange.own_p, total, out=half, where=total > 0.0)
 
 
 def named(name, **values):
@@ -155,40 +128,6 @@ def test_every_robot_weighs_by_its_own_numbers():
     assert differ > 5
 
 
-def test_a_message_is_composed_by_its_senders_numbers():
-    """A single filter on its way tells of one area only, a double one of both."""
-    swarm = mixed(*(named(name, **TALKATIVE, first_hand=False) for name in ("ssgiff", "dsgiff")))
-    loop = Loop(busy(), swarm, [4], "kinematic")
-    told_both, on_the_way = np.zeros(N, int), np.zeros(N, int)
-    for _ in range(3 * TICKS):
-        before = loop.situation
-        loop.step()
-        minds = loop.controller.minds["estimator"][0]
-        knowing = minds["is_composed"] & before.known.all(axis=1) & (before.goal[:, 2] == 0)
-        on_the_way += knowing
-        told_both += knowing & (minds["message"]["told"].sum(axis=1) == 2)
-    assert on_the_way[::2].sum() > 20
-    assert not told_both[::2].any()
-    np.testing.assert_array_equal(told_both[1::2], on_the_way[1::2])
-    assert told_both.sum() > 20
-
-
-def test_what_is_heard_is_taken_by_its_receivers_numbers():
-    """To every second robot a sender seems to have gone a hundred metres farther."""
-    loop = Loop(busy(), mixed(named("dsgiff"), named("dsgiff", message_path=100.0)), [4])
-    heard = [[], []]
-    for _ in range(TICKS):
-        loop.step()
-        shown = loop.exchange
-        for robot, area in zip(*np.nonzero(shown.heard_known), strict=True):
-            heard[robot % 2].append(shown.heard_p[robot, area])
-    doubtful = np.array(heard[1])
-    assert len(heard[0]) > 5
-    assert len(doubtful) > 5
-    assert np.all(doubtful >= 100.0)
-    assert min(heard[0]) < 100.0
-
-
 def test_who_has_another_estimator_is_heard_and_tells_nothing():
     lonely = 0
     swarm = MixedController((named("sikf"), *[named("dsgiff")] * (N - 1)))
@@ -208,37 +147,6 @@ def test_who_has_another_estimator_is_heard_and_tells_nothing():
     assert from_lonely > 20
     assert to_lonely > 20
     assert exchanges > 20
-
-
-def test_each_of_two_languages_has_its_own_exchanges():
-    swarm = mixed(named("dsgiff"), named("sikf"))
-    loop, met = Loop(busy(), swarm, [4], "kinematic"), [0, 0]
-    for _ in range(2 * TICKS):
-        loop.step()
-        for kind in range(2):
-            met[kind] += np.count_nonzero(loop.exchange.is_valid[kind::2])
-    for kind, team in enumerate(loop.controller._running):
-        partners = team.minds["estimator"]["belief"]["met"][0, kind::2]
-        assert np.all(partners[partners >= 0] % 2 == kind)
-        assert met[kind] > 5
-
-
-def test_rules_in_numpy_steer_their_own_robots_only():
-    left, right = Circling(-1.0, 1.0), Circling(1.0, -1.0)
-    swarm = mixed(
-        replace(named("dsgiff"), motion=left),
-        replace(named("dsgiff"), motion=right),
-        named("dsgiff"),
-    )
-    loop = run(swarm, [4, 5], 30)
-    wheels = loop.world.robots["command"]["wheels"]
-    assert np.all(wheels[:, 0::3] == np.float32([-1.0, 1.0]))
-    assert np.all(wheels[:, 1::3] == np.float32([1.0, -1.0]))
-    alone = run(named("dsgiff"), [4, 5], 1)
-    first = run(swarm, [4, 5], 1)
-    commands = (each.world.robots["command"]["wheels"] for each in (alone, first))
-    np.testing.assert_array_equal(*(each[:, 2::3] for each in commands))
-    assert left.resets == right.resets == [(0, 4), (1, 5)]
 
 
 def test_a_learner_acts_in_a_mixed_swarm_as_in_a_uniform_one():
@@ -261,35 +169,6 @@ def test_a_learner_acts_in_a_mixed_swarm_as_in_a_uniform_one():
     action.motion[:5] = KEEP
     other.step()
     assert not np.any(np.all(other.world.state.command.wheels[:3] == np.float32([-0.5, 0.25])))
-
-
-def test_robots_of_a_policy_live_among_hand_written_ones():
-    policy = FORAGING.no_layers
-    swarm = MixedController((*[policy] * 5, *[named("dsgiff")] * 5))
-    loop = Loop(busy(), swarm, [4], "kinematic")
-    action, minds = loop.world.robots["action"], loop.controller.minds
-    action["wheels"][0, :5], minds["speak"][0, :5] = (0.5, -0.5), 1.0
-    minds["words"][0, :5] = 0.25
-    fields = loop.fields(FORAGING.policies["everything"].layout(busy()))
-    everything = loop.kernel(read_rows, {})
-    words = 0
-    for _ in range(300):
-        loop.step()
-        command = loop.world.robots["command"][0]
-        assert np.all(command["wheels"][:5] == np.float32([0.5, -0.5]))
-        assert np.all(command["is_speaking"][:5])
-        seen = np.empty((1, N, 81), np.float32)
-        everything(fields, np.arange(N), seen)
-        words += np.count_nonzero(seen == 0.25)
-    assert words > 12
-    assert not loop.situation.known[:5].any()
-    assert np.all(loop.situation.goal[:5, 2] == 1.0)
-    assert loop.situation.known[5:].any()
-    crowd = loop.controller._running[1].minds["estimator"]
-    assert not crowd["message"]["told"][0, :5].any()
-    assert np.any(loop.exchange.heard_known) or loop.world.robots["messages"].sum() > 50
-    loop.reset([5])
-    assert not minds["speak"].any()
 
 
 def test_all_readers_are_shown_every_robots_own_mind():

@@ -6,7 +6,7 @@ import pytest
 from swarm_forage_env.epuck import world
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.global_state import ForagingState
-from swarm_forage_env.foraging.potential import potential
+from swarm_forage_env.foraging.rewards import potential
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario

@@ -4,15 +4,12 @@ import itertools
 import re
 
 import numpy as np
-import pytest
 from scipy import stats
 
 from swarm_forage_env.arrays import NEST, PREY
-from swarm_forage_env.compiler import entry_point
-from swarm_forage_env.epuck.tick import face
 from swarm_forage_env.epuck.world import place_in_circle
 from swarm_forage_env.equations.ground import FLOOR
-from swarm_forage_env.foraging.scoring import TO_FIRST_NEST, next_leg, score
+from swarm_forage_env.foraging.scoring import TO_FIRST_NEST, next_leg
 from swarm_forage_env.random_streams import NoiseSource, streams
 
 RADIUS, APART = 0.2, 0.07
@@ -71,83 +68,3 @@ def test_the_automaton_counts_what_stands_in_the_string_of_visits():
                 leg, completed = next_leg(leg, area)
                 trips += completed
             assert trips == trips_by_the_book(visits), visits
-
-
-@entry_point
-def keep_books(robots, worlds):
-    """The score of every robot in a tick."""
-    for w in range(worlds.shape[0]):
-        worlds[w].ticks += 1
-        for i in range(robots.shape[1]):
-            face(robots[w, i])
-            score(robots[w], i, worlds[w])
-
-
-PLACES = {
-    "nest": (-0.4 - 0.03, 0.0, 0.0),
-    "prey": (0.4, 0.03, -np.pi / 2),
-    "floor": (0.0, 0.0, 0.0),
-    "beside": (-0.4, 0.08, np.pi / 2),  # the centre on the nest, the sensor not
-}
-
-
-@pytest.fixture
-def book(block):
-    """The score of one robot that is put down somewhere at each tick, in an episode of 8."""
-
-    class Book:
-        def __init__(self):
-            self._block = block([PLACES["floor"]], area_distance=0.8, duration=0.8)
-            self.robot = self._block.state[0]
-
-        def tick(self, place, lost=False, known=(False, False)):
-            self.robot.pose[:] = PLACES[place]
-            self.robot.report.is_lost = lost
-            self.robot.report.known[:] = known
-            keep_books(self._block.robots, self._block.worlds)
-            return float(self.robot.reward)
-
-    return Book()
-
-
-def test_a_round_trip_is_rewarded_in_the_tick_it_is_completed(book):
-    way = ["floor", "nest", "floor", "prey", "prey", "floor", "nest", "nest", "prey", "nest"]
-    rewards = [book.tick(place) for place in way]
-    assert rewards == [0, 0, 0, 0, 0, 0, 1, 0, 0, 1]
-    assert book.robot.round_trips == 2
-
-
-def test_only_the_first_visit_of_each_area_is_booked(book):
-    for place in ("floor", "prey", "nest", "prey", "nest"):
-        book.tick(place)
-    assert book.robot.first_visit.tolist() == [3, 2]
-
-
-def test_the_sensor_counts_and_not_the_centre(book):
-    book.tick("beside")
-    assert book.robot.first_visit.tolist() == [-1, -1]
-
-
-def test_a_robot_is_on_the_path_while_it_knows_both_areas_in_the_second_half(book):
-    both = True, True
-    for _ in range(4):
-        book.tick("floor", known=both)
-    assert book.robot.path_ticks == 0  # the first half does not count
-    book.tick("floor", known=both)
-    book.tick("nest", known=both)
-    assert book.robot.path_ticks == 2
-    book.tick("prey", known=(True, False))
-    book.tick("nest", known=(False, True))
-    assert book.robot.path_ticks == 2  # where it is does not count
-
-
-def test_every_lost_report_is_counted(book):
-    book.tick("floor", lost=True)
-    book.tick("floor")
-    assert book.robot.lost_events == 1
-
-
-def test_getting_lost_does_not_undo_the_leg(book):
-    for place, lost in (("nest", False), ("prey", False), ("floor", True)):
-        book.tick(place, lost)
-    assert book.tick("nest") == 1.0

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 
-import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
@@ -160,24 +159,6 @@ def test_the_robots_of_a_learner_of_everything_are_copied():
     loop.restore(kept)
     run(50, loop)
     assert_array_equal(loop.world.robots, other.world.robots)
-
-
-@every_copy
-def test_kernels_know_the_records_of_a_copy_at_once(copied):
-    """An equal dtype that is another object is compared field by field at every call."""
-    loop = crowd(physics="kinematic")
-    other = copied(loop)
-    for mine, copied_one in (
-        (loop.world.robots, other.world.robots),
-        (loop.world.worlds, other.world.worlds),
-        (loop.controller.minds, other.controller.minds),
-        (loop.controller._settings, other.controller._settings),
-    ):
-        assert copied_one.dtype is mine.dtype
-        assert not np.shares_memory(mine, copied_one)
-    assert other.task is loop.task
-    mine, copied_ones = loop.controller._groups, other.controller._groups
-    assert [each.functions for each in copied_ones] == [each.functions for each in mine]
 
 
 GO_ON = """

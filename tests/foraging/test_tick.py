@@ -1,7 +1,5 @@
 """One tick: motors, walls, sensors, the end of an episode."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -32,22 +30,6 @@ def test_a_free_robot_goes_where_its_wheels_take_it(alone, go, physics):
     turn = 0.01 / 0.053
     x, y = 0.055 / turn * np.sin(turn), 0.055 / turn * (1.0 - np.cos(turn))
     np.testing.assert_allclose(state.pose[0], [x, y, turn], atol=1e-5)
-
-
-@pytest.mark.parametrize("physics", ENGINES)
-def test_every_robot_goes_where_its_own_wheels_take_it(alone, go, physics):
-    north, south = (0.5, 0.0, math.pi / 2), (-0.5, 0.0, -math.pi / 2)
-    world = alone(physics, (0.0, 0.0, 0.0), north, south)
-    state = go(world, [(0.1, 0.1), (0.05, 0.05), (-0.0265, 0.0265)])
-    expected = [[0.01, 0.0, 0.0], [0.5, 0.005, math.pi / 2], [-0.5, 0.0, 0.1 - math.pi / 2]]
-    np.testing.assert_allclose(state.pose, expected, atol=1e-8)
-
-
-@pytest.mark.parametrize("physics", ENGINES)
-def test_cosine_and_sine_stand_beside_the_heading(alone, go, physics):
-    state = go(alone(physics, (0.0, 0.0, 3.0)), (-0.05, 0.05))
-    theta = state.pose[0, 2]
-    np.testing.assert_array_equal(state.heading[0], [math.cos(theta), math.sin(theta)])
 
 
 @pytest.mark.parametrize("physics", ENGINES)
@@ -96,25 +78,6 @@ def test_sensors_see_where_the_robots_are_after_the_tick(alone, go):
     assert go(world).readings.proximity[0, 0] > 0.0
     world.state.pose[:] = [world.areas[0, 0] - 0.03, 0.0, 0.0]
     assert go(world).readings.ground.tolist() == [[0.0, 0.0, 0.0]]
-
-
-def test_an_episode_is_over_after_its_duration(running, go):
-    world = running("es1", [0, 1], duration=0.5).world
-    is_over = []
-    for _ in range(6):
-        go(world)
-        is_over.append(world.is_over.tolist())
-    assert is_over == [[False, False]] * 4 + [[True, True]] * 2
-
-
-def test_the_reward_is_the_round_trip_in_its_tick(alone, go):
-    world = alone("rigid", (0.0, 0.0, 0.0))
-    nest, prey = world.areas[:, 0] - 0.03
-    rewards = []
-    for x in (nest, prey, nest, 0.0):
-        world.state.pose[:] = [x, 0.0, 0.0]
-        rewards.append(float(go(world).reward[0]))
-    assert rewards == [0.0, 0.0, 1.0, 0.0]
 
 
 def test_what_a_layer_was_shown_is_not_changed_by_the_next_tick(running):

@@ -2,13 +2,12 @@
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from PIL import Image
 
-from baselines.evaluation import progress
-from baselines.papers import commands_reproduce, report, reproduction
+from baselines.evaluation import runner
+from baselines.papers import commands_reproduce, reproduction
 from baselines.papers.claim_types import ClaimResult, Number, Order
 from baselines.papers.experiments import Experiment
 from baselines.papers.figures import Boxes
@@ -57,51 +56,6 @@ def test_a_reproduction_is_kept_in_a_folder_of_its_own(monkeypatch, tmp_path):
         Reproduction(ReproduceOptions("ants2008", physics="soft"))
 
 
-def bare(monkeypatch, tmp_path):
-    """A reproduction of nothing, whose results are there."""
-    paper = SimpleNamespace(page="page", figures=(), results=lambda plan: {"of": plan})
-    made = Reproduction.__new__(Reproduction)
-    made.paper, made.command, made.folder, made.plan = paper, "a command", tmp_path, "the plan"
-    monkeypatch.setattr(
-        report, "page", lambda paper, found, results, command: f"{results} {command}"
-    )
-    return made
-
-
-def test_claims_figures_and_page_are_written_side_by_side(monkeypatch, tmp_path):
-    drawn = []
-    monkeypatch.setattr(reproduction, "write_figures", lambda *given: drawn.append(given))
-    made = bare(monkeypatch, tmp_path)
-    assert made.write(FOUND) == [tmp_path / "claims.json", tmp_path / "page.md"]
-    text = (tmp_path / "claims.json").read_text("utf-8")
-    assert text.endswith("]\n")
-    assert json.loads(text) == [each.as_row() for each in FOUND]
-    assert (tmp_path / "page.md").read_text("utf-8") == "{'of': 'the plan'} a command"
-    page = tmp_path / "docs" / "page.md"
-    page.parent.mkdir()
-    assert made.write(FOUND, page, "paper") == [tmp_path / "claims.json", page]
-    assert [given[2:] for given in drawn] == [
-        (tmp_path / "figures", "a command", "screen"),
-        (tmp_path / "docs" / "figures", "a command", "paper"),
-    ]
-
-
-def test_how_long_it_takes_is_told_for_all_threads_of_all_workers(monkeypatch, tmp_path, capsys):
-    asked, ran = [], []
-
-    def seconds(plan, workers):
-        asked.append((plan, workers))
-        return 7200.0 / workers
-
-    monkeypatch.setattr(reproduction, "expected_seconds", seconds)
-    monkeypatch.setattr(reproduction, "run_with_progress", lambda *given: ran.append(given))
-    backend = SimpleNamespace(workers=3, threads=4)
-    bare(monkeypatch, tmp_path).run_with_progress(backend)
-    assert asked == [("the plan", 12)]
-    assert ran == [("the plan", backend)]
-    assert "about 10 min to run, with 3 at a time" in capsys.readouterr().err
-
-
 @pytest.fixture
 def called(monkeypatch):
     """What the command makes of its options."""
@@ -125,7 +79,7 @@ def called(monkeypatch):
 
     monkeypatch.setattr(reproduction, "Reproduction", Recorded)
     monkeypatch.setattr(commands_reproduce, "find_backend", lambda *given: given)
-    monkeypatch.setattr(progress, "check_kept", found.append)
+    monkeypatch.setattr(runner, "check_kept", found.append)
     return found
 
 
@@ -149,14 +103,6 @@ def test_quick_is_six_replications_unless_another_number_is_asked_for(
 ):
     assert command("reproduce", "ants2008", *options)[0] == 0
     assert called[0][0].episodes == episodes
-
-
-def test_json_is_written_in_the_place_of_the_table(called, command):
-    options = "--format=json", "--set=tick=0.2", "--style=paper"
-    _, stdout, _ = command("reproduce", "ants2008", *options)
-    assert json.loads(stdout) == [each.as_row() for each in FOUND]
-    assert called[0][0].settings == ["tick=0.2"]
-    assert called[2][2] == "paper"
 
 
 NC, SSGIKF = Experiment("es1", "nc"), Experiment("es1", "ssgikf")

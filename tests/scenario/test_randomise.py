@@ -6,7 +6,7 @@ from scipy import stats
 
 import swarm_forage_env.foraging.task  # noqa: F401 enters the task
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.randomise import MOST_TOGETHER, Randomisation
+from swarm_forage_env.randomise import MAX_TOGETHER, Randomisation
 from swarm_forage_env.scenarios import find_scenario
 
 ES1 = find_scenario("es1")
@@ -110,7 +110,7 @@ def test_of_many_ranges_the_ends_are_tried_alone_and_all_together():
     names = ("proximity_noise", "ground_noise", "wheel_noise", "loss_near", "loss_far",
              "range_noise", "exchange_time", "ground_ahead", "cruise_speed")  # fmt: skip
     ranges = dict.fromkeys(names, (0.01, 0.02))
-    assert len(ranges) > MOST_TOGETHER
+    assert len(ranges) > MAX_TOGETHER
     Randomisation(ES1, {**ranges, "loss_near": (0.0, 0.01)}).draw(1)
     with pytest.raises(ConfigError, match=r"loss_near=0\.02: must be at most"):
         Randomisation(ES1, {**ranges, "loss_near": (0.02, 0.02)})

@@ -8,7 +8,7 @@ import pytest
 from swarm_forage_env.foraging.scenario import Scenario
 from training.checkpoint import BEST_POLICY, CHECKPOINT
 from training.experiment import Experiment
-from training.learned_weighting import NETWORK, unflatten, weighting_network_shapes
+from training.learned_weighting import EXCHANGE_NETWORK, NETWORK, unflatten
 from training.policy_file import Card, layer_card, save_policy
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62", "task.duration": "60"}
@@ -37,7 +37,7 @@ def make_card(**changes):
 
 
 def make_weights(seed=0):
-    shapes = weighting_network_shapes(SIZES)
+    shapes = EXCHANGE_NETWORK.shapes(SIZES)
     count = sum(int(np.prod(shape)) for shape in shapes.values())
     numbers = np.random.default_rng(seed).normal(0.0, 1.0, count)
     return {f"weighting.{name}": array for name, array in unflatten(numbers, shapes).items()}

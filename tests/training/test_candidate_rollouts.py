@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import torch
 
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
@@ -58,87 +57,12 @@ def test_swarms_of_more_robots_than_a_job_run_one_by_one(monkeypatch):
     assert [len(job.seeds) for job in jobs_of(rollouts(1), 1, range(3))] == [1, 1, 1]
 
 
-def test_round_trips_come_back_by_scenario_candidate_and_seed(monkeypatch):
-    made = rollouts(
-        2, one=find_scenario("es1", {"n_robots": 5}), two=find_scenario("es1", {"n_robots": 7})
-    )
-
-    def ran(job):
-        n, worlds = job.scenario.task.n_robots, zip(job.controllers, job.seeds, strict=True)
-        trips = [10 * int(each.weighting.network[0]) + seed for each, seed in worlds]
-        return 1000 * n + np.array(trips)
-
-    monkeypatch.setattr(candidate_rollouts, "run_job", ran)
-    monkeypatch.setattr(
-        candidate_rollouts, "run_in_order", lambda backend, run, jobs: map(run, jobs)
-    )
-    networks = np.array([[1.0], [2.0], [3.0]], np.float32)
-    found = made.round_trips(networks, [4, 5])
-    assert {name: trips.tolist() for name, trips in found.items()} == {
-        "one": [[5014, 5015], [5024, 5025], [5034, 5035]],
-        "two": [[7014, 7015], [7024, 7025], [7034, 7035]],
-    }
-
-
 def test_the_simulated_time_is_that_of_all_worlds_of_all_scenarios():
     made = rollouts(
         one=find_scenario("es1", {"duration": 60.0}),
         two=find_scenario("es1", {"duration": 90.0, "tick": 0.5}),
     )
     assert made.simulated_s(4) == pytest.approx(4 * 150.0)
-
-
-class Line(torch.nn.Module):
-    """A network of one weight, and what it was shown."""
-
-    def __init__(self):
-        super().__init__()
-        self.weight = torch.nn.Parameter(torch.zeros(1))
-        self.sizes = []
-
-    def forward(self, observed):
-        self.sizes.append(len(observed))
-        return observed * self.weight, None
-
-
-def test_a_copy_is_fitted_in_twenty_epochs_of_batches_of_512(monkeypatch):
-    torch.manual_seed(0)
-    observed, wheels = np.ones((600, 2), np.float32), np.full((600, 2), 0.5, np.float32)
-    actor = Line()
-    ppo.clone_behaviour(actor, [(observed[:400], wheels[:400]),
-                                              (observed[400:], wheels[400:])])  # fmt: skip
-    assert actor.sizes == [512, 88] * 20
-    assert actor.weight.item() == pytest.approx(0.04, rel=0.01)  # 40 steps of Adam of 1e-3
-    with monkeypatch.context() as patch:
-        patch.setattr(ppo, "LEARNING_RATE", 0.0)
-        patch.setattr(ppo, "BATCH_SIZE", 400)
-        still = Line()
-        half = ppo.clone_behaviour(
-            still, [(observed[:300], wheels[:300]), (observed[:300], 0.0 * wheels[:300])]
-        )
-    assert still.sizes == [400, 200] * 20
-    assert half == pytest.approx(0.125)  # the mean of 0.25 and 0
-
-
-def test_every_scenario_is_compiled_before_workers_start(monkeypatch):
-    stepped = []
-
-    class OneStep:
-        def __init__(self, scenario, controller, seeds, physics):
-            self.name = scenario.task.n_robots, controller.weighting.network[0], physics
-
-        def step(self):
-            stepped.append(self.name)
-
-    monkeypatch.setattr(candidate_rollouts, "Loop", OneStep)
-    two = {f"n{n}": find_scenario("es1", {"n_robots": n}) for n in (5, 7)}
-    rollouts(**two).warm_up(np.array([0.5], np.float32))
-    assert stepped == [(5, 0.5, "rigid"), (7, 0.5, "rigid")]
-    monkeypatch.setattr(candidate_rollouts, "DeviceLoop", lambda loop: SimpleNamespace(
-        step=lambda: stepped.append("on a GPU")))  # fmt: skip
-    stepped.clear()
-    rollouts(device="cuda", **two).warm_up(np.array([0.5], np.float32))
-    assert stepped == ["on a GPU"] * 2
 
 
 @pytest.mark.parametrize(("device", "by_backend"), [("cpu", 2), ("cuda", 0)])

@@ -12,7 +12,7 @@ from training import cma_es
 from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import BEST_POLICY, CHECKPOINT, write_checkpoint
 from training.cma_es import CMAESTraining, fitness_of, initial_mean, initial_network, train
-from training.learned_weighting import HIDDEN, network_of, weighting_network_shapes
+from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN
 from training.linear_motion_policy import linear_policy_of
 from training.policy_file import CurvePoint, load_policy, save_policy
 
@@ -46,7 +46,7 @@ def test_the_search_climbs(experiment):
     policy = train(experiment(budget=40, population=10, every=20), silent)
     first, *_, last = policy.card.curve
     assert first.value < last.value
-    assert network_of(policy)[-1] == pytest.approx(1.0, abs=0.2)
+    assert EXCHANGE_NETWORK.numbers_of(policy)[-1] == pytest.approx(1.0, abs=0.2)
 
 
 def test_every_generation_has_worlds_and_random_numbers_of_its_own(experiment, monkeypatch):
@@ -92,7 +92,9 @@ def test_a_search_goes_on_from_its_generations_and_from_the_first_mean_of_the_hi
     training = CMAESTraining(mine)
     assert training.done == 2
     training.save_best()
-    np.testing.assert_array_equal(network_of(load_policy(mine.out / BEST_POLICY)), 1.0)
+    np.testing.assert_array_equal(
+        EXCHANGE_NETWORK.numbers_of(load_policy(mine.out / BEST_POLICY)), 1.0
+    )
 
 
 @pytest.mark.usefixtures("_imagined")
@@ -102,7 +104,7 @@ def test_the_policy_kept_is_the_best_on_the_held_back_worlds(experiment):
     assert [point.step for point in curve] == list(range(5))
     best = max(curve, key=lambda point: point.value)
     assert policy.card.score == best.round_trips
-    trips = imagined_trips(network_of(policy)[-1], np.array([2000, 2001])).mean()
+    trips = imagined_trips(EXCHANGE_NETWORK.numbers_of(policy)[-1], np.array([2000, 2001])).mean()
     assert np.log1p(trips) == pytest.approx(best.value)
 
 
@@ -120,7 +122,8 @@ def test_the_search_starts_from_the_hand_written_rule(experiment):
 
 
 @pytest.mark.parametrize(
-    ("layer", "numbers_of"), [("weighting", network_of), ("motion", linear_policy_of)]
+    ("layer", "numbers_of"),
+    [("weighting", EXCHANGE_NETWORK.numbers_of), ("motion", linear_policy_of)],
 )
 def test_the_search_goes_on_from_a_learned_layer(experiment, layer, numbers_of):
     mine = experiment(layer=layer, controller="learned-both", budget=1, every=1)
@@ -218,7 +221,7 @@ def test_the_first_candidates_lie_around_the_start_as_widely_as_documented(
 
 
 def test_hidden_units_begin_as_large_as_their_number_of_inputs_allows():
-    shape = weighting_network_shapes({"hidden": HIDDEN})["hidden.weight"]
+    shape = EXCHANGE_NETWORK.shapes({"hidden": HIDDEN})["hidden.weight"]
     start, count = initial_mean(5, "weighting"), shape[0] * shape[1]
     drawn = np.random.default_rng(5).normal(0.0, 1.0, count)
     np.testing.assert_allclose(start[:count] * np.sqrt(shape[1]), drawn)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,12 +25,13 @@ from training.exchanges import (
     squared_error,
 )
 from training.learned_weighting import (
+    EXCHANGE_NETWORK,
+    REMEMBERED,
+    REPUTATION_NETWORK,
+    LearnedReputation,
     flatten,
-    network_of,
-    weighting_network_shapes,
 )
 from training.policy_file import load_policy, observation_layout
-from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK, LearnedReputation
 
 OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
@@ -60,7 +62,7 @@ def imitating(experiment):
 
 
 def random_numbers():
-    shapes = weighting_network_shapes({"hidden": HIDDEN})
+    shapes = EXCHANGE_NETWORK.shapes({"hidden": HIDDEN})
     count = sum(math.prod(shape) for shape in shapes.values())
     return np.random.default_rng(0).normal(0.0, 0.5, count).astype(np.float32)
 
@@ -134,13 +136,16 @@ def test_a_fit_finds_out_who_is_right(imitating):
 
 def test_training_ends_with_the_best_policy_as_a_controller(imitating):
     mine = imitating(controller="dsgiff-frequent")
-    policy = train(mine, silent)
+    said = []
+    policy = train(mine, said.append)
+    assert any("gain per exchange as a share of the oracle's: es1 " in line for line in said)
     curve = policy.card.curve
     assert [point.step for point in curve] == [0, 1, 2]
+    assert [point.simulated_s for point in curve] == [0.0, 180.0, 360.0]  # 3 worlds of 60 s
     best = max(curve, key=lambda point: point.value)
     assert policy.card.score == best.round_trips
     assert policy.card.layers["weighting"].sizes == {"hidden": HIDDEN}
-    assert network_of(policy).size == 170
+    assert EXCHANGE_NETWORK.numbers_of(policy).size == 170
     controller = find_controller(f"learned-weighting:policy={policy.source}")
     episodes = run_episodes(
         mine.scenarios_by_name["es1"], controller, mine.held_back_seeds, "kinematic"
@@ -154,8 +159,10 @@ def test_a_fit_goes_on_from_a_learned_weighting(imitating, name, policy_file):
     policy = load_policy({"weighting": "weighting", "mine": policy_file}[name])
     mine = imitating(controller=f"learned-weighting:policy={policy.source}")
     actor = DAggerTraining(mine)._actor
-    shapes = weighting_network_shapes(actor.sizes)
-    np.testing.assert_array_equal(flatten(actor.to_numpy(), shapes), network_of(policy))
+    shapes = EXCHANGE_NETWORK.shapes(actor.sizes)
+    np.testing.assert_array_equal(
+        flatten(actor.to_numpy(), shapes), EXCHANGE_NETWORK.numbers_of(policy)
+    )
 
 
 AMONG_LIARS = "reputation_odometry+sgikf+subsumption:weighs_unknown=true,pause=5"
@@ -217,3 +224,30 @@ def test_a_fit_has_one_thread_whatever_the_workers(imitating, monkeypatch):
     learning = DAggerTraining(imitating(workers=2))
     assert learning._fit({}) == {}
     assert asked == [1]
+
+
+class Slope:
+    """Exchanges whose error is the weight itself."""
+
+    def gain(self, name):
+        return 1.0
+
+    def draw(self, draws):
+        return self
+
+    def error(self, actor):
+        return actor.weight.sum()
+
+    def share(self, actor, gain):
+        return gain
+
+
+@pytest.mark.parametrize(("done", "moved"), [(0, 5.0), (5, 2.5), (9, 0.5)])
+def test_the_rate_of_a_fit_falls_to_zero_with_the_rounds(done, moved):
+    training = DAggerTraining.__new__(DAggerTraining)
+    training._experiment, training._rounds = SimpleNamespace(seed=3, budget=10), done
+    training._actor = torch.nn.Linear(1, 1, bias=False)
+    torch.nn.init.constant_(training._actor.weight, 7.0)
+    training._fit({"a": Slope()})
+    # Adam moves by its rate at each of 500 steps of a constant slope: 500 x 0.01 of what is left.
+    assert training._actor.weight.item() == pytest.approx(7.0 - moved, rel=1e-3)

@@ -1,13 +1,11 @@
 """Recorded exchanges by hand: which are kept, what of them, and what an error of them counts."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
 
-from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import rows
@@ -18,11 +16,9 @@ from training.exchanges import (
     ExchangeRecorder,
     Exchanges,
     RecordingWeighting,
-    record_exchanges,
 )
-from training.learned_weighting import EXCHANGE_NETWORK
+from training.learned_weighting import EXCHANGE_NETWORK, REPUTATION_NETWORK
 from training.policy_file import observation_layout
-from training.reputation_weighting import REMEMBERED, REPUTATION_NETWORK
 
 SCENARIO = find_scenario("es1")
 LAYOUT = observation_layout("weighting", SCENARIO)
@@ -100,16 +96,6 @@ def test_a_batch_is_1024_whole_rows_drawn_by_its_generator():
     assert (found.draw(draws).observed != batch.observed).any()
 
 
-def test_who_records_believes_as_a_learned_weighting_and_remembers_if_its_network_does():
-    plain = RecordingWeighting(np.zeros(10, np.float32), LAYOUT)
-    sceptical = replace(plain, architecture=REPUTATION_NETWORK)
-    assert plain.heard_p_share == 1.0
-    assert (plain.remembers, sceptical.remembers) == (False, True)
-    assert plain.n_numbers == len(LAYOUT)
-    assert sceptical.n_numbers == len(LAYOUT) + 7
-    assert len(REMEMBERED) == 7
-
-
 ROWS = 4
 KNOWN = np.array([(1, 1), (1, 1), (0, 1), (1, 0)], np.bool_)
 TOLD = np.array([(1, 1), (1, 0), (1, 1), (0, 0)], np.bool_)
@@ -184,33 +170,3 @@ def test_among_liars_unknown_areas_are_kept_too_with_what_is_remembered(monkeypa
     np.testing.assert_array_equal(found.observed[:, len(LAYOUT) :], expected)
     ahead = KNOWN * single(2.0, 3.0) - 1.0
     np.testing.assert_allclose(answer, TOLD / (1.0 + np.exp(-ahead)), atol=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("name", "n_numbers"),
-    [
-        ("ssgiff", len(LAYOUT)),
-        ("reputation_odometry+sgikf+subsumption:weighs_unknown=true", len(LAYOUT) + 7),
-    ],
-)
-def test_whole_episodes_are_recorded(monkeypatch, name, n_numbers):
-    ran = []
-
-    class Episodes:
-        """Worlds in which an exchange ends in each tick."""
-
-        def __init__(self, scenario, controller, seeds, physics):
-            ran.append((scenario, seeds, physics))
-            self.weighting = controller.weighting
-
-        def run(self, n_ticks):
-            ran.extend(["tick"] * n_ticks)
-            recorded = [three(self.weighting.n_numbers) for _ in range(n_ticks)]
-            self.weighting.recorded.extend(recorded)
-
-    monkeypatch.setattr(exchanges, "Loop", Episodes)
-    scenario = find_scenario("es1", {"task.duration": 2.0})
-    numbers = np.zeros(10, np.float32)
-    found = record_exchanges(scenario, find_controller(name), numbers, [3, 4], "rigid")
-    assert ran == [(scenario, [3, 4], "rigid"), *["tick"] * scenario.n_ticks]
-    assert found.observed.shape == (3 * scenario.n_ticks, n_numbers)

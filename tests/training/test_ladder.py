@@ -10,11 +10,18 @@ import yaml
 from baselines.evaluation.backends import JoblibBackend
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from training.ladder import benchmark, figures, page
-from training.ladder.algorithms import find_algorithms, read_algorithms
+from training.ladder import benchmark, figures
 from training.ladder.cards import score_references
 from training.ladder.play import play, random_actions
-from training.ladder.rungs import RANDOM, Score, find_rungs, read_rungs, write_scores
+from training.ladder.rungs import (
+    RANDOM,
+    Score,
+    find_algorithms,
+    find_named,
+    read_algorithms,
+    read_rungs,
+    write_scores,
+)
 from training.ladder.runs import (
     Job,
     Run,
@@ -157,10 +164,13 @@ def test_a_score_is_what_an_evaluation_counts(name, easier):
 
 def test_unknown_names_are_told():
     with pytest.raises(UnknownNameError, match="no rung named 'nea', did you mean 'near'"):
-        find_rungs(["nea"], read_rungs())
+        find_named("rung", ["nea"], read_rungs())
     with pytest.raises(UnknownNameError, match="no algorithm named 'mapo'"):
         find_algorithms(["mapo"])
-    assert [each.name for each in find_rungs(["es1", "near"], read_rungs())] == ["near", "es1"]
+    assert [each.name for each in find_named("rung", ["es1", "near"], read_rungs())] == [
+        "near",
+        "es1",
+    ]
 
 
 def test_a_run_is_found_again_unless_its_configuration_has_changed(ran, tmp_path):
@@ -264,9 +274,3 @@ def test_lines_of_controllers_have_no_colour_of_an_algorithm(ran):
     )
     assert len(learned) == 2
     assert not learned & known
-
-
-def test_a_page_without_runs_and_scores_is_made_too(rung):
-    text = page.page([rung], [], "command")
-    assert "No algorithm was run here yet." in text
-    assert page.runs_told_of(text) == 0

@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from training.ladder.algorithms import read_algorithms
 from training.ladder.benchmark import make
-from training.ladder.rungs import read_rungs
+from training.ladder.rungs import read_algorithms, read_rungs
 from training.ladder.runs import Job, find, keep
 
 pytestmark = [

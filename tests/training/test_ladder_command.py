@@ -12,9 +12,8 @@ from baselines.evaluation import figure_page
 from swarm_forage_env.errors import ConfigError
 from training.experiment import HELD_BACK_SEEDS
 from training.ladder import benchmark, cards, commands, figures, play, runs
-from training.ladder.algorithms import read_algorithms
 from training.ladder.play import POINTS, Watch, robot_steps_of_a_decision
-from training.ladder.rungs import Score, read_rungs
+from training.ladder.rungs import Score, read_algorithms, read_rungs
 from training.ladder.runs import Run
 
 TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_robots": 4,
@@ -129,13 +128,6 @@ def test_cards_are_scored_all_or_only_those_without_scores(call, monkeypatch):
     assert call("cards", "--missing")[0] == ""
     assert done.backends[1][0][1] == 2  # where nobody says how many
     assert scored == [name for name, rung in read_rungs().items() if not rung.card.scores]
-
-
-def test_the_list_is_a_table_or_json(call):
-    found = json.loads(call("list", "--format=json")[0])
-    assert [each["name"] for each in found] == list(read_rungs())
-    assert all(each["keywords"] and each["title"] for each in found)
-    assert "trained by" in call("list")[0]
 
 
 def test_a_curve_is_timed_without_its_evaluations(monkeypatch):

@@ -9,9 +9,8 @@ from rich.console import Console
 
 from swarm_forage_env.errors import ConfigError
 from training.ladder import cards, commands, figures, page
-from training.ladder.algorithms import Algorithm, read_algorithms
 from training.ladder.figures import TAUS
-from training.ladder.rungs import RANDOM, Card, Rung, Score
+from training.ladder.rungs import RANDOM, Algorithm, Card, Rung, Score, read_algorithms
 from training.ladder.runs import Job, Run
 
 CARD = Card(
@@ -126,8 +125,8 @@ def test_a_profile_is_the_share_of_runs_above_each_score_in_per_cent(rung, drawn
 def test_a_score_is_as_exact_as_a_reader_needs(rung, value, ends, text):
     low, high = ends or (None, None)
     card = CARD.model_copy(update={"scores": {RANDOM: Score(mean=value, low=low, high=high)}})
-    assert page._shown(card.scores[RANDOM]) == text
-    assert page._shown(None) == "-"
+    assert page.shown(card.scores[RANDOM]) == text
+    assert page.shown(None) == "-"
 
 
 def test_the_table_of_cards_names_the_best_of_the_hand_written(rung):
@@ -209,11 +208,3 @@ def test_a_rung_without_scores_has_an_axis_as_high_as_its_curves(rung):
     for axes in figure.axes:
         assert axes.get_ylim()[0] == 0.0
         assert 0.1 < axes.get_ylim()[1] < 0.5
-
-
-def test_the_band_of_a_profile_is_in_per_cent_too(rung, drawn, monkeypatch):
-    bands = [np.full(len(TAUS), share) for share in (0.5, 0.25, 0.75)]
-    monkeypatch.setattr(figures, "performance_profile", lambda strata, taus: bands)
-    figures.profiles([rung], [run_of()], "")
-    ((_, means),) = drawn
-    assert (means.mean[0], means.low[0], means.high[0]) == (50.0, 25.0, 75.0)

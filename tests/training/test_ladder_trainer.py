@@ -10,9 +10,8 @@ import pytest
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.errors import ConfigError
 from training.ladder import benchmark, cards, sb3_trainer
-from training.ladder.algorithms import Algorithm, read_algorithms
 from training.ladder.play import random_actions
-from training.ladder.rungs import RANDOM, Card, Rung, Score, _number
+from training.ladder.rungs import RANDOM, Algorithm, Card, Rung, Score, _number, read_algorithms
 from training.ladder.runs import Job, Run, keep, over_all, read_run, rows_of
 
 TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_robots": 3,

@@ -26,7 +26,7 @@ from training.learned_motion import (
     _message_features,
     wheel_speeds,
 )
-from training.learned_weighting import flatten, network_weighting, weighting_network_shapes
+from training.learned_weighting import EXCHANGE_NETWORK, flatten
 from training.policy_file import observation_layout
 
 SCENARIO = find_scenario(
@@ -116,8 +116,10 @@ def test_the_weighting_that_is_trained_is_the_one_that_runs():
         for array in actor.parameters():
             array += 0.3 * torch.randn(array.shape)
         given, matters = actor(torch.from_numpy(layout.matrix({"exchange": encounter})))
-    numbers = flatten(actor.to_numpy(), weighting_network_shapes(actor.sizes))
-    assert_allclose(given.numpy(), RowWeighting(network_weighting(numbers))(encounter), atol=1e-5)
+    numbers = flatten(actor.to_numpy(), EXCHANGE_NETWORK.shapes(actor.sizes))
+    assert_allclose(
+        given.numpy(), RowWeighting(EXCHANGE_NETWORK.layer(numbers))(encounter), atol=1e-5
+    )
     assert matters.all()
 
 

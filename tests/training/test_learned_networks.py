@@ -13,7 +13,6 @@ from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
 from tests.outside import motion_inputs
-from training import learned_weighting, linear_motion_policy, reputation_weighting
 from training.learned_motion import (
     NETWORK,
     LearnedMotion,
@@ -25,20 +24,19 @@ from training.learned_motion import (
 )
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
+    REPUTATION_NETWORK,
+    LearnedReputation,
     LearnedWeighting,
     flatten,
+    gain,
     log_odds,
-    network_weighting,
+    network_over,
+    remembered_features,
+    reputation_gain,
     scaled_features,
     unflatten,
 )
-from training.policy_file import layer_card, observation_layout, save_policy
-from training.reputation_weighting import (
-    REPUTATION_NETWORK,
-    LearnedReputation,
-    network_over,
-    remembered_features,
-)
+from training.policy_file import layer_card, load_policy, observation_layout, save_policy
 
 SCENARIO = find_scenario("es1", {"task.n_robots": 3})
 LAYOUT = observation_layout("motion", SCENARIO)
@@ -139,19 +137,6 @@ def test_a_deep_set_without_one_of_its_arrays_is_refused(tmp_path, make_card):
         motion.check_usable()
 
 
-def test_a_linear_policy_is_compiled_and_a_deep_set_is_started(tmp_path, make_card):
-    shapes = linear_motion_policy.SHAPES
-    linear = saved(tmp_path, make_card, linear_motion_policy.NETWORK, {}, shapes)
-    linear.check_usable(SCENARIO)
-    layer = linear.layer(SCENARIO)
-    assert layer.steer is linear_motion_policy.steer
-    np.testing.assert_array_equal(layer.numbers["policy"], np.zeros(60))
-    assert layer.numbers["slots"] == SCENARIO.slots
-    sizes = {"message": 2, "hidden": 3}
-    deep = saved(tmp_path, make_card, NETWORK, sizes, motion_network_shapes(sizes))
-    assert deep.start(SCENARIO, [1, 2])(*motion_inputs(shown())).shape == (6, 2)
-
-
 def test_flat_weights_lie_in_the_order_of_the_shapes():
     shapes = {"b": (2, 2), "a": (3,), "c": (1,)}
     arrays = unflatten(np.arange(8.0), shapes)
@@ -175,14 +160,14 @@ def test_a_rule_runs_the_network_of_its_policy(network, rule, policy):
     assert [file.stem for file in rule().reads] == [policy]
     assert layer.gain is network.gain
     assert layer.heard_p_share == 1.0
-    loaded = learned_weighting.load_policy(policy)
+    loaded = load_policy(policy)
     np.testing.assert_array_equal(layer.all_numbers["network"], network.numbers_of(loaded))
     assert len(network.features) == len(network.scales)
     assert network.shapes({"hidden": 2})["direct.weight"] == (len(network.features) + 1,)
 
 
 def test_a_network_is_run_in_single_precision():
-    layer = network_weighting(np.array([0.1, 0.2]))
+    layer = EXCHANGE_NETWORK.layer(np.array([0.1, 0.2]))
     assert layer.all_numbers["network"].tolist() == [np.float32(0.1), np.float32(0.2)]
 
 
@@ -277,14 +262,12 @@ def test_the_log_odds_of_a_network_of_two_units_and_two_features_by_hand():
     assert log_odds(x, ahead, numbers) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(
-    ("module", "features"), [(learned_weighting, 8), (reputation_weighting, 15)]
-)
-def test_a_weight_is_the_logistic_function_of_the_log_odds(module, features):
+@pytest.mark.parametrize(("gain", "features"), [(gain, 8), (reputation_gain, 15)])
+def test_a_weight_is_the_logistic_function_of_the_log_odds(gain, features):
     """All numbers zero but the bias: SGIFF of steepness 1 of the paths, plus a constant."""
     network = np.zeros(4 * features + 4 + 4 + features + 1 + 1)
     network[-1] = 0.5
-    told = module.gain(exchange(), 0, numbers_of({"network": network}))
+    told = gain(exchange(), 0, numbers_of({"network": network}))
     assert told == pytest.approx(1.0 / (1.0 + math.exp(-(0.4 - 2.5 + 0.5))), abs=1e-6)
 
 

@@ -14,14 +14,12 @@ from swarm_forage_env.scenarios import find_scenario
 from tests.outside import exchanges
 from training.candidate_rollouts import CandidateRollouts
 from training.learned_weighting import (
+    EXCHANGE_NETWORK,
     HIDDEN,
     LearnedWeighting,
-    network_of,
-    network_weighting,
-    weighting_network_shapes,
 )
 
-SHAPES = weighting_network_shapes({"hidden": HIDDEN})
+SHAPES = EXCHANGE_NETWORK.shapes({"hidden": HIDDEN})
 N_NUMBERS = sum(math.prod(shape) for shape in SHAPES.values())
 
 
@@ -46,7 +44,7 @@ def encounters(rows, seed=0):
 
 
 def weigh(network, seen):
-    return RowWeighting(network_weighting(network))(seen)
+    return RowWeighting(EXCHANGE_NETWORK.layer(network))(seen)
 
 
 def test_zero_weights_are_sgiff():
@@ -98,17 +96,6 @@ def test_candidates_side_by_side_have_the_round_trips_they_have_alone(alone, wor
     for name in SCENARIOS:
         np.testing.assert_array_equal(found[name], expected[name])
     assert len(np.unique(found["es1"])) > 1
-
-
-def test_the_rule_weighs_as_the_network_in_its_file(policy_file):
-    from training.policy_file import load_policy
-
-    rule, seen = LearnedWeighting(policy=str(policy_file)), encounters(50)
-    layer = rule.layer(find_scenario("es1"))
-    assert layer.heard_p_share == 1.0
-    expected = weigh(network_of(load_policy(policy_file)), seen)
-    np.testing.assert_array_equal(RowWeighting(layer)(seen), expected)
-    assert expected.any()
 
 
 def test_another_policy_under_the_same_name_is_another_configuration(policy_file):

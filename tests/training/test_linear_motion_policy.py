@@ -153,14 +153,6 @@ def test_the_features_of_a_tick_by_hand():
     assert memory.features[:5] == pytest.approx(expected, abs=1e-5)
 
 
-def test_a_residual_of_one_turns_full_speed_back_into_full_speed_ahead():
-    wheels = np.array([-1.0, 0.5], np.float32)
-    add_residual(wheels, 1.0, -0.25)
-    assert wheels.tolist() == [1.0, 0.0]
-    add_residual(wheels, 0.5, -1.0)
-    assert wheels.tolist() == [1.0, -1.0]
-
-
 @pytest.mark.parametrize(("goal", "searched"), [(-1, 2.0), (0, 0.0)])
 def test_the_path_searched_grows_by_the_mean_of_the_wheels_until_there_is_a_goal(goal, searched):
     """Turning on the spot is no path."""

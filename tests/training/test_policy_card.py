@@ -15,14 +15,11 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 from training import policy_card
-from training.controllers import about
-from training.exported_policies import CallablePolicy
 from training.policy import FunctionPolicy
 from training.policy_card import card_from, read_policy_card, save_policy_card
 from training.policy_controller import _check_observes, policy_controller
 from training.policy_file import load_policy
 from training.running_policy import usable_rows
-from training.sb3_policy import SB3Policy
 
 
 class Own:
@@ -49,11 +46,6 @@ def test_an_observation_is_told_by_its_name_or_by_the_path_of_its_class(observat
 def test_a_controller_is_told_by_what_differs_from_its_name(asked, told):
     name, _, changes = policy_card._text(find_controller(asked)).partition(":")
     assert (name, sorted(changes.split(","))) == ("ssgiff", told.split(","))
-
-
-def test_a_controller_of_the_users_own_is_told_by_its_name():
-    assert policy_card._text(SimpleNamespace(name="mine", parameters={"a": 1})) == "mine"
-    assert policy_card._text(SimpleNamespace(name="ssgiff")) == "ssgiff"
 
 
 def test_a_card_lies_beside_its_policy_and_is_read_again(tmp_path):
@@ -168,16 +160,6 @@ def test_nothing_beside_a_function_is_its_card(tmp_path, monkeypatch):
     for name in ("os:getcwd", "os"):
         save_policy_card(tmp_path / name, "es1", learn="weighting")
     assert find_controller("callable:os:getcwd").policy.learn == "motion"
-
-
-def test_a_kind_of_policy_is_told_by_the_first_line_of_what_it_is():
-    class Silent:
-        pass
-
-    Silent.__doc__ = None
-    assert about(SB3Policy) == "A model that stable-baselines3 has saved: sb3:model.zip."
-    assert about(CallablePolicy) == "A function of Python's: callable:package.module:function."
-    assert about(Silent) == ""
 
 
 SPACES = {"numbers": Box(-1.0, 1.0, (2,), np.float32), "choices": Discrete(3)}

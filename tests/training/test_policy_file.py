@@ -15,7 +15,7 @@ from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.scenarios import find_scenario
 from training import policy_file as policies
-from training.learned_weighting import network_of
+from training.learned_weighting import EXCHANGE_NETWORK
 from training.policy_file import layer_card, load_policy, save_policy
 
 
@@ -154,7 +154,7 @@ def test_weights_of_double_precision_are_refused(policy_file):
 def test_arrays_that_do_not_fit_the_network_are_refused(policy_file, name, array, complaint):
     policy = load_policy(with_weights(policy_file, **{name: array}))
     with pytest.raises(ConfigError) as refusal:
-        network_of(policy)
+        EXCHANGE_NETWORK.numbers_of(policy)
     assert complaint in str(refusal.value)
 
 
@@ -206,7 +206,7 @@ def test_a_policy_for_another_layer_is_refused(policy_file):
         update={"layers": {"motion": motion}}
     ))  # fmt: skip
     with pytest.raises(ConfigError, match="takes the place of motion, not of weighting"):
-        network_of(load_policy(policy_file))
+        EXCHANGE_NETWORK.numbers_of(load_policy(policy_file))
 
 
 def test_the_features_of_the_motion_follow_the_scenario(policy_file):

@@ -78,6 +78,8 @@ def test_a_run_keeps_its_best_with_a_card_that_tells_its_curve(motion):
     assert list((experiment.out / "tensorboard").iterdir())
     last = ppo.PPOTraining(experiment).curve
     assert [point.step for point in last] == [0, 704, 1408]  # 22 robots, 8 decisions of 4 ticks
+    simulated = [point.simulated_s for point in last]
+    assert simulated == pytest.approx([0.0, 9.6, 19.2])  # 32 ticks of 0.1 s in three worlds
     assert [point.value for point in card.curve] == [point.value for point in last]
     best = max(last, key=lambda point: point.value)
     assert card.score == best.round_trips
@@ -223,25 +225,3 @@ def test_the_hyperparameters_reach_worlds_and_policy(motion):
         assert getattr(config, name) == wanted
     policy = ppo.PPOTraining(experiment)._policy
     assert policy.log_std.tolist() == pytest.approx([QUICK.log_std] * 2)
-
-
-@pytest.mark.parametrize(("n_robots", "n_worlds"), [(10, 8), (27, 2), (80, 1), (100, 1)])
-def test_some_eighty_robots_show_a_motion_in_the_first_training_worlds(
-    monkeypatch, n_robots, n_worlds
-):
-    shown = []
-    monkeypatch.setattr(ppo, "Loop", lambda scenario, controller, seeds, physics: seeds)
-    monkeypatch.setattr(ppo, "record_demonstrations", lambda loop, layout: shown.append(loop))
-    monkeypatch.setattr(ppo, "clone_behaviour", lambda actor, pairs: 0.0625)
-    training = ppo.PPOTraining.__new__(ppo.PPOTraining)
-    scenario = SimpleNamespace(task=SimpleNamespace(n_robots=n_robots))
-    training._experiment = SimpleNamespace(
-        scenarios_by_name={"es1": scenario}, training_seeds=lambda first, n: (first, n), seed=1,
-        base_controller=None, controller="ssgiff", physics="rigid",
-    )  # fmt: skip
-    training._env = SimpleNamespace(observation_layout=None)
-    actor = MotionActor.__new__(MotionActor)
-    monkeypatch.setattr(ppo.PPOTraining, "_actors", {"motion": actor})
-    told = training.warm_start()
-    assert told == "the motion of ssgiff is copied; mean squared error 0.062"
-    assert shown == [(0, n_worlds)]

@@ -15,14 +15,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import torch
-from gymnasium.spaces import Box, Discrete
+from gymnasium.spaces import Discrete
 from stable_baselines3 import PPO
 
 import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.scenarios import find_scenario
-from training.sb3_policy import SavedModel, SB3Policy, Space, _check_spaces, _size_of, read_zip
+from training.sb3_policy import SavedModel, SB3Policy, _check_spaces, read_zip
 from training.vec_env import SwarmVecEnv
 
 NUMBERS = {"task.n_robots": 4}
@@ -144,13 +144,6 @@ def test_a_file_may_be_named_without_its_ending(tmp_path):
     with pytest.raises(ConfigError, match=r"policy .*gone: there is no such file"):
         _ = SB3Policy(file=str(tmp_path / "gone")).path
     assert SB3Policy().trust is False
-
-
-def test_sizes_are_told_of_boxes_choices_and_what_is_neither():
-    assert [Space(**each).size for each in ({}, {"n": "5"}, {"_shape": [4, 2]}, {"_shape": []})
-            ] == ["no", "one of 5 choices", "4x2", "no"]  # fmt: skip
-    assert _size_of(Discrete(3)) == "one of 3 choices"
-    assert _size_of(Box(-1.0, 1.0, (2, 3))) == "2x3"
 
 
 def test_numbers_that_differ_from_those_of_the_training_are_all_told():

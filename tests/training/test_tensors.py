@@ -8,7 +8,7 @@ import torch
 
 from swarm_forage_env import ConfigError
 from training import tensor_vec_env
-from training.tensor_vec_env import array_for, follow_stream, tensor_of, torch_device, worlds_on
+from training.tensor_vec_env import follow_stream, tensor_of, torch_device, worlds_on
 
 
 def test_torch_must_find_the_gpu_that_the_worlds_are_on(monkeypatch, experiment):
@@ -75,23 +75,3 @@ def test_worlds_of_a_gpu_follow_the_current_stream_of_the_first(monkeypatch, dev
         follow_stream(device_env)
         follow_stream(other)
         assert (device_env.stream, other.stream) == (stream, "none")
-
-
-def test_an_environment_is_given_arrays_that_it_takes(device_env):
-    tensor = torch.arange(6.0, requires_grad=True).reshape(2, 3).T
-    for env in (SimpleNamespace(device="cpu"), device_env):
-        found = array_for(env, tensor)
-        if env is device_env:
-            told, found = found
-            assert told == "on device"
-        assert found.flags.c_contiguous
-        np.testing.assert_array_equal(found, [[0, 3], [1, 4], [2, 5]])
-    on_gpu = SimpleNamespace(is_cuda=True)
-    on_gpu.detach = on_gpu.contiguous = lambda: on_gpu
-    assert array_for(device_env, on_gpu) is on_gpu
-
-
-def test_an_array_of_a_gpu_is_handed_over_in_its_place(monkeypatch):
-    array = SimpleNamespace(__cuda_array_interface__={})
-    monkeypatch.setattr(torch, "as_tensor", lambda given, device: (given, device))
-    assert tensor_of(array) == (array, "cuda")

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from swarm_forage_env.errors import ConfigError
-from training import cma_es, dagger, ppo, train_command, training_loop
+from training import train_command, training_loop
 from training.experiment import (
     Experiment,
     step_seed,
@@ -86,17 +86,6 @@ def test_options_that_do_not_fit_are_refused_before_anything_runs(made, options,
         made(*options)
 
 
-def test_each_algorithm_trains_by_its_own_means(monkeypatch):
-    for module, name in ((cma_es, "cma"), (dagger, "imitation"), (ppo, "ppo")):
-        monkeypatch.setattr(module, "train", lambda *given, name=name: (name, given))
-    ran = {
-        name: train_command._run(SimpleNamespace(algorithm=name), "a backend")
-        for name in ("cma", "imitation", "ppo")
-    }
-    assert {name: found[0] for name, found in ran.items()} == {each: each for each in ran}
-    assert ran["cma"][1][2] == "a backend"
-
-
 def report(capsys, **changes):
     """What is printed of a policy in the end."""
     terms = {"layer": "weighting", "scenarios": ("es1:tick=0.2", "es2"), "algorithm": "cma",
@@ -117,13 +106,6 @@ def test_the_end_tells_the_score_and_how_to_test_it_on_seeds_of_its_own(capsys):
         "/best.safetensors --seed=1000 --set=task.duration=60 --set=tick=0.2",
     ]
     assert report(capsys, physics="kinematic")[-1].endswith(" --physics=kinematic")
-
-
-def test_who_has_no_name_for_it_is_sent_to_python(capsys, monkeypatch):
-    from training import controllers
-
-    monkeypatch.setattr(controllers, "controller_name", lambda controller: None)
-    assert report(capsys)[-1].startswith("test it in Python: ")
 
 
 def test_the_help_lists_the_defaults_of_each_algorithm():

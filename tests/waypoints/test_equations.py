@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_array_equal
 from scipy import stats
 
 from swarm_forage_env.compiler import bind
@@ -15,7 +15,6 @@ from swarm_forage_env.record import rows as as_rows
 from swarm_forage_env.ticks import BEGINS, only, run_ticks
 from swarm_forage_env.waypoints.dynamics import (
     draw_devices,
-    drive,
     judge_claim,
     limited,
     place_at_home,
@@ -116,18 +115,6 @@ def test_a_tick_covers_its_speed_times_its_time_in_the_new_direction(x, y, theta
     assert -math.pi <= after[2] < math.pi
 
 
-def test_every_robot_drives_by_its_own_command_and_its_motion_is_what_it_did():
-    pose = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, math.pi / 2]])
-    robots = robots_with(2, pose=pose, motion=[[0.5, 0.3], [0.2, 0.0]])
-    robots.command.acceleration[:] = [[0.0, 0.0], [0.04, 0.04]]
-    for robot in robots:
-        drive(robot, WORLD)
-    assert_allclose(robots.motion, [[0.5, 0.0], [0.3, math.pi / 4]], atol=1e-7)
-    heading = math.pi / 2 + math.pi / 8
-    there = [1.0 + 0.15 * math.cos(heading), 1.0 + 0.15 * math.sin(heading), heading]
-    assert_allclose(robots.pose, [[0.25, 0.0, 0.0], there], atol=1e-7)
-
-
 def test_wheels_and_gyro_have_their_own_bias_and_noise(fresh, believable):
     rows = 20_000
     robots = robots_with(rows, motion=[0.4, -0.3], deviation=[0.05, 0.02], bias=[0.01, -0.05])
@@ -179,33 +166,6 @@ def test_range_and_bearing_are_normal_about_the_truth_for_each_robot_alone(fresh
         believable(stats.kstest(error, stats.norm.cdf).pvalue)
     correlations = np.corrcoef(errors)[np.triu_indices(4, 1)]
     assert np.abs(correlations).max() < 4.0 / math.sqrt(worlds)
-
-
-def test_a_measured_bearing_stays_in_its_circle(fresh):
-    pose = np.tile([[0.0, 0.0, math.pi - 1e-9], [0.5, 0.0, 0.0]], (2000, 1))
-    _, _, bearing = sights(pose, 2, fresh(4000))
-    found = bearing[0::2, 1].astype(float)
-    assert found.min() < -3.0
-    assert found.max() > 3.0
-    assert np.abs(found).max() <= np.float32(math.pi)
-
-
-def test_nobody_sees_itself(fresh):
-    pose = np.random.default_rng(1).uniform(-0.3, 0.3, (12, 3))
-    seen, far, bearing = sights(pose, 6, fresh(12))
-    own = np.arange(12), np.tile(np.arange(6), 2)
-    assert not seen[own].any()
-    assert not far[own].any()
-    assert not bearing[own].any()
-    assert seen.sum() == 12 * 5
-
-
-def test_nobody_of_another_world_is_seen(fresh):
-    apart = [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 5.0, 0.0]]
-    seen, far, bearing = sights([*apart, *apart], 3, fresh(6))
-    assert not seen.any()
-    assert not far.any()
-    assert not bearing.any()
 
 
 @given(st.integers(0, 2**32), st.integers(2, 6))
@@ -339,9 +299,3 @@ def test_devices_differ_in_noise_by_the_spread_and_in_bias_by_its_deviation(fres
         believable(stats.kstest(found / size, stats.norm.cdf).pvalue)
     together = np.corrcoef(np.concatenate([deviation, bias], axis=1).T)
     assert np.abs(together[np.triu_indices(4, 1)]).max() < 4.0 / math.sqrt(10_000)
-
-
-def test_devices_without_spread_and_bias_are_all_alike(fresh):
-    deviation, bias = devices([0.05, 0.02], [0.0, 0.0], 0.0, fresh(5))
-    assert_array_equal(deviation, np.tile([0.05, 0.02], (5, 1)))
-    assert not bias.any()

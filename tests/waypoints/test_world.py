@@ -174,14 +174,6 @@ def test_a_block_is_reset_with_one_seed_for_each_world():
         world.reset([1])
 
 
-def test_an_episode_is_over_after_its_duration():
-    world, over = world_of("waypoints-05", [0, 1], {"task.duration": 2.0}), []
-    for _ in range(5):
-        told(world, 0.0, False)
-        over.append(world.is_over.tolist())
-    assert over == [[False, False]] * 3 + [[True, True]] * 2
-
-
 def test_robots_begin_with_an_exact_fix_and_nothing_earned():
     state = world_of("waypoints-10", [2]).state
     assert state.readings.at_home.all()
@@ -204,29 +196,6 @@ def test_a_claim_is_judged_where_the_robot_stood_when_it_claimed():
     assert state.right.tolist() == [1, 0, 0, 1, 0]
     assert state.wrong.tolist() == [0, 1, 0, 0, 1]
     assert_array_equal(state.readings.goal, state.goal.astype(np.float32))
-
-
-def test_claims_of_the_last_tick_are_judged_by_one_more_call():
-    loop = running([3], scenario="waypoints-05")
-    loop.step()
-    state = loop.world.state
-    state.goal[:] = state.pose[:, :2]
-    reward = loop.world.judge(np.ones(5, np.bool_))
-    assert reward.tolist() == [1.0] * 5
-    assert state.right.tolist() == [1] * 5
-    assert loop.world.worlds["ticks"].tolist() == [1]
-
-
-def test_what_the_layers_were_shown_is_not_changed_by_the_next_tick():
-    loop = running([0])
-    loop.step()
-    shown = loop.situation, loop.exchange
-    before = [each.copy() for each in shown]
-    for _ in range(5):
-        loop.step()
-    assert loop.situation.tobytes() != before[0].tobytes()
-    for each, was in zip(shown, before, strict=True):
-        assert each.tobytes() == was.tobytes()
 
 
 def test_the_number_of_threads_changes_nothing():

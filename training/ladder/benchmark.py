@@ -2,16 +2,15 @@
 
 import importlib
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Protocol, cast
 
 from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import progress_bar, say
-from training.ladder.algorithms import Algorithm
 from training.ladder.play import Watch, play, seeds_of_tests
-from training.ladder.rungs import Rung
+from training.ladder.rungs import Algorithm, Keywords, Rung
 from training.ladder.runs import Job, Run, find, keep, versions
 
 TRAINERS = {"sb3": "training.ladder.sb3_trainer", "benchmarl": "training.ladder.benchmarl_trainer"}
@@ -67,7 +66,7 @@ def run_jobs(jobs: Sequence[Job], out: Path, backend: Backend) -> None:
 def make(job: Job) -> Run:
     """Train, and score the best policy in the test episodes."""
     trainer = trainer_of(job.algorithm)
-    keywords: Mapping[str, Any] = job.rung.test_keywords
+    keywords: Keywords = job.rung.test_keywords
     if trainer.is_discrete(job.algorithm):
         keywords = {**keywords, "discrete": keywords.get("discrete") or True}
     watch = Watch(keywords, job.robot_steps, job.rung.card.curve_episodes)

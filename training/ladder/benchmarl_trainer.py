@@ -17,9 +17,8 @@ from torchrl.envs.utils import ExplorationType, set_exploration_type
 
 from swarm_forage_env.arrays import Array
 from training.benchmarl_tasks import SwarmForageClass, settings
-from training.ladder.algorithms import Algorithm
 from training.ladder.play import Act, Watch, robot_steps_of_a_decision
-from training.ladder.rungs import Rung
+from training.ladder.rungs import Algorithm, Rung
 
 SILENT = {"evaluation": False, "render": False, "create_json": False, "loggers": []}
 """Settings of an experiment that another one watches over."""

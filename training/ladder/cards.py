@@ -12,14 +12,12 @@ from baselines.evaluation.backends import Backend
 from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
-from baselines.evaluation.progress import run_with_progress
-from baselines.evaluation.runner import Plan
+from baselines.evaluation.runner import Plan, run_with_progress
 from baselines.evaluation.statistics import mean_interval
 from baselines.evaluation.tables import scores
 from swarm_forage_env.task import task_of
-from training.ladder.algorithms import Algorithm
 from training.ladder.play import play, random_actions, seeds_of_tests
-from training.ladder.rungs import RANDOM, Rung, Score, write_scores
+from training.ladder.rungs import RANDOM, Algorithm, Rung, Score, write_scores
 
 
 def score_references(rung: Rung, out: Path, backend: Backend) -> dict[str, Score]:

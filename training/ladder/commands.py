@@ -32,9 +32,8 @@ def list_cards(form: ListedFormat = "table") -> None:
     """Show the rungs: what is hard about each, and what random actions and others score."""
     from rich.console import Console
 
-    from training.ladder.algorithms import read_algorithms
     from training.ladder.cards import tables
-    from training.ladder.rungs import read_rungs
+    from training.ladder.rungs import read_algorithms, read_rungs
 
     rungs = list(read_rungs().values())
     if form == "json":
@@ -61,11 +60,11 @@ def cards(
 ) -> None:
     """Score random actions, hand-written controllers and oracles, and write it on the cards."""
     from training.ladder.cards import score_references
-    from training.ladder.rungs import find_rungs, read_rungs
+    from training.ladder.rungs import find_named, read_rungs
 
-    chosen = find_rungs(rungs, read_rungs())
+    found = find_named("rung", rungs, read_rungs())
     spread = find_backend(backend, workers, address=address)
-    for rung in [each for each in chosen if not (missing and each.card.scores)]:
+    for rung in [each for each in found if not (missing and each.card.scores)]:
         for name, score in score_references(rung, out, spread).items():
             typer.echo(f"{rung.name} {name}: {score.mean:.1f}")
 
@@ -97,13 +96,12 @@ def ladder(  # noqa: PLR0913 the options of a command
     that are missing. There is also one file for marl-eval of all runs, OUT/marl_eval.json.
     """
     from baselines.evaluation.console import check_file
-    from training.ladder.algorithms import find_algorithms
     from training.ladder.benchmark import jobs_of, run_jobs
-    from training.ladder.rungs import find_rungs, read_rungs
+    from training.ladder.rungs import find_algorithms, find_named, read_rungs
     from training.ladder.runs import marl_eval, read_runs, write_json
 
     known = read_rungs()
-    chosen, trained = find_rungs(rungs, known), find_algorithms(algorithms)
+    chosen, trained = find_named("rung", rungs, known), find_algorithms(algorithms)
     if page:
         check_file("--page", page, [".md"])
     for rung in chosen if seeds else ():

@@ -17,8 +17,7 @@ from baselines.evaluation.figure_page import (
 from baselines.evaluation.line_plots import Means, draw_band
 from baselines.evaluation.plot_style import FAINT, SeriesStyle, nth_style
 from baselines.evaluation.statistics import iqm_interval, performance_profile
-from training.ladder.algorithms import read_algorithms, title_of
-from training.ladder.rungs import RANDOM, Rung
+from training.ladder.rungs import RANDOM, Rung, read_algorithms, title_of
 from training.ladder.runs import Run, by_algorithm, score_word, strata_of
 
 MILLION, MINUTE = 1e6, 60.0

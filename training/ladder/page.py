@@ -6,9 +6,8 @@ from importlib.resources import files
 from string import Template
 
 from baselines.evaluation.tables import markdown
-from baselines.papers.time_estimate import format_duration
-from training.ladder.algorithms import title_of
-from training.ladder.rungs import RANDOM, Rung, Score
+from baselines.papers.reproduction import format_duration
+from training.ladder.rungs import RANDOM, Rung, Score, title_of
 from training.ladder.runs import Row, Run, by_algorithm, by_rung, over_all, rows_of, score_word
 
 PROFILE = "profile"
@@ -46,16 +45,15 @@ def cards_table(rungs: Sequence[Rung]) -> str:
 
 def _card(rung: Rung) -> tuple[str, ...]:
     card = rung.card
-    best = max(card.controllers, key=lambda name: _mean(rung, name))
     scenario = rung.test_scenario
     return (
         str(card.rung),
         f"[`{rung.name}`](#{rung.name})",
         str(rung.keywords["learn"]),
         f"{scenario.name}, {scenario.task.n_robots} robots",
-        _shown(card.scores.get(RANDOM)),
-        f"`{best}` {_shown(card.scores.get(best))}" if card.scores else MISSING,
-        f"`{card.oracle}` {_shown(card.scores.get(card.oracle))}",
+        shown(card.scores.get(RANDOM)),
+        best_shown(rung),
+        f"`{card.oracle}` {shown(card.scores.get(card.oracle))}",
     )
 
 
@@ -78,7 +76,7 @@ def _reference(rung: Rung, name: str) -> tuple[str, ...]:
     score = rung.card.scores[name]
     n = f"{score.episodes} episodes"
     label = name if name == RANDOM else f"`{name}`"
-    return label, _shown(score), f"{rung.normalised(score.mean):.2f}", n, "", ""
+    return label, shown(score), f"{rung.normalised(score.mean):.2f}", n, "", ""
 
 
 def _learned(row: Row) -> tuple[str, ...]:
@@ -129,12 +127,17 @@ def runs_told_of(text: str) -> int:
     return int(found[1]) if found else 0
 
 
-def _mean(rung: Rung, name: str) -> float:
-    score = rung.card.scores.get(name)
-    return score.mean if score else 0.0
+def best_shown(rung: Rung) -> str:
+    """The best of the hand-written controllers that have a score, and the score."""
+    scores = {k: rung.card.scores[k] for k in rung.card.controllers if k in rung.card.scores}
+    if not scores:
+        return MISSING
+    best = max(scores, key=lambda name: scores[name].mean)
+    return f"`{best}` {shown(scores[best])}"
 
 
-def _shown(score: Score | None) -> str:
+def shown(score: Score | None) -> str:
+    """A score with its interval; a dash where there is none."""
     if score is None:
         return MISSING
     ends = None if score.low is None or score.high is None else (score.low, score.high)

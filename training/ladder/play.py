@@ -1,7 +1,7 @@
 """Play the test worlds with a policy, and watch one learn."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +11,7 @@ import baselines.controllers  # noqa: F401 runs the layers that are not learned
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.envs.array_env import ArrayEnv
 from training.experiment import HELD_BACK_SEEDS, TEST_SEEDS
+from training.ladder.rungs import Keywords
 
 Act = Callable[[Array], Array]
 """Actions (worlds, robots, numbers) of observations (worlds, robots, numbers)."""
@@ -25,7 +26,7 @@ POINTS = 8
 """Evaluations of a curve, evenly spread over the robot-steps."""
 
 
-def play(keywords: Mapping[str, Any], act: Act, seeds: Sequence[int]) -> list[float]:
+def play(keywords: Keywords, act: Act, seeds: Sequence[int]) -> list[float]:
     """The score in the episodes of these seeds: round trips of the swarm, or goals of a robot."""
     env = ArrayEnv(**keywords)
     at_once = max(1, ROWS // len(env.learners))
@@ -35,7 +36,7 @@ def play(keywords: Mapping[str, Any], act: Act, seeds: Sequence[int]) -> list[fl
     return found
 
 
-def _play_block(keywords: Mapping[str, Any], act: Act, seeds: Sequence[int]) -> list[float]:
+def _play_block(keywords: Keywords, act: Act, seeds: Sequence[int]) -> list[float]:
     env = ArrayEnv(n_worlds=len(seeds), **keywords)
     observations, _ = env.reset(list(seeds))
     score, is_scored = np.zeros(len(seeds)), np.zeros(len(seeds), np.bool_)
@@ -57,7 +58,7 @@ def _score(env: ArrayEnv) -> Float64[Array, " worlds"]:
     return np.asarray(of_robots.mean(axis=1) if is_mean else of_robots.sum(axis=1))
 
 
-def robot_steps_of_a_decision(keywords: Mapping[str, Any]) -> float:
+def robot_steps_of_a_decision(keywords: Keywords) -> float:
     """Robot-steps of a world in one decision; of exchanges a mean over an episode."""
     env = ArrayEnv(**keywords)
     kind = np.int64 if env.config.discrete else np.float32
@@ -70,7 +71,7 @@ def robot_steps_of_a_decision(keywords: Mapping[str, Any]) -> float:
     return env.robot_steps / n_steps
 
 
-def random_actions(keywords: Mapping[str, Any], seed: int = 0) -> Act:
+def random_actions(keywords: Keywords, seed: int = 0) -> Act:
     """A policy that draws each action anew, evenly from the action space."""
     space, generator = ArrayEnv(**keywords).action_space, np.random.default_rng(seed)
 
@@ -90,7 +91,7 @@ def seeds_of_tests(episodes: int) -> list[int]:
 class Watch:
     """Scores a policy on held-back seeds while it learns, and keeps the best one."""
 
-    keywords: Mapping[str, Any]
+    keywords: Keywords
     """Of the test worlds."""
     robot_steps: int
     """When it ends."""

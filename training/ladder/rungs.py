@@ -1,20 +1,27 @@
-"""Rungs: the tasks of the ladder, each one file of keywords with a card."""
+"""Rungs, the tasks of the ladder, and algorithms: each one file of keywords."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeVar
 
 import yaml
 from pydantic import Field
 
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.parameters import Count, Part, validated
+from swarm_forage_env.parameters import Count, Part, Positive, validated
 from swarm_forage_env.scenarios import find_scenario
 
 FOLDER = Path(__file__).parents[1] / "benchmarl_tasks" / "conf" / "task" / "swarm_forage"
+
+Keywords = Mapping[str, Any]
+"""Keywords of `parallel_env`."""
+
+ALGORITHMS = Path(__file__).parent / "algorithms"
+
+NamedT = TypeVar("NamedT")
 
 RANDOM = "random"
 """The name of the policy that draws its actions."""
@@ -44,7 +51,7 @@ class Card(Part):
         ("learned-motion", "learned-both"), description="Policies in the box"
     )
     oracle: str = Field("no-error", description="What a normalised score of 1 is")
-    test: Mapping[str, Any] = Field(
+    test: Keywords = Field(
         default_factory=dict, description="Keywords of the test worlds that differ"
     )
     episodes: Count = Field(30, description="Test episodes")
@@ -58,13 +65,13 @@ class Rung:
 
     name: str
     file: Path
-    keywords: Mapping[str, Any]
-    """Of `parallel_env`, in training."""
+    keywords: Keywords
+    """In training."""
     card: Card
 
     @property
     def test_keywords(self) -> dict[str, Any]:
-        """Of `parallel_env`, in tests: the engine is the one that the scenario goes with.
+        """In tests: the engine is the one that the scenario goes with.
 
         Of another scenario none of the numbers changed for the training count.
         """
@@ -110,12 +117,12 @@ def read_rungs(folder: Path = FOLDER) -> dict[str, Rung]:
     return {rung.name: rung for rung in sorted(found, key=lambda each: each.card.rung)}
 
 
-def find_rungs(names: Sequence[str] | None, rungs: Mapping[str, Rung]) -> list[Rung]:
-    """The rungs of these names, all without names; UnknownNameError for a name of none."""
+def find_named(what: str, names: Sequence[str] | None, known: Mapping[str, NamedT]) -> list[NamedT]:
+    """Those of these names, all without names; UnknownNameError for a name of none."""
     for name in names or ():
-        if name not in rungs:
-            raise UnknownNameError("rung", name, rungs)
-    return [rung for name, rung in rungs.items() if not names or name in names]
+        if name not in known:
+            raise UnknownNameError(what, name, known)
+    return [each for name, each in known.items() if not names or name in names]
 
 
 def write_scores(rung: Rung, scores: Mapping[str, Score]) -> None:
@@ -131,3 +138,43 @@ def write_scores(rung: Rung, scores: Mapping[str, Score]) -> None:
 
 def _number(value: float | None) -> str:
     return "null" if value is None else f"{value:.4g}"
+
+
+class Algorithm(Part):
+    """What is trained, by which library, under which settings; tuned on no rung of its own."""
+
+    name: str = Field("", description="That of its file")
+    title: str = Field("", description="Its name on figures and pages")
+    trainer: Literal["sb3", "benchmarl"] = Field("sb3", description="The library that trains it")
+    algorithm: str = Field("", description="Its name in BenchMARL")
+    worlds: Count = Field(8, description="Worlds side by side (sb3)")
+    settings: Keywords = Field(
+        default_factory=dict, description="Keywords of PPO, or of BenchMARL's algorithm"
+    )
+    experiment: Keywords = Field(
+        default_factory=dict, description="Settings of BenchMARL's experiment that differ"
+    )
+    keywords: Keywords = Field(
+        default_factory=dict, description="Of `parallel_env` in training that differ"
+    )
+    share: Positive = Field(1.0, description="Of a rung's robot-steps, for a slow one")
+
+
+@cache
+def read_algorithms(folder: Path = ALGORITHMS) -> dict[str, Algorithm]:
+    """The algorithms of a folder by name."""
+    found = {}
+    for file in sorted(folder.glob("*.yaml")):
+        tree = {**yaml.safe_load(file.read_text(encoding="utf-8")), "name": file.stem}
+        found[file.stem] = validated(Algorithm, tree, str(file))
+    return found
+
+
+def title_of(algorithm: str) -> str:
+    """The name of an algorithm on figures and pages."""
+    return read_algorithms()[algorithm].title
+
+
+def find_algorithms(names: Sequence[str] | None) -> list[Algorithm]:
+    """The algorithms of these names, all without names; UnknownNameError for a name of none."""
+    return find_named("algorithm", names, read_algorithms())

@@ -21,8 +21,7 @@ from baselines.evaluation.statistics import Estimate, iqm_interval
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.task import task_of
-from training.ladder.algorithms import Algorithm
-from training.ladder.rungs import Rung
+from training.ladder.rungs import Algorithm, Rung
 
 PACKAGES = ("swarm-forage", "numpy", "numba", "torch", "stable-baselines3", "torchrl", "benchmarl")
 
@@ -43,7 +42,7 @@ class Job:
         return self.budget or round(self.rung.card.robot_steps * self.algorithm.share)
 
     @property
-    def config(self) -> dict[str, Any]:
+    def config(self) -> dict[str, object]:
         """All that is chosen, but the seed and how long."""
         card = self.rung.card
         return {
@@ -75,7 +74,7 @@ class Run:
     algorithm: str
     seed: int
     key: str
-    config: Mapping[str, Any]
+    config: Mapping[str, object]
     robot_steps: int
     """How long it was to train, over all robots [ticks]."""
     train_s: float
@@ -106,7 +105,7 @@ def keep(run: Run, file: Path) -> None:
     write_json(asdict(run), file)
 
 
-def write_json(tree: Mapping[str, Any], file: Path) -> None:
+def write_json(tree: Mapping[str, object], file: Path) -> None:
     """Write a JSON file, whole or not at all."""
     write_atomically(file, (json.dumps(tree, indent=1) + "\n").encode())
 
@@ -160,7 +159,7 @@ def marl_eval(runs: Sequence[Run]) -> dict[str, Any]:
     tree: dict[str, Any] = {}
     for run in runs:
         seeds = tree.setdefault(run.rung, {}).setdefault(run.algorithm, {})
-        steps: dict[str, Any] = {
+        steps: dict[str, object] = {
             f"step_{k}": {
                 "step_count": point["robot_steps"],
                 "elapsed_time": point["wall_s"],

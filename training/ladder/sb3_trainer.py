@@ -6,9 +6,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
 
 from swarm_forage_env.arrays import Array
-from training.ladder.algorithms import Algorithm
 from training.ladder.play import Act, Watch
-from training.ladder.rungs import Rung
+from training.ladder.rungs import Algorithm, Rung
 from training.vec_env import SwarmVecEnv
 
 

@@ -10,26 +10,28 @@ import time
 from contextlib import closing
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.evaluation.console import say
 from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.episode import run_episodes
+from baselines.evaluation.episode import AnyEpisode, run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from baselines.evaluation.ray_backend import RayBackend
 from baselines.evaluation.runner import MAX_ROWS, Plan, warm_up
 from swarm_forage_env.scenarios import find_scenario
 
+Job = tuple[int, list[AnyEpisode]]
 
-def echo(job: Any) -> Any:  # noqa: ANN401 of any kind
+
+def echo(job: Job) -> Job:
     """What a worker does here: nothing."""
     return job
 
 
-def seconds_per_call(backend: Backend, jobs: list[Any]) -> tuple[float, float]:
+def seconds_per_call(backend: Backend, jobs: list[Job]) -> tuple[float, float]:
     """Time until the first call of all has ended, and mean time of one of the rest [s]."""
     begin = time.perf_counter()
     with closing(backend.run(echo, jobs)) as finished:
@@ -40,7 +42,9 @@ def seconds_per_call(backend: Backend, jobs: list[Any]) -> tuple[float, float]:
     return first - begin, (time.perf_counter() - first) / (len(jobs) - 1)
 
 
-def seconds_to_keep(configuration: ExperimentConfig, episodes: list[Any], times: int) -> float:
+def seconds_to_keep(
+    configuration: ExperimentConfig, episodes: list[AnyEpisode], times: int
+) -> float:
     """Mean time in which this process keeps the episodes of a block on this disk [s]."""
     with TemporaryDirectory(dir=Path.cwd()) as folder:
         plan = Plan([configuration], (), Dataset(Path(folder)))

@@ -24,6 +24,12 @@ HELD = 20
 Tick = Callable[[], object]
 """A call that is timed: a tick of a block, or several."""
 
+Tell = Callable[[str], None]
+"""Receives the name of each measurement before it starts."""
+
+Measured = dict[str, Any]
+"""What was measured, as JSON holds it."""
+
 
 @dataclass(frozen=True)
 class Case:
@@ -70,7 +76,7 @@ class Case:
         return self.warm_up // 5 if quick else self.warm_up
 
     def _warm(self, step: Callable[[int], None], quick: bool) -> Tick:
-        """A step that is told how many came before, after the warm-up."""
+        """A step that receives the number of steps before it; after the warm-up."""
         numbers = count()
 
         def counted() -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from rich.console import Group
 from rich.text import Text
 
-from baselines.evaluation.bench.cases import CONTROLLER, Case, Tick
+from baselines.evaluation.bench.cases import CONTROLLER, Case, Measured, Tell, Tick
 from baselines.evaluation.bench.speed import seconds_per_tick
 from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.evaluation.tables import FittingTable
@@ -33,15 +33,11 @@ QUICK_WORLDS = 1_000
 TICKS = 10
 """Ticks of the GPU between two that the CPU waits for."""
 
-Tell = Callable[[str], None]
 
-
-def measure_gpu(quick: bool, tell: Tell) -> list[dict[str, Any]]:
+def measure_gpu(quick: bool, tell: Tell) -> list[Measured]:
     """Robot-steps per second of `ssgikf` on a GPU and on all threads of the CPU, `kinematic`.
 
-    The first step's time counts what it takes to bring worlds to the GPU and to compile.
-
-    ConfigError where there is no GPU.
+    The time of the first step includes the upload and the compilation. ConfigError without a GPU.
     """
     usable_gpu()
     threads = os.cpu_count() or 1
@@ -56,7 +52,7 @@ def measure_gpu(quick: bool, tell: Tell) -> list[dict[str, Any]]:
     return found
 
 
-def measure_case(case: Case, threads: int, quick: bool) -> dict[str, Any]:
+def measure_case(case: Case, threads: int, quick: bool) -> Measured:
     """One number of worlds, which run for a while on the GPU before both are timed."""
     controller = find_layered_controller(CONTROLLER)
     loop = Loop(case.scenario, controller, range(case.n_worlds), "kinematic", threads)
@@ -121,7 +117,7 @@ def _timed_with_energy(tick: Tick, quick: bool) -> tuple[float, float | None]:
     return seconds, (meter() - before) / count
 
 
-def _memory(loop: DeviceLoop, rows: int) -> dict[str, Any]:
+def _memory(loop: DeviceLoop, rows: int) -> Measured:
     """The share of each stage, and what it means for the memory, by events of the GPU."""
     seconds = stage_seconds(loop)
     whole, n_bytes = sum(seconds.values()), sum(loop.traffic.values())
@@ -153,10 +149,7 @@ def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
 
 
 def card_bandwidth(device: Any) -> float | None:  # noqa: ANN401 numba's
-    """The most bytes that a GPU's memory moves in a second; None if the driver tells not.
-
-    Two transfers in a cycle, as memories of GPUs have a double data rate.
-    """
+    """The bandwidth of a GPU's memory, of double data rate [byte/s]; None if not reported."""
     try:
         clock, width = device.MEMORY_CLOCK_RATE, device.GLOBAL_MEMORY_BUS_WIDTH
     except AttributeError:
@@ -177,9 +170,9 @@ LIBRARY = "libnvidia-ml.so.1"
 
 
 def energy_meter(uuid: str, library: Any = None) -> Callable[[], float] | None:  # noqa: ANN401 a library, or one of a test
-    """What tells the energy [J] that the GPU of this UUID has used since its driver was loaded.
+    """Reads the energy [J] that the GPU of this UUID has used since its driver was loaded.
 
-    None where the driver does not tell it: another system, or a GPU older than Volta.
+    None where the driver does not report it: another system, or a GPU older than Volta.
     """
     try:
         nvml = library or ctypes.CDLL(LIBRARY)
@@ -207,7 +200,7 @@ def energy_meter(uuid: str, library: Any = None) -> Callable[[], float] | None: 
 STAGES = "decide", "tick", "observe"
 
 
-def gpu_table(found: list[dict[str, Any]]) -> Group:
+def gpu_table(found: list[Measured]) -> Group:
     """What was measured, a row for each number of worlds; a dash for what the driver tells not."""
     rows = [_cells(each) for each in found]
     columns = {heading: [Text(row[heading]) for row in rows] for heading in rows[0]}
@@ -223,7 +216,7 @@ def gpu_table(found: list[dict[str, Any]]) -> Group:
     )
 
 
-def _cells(each: dict[str, Any]) -> dict[str, str]:
+def _cells(each: Measured) -> dict[str, str]:
     return {
         "GPU": _millions(each["gpu"]),
         "learning": _millions(each["environment"]),

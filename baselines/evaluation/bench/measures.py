@@ -1,15 +1,110 @@
 """All benchmark measurements, as one dictionary that JSON can hold."""
 
+import json
 import os
 import platform
-from collections.abc import Callable
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
 from importlib.metadata import version
-from typing import Any
+from pathlib import Path
 
-from baselines.evaluation.bench import processes
-from baselines.evaluation.bench.cases import all_cases
+from baselines.evaluation.bench.cases import Measured, Tell, all_cases
 from baselines.evaluation.bench.speed import case_speeds, stage_shares, thread_gain
 from baselines.evaluation.bench.tables import check
+
+REPEATS = 5
+
+COMMAND = "from training.cli import main; main()"
+
+FIRST_RUN = """
+from baselines.evaluation.bench.cases import all_cases
+from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
+from baselines.evaluation.runner import warm_up
+es1 = all_cases()[0].scenario
+for physics in ("rigid", "kinematic"):
+    warm_up(ExperimentConfig("ssgikf", es1, find_layered_controller("ssgikf"), physics))
+"""
+"""Compiles every kernel of an evaluation."""
+
+LONG_RUN = """
+import json, sys
+from baselines.evaluation.bench.cases import all_cases
+from baselines.evaluation.bench.measures import peak_memory
+loop = all_cases()[0].start("rigid", quick=True)
+for _ in range(int(sys.argv[1]) // 10):
+    loop.step()
+before = peak_memory()
+for _ in range(int(sys.argv[1])):
+    loop.step()
+print(json.dumps([before, peak_memory()]))
+"""
+"""Peak memory before and after many ticks of es1; the first ones fill caches."""
+
+
+def seconds(code: str, *arguments: str, repeats: int = REPEATS, cache: str | None = None) -> float:
+    """Median time [s] of a new Python process that runs this code, its start included."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        _run(code, *arguments, cache=cache)
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
+
+
+def start_up(quick: bool) -> dict[str, float]:
+    """Start-up times [s] of import and commands; for the import, without Python's own."""
+    repeats = 3 if quick else REPEATS
+    empty = seconds("pass", repeats=repeats)
+    return {
+        "import": seconds("import swarm_forage_env", repeats=repeats) - empty,
+        "import_with_environment": seconds(
+            "import swarm_forage_env; swarm_forage_env.parallel_env", repeats=repeats
+        )
+        - empty,
+        "help": seconds(COMMAND, "--help", repeats=repeats),
+        "list": seconds(COMMAND, "list", repeats=repeats),
+    }
+
+
+def first_run() -> float:
+    """Time of the first run after installation [s]: everything compiles."""
+    with tempfile.TemporaryDirectory() as cache:
+        return seconds(FIRST_RUN, repeats=1, cache=cache)
+
+
+def memory_growth(ticks: int) -> tuple[float, float]:
+    """Peak memory of a process [MB] and its growth over these ticks of es1."""
+    before, after = json.loads(_run(LONG_RUN, str(ticks)))
+    return after, after - before
+
+
+def peak_memory() -> float:
+    """Peak memory of this process so far [MB].
+
+    On Linux getrusage starts at the peak of the parent process; so VmHWM is read there.
+    """
+    status = Path("/proc/self/status")
+    if status.exists():
+        peak = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM:"))
+        return int(peak.split()[1]) / 2**10
+    import resource
+
+    peak_kept = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak_kept / 2 ** (20 if sys.platform == "darwin" else 10)
+
+
+def _run(code: str, *arguments: str, cache: str | None = None) -> str:
+    environment = dict(os.environ)
+    if cache is not None:
+        environment["XDG_CACHE_HOME"] = cache
+    return subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        env=environment, check=True, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+    ).stdout  # fmt: skip
+
 
 ENGINES = ("rigid", "kinematic")
 STAGED = ("es1 x 30", "es3", "es3 x 100")
@@ -20,12 +115,10 @@ THREADED = "es1 x 64"
 
 MEMORY_TICKS, QUICK_MEMORY_TICKS = 1_000_000, 5_000
 
-Tell = Callable[[str], None]
 
-
-def measure(quick: bool, threads: int, tell: Tell) -> dict[str, Any]:
+def measure(quick: bool, threads: int, tell: Tell) -> Measured:
     """Run every benchmark; `tell` receives the name of each before it starts."""
-    found: dict[str, Any] = {"quick": quick, "machine": _machine()}
+    found: Measured = {"quick": quick, "machine": _machine()}
     found |= _processes(quick, tell)
     found["speeds"], found["stages"], found["threads"] = [], [], []
     for case in all_cases():
@@ -39,28 +132,28 @@ def measure(quick: bool, threads: int, tell: Tell) -> dict[str, Any]:
             tell(f"{threads} threads, {physics}")
             gain = thread_gain(case, physics, threads, quick)
             found["threads"].append({"physics": physics, "threads": threads, "gain": gain})
-    found["peak_memory_mb"] = processes.peak_memory()
+    found["peak_memory_mb"] = peak_memory()
     found["budgets"] = check(found)
     return found
 
 
-def _processes(quick: bool, tell: Tell) -> dict[str, Any]:
+def _processes(quick: bool, tell: Tell) -> Measured:
     """Start-up, first run and memory: each in new processes."""
     tell("start-up")
-    start_up = processes.start_up(quick)
+    times = start_up(quick)
     if not quick:
         tell("the first run, which compiles")
-        start_up["first_run"] = processes.first_run()
+        times["first_run"] = first_run()
     ticks = QUICK_MEMORY_TICKS if quick else MEMORY_TICKS
     tell(f"memory over {ticks:,} ticks")
-    peak, growth = processes.memory_growth(ticks)
+    peak, growth = memory_growth(ticks)
     return {
-        "start_up_s": start_up,
+        "start_up_s": times,
         "memory": {"ticks": ticks, "peak_mb": peak, "growth_mb": growth},
     }
 
 
-def _machine() -> dict[str, Any]:
+def _machine() -> Measured:
     """What the numbers were measured on."""
     libraries = {library: version(library) for library in ("numba", "numpy", "pymunk")}
     return {"python": platform.python_version(), "cores": os.cpu_count()} | libraries

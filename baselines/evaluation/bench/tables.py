@@ -1,16 +1,14 @@
 """The budgets of the benchmark, and the tables of its results for a terminal."""
 
-from collections.abc import Mapping
-from typing import Any
-
 from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from baselines.evaluation.bench.cases import Measured
 from baselines.evaluation.bench.speed import SHARES
 
 
-def report(found: Mapping[str, Any]) -> Group:
+def report(found: Measured) -> Group:
     """Tables of speeds, stages and budgets, one below the other."""
     machine = ", ".join(f"{name} {value}" for name, value in found["machine"].items())
     hurried = " (quick: less exact)" if found["quick"] else ""
@@ -18,7 +16,7 @@ def report(found: Mapping[str, Any]) -> Group:
         Text(f"Million robot-steps per second, one core{hurried}", style="bold"),
         _speeds(found), _note(
             "arrays, dicts: through the environment on arrays, or PettingZoo's dictionaries;"
-            " es3 spread, x 10, x 100: robots start all over an arena of so many times the size."
+            " es3 spread, x 10, x 100: robots start all over an arena, 1, 10, 100 times the size."
         ),
         Text("\nShare of a tick [%]", style="bold"),
         _stages(found),
@@ -28,7 +26,7 @@ def report(found: Mapping[str, Any]) -> Group:
     )  # fmt: skip
 
 
-def _speeds(found: Mapping[str, Any]) -> Table:
+def _speeds(found: Measured) -> Table:
     table = _table("", "robots", "rigid", "kinematic", "bare pymunk", "rigid tick : bare")
     for row in found["speeds"]:
         engines = (row[name] / MILLION for name in ("rigid", "kinematic", "bare_pymunk"))
@@ -41,7 +39,7 @@ def _speeds(found: Mapping[str, Any]) -> Table:
     return table
 
 
-def _stages(found: Mapping[str, Any]) -> Table:
+def _stages(found: Measured) -> Table:
     table = _table("", "engine", *SHARES)
     for row in found["stages"]:
         shares = (f"{100.0 * row['shares'][stage]:.0f}" for stage in SHARES)
@@ -49,7 +47,7 @@ def _stages(found: Mapping[str, Any]) -> Table:
     return table
 
 
-def _budgets(found: Mapping[str, Any]) -> Table:
+def _budgets(found: Measured) -> Table:
     table = _table("", "measured", "budget", "")
     for row in found["budgets"]:
         missed = abs(row["measured"] / row["budget"] - 1.0)
@@ -108,7 +106,7 @@ GROWTH = 1.0
 """Most by which peak memory may grow in a long run [MB]: flat, but for the allocator."""
 
 
-def check(found: Mapping[str, Any]) -> list[dict[str, Any]]:
+def check(found: Measured) -> list[Measured]:
     """Every budget with its result, as dictionaries."""
     speeds = {row["case"]: row for row in found["speeds"]}
     least = [

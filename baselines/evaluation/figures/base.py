@@ -1,15 +1,14 @@
 """Options of the command `plot`, and the registry of the kinds of figures."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 from matplotlib.figure import Figure
 
 from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
-from baselines.evaluation.episode import values_of
+from baselines.evaluation.episode import present_values
 from baselines.evaluation.figure_page import Caption
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.registry import Registry
@@ -39,13 +38,9 @@ class PlotOptions:
     @property
     def choices(self) -> dict[str, object]:
         """The options that the user has chosen, by name."""
-        values = {
-            "scenario": self.scenarios,
-            "controller": self.controllers,
-            "metric": self.metric,
-            "x": self.x,
-            "seed": self.seed,
-        }
+        names = "scenario", "controller", "metric", "x", "seed"
+        chosen = self.scenarios, self.controllers, self.metric, self.x, self.seed
+        values: dict[str, object] = dict(zip(names, chosen, strict=True))
         return {name: value for name, value in values.items() if value not in ((), None)}
 
     @property
@@ -61,10 +56,7 @@ class PlotOptions:
 
     @cached_property
     def groups(self) -> list[EpisodeGroup]:
-        """The episode groups in the datasets, all of one kind of task.
-
-        ConfigError for sources that are no such datasets.
-        """
+        """The episode groups in the datasets; ConfigError unless all are of one task."""
         groups = read_groups(self.sources, self.scenarios, self.controllers)
         if len(tasks := sorted({group.task.name for group in groups})) > 1:
             raise ConfigError(
@@ -98,21 +90,33 @@ class PlotOptions:
         return Caption(text, note or counted(groups), self.command, codes(groups))
 
 
-class FigureKind(Protocol):
-    """Protocol of a kind of figure."""
+@dataclass(frozen=True)
+class FigureKind:
+    """A kind of figure."""
 
+    draw: Callable[[PlotOptions], Figure]
+    """Draws the figure; ConfigError if the sources lack what it needs."""
     options: frozenset[str]
     """Options that it has."""
-
-    def draw(self, options: PlotOptions) -> Figure:
-        """Draw the figure; ConfigError if the sources lack what it needs."""
 
 
 FIGURES: Registry[FigureKind] = Registry("kind of figure")
 """The kinds of figures by name."""
 
-SELECTION = frozenset({"scenario", "controller"})
+SELECTION = "scenario", "controller"
 """Options of every kind that reads a dataset."""
+
+
+def figure(
+    name: str, *options: str
+) -> Callable[[Callable[[PlotOptions], Figure]], Callable[[PlotOptions], Figure]]:
+    """Enter the decorated function as a kind of figure that has these options."""
+
+    def enter(draw: Callable[[PlotOptions], Figure]) -> Callable[[PlotOptions], Figure]:
+        FIGURES.register(name)(FigureKind(draw, frozenset(options)))
+        return draw
+
+    return enter
 
 
 def check_options(options: PlotOptions) -> None:
@@ -127,9 +131,7 @@ def check_options(options: PlotOptions) -> None:
 
 def sample(group: EpisodeGroup, metric: str) -> list[float]:
     """The metric of each episode, in the units of its axis, without missing values."""
-    factor = group.kind.columns[metric][1]
-    values = values_of(group.episodes, metric)
-    return [factor * value for value in values if value is not None]
+    return present_values(group.episodes, metric, group.kind.columns[metric][1])
 
 
 def by_setup(groups: Sequence[EpisodeGroup]) -> dict[str, list[EpisodeGroup]]:
@@ -140,22 +142,17 @@ def by_setup(groups: Sequence[EpisodeGroup]) -> dict[str, list[EpisodeGroup]]:
     return setups
 
 
-def size_of(groups: Sequence[EpisodeGroup]) -> str:
-    """Text of a note: robots and length of the episodes, where all have the same."""
+def counted(groups: Sequence[EpisodeGroup]) -> str:
+    """The note: number of episodes of each group; robots and length, where all have the same."""
+    if not groups:
+        return ""
     robots = {group.episodes[0].n_robots for group in groups}
     lengths = {group.episodes[0].duration_s for group in groups}
     parts = [f"{min(robots)} robots"] if len(robots) == 1 else []
     parts += [f"{min(lengths):g} s"] if len(lengths) == 1 else []
-    return "".join(f"{part}, " for part in parts)
-
-
-def counted(groups: Sequence[EpisodeGroup]) -> str:
-    """The note: robots, length and number of the episodes behind each group."""
-    if not groups:
-        return ""
     sizes = {len(group.episodes) for group in groups}
     n = f"{min(sizes)}" if len(sizes) == 1 else f"{min(sizes)} to {max(sizes)}"
-    return f"{size_of(groups)}n = {n} episodes each"
+    return ", ".join([*parts, f"n = {n} episodes each"])
 
 
 def codes(groups: Sequence[EpisodeGroup]) -> tuple[str, ...]:

@@ -1,5 +1,7 @@
-"""Box plot of a metric: a box for each controller, a panel for each setup."""
+"""A metric of controllers: box plots, and tables of its means by motion and localisation."""
 
+import json
+import logging
 from collections.abc import Sequence
 
 from matplotlib.figure import Figure
@@ -8,27 +10,23 @@ from baselines.evaluation.box_plots import BOXES, box_panels
 from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.figure_page import Caption
 from baselines.evaluation.figures.base import (
-    FIGURES,
     SELECTION,
     PlotOptions,
     by_setup,
     codes,
     counted,
+    figure,
     sample,
 )
+from baselines.evaluation.heat_maps import table_panels
+from baselines.evaluation.statistics import Estimate, mean_interval
+from swarm_forage_env.errors import ConfigError
 
 
-class Boxplot:
-    """The figure `boxplot`: the score, or another metric, of controllers."""
-
-    options = SELECTION | {"metric"}
-
-    def draw(self, options: PlotOptions) -> Figure:
-        """Draw a box for each controller, a panel for each setup."""
-        return boxplot(options.groups, options.shown_metric, options.command)
-
-
-FIGURES.register("boxplot")(Boxplot())
+@figure("boxplot", *SELECTION, "metric")
+def draw_boxplot(options: PlotOptions) -> Figure:
+    """Draw the score, or another metric: a box for each controller, a panel for each setup."""
+    return boxplot(options.groups, options.shown_metric, options.command)
 
 
 def boxplot(groups: Sequence[EpisodeGroup], metric: str, command: str) -> Figure:
@@ -41,3 +39,47 @@ def boxplot(groups: Sequence[EpisodeGroup], metric: str, command: str) -> Figure
     n = max(len(each.episodes) for each in groups)
     caption = Caption(f"{axis.capitalize()}. {BOXES}", counted(groups), command, codes(groups), n)
     return box_panels(panels, ("", axis), caption)
+
+
+LOGGER = logging.getLogger("swarm-forage")
+
+LOCALISATION = "estimator"
+"""The layer that a row of the table varies."""
+
+
+@figure("table", *SELECTION, "metric")
+def draw_table(options: PlotOptions) -> Figure:
+    """Draw a row for each motion, a column for each localisation."""
+    varied = {
+        each.label(LOCALISATION)
+        for each in options.groups
+        if LOCALISATION in json.loads(each.parameters)
+    }
+    combined = [each for each in options.groups if each.label(LOCALISATION) in varied]
+    if not combined:
+        raise ConfigError(
+            "no controller here names its localisation; evaluate some that do, as in"
+            " swarm-forage evaluate es1 subsumption:estimator=dead_reckoning"
+            " boids-goal:estimator=social_odometry"
+        )
+    if len(combined) < len(options.groups):
+        left = {group.label() for group in options.groups if group not in combined}
+        LOGGER.warning("left out, as they name no localisation: %s", ", ".join(sorted(left)))
+    tables = {setup: _table(options, each) for setup, each in by_setup(combined).items()}
+    axis = combined[0].kind.axis(options.shown_metric)
+    text = f"{axis.capitalize()}: mean over its 95 % bootstrap interval (BCa), darker is more."
+    names = "localisation", "motion"
+    return table_panels(tables, names, options.caption(text, combined))
+
+
+def _table(
+    options: PlotOptions, groups: list[EpisodeGroup]
+) -> dict[str, dict[str, Estimate | None]]:
+    table: dict[str, dict[str, Estimate | None]] = {}
+    for group in groups:
+        motion = group.label(LOCALISATION)
+        localisation = str(group.numbers[LOCALISATION]).replace("_", " ")
+        table.setdefault(motion, {})[localisation] = mean_interval(
+            sample(group, options.shown_metric)
+        )
+    return table

@@ -1,49 +1,48 @@
-"""Line plot of a metric over one setting: beta, the number of robots."""
+"""Line plots: a metric over one setting, as beta; shares of the robots over time."""
 
 import json
 import logging
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from baselines.evaluation.dataset_reader import EpisodeGroup
-from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions, sample
-from baselines.evaluation.line_plots import Means, mean_panels
+from baselines.evaluation.figures.base import SELECTION, PlotOptions, by_setup, figure, sample
+from baselines.evaluation.line_plots import (
+    BANDS,
+    Curve,
+    Means,
+    curve_panels,
+    mean_panels,
+    path_over_time,
+    recruited_over_time,
+)
 from baselines.evaluation.listing import units
 from baselines.evaluation.statistics import mean_interval
 from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.parameters import resolve
 
 LOGGER = logging.getLogger("swarm-forage")
 
-Series = dict[tuple[str, str], list[EpisodeGroup]]
-"""Groups that differ in x alone, by setup and controller without x."""
 
-
-class MetricOverParameter:
-    """The figure `curve`: means with intervals over a setting x."""
-
-    options = SELECTION | {"metric", "x"}
-
-    def draw(self, options: PlotOptions) -> Figure:
-        """Draw a curve for each controller, a level line for one that does not have x."""
-        x = _named(options.x, options.groups) if options.x else _varied(options.groups)
-        having = [group for group in options.groups if x in group.numbers]
-        panels = _panels(options, having, x)
-        ends = [float(group.numbers[x]) for group in having]
-        for group in options.groups:
-            if group not in having and group.setup() in panels:
-                level = _level(options, group, (min(ends), max(ends)))
-                panels[group.setup()][group.label()] = level
-        head = having[0]
-        axes = _axis(x, head), head.kind.axis(options.shown_metric)
-        text = "Means with 95 % bootstrap intervals (BCa)."
-        return mean_panels(panels, axes, options.caption(text, options.groups))
-
-
-FIGURES.register("curve")(MetricOverParameter())
+@figure("curve", *SELECTION, "metric", "x")
+def draw_curve(options: PlotOptions) -> Figure:
+    """Draw means over a setting x: a curve for each controller, a level line for one without x."""
+    x = _named(options.x, options.groups) if options.x else _varied(options.groups)
+    having = [group for group in options.groups if x in group.numbers]
+    panels = _panels(options, having, x)
+    ends = [float(group.numbers[x]) for group in having]
+    for group in options.groups:
+        if group not in having and group.setup() in panels:
+            mean, low, high = (np.full(2, value) for value in _mean(options, group))
+            span = np.array([min(ends), max(ends)])
+            panels[group.setup()][group.label()] = Means(span, mean, low, high, is_level=True)
+    head = having[0]
+    axes = _axis(x, head), head.kind.axis(options.shown_metric)
+    text = "Means with 95 % bootstrap intervals (BCa)."
+    return mean_panels(panels, axes, options.caption(text, options.groups))
 
 
 def _panels(
@@ -67,7 +66,7 @@ def _panels(
 
 def _named(name: str, groups: Sequence[EpisodeGroup]) -> str:
     """The full name of a setting, given as `beta` or `weighting.beta`."""
-    known: dict[str, Any] = {}
+    known: dict[str, float] = {}
     for group in groups:
         known |= _numeric(group)
     return resolve(name, known, "number behind these episodes")
@@ -98,7 +97,7 @@ def _too_few(x: str, groups: Sequence[EpisodeGroup]) -> str:
     )
 
 
-def _numeric(group: EpisodeGroup) -> dict[str, Any]:
+def _numeric(group: EpisodeGroup) -> dict[str, float]:
     return {
         name: value
         for name, value in group.numbers.items()
@@ -106,14 +105,17 @@ def _numeric(group: EpisodeGroup) -> dict[str, Any]:
     }
 
 
-def _series(groups: Sequence[EpisodeGroup], x: str) -> Series:
-    """Groups that differ in x alone, ordered by x; the scenario's name may differ with x."""
+def _series(groups: Sequence[EpisodeGroup], x: str) -> dict[tuple[str, str], list[EpisodeGroup]]:
+    """Groups that differ in x alone, in its order, by setup and controller without x.
+
+    The scenario's name may differ with x.
+    """
     shared: dict[str, list[EpisodeGroup]] = {}
     for group in groups:
         rest = {name: value for name, value in group.numbers.items() if name not in (x, "name")}
         key = json.dumps([group.controller, group.physics, rest], sort_keys=True)
         shared.setdefault(key, []).append(group)
-    series: Series = {}
+    series: dict[tuple[str, str], list[EpisodeGroup]] = {}
     for each in shared.values():
         ordered = sorted(each, key=lambda group: float(group.numbers[x]))
         setups = list(dict.fromkeys(group.setup(x) for group in ordered))
@@ -126,11 +128,6 @@ def _means(options: PlotOptions, groups: Sequence[EpisodeGroup], x: str) -> Mean
     rows = [(float(group.numbers[x]), *_mean(options, group)) for group in groups]
     at, mean, low, high = np.array(rows).T
     return Means(at, mean, low, high)
-
-
-def _level(options: PlotOptions, group: EpisodeGroup, ends: tuple[float, float]) -> Means:
-    mean, low, high = (np.full(2, value) for value in _mean(options, group))
-    return Means(np.array(ends), mean, low, high, is_level=True)
 
 
 def _mean(options: PlotOptions, group: EpisodeGroup) -> tuple[float, float, float]:
@@ -150,3 +147,32 @@ def _axis(x: str, group: EpisodeGroup) -> str:
         unit = ""
     name = x.rpartition(".")[2].replace("n_robots", "robots").replace("_", " ")
     return f"{name} [{unit}]" if unit else name
+
+
+@figure("on-path", *SELECTION)
+def draw_on_path(options: PlotOptions) -> Figure:
+    """Draw the share of the robots on the path over time."""
+    words, axis = "Robots that know both areas.", "robots on the path [%]"
+    return _share_over_time(options, words, axis, path_over_time)
+
+
+@figure("recruitment", *SELECTION)
+def draw_recruitment(options: PlotOptions) -> Figure:
+    """Draw the share of the robots that have visited both areas over time."""
+    words, axis = "Robots that have visited both areas.", "robots recruited [%]"
+    return _share_over_time(options, words, axis, recruited_over_time)
+
+
+def _share_over_time(
+    options: PlotOptions, words: str, axis: str, curve: Callable[[Sequence[ForagingEpisode]], Curve]
+) -> Figure:
+    """A curve with its band for each controller, a panel for each setup."""
+    panels = {
+        setup: {each.label(): curve(each.episodes) for each in groups}
+        for setup, groups in by_setup(options.foraging_groups).items()
+    }
+    caption = options.caption(f"{words} {BANDS}", options.groups)
+    drawn = curve_panels(panels, ("time [s]", axis), caption)
+    for axes in drawn.axes:
+        axes.set_ylim(0.0, 102.0)
+    return drawn

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from baselines.evaluation.figures.base import FIGURES, PlotOptions
+from baselines.evaluation.figures.base import PlotOptions, figure
 from baselines.evaluation.line_plots import Means, band_panels
 from swarm_forage_env.errors import ConfigError
 
@@ -48,32 +48,25 @@ class TrainingCard(_Entry):
     curve: tuple[Point, ...] = Field(min_length=1)
 
 
-class LearningCurves:
-    """The figure `learning`: a curve for each policy card, a panel for each scenario."""
-
-    options = frozenset({"scenario"})
-
-    def draw(self, options: PlotOptions) -> Figure:
-        """Draw round trips on the held-back seeds over simulated time."""
-        files = [Path(source) for source in options.sources]
-        cards = dict(zip(_names(files), map(read_card, files), strict=True))
-        panels: dict[str, dict[str, Means]] = {}
-        for name, card in cards.items():
-            for scenario in card.curve[0].round_trips:
-                if not options.scenarios or scenario in options.scenarios:
-                    panels.setdefault(scenario, {})[name] = _curve(card, scenario)
-        if not panels:
-            known = sorted({each for card in cards.values() for each in card.curve[0].round_trips})
-            raise ConfigError(
-                f"--scenario {', '.join(options.scenarios)}: the cards have {', '.join(known)}"
-            )
-        made = " ".join(f"{name}: {card.command}." for name, card in cards.items())
-        text = f"Means over the held-back seeds with 95 % intervals. {made}"
-        names = "simulated time of training [h]", "round trips"
-        return band_panels(panels, names, options.caption(text))
-
-
-FIGURES.register("learning")(LearningCurves())
+@figure("learning", "scenario")
+def draw(options: PlotOptions) -> Figure:
+    """Draw round trips on the held-back seeds over simulated time."""
+    files = [Path(source) for source in options.sources]
+    cards = dict(zip(_names(files), map(read_card, files), strict=True))
+    panels: dict[str, dict[str, Means]] = {}
+    for name, card in cards.items():
+        for scenario in card.curve[0].round_trips:
+            if not options.scenarios or scenario in options.scenarios:
+                panels.setdefault(scenario, {})[name] = _curve(card, scenario)
+    if not panels:
+        known = sorted({each for card in cards.values() for each in card.curve[0].round_trips})
+        raise ConfigError(
+            f"--scenario {', '.join(options.scenarios)}: the cards have {', '.join(known)}"
+        )
+    made = " ".join(f"{name}: {card.command}." for name, card in cards.items())
+    text = f"Means over the held-back seeds with 95 % intervals. {made}"
+    names = "simulated time of training [h]", "round trips"
+    return band_panels(panels, names, options.caption(text))
 
 
 def read_card(file: Path) -> TrainingCard:

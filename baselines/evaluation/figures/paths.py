@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.experiment_config import ExperimentConfig
-from baselines.evaluation.figures.base import FIGURES, SELECTION, PlotOptions
+from baselines.evaluation.figures.base import SELECTION, PlotOptions, figure
 from baselines.evaluation.heat_maps import Density, density_panels
 from baselines.evaluation.trajectories import find_trajectory, read_trajectory
 from swarm_forage_env.arrays import Array
@@ -30,7 +30,7 @@ LOGGER = logging.getLogger("swarm-forage")
 CELL = 0.02
 """Side of a cell, about: the cells fill the arena [m]."""
 
-MOST = 6
+MAX_PANELS = 6
 """Panels, at most."""
 
 
@@ -50,37 +50,28 @@ class Job:
     """The round trips it must have."""
 
 
-class PathMaps:
-    """The figure `paths`: a heat map of each controller's robots over one episode."""
-
-    options = SELECTION | {"seed"}
-
-    def draw(self, options: PlotOptions) -> Figure:
-        """Draw the maps, from a dataset or from SCENARIO CONTROLLER..., a panel for each."""
-        is_dataset = Path(options.sources[0]).is_dir()
-        jobs = _evaluated(options) if is_dataset else _asked(options)
-        if len(jobs) > MOST:
-            raise ConfigError(
-                f"{len(jobs)} configurations: at most {MOST} in a figure; choose with --controller"
-                " or --scenario"
-            )
-        densities = {title: _draw(title, job) for title, job in jobs.items()}
-        setups = {title.partition("\n")[0] for title in densities}
-        note = (
-            f"one episode each, seed {', '.join(sorted({str(job.seed) for job in jobs.values()}))}"
+@figure("paths", *SELECTION, "seed")
+def draw(options: PlotOptions) -> Figure:
+    """Draw the maps, from a dataset or from SCENARIO CONTROLLER..., a panel for each."""
+    is_dataset = Path(options.sources[0]).is_dir()
+    jobs = _evaluated(options) if is_dataset else _asked(options)
+    if len(jobs) > MAX_PANELS:
+        raise ConfigError(
+            f"{len(jobs)} configurations: at most {MAX_PANELS} in a figure; choose with"
+            " --controller or --scenario"
         )
-        if len(setups) == 1:
-            note = f"{min(setups)}, {note}"
-            densities = {title.partition("\n")[2]: each for title, each in densities.items()}
-        made = "as evaluated" if all(job.kept for job in jobs.values()) else "run for this figure"
-        text = (
-            f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; {made}. The"
-            " frame has the colour of the controller."
-        )
-        return density_panels(densities, options.caption(text, note=note))
-
-
-FIGURES.register("paths")(PathMaps())
+    densities = {title: _draw(title, job) for title, job in jobs.items()}
+    setups = {title.partition("\n")[0] for title in densities}
+    note = f"one episode each, seed {', '.join(sorted({str(job.seed) for job in jobs.values()}))}"
+    if len(setups) == 1:
+        note = f"{min(setups)}, {note}"
+        densities = {title.partition("\n")[2]: each for title, each in densities.items()}
+    made = "as evaluated" if all(job.kept for job in jobs.values()) else "run for this figure"
+    text = (
+        f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; {made}. The"
+        " frame has the colour of the controller."
+    )
+    return density_panels(densities, options.caption(text, note=note))
 
 
 def _evaluated(options: PlotOptions) -> dict[str, Job]:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from baselines.controller import LayeredController
 from baselines.estimators.social_odometry import SocialOdometryParameters
 from baselines.evaluation.experiment_config import find_layered_controller
-from baselines.evaluation.figures.base import FIGURES, PlotOptions
+from baselines.evaluation.figures.base import PlotOptions, figure
 from baselines.evaluation.heat_maps import weight_panels
 from baselines.weighting.rows import RowWeighting
 from swarm_forage_env.arrays import Array, Float64
@@ -17,7 +17,7 @@ from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.foraging.scenario import Scenario
 
 LONGEST, STEPS = 12.0, 61
-"""Paths of the robot and of its partner are shown up to here [m], at so many points."""
+"""Longest path of the robot and of its partner [m], and the number of points."""
 
 DISAGREEMENTS = (0.1, 0.5)
 """Between the own and the heard place [m]; one row of maps for each."""
@@ -29,32 +29,22 @@ PREY = 1
 """The area that the exchange is about."""
 
 
-class WeightMaps:
-    """The figure `weights`: heat maps of g, a column for each controller."""
-
-    options: frozenset[str] = frozenset()
-
-    def draw(self, options: PlotOptions) -> Figure:
-        """Draw the maps; the sources are controllers, as `evaluate` takes them.
-
-        ConfigError for one that carries covariances in the place of paths.
-        """
-        maps = {
-            f"{100 * disagreement:g} cm apart": {
-                name: _map(name, disagreement) for name in options.sources
-            }
-            for disagreement in DISAGREEMENTS
+@figure("weights")
+def draw(options: PlotOptions) -> Figure:
+    """Draw the maps; the sources are controllers. ConfigError for one without paths."""
+    maps = {
+        f"{100 * disagreement:g} cm apart": {
+            name: _map(name, disagreement) for name in options.sources
         }
-        text = (
-            f"g: share of the heard estimate, for an exchange of {MESSAGES:g} messages over"
-            f" {100 * RANGE:g} cm about the area that the robot heads for, {AWAY:g} m ahead;"
-            " it left the other area a quarter of its path ago. Paths since the area; the titles"
-            " say how far apart the own and the heard place lie."
-        )
-        return weight_panels(maps, LONGEST, options.caption(text))
-
-
-FIGURES.register("weights")(WeightMaps())
+        for disagreement in DISAGREEMENTS
+    }
+    text = (
+        f"g: share of the heard estimate, for an exchange of {MESSAGES:g} messages over"
+        f" {100 * RANGE:g} cm about the area that the robot heads for, {AWAY:g} m ahead;"
+        " it left the other area a quarter of its path ago. Paths since the area; the titles"
+        " say how far apart the own and the heard place lie."
+    )
+    return weight_panels(maps, LONGEST, options.caption(text))
 
 
 def _map(name: str, disagreement: float) -> Float64[Array, "heard own"]:

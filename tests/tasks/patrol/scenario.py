@@ -2,11 +2,11 @@
 
 from pydantic import Field
 
-from swarm_forage_env.parameters import Count, NotNegative, Part, Positive
+from swarm_forage_env.parameters import BaseScenario, BaseTask, Count, NotNegative, Positive
 from swarm_forage_env.registry import SCENARIOS
 
 
-class PatrolTask(Part):
+class PatrolTask(BaseTask):
     """The task: three places about the origin, to be visited in turn."""
 
     n_robots: Count = Field(4, description="Robots (chosen)")
@@ -15,7 +15,7 @@ class PatrolTask(Part):
     radius: Positive = Field(0.05, description="A place is reached within this [m] (chosen)")
 
 
-class PatrolScenario(Part):
+class PatrolScenario(BaseScenario):
     """Everything that fixes a world of patrol but its seed."""
 
     name: str = Field("custom", min_length=1, description="Name in tables and data")
@@ -24,11 +24,6 @@ class PatrolScenario(Part):
     axle: Positive = Field(0.05, description="Between the wheels [m] (chosen)")
     noise: NotNegative = Field(0.02, description="Standard deviation of a reading [m] (chosen)")
     tick: Positive = Field(0.1, description="Control period [s] (chosen)")
-
-    @property
-    def n_ticks(self) -> int:
-        """Ticks in an episode."""
-        return round(self.task.duration / self.tick)
 
 
 SCENARIOS.register("patrol-1")(PatrolScenario(name="patrol-1"))

@@ -3,17 +3,16 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from patrol.control import SCALE, Situation, decide_world
 from patrol.scenario import PatrolScenario
 from patrol.world import Action, PatrolWorld
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.episode import EpisodeKind
+from swarm_forage_env.global_state import GlobalState
 from swarm_forage_env.observed_fields import paths
 from swarm_forage_env.policy_interface import PolicyInterface
-from swarm_forage_env.spaces import Feature, Layout
-from swarm_forage_env.task import TASKS, Task
+from swarm_forage_env.spaces import Feature
+from swarm_forage_env.task import TASKS, Potential, Task
 
 
 @kernel
@@ -54,26 +53,17 @@ class PatrolMeter:
         return [{"visits_per_robot": float(each)} for each in visits]
 
 
-class PatrolState:
+class PatrolState(GlobalState):
     """Where each robot is, and how much of the episode is gone."""
 
     infos = ("visits",)
     counts = frozenset({"visits"})
 
-    def __init__(self, world, controller, agents, scenario):
-        self._world = world
-        places = [
-            Feature(f"{agent}.{axis}", "m", -math.inf, math.inf, scale=SCALE)
-            for agent in agents
-            for axis in "xy"
-        ]
-        self.layout = Layout([*places, Feature("share_gone", "of the episode", 0.0, 1.0)])
-        self.space = self.layout.box()
+    def robot_features(self):
+        return [Feature(axis, "m", -math.inf, math.inf, scale=SCALE) for axis in "xy"]
 
-    def state(self, share_gone):
-        place = self._world.robots["pose"][:, :, :2].reshape(self._world.n_worlds, -1)
-        gone = share_gone[:, None]
-        return np.concatenate([place, gone], axis=1, dtype=np.float32)
+    def of_robots(self):
+        return [self._world.robots["pose"][:, :, :2]]
 
     def log(self):
         return self._world.robots["visits"].reshape(-1, 1).astype(float)
@@ -84,11 +74,8 @@ PATROL = Task(
     scenario=PatrolScenario,
     world=PatrolWorld,
     decide=decide_world,
-    physics="kinematic",
     controller="patrol-ahead",
     agent="guard",
-    commanded="wheels",
-    steered_by=("robots.readings",),
     policies={
         "motion": PolicyInterface(
             paths("situation", "minds.estimator.situation", Situation, "place"),
@@ -96,7 +83,7 @@ PATROL = Task(
             ("motion",),
         )
     },
-    potential=potential,
+    potential=Potential(potential),
     global_state=PatrolState,
     episode=EpisodeKind(
         PatrolEpisode,

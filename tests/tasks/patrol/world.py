@@ -10,7 +10,7 @@ from swarm_forage_env.equations.geometry import to_body
 from swarm_forage_env.equations.random_draws import normal, symmetric
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.record import Record, field
-from swarm_forage_env.task import Block
+from swarm_forage_env.task import World
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import nothing
 
@@ -117,7 +117,7 @@ def start(robots, which):
             robots[which, i].pose[k] = 0.1 * symmetric(robots[which, i].streams, PLACE)
 
 
-class PatrolWorld(Block):
+class PatrolWorld(World):
     """A block of worlds, each from its own seed."""
 
     def __init__(self, scenarios, seeds, physics):

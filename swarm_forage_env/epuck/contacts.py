@@ -1,27 +1,46 @@
-"""Contacts in a world with obstacles: no robot overlaps another one, an obstacle or a wall.
+"""Contacts: no robot overlaps another one, an obstacle or a wall; and which are near enough."""
 
-A world without obstacles runs `resolve_contacts` of `surroundings`, which is quicker.
-"""
-
-from swarm_forage_env.arrays import Array, Float64, Int32
+from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.epuck.records import EpuckWorldState
-from swarm_forage_env.epuck.surroundings import COUNT, FIRST, keep_all_inside
+from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
+from swarm_forage_env.epuck.surroundings import COUNT, FIRST, Neighbours
 from swarm_forage_env.equations.contacts import (
     GENTLE_PASSES,
     HALF,
-    MOST_PASSES,
+    MAX_PASSES,
     OVER_RELAXED,
     OVERLAP,
+    keep_inside,
     separate_pair,
 )
-from swarm_forage_env.equations.obstacles import keep_out
+from swarm_forage_env.equations.elementary import hypot
+from swarm_forage_env.equations.geometry import Pose
+from swarm_forage_env.equations.obstacles import Capsules, from_axis, keep_out
 
 
 @kernel
-def keep_out_of_all(
-    pose: Float64[Array, "3"], obstacles: Float64[Array, "obstacles 5"], radius: float
-) -> float:
+def is_near_walls(robot: EpuckState, world: EpuckWorldState, gap: float) -> bool:
+    """A robot's body is within a gap of a wall of the arena [m]."""
+    far = world.radius + gap
+    x, y = abs(robot.pose[0]), abs(robot.pose[1])
+    return bool(x >= 0.5 * world.arena[0] - far or y >= 0.5 * world.arena[1] - far)
+
+
+@kernel
+def is_near_obstacle(
+    robot: EpuckState, world: EpuckWorldState, obstacles: Capsules, gap: float
+) -> bool:
+    """A robot's body is within a gap of an obstacle [m]."""
+    far = world.radius + gap
+    for k in range(obstacles.shape[0]):
+        dx, dy = from_axis(robot.pose[0], robot.pose[1], obstacles[k])
+        if hypot(dx, dy) <= far + obstacles[k, 4]:
+            return True
+    return False
+
+
+@kernel
+def keep_out_of_all(pose: Pose, obstacles: Capsules, radius: float) -> float:
     """Move a robot out of every obstacle in turn, in place; the largest overlap there was [m]."""
     worst = 0.0
     for k in range(obstacles.shape[0]):
@@ -30,14 +49,13 @@ def keep_out_of_all(
 
 
 @kernel
-def keep_all_clear(
-    swarm: Array, world: EpuckWorldState, obstacles: Float64[Array, "obstacles 5"]
-) -> float:
+def keep_all_clear(swarm: Array, world: EpuckWorldState, obstacles: Capsules) -> float:
     """Move every robot inside the walls, then out of the obstacles, in place.
 
     Returns the largest overlap with an obstacle that there was [m].
     """
-    keep_all_inside(swarm, world)
+    for i in range(swarm.shape[0]):
+        keep_inside(swarm[i].pose, world.arena, world.radius)
     worst = 0.0
     for i in range(swarm.shape[0]):
         worst = max(worst, keep_out_of_all(swarm[i].pose, obstacles, world.radius))
@@ -45,12 +63,8 @@ def keep_all_clear(
 
 
 @kernel
-def separate_all_among(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
-    share: float,
+def separate_all(
+    swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles: Capsules, share: float
 ) -> float:
     """Move the robots of every overlapping pair apart, each by a share; the largest overlap [m].
 
@@ -72,22 +86,19 @@ def separate_all_among(
 
 
 @kernel
-def resolve_contacts_among(
-    swarm: Array,
-    near: Int32[Array, "robots columns"],
-    world: EpuckWorldState,
-    obstacles: Float64[Array, "obstacles 5"],
+def resolve_contacts(
+    swarm: Array, near: Neighbours, world: EpuckWorldState, obstacles: Capsules
 ) -> bool:
     """Move overlapping robots apart, out of the obstacles and back inside the walls, in place.
 
     Each pass moves every robot inside the walls and out of the obstacles, then both robots of an
     overlapping pair by half the overlap, in a clump by more, until no overlap exceeds OVERLAP.
-    False if MOST_PASSES were not enough.
+    False if MAX_PASSES were not enough.
     """
-    for n_passes in range(MOST_PASSES):
+    for n_passes in range(MAX_PASSES):
         overlap = keep_all_clear(swarm, world, obstacles)
         share = HALF if n_passes < GENTLE_PASSES else OVER_RELAXED
-        worst = separate_all_among(swarm, near, world, obstacles, share)
+        worst = separate_all(swarm, near, world, obstacles, share)
         if max(worst, overlap) <= OVERLAP:
             if worst > 0.0:
                 keep_all_clear(swarm, world, obstacles)

@@ -1,0 +1,292 @@
+"""The commands `evaluate`, `plot` and `watch`; what they need is loaded when they run."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+from rich.console import Console
+from typer import Argument, Option
+
+from baselines.evaluation.common_options import (
+    AddressOption,
+    BackendOption,
+    FirstSeedOption,
+    PhysicsOption,
+    ScenarioArgument,
+    SettingsOption,
+    ThreadsOption,
+    WorkersOption,
+    completion_of,
+    controller_names,
+    find_backend,
+    path,
+)
+from baselines.evaluation.console import say
+
+if TYPE_CHECKING:
+    from baselines.evaluation.episode import AnyEpisode
+    from baselines.evaluation.runner import Plan
+
+
+def evaluate(  # noqa: PLR0913 the options of a command
+    scenario: ScenarioArgument,
+    controllers: Annotated[
+        list[str],
+        Argument(
+            help="Names, with parameters if need be: ssgiff:beta=0.02,refractory=10; or layers:"
+            " social_odometry+sgiff+subsumption",
+            autocompletion=controller_names,
+        ),
+    ],
+    episodes: Annotated[int, Option(help="Episodes for each controller.")] = 30,
+    seed: FirstSeedOption = 0,
+    workers: WorkersOption = 2,
+    threads: ThreadsOption = 1,
+    out: Annotated[
+        str | None,
+        Option(
+            metavar="PATH",
+            help="Folder of the dataset (Parquet), or an address: s3://bucket/x.",
+            show_default="runs/<scenario>",
+        ),
+    ] = None,
+    settings: SettingsOption = None,
+    physics: PhysicsOption = None,
+    form: Annotated[
+        Literal["table", "json", "csv"], Option("--format", help="How to write the result.")
+    ] = "table",
+    series: Annotated[
+        bool, Option("--series", help="In JSON, tell what is known over time as well.")
+    ] = False,
+    trajectories: Annotated[
+        bool,
+        Option(
+            "--trajectories",
+            help="Keep where every robot was in every tick, in the folder OUT-trajectories.",
+        ),
+    ] = False,
+    plot: Annotated[
+        Path | None, Option(parser=path, help="Draw the scores to a .png, .pdf or .svg file.")
+    ] = None,
+    backend: BackendOption = "joblib",
+    address: AddressOption = None,
+) -> None:
+    """Run controllers on a scenario and compare them: by round trips, or goals reached.
+
+    All controllers meet the same seeds. Finished blocks of episodes are written to --out, and the
+    bar counts their episodes. The same command later runs only what is missing: a stopped run
+    repeats at most the unfinished blocks, one for each worker.
+    """
+    from baselines.evaluation.evaluate_options import EvaluateOptions
+    from baselines.evaluation.runner import check_kept, run_with_progress
+
+    request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
+    spread = find_backend(backend, workers, threads, address)
+    if plot:
+        _check_plot(plot, out)
+    plan = request.plan(out, trajectories)
+    run_with_progress(plan, spread)
+    results = plan.results()
+    if plot:
+        _draw(plan, plot, request.command)
+    _write(results, form, series)
+    check_kept(plan)
+
+
+def _check_plot(file: Path, out: str | None) -> None:
+    from baselines.evaluation.figure_page import check_plot
+
+    check_plot(file)
+    if out and Path(out).resolve() in file.resolve().parents:
+        say(f"--plot lies inside --out: read the dataset as {out}/scenario=*/**/*.parquet")
+
+
+def _draw(plan: "Plan", file: Path, command: str) -> None:
+    from baselines.evaluation.dataset_reader import EpisodeGroup
+    from baselines.evaluation.figure_page import save_figure
+    from baselines.evaluation.figures.boxplot import boxplot
+
+    groups = list(map(EpisodeGroup.of, plan.configurations, plan.by_configuration()))
+    save_figure(boxplot(groups, groups[0].kind.score, command), file, command)
+    say(f"wrote {file}")
+
+
+def _write(results: Sequence["AnyEpisode"], form: str, series: bool) -> None:
+    from baselines.evaluation import tables
+
+    if form == "table":
+        Console().print(tables.report(results))
+    elif form == "json":
+        typer.echo(tables.to_json(results, series))
+    else:
+        typer.echo(tables.to_csv(results))
+
+
+FIGURE_NAMES = (
+    "boxplot", "curve", "on-path", "recruitment", "table", "paths", "learning", "weights",
+)  # fmt: skip
+"""The kinds of figures, which are not loaded to complete their names."""
+
+
+PageStyleName = Literal["screen", "paper"]
+"""The page styles of figures."""
+
+
+def plot(  # noqa: PLR0913 the options of a command
+    kind: Annotated[
+        str,
+        Argument(
+            metavar="KIND",
+            help="What to draw: one of the above.",
+            autocompletion=completion_of(FIGURE_NAMES),
+        ),
+    ],
+    sources: Annotated[
+        list[str],
+        Argument(
+            metavar="DATASET",
+            help="Folders that evaluate or reproduce has written; cards for learning,"
+            " controllers for weights.",
+        ),
+    ],
+    out: Annotated[
+        list[Path],
+        Option(
+            parser=path, metavar="FILE", help="A .png, .pdf or .svg file; several, if repeated."
+        ),
+    ],
+    scenarios: Annotated[
+        list[str] | None,
+        Option("--scenario", metavar="NAME", help="Only this one; may be repeated."),
+    ] = None,
+    controllers: Annotated[
+        list[str] | None,
+        Option(
+            "--controller",
+            metavar="NAME",
+            help="Only this one: ssgiff, or ssgiff:beta=0.01; may be repeated.",
+        ),
+    ] = None,
+    metric: Annotated[
+        str | None,
+        Option(
+            help="Of boxplot, curve and table: messages, on_path_share, ...",
+            show_default="the score",
+        ),
+    ] = None,
+    x: Annotated[
+        str | None,
+        Option(
+            metavar="NAME",
+            help="Of curve: beta, task.n_robots, ...",
+            show_default="the one number that varies",
+        ),
+    ] = None,
+    seed: Annotated[int | None, Option(min=0, help="Of paths.", show_default="the first")] = None,
+    style: Annotated[
+        PageStyleName, Option(help="As broad as a page, or as a column of a paper.")
+    ] = "screen",
+    caption: Annotated[
+        bool, Option("--caption", help="Draw the caption, with command and code, below the panels.")
+    ] = False,
+) -> None:
+    """Draw a figure of episodes that have been evaluated.
+
+    **boxplot**: the score of each controller, or another --metric.
+
+    **curve**: the same over a number of the controller or the scenario (beta, task.n_robots).
+
+    **on-path**: share of the robots on the path over time.
+
+    **recruitment**: share of the robots that have visited both areas, over time.
+
+    **table**: motion by localisation.
+
+    **paths**: a map of where the robots were, from what evaluate --trajectories has kept; where
+    nothing was kept, one episode is run again. Also without a dataset: plot paths es1 nc ssgikf.
+
+    **learning**: learning curves of trained policies, from the cards (.json) beside them.
+
+    **weights**: how far each of some controllers believes what it hears, over the own and the
+    heard path: plot weights ssgikf ssgiff learned-weighting.
+
+    A controller has the same colour in every figure. What the figure shows, the command and the
+    code behind it stand in the metadata of the file and beside it, in FILE.json. Examples:
+    swarm-forage plot boxplot runs/es1 --out trips.png,
+    swarm-forage plot curve runs/es1 --style paper --out beta.pdf
+    """
+    import baselines.evaluation.figures  # noqa: F401 enters the kinds
+    from baselines.evaluation.figure_page import check_plot, draw_caption, page_style, save_figure
+    from baselines.evaluation.figures.base import FIGURES, PlotOptions, check_options
+
+    kind_of_figure = FIGURES[kind]
+    for file in out:
+        check_plot(file, "--out")
+    options = PlotOptions(
+        kind, sources, tuple(scenarios or ()), tuple(controllers or ()), metric, x, seed,
+        style, caption,
+    )  # fmt: skip
+    check_options(options)
+    with page_style(options.style):
+        figure = kind_of_figure.draw(options)
+        if options.with_caption:
+            draw_caption(figure)
+        for file in out:
+            save_figure(figure, file, options.command, f"swarm-forage plot {options.kind}")
+            say(f"wrote {file}")
+
+
+def watch(  # noqa: PLR0913 the options of a command
+    scenario: ScenarioArgument,
+    controllers: Annotated[
+        list[str],
+        Argument(
+            metavar="CONTROLLER",
+            help="A name, with parameters if need be: ssgiff:beta=0.02; of two, --html shows both"
+            " side by side.",
+            autocompletion=controller_names,
+        ),
+    ],
+    seed: Annotated[int, Option(help="Seed of the world.")] = 0,
+    settings: SettingsOption = None,
+    physics: PhysicsOption = None,
+    speed: Annotated[
+        float | None, Option(help="Multiple of real time.", show_default="10; 1 with --drive")
+    ] = None,
+    select: Annotated[
+        int | None, Option(help="Draw what this robot believes; they count from 0.")
+    ] = None,
+    start: Annotated[float, Option(help="Show from this time of the episode on [s].")] = 0.0,
+    seconds: Annotated[
+        float | None, Option(help="Show so much of the episode [s].", show_default="to its end")
+    ] = None,
+    drive: Annotated[
+        int | None, Option(help="Drive this robot yourself: hold the arrow keys in the window.")
+    ] = None,
+    size: Annotated[int, Option(help="Width of the picture [px].")] = 720,
+    video: Annotated[
+        Path | None, Option(parser=path, help="Write a video: an .mp4, or a looping .gif.")
+    ] = None,
+    html: Annotated[
+        Path | None, Option(parser=path, help="Write a replay for the browser: an .html file.")
+    ] = None,
+    frame: Annotated[
+        Path | None, Option(parser=path, help="Write the last moment shown: a .png file.")
+    ] = None,
+) -> None:
+    """Watch one episode.
+
+    Without --video, --html or --frame a window opens. Its keys: space pauses, . steps, + and -
+    change the speed, tab or a click selects a robot, escape none, t b m switch trails, beliefs
+    and messages (of waypoints: trails, estimates and lidar), s saves a picture to the current
+    folder, q quits.
+    """
+    from baselines.evaluation import watch as watching
+    from baselines.evaluation.evaluate_options import EvaluateOptions
+
+    chosen = EvaluateOptions(scenario, controllers, 1, seed, settings or [], physics)
+    if speed is None:
+        speed = 10.0 if drive is None else 1.0
+    options = watching.WatchOptions(speed, size, select, start, seconds, drive, video, html, frame)
+    watching.watch(chosen, options)

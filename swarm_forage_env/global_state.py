@@ -1,0 +1,67 @@
+"""Global state: what is true in a block of worlds, for centralised critics and for the logs."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+
+from swarm_forage_env.arrays import Array, Float32, Float64
+from swarm_forage_env.interface import RunningController
+from swarm_forage_env.no_layers import has_estimators
+from swarm_forage_env.spaces import Feature, Layout
+
+
+class GlobalState(ABC):
+    """What is true in a block of worlds, flat: each robot, then the world and the time."""
+
+    infos: tuple[str, ...]
+    """What is logged of each robot, by name."""
+
+    counts: frozenset[str] = frozenset()
+    """Those of which several robots have the sum; of everything else they have the mean."""
+
+    def __init__(
+        self,
+        world: Any,  # noqa: ANN401 of its task
+        controller: RunningController,
+        agents: Sequence[str],
+        scenario: Any,  # noqa: ANN401 of its task
+    ) -> None:
+        """The truth about these worlds, whose robots have these names."""
+        self._world, self._controller, self._scenario = world, controller, scenario
+        self._has_beliefs = has_estimators(controller.minds)
+        own = self.robot_features()
+        features = [replace(f, name=f"{agent}.{f.name}") for agent in agents for f in own]
+        share = Feature("share_gone", "of the episode", 0.0, 1.0)
+        self.layout = Layout([*features, *self.world_features(), share])
+        self.space: Box = self.layout.box()
+
+    def state(self, share_gone: Float64[Array, " worlds"]) -> Float32[Array, "worlds numbers"]:
+        """One row for each world, as the layout says."""
+        shape = self._world.robots.shape
+        robots = np.concatenate([each.reshape(*shape, -1) for each in self.of_robots()], axis=2)
+        rows = [each.reshape(len(robots), -1) for each in (robots, *self.of_world())]
+        return np.concatenate([*rows, np.minimum(share_gone, 1.0)[:, None]], 1, dtype=np.float32)
+
+    @abstractmethod
+    def robot_features(self) -> Sequence[Feature]:
+        """The features of one robot."""
+
+    @abstractmethod
+    def of_robots(self) -> Sequence[Array]:
+        """The numbers of the robots, in the order of their features: worlds, robots, any axes."""
+
+    def world_features(self) -> Sequence[Feature]:
+        """The features of the world beside its robots: none."""
+        return ()
+
+    def of_world(self) -> Sequence[Array]:
+        """The numbers of the worlds, in the order of their features: worlds, any axes."""
+        return ()
+
+    @abstractmethod
+    def log(self) -> Float64[Array, "rows infos"]:
+        """The numbers that are logged, a row for each robot, in the order of `infos`."""

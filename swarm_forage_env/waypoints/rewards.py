@@ -1,0 +1,49 @@
+"""What rewards of the waypoints task are made of: events of a tick, and the potential."""
+
+import numpy as np
+
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import hypot
+from swarm_forage_env.record import field
+from swarm_forage_env.task import Events, Potential
+from swarm_forage_env.waypoints.records import RobotState, WorldState
+from swarm_forage_env.waypoints.world import WaypointsWorld
+
+
+class WaypointEvents(Events):
+    """What happened to one robot in the last tick."""
+
+    trip: bool = field(np.bool_)
+    """It claimed its goal and was there."""
+
+    loss: bool = field(np.bool_)
+    """It claimed its goal and was not there."""
+
+    message: int = field(np.int32)
+    """Robots that it sees, and so hears."""
+
+    @staticmethod
+    def write(world: WaypointsWorld, before: Array, out: Array) -> None:
+        """Write what happened to the robots of these worlds since they were as `before`."""
+        out["trip"] = world.robots["right"] > before["right"]
+        out["loss"] = world.robots["wrong"] > before["wrong"]
+        out["message"] = np.count_nonzero(world.sightings["seen"], axis=2)
+
+
+@kernel
+def potential(robot: RobotState, world: WorldState) -> float:
+    """How far a robot has come: goals reached, and the way to the next.
+
+        Phi = goals + 1 - d / far
+
+    d is the true distance to the goal [m], `far` the diagonal of the square of goals in the
+    robot's own world.
+
+    Source: Ng1999, Theorem 1, for shaping by a potential.
+    """
+    d = hypot(robot.goal[0] - robot.pose[0], robot.goal[1] - robot.pose[1])
+    return float(robot.right + 1.0 - d / hypot(2.0 * world.half_side, 2.0 * world.half_side))
+
+
+WAYPOINTS_POTENTIAL = Potential(potential)
