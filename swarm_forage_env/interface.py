@@ -242,7 +242,7 @@ class Controller(Protocol):
         self,
         world: Any,  # noqa: ANN401 of its task
         seeds: Sequence[int],
-        each: Sequence["Controller"],
+        each: Sequence[Any],
     ) -> RunningController:
         """The running controller of a block of worlds, with the numbers of `each` of them."""
         ...
