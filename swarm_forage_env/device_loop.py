@@ -22,7 +22,7 @@ from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.task import World, checked_worlds, consecutive
 from swarm_forage_env.ticks import BEGINS, begin_worlds, only, run_ticks
 
-MOST_THREADS = 128
+MAX_THREADS = 128
 """Threads of a block, at most: so many that each may have all registers that one can have."""
 
 
@@ -242,8 +242,8 @@ def grid_of(n_worlds: int, n_robots: int) -> Grid:
     >>> grid_of(3, 1000)
     (3, (128, 1))
     """
-    robots = min(n_robots, MOST_THREADS)
-    worlds = min(n_worlds, MOST_THREADS // robots)
+    robots = min(n_robots, MAX_THREADS)
+    worlds = min(n_worlds, MAX_THREADS // robots)
     return -(-n_worlds // worlds), (robots, worlds)
 
 

@@ -10,9 +10,9 @@ from pydantic import Field, field_validator
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs import (
     actions,
-    added_observations,
     config,
     decision_kernels,
+    extra_observations,
     observations,
     policy_form,
 )
@@ -27,7 +27,7 @@ SHOWN_BY = tuple(
     Path(getfile(module))
     for module in (
         actions,
-        added_observations,
+        extra_observations,
         config,
         decision_kernels,
         observations,

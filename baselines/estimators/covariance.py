@@ -298,7 +298,7 @@ class CovarianceParameters(CovarianceFilterParameters):
         "compose": compose,
         "repeat": repeat_ellipse,
         "falsify": falsify_ellipse,
-        "listen": listen,
+        "update_exchange": listen,
         "merge": merge,
     }
     own_rule = Covariance()

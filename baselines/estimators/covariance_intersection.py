@@ -224,7 +224,7 @@ class CovarianceIntersection(Localisation):
 
     mind = IntersectionMind
     kernels: ClassVar[Mapping[str, Kernel]] = {
-        "take_in": take_in_alone, "describe": describe, "merge": intersect,
+        "update_belief": take_in_alone, "describe": describe, "merge": intersect,
     }  # fmt: skip
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:

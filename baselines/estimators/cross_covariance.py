@@ -72,7 +72,7 @@ def forget_cross_covariances(belief: CrossBelief, shared: Shared) -> None:
 
 
 @kernel
-def take_in(mind: CrossMind, shared: Shared, readings: Readings, numbers: Numbers) -> None:
+def update_belief(mind: CrossMind, shared: Shared, readings: Readings, numbers: Numbers) -> None:
     """Covariance knowledge's tick; an area found anew shares its error with nobody."""
     dead_reckon(mind.belief, readings.odometry, numbers.axle)
     find_areas(mind.belief, readings.ground, numbers.to_centre)

@@ -29,7 +29,7 @@ class DeadReckoning(Localisation):
 
     speaks: ClassVar[bool] = False
     kernels: ClassVar[Mapping[str, Kernel]] = {
-        "take_in": take_in_alone, "describe": describe, "merge": correct_nothing,
+        "update_belief": take_in_alone, "describe": describe, "merge": correct_nothing,
     }  # fmt: skip
 
     def foraging_layer(self, scenario: Scenario) -> EstimatorLayer:

@@ -187,7 +187,7 @@ def propagate_factors(
 
 
 @kernel
-def take_in(
+def update_belief(
     mind: FilterMind, factors: Float64[Array, "robots 3 3"], readings: Readings, numbers: Numbers
 ) -> None:
     """Go on by the robot's own readings, and carry along what it shares with others.
@@ -274,7 +274,7 @@ class DecentralisedEKF(Localisation):
 
     mind = FilterMind
     kernels: ClassVar[Mapping[str, Kernel]] = {
-        "take_in": take_in, "describe": describe, "merge": correct_by_sight,
+        "update_belief": update_belief, "describe": describe, "merge": correct_by_sight,
     }  # fmt: skip
 
     def waypoints_layer(self, scenario: WaypointsScenario) -> EstimatorLayer:
@@ -282,7 +282,7 @@ class DecentralisedEKF(Localisation):
         layer = super().waypoints_layer(scenario)
         if self.setting != "authors":
             return replace(layer, shared=(3, 3))
-        own: dict[str, Kernel] = {"take_in": take_in_alone, "merge": correct_each_alone}
+        own: dict[str, Kernel] = {"update_belief": take_in_alone, "merge": correct_each_alone}
         kernels = {**self.kernels, **own}
         return replace(layer, mind=AuthorsMind, kernels=kernels, shared=(2, 3, 3))
 
@@ -290,7 +290,9 @@ class DecentralisedEKF(Localisation):
         """Social odometry whose estimates are corrected with what they share."""
         layer = CovarianceParameters().layer(scenario)
         kernels: dict[str, Kernel] = {
-            **layer.kernels, "take_in": cross_covariance.take_in, "merge": cross_covariance.merge,
-        }  # fmt: skip
+            **layer.kernels,
+            "update_belief": cross_covariance.update_belief,
+            "merge": cross_covariance.merge,
+        }
         shared = (2, 2, 2)  # areas, then the 2 x 2 matrix of positions
         return replace(layer, mind=cross_covariance.CrossMind, kernels=kernels, shared=shared)

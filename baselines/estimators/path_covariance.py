@@ -143,7 +143,9 @@ def grow_covariances(
 
 
 @kernel
-def take_in(mind: CovarianceMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
+def update_belief(
+    mind: CovarianceMind, shared: Array, readings: Readings, numbers: Numbers
+) -> None:
     """Social odometry's tick, in which the covariances grow."""
     dead_reckon(mind.belief, readings.odometry, numbers.axle)
     find_areas(mind.belief, readings.ground, numbers.to_centre)

@@ -69,9 +69,9 @@ class PoseMind(Record):
     reckoned: PoseBelief = field(PoseBelief)
     """The estimate without any neighbour: dead reckoning between visits at home."""
     compass: float = field(np.float32, unit="rad")
-    """Heading without error, as read in this tick. Writer: `take_in`."""
+    """Heading without error, as read in this tick. Writer: `update_belief`."""
     covariance_norm: float = field(np.float64)
-    """Spectral norm of the covariance of the estimate. Writer: `take_in`."""
+    """Spectral norm of the covariance of the estimate. Writer: `update_belief`."""
     neighbours: NeighbourMeans = field(NeighbourMeans)
     home: HomeUpdate = field(HomeUpdate)
     exchange: Exchange = field(Exchange)

@@ -184,7 +184,9 @@ COPIED_FROM = 0.5
 
 
 @kernel
-def take_in(mind: ReputationMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
+def update_belief(
+    mind: ReputationMind, shared: Array, readings: Readings, numbers: Numbers
+) -> None:
     """As social odometry; and judge by what the robot found or did not find."""
     belief, odometry = mind.belief, readings.odometry
     before, goal = belief.on_area, belief.goal
@@ -246,8 +248,8 @@ class ReputationOdometryParameters(ScepticalOdometryParameters):
     mind = ReputationMind
     kernels: ClassVar[Mapping[str, Kernel]] = {
         **ScepticalOdometryParameters.kernels,
-        "take_in": take_in,
-        "listen": listen_and_remember,
+        "update_belief": update_belief,
+        "update_exchange": listen_and_remember,
         "is_asked": is_asked,
         "merge": merge,
     }

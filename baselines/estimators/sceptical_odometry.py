@@ -92,7 +92,7 @@ class ScepticalOdometryParameters(SocialOdometryParameters):
     """Social odometry that takes over an unknown area only if a second witness confirms it."""
 
     mind = ScepticalMind
-    kernels: ClassVar[Mapping[str, Kernel]] = {**KERNELS, "listen": listen, "merge": merge}
+    kernels: ClassVar[Mapping[str, Kernel]] = {**KERNELS, "update_exchange": listen, "merge": merge}
 
     agreement: NotNegative = Field(
         0.3,

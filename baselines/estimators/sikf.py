@@ -30,7 +30,7 @@ from baselines.estimators.path_covariance import (
     CovarianceBelief,
     CovarianceMind,
     error_constant,
-    take_in,
+    update_belief,
 )
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters
 from swarm_forage_env.arrays import Array
@@ -87,7 +87,7 @@ class CovarianceFilterParameters(SocialOdometryParameters):
     """What social odometry leaves open, where p is no path but a standard deviation."""
 
     mind = CovarianceMind
-    kernels: ClassVar[Mapping[str, Kernel]] = {**KERNELS, "take_in": take_in}
+    kernels: ClassVar[Mapping[str, Kernel]] = {**KERNELS, "update_belief": update_belief}
 
     @model_validator(mode="after")
     def _no_path(self) -> Self:

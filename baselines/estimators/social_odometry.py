@@ -132,7 +132,7 @@ def describe(mind: SocialMind, report: Report) -> None:
 
 
 @kernel
-def take_in(mind: SocialMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
+def update_belief(mind: SocialMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
     """Move the estimates by odometry, find areas, get lost, and choose where to go."""
     dead_reckon(mind.belief, readings.odometry, numbers.axle)
     find_areas(mind.belief, readings.ground, numbers.to_centre)
@@ -145,8 +145,8 @@ KERNELS: Mapping[str, Kernel] = {
     "compose": compose,
     "repeat": repeat,
     "falsify": falsify,
-    "take_in": take_in,
-    "listen": update_exchange,
+    "update_belief": update_belief,
+    "update_exchange": update_exchange,
     "describe": describe,
     "merge": merge,
     "has_something_to_say": has_something_to_say,

@@ -25,7 +25,7 @@ from pydantic import Field
 from baselines.estimators.belief import Belief, SocialMind
 from baselines.estimators.message_exchange import heard_location
 from baselines.estimators.social_odometry import KERNELS, SocialOdometryParameters, describe
-from baselines.estimators.social_odometry import take_in as take_in_odometry
+from baselines.estimators.social_odometry import update_belief as take_in_odometry
 from swarm_forage_env.arrays import Array, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import RADIO, Readings
@@ -131,7 +131,7 @@ def take_mean(belief: GroupBelief) -> None:
 
 
 @kernel
-def take_in(mind: GroupMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
+def update_belief(mind: GroupMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
     """Social odometry's tick, counted."""
     take_in_odometry(mind, shared, readings, numbers)
     mind.belief.ticks += 1
@@ -166,13 +166,15 @@ def average(swarm: Array, crowd: Array, numbers: Numbers) -> None:
 def observe_group(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
     """Take in what was sensed, and average with everyone; there are no exchanges of two.
 
-    Free names: take_in, average, describe.
+    Free names: update_belief, average, describe.
     """
     swarm = world_arrays[0][w]
     minds, _, shared, settings = layer_arrays
     crowd, last = minds[w], settings.shape[1] - 1
     for i in range(n_robots):
-        take_in(crowd[i], shared[w, i], swarm[i].readings, settings[w, min(i, last)].estimator)
+        update_belief(
+            crowd[i], shared[w, i], swarm[i].readings, settings[w, min(i, last)].estimator
+        )
     if n_robots > 0:
         average(swarm, crowd, settings[w, 0].estimator)
     for i in range(n_robots):
@@ -193,7 +195,7 @@ class GlobalAverage(SocialOdometryParameters):
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""
-        kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in, "average": average}
+        kernels: dict[str, Kernel] = {**KERNELS, "update_belief": update_belief, "average": average}
         del kernels["falsify"], kernels["repeat"]  # no message that a fault could change
         return replace(super().layer(scenario), kernels=kernels, observe=observe_group)
 

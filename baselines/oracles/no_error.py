@@ -79,7 +79,7 @@ def follow(belief: ExactBelief, axle: float) -> None:
 
 
 @kernel
-def take_in(mind: ExactMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
+def update_belief(mind: ExactMind, shared: Array, readings: Readings, numbers: Numbers) -> None:
     """Social odometry's tick, in which the true motion takes the place of the odometry."""
     belief = mind.belief
     if not belief.is_placed:
@@ -143,7 +143,7 @@ class PerfectOdometry(SocialOdometryParameters):
 
     def layer(self, scenario: Scenario) -> EstimatorLayer:
         """The records and functions of the estimator, with its numbers in a scenario."""
-        kernels: dict[str, Kernel] = {**KERNELS, "take_in": take_in}
+        kernels: dict[str, Kernel] = {**KERNELS, "update_belief": update_belief}
         if self.exact_beam:
-            kernels["listen"] = listen
+            kernels["update_exchange"] = listen
         return replace(super().layer(scenario), kernels=kernels, observe=observe_truth)

@@ -9,11 +9,11 @@ from gymnasium.spaces import Box
 from swarm_forage_env.arrays import Array, Bool, Float32, Int64
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.actions import Actions, as_array
-from swarm_forage_env.envs.added_observations import RowObservation
 from swarm_forage_env.envs.config import EnvConfig, chosen_robots, n_steps
 from swarm_forage_env.envs.decision import Decisions
 from swarm_forage_env.envs.decision_kernels import write_log
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
+from swarm_forage_env.envs.extra_observations import RowObservation
 from swarm_forage_env.envs.make import Parts, checked_parts
 from swarm_forage_env.envs.notebook import html_of, title_of
 from swarm_forage_env.envs.observations import Normaliser, added, normalised

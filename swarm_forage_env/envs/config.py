@@ -9,10 +9,10 @@ from pydantic import Field, field_validator
 from swarm_forage_env.errors import ConfigError, shown
 from swarm_forage_env.parameters import MAX_TICKS, Count, NotNegative, Part, Positive, Share
 
-MOST_CHOICES = 4096
+MAX_CHOICES = 4096
 """Discrete actions of a robot, at most: a network has one output for each."""
 
-MOST_FRAMES = 1000
+MAX_FRAMES = 1000
 """Observations of a robot together, at most: a network has an input for each of their numbers."""
 
 
@@ -78,9 +78,9 @@ class EnvConfig(PolicyKeywords):
     @field_validator("stack")
     @classmethod
     def _few_frames(cls, stack: int) -> int:
-        if stack > MOST_FRAMES:
+        if stack > MAX_FRAMES:
             raise ConfigError(
-                f"stack={shown(stack)}: must be at most {MOST_FRAMES}, as a network has an input"
+                f"stack={shown(stack)}: must be at most {MAX_FRAMES}, as a network has an input"
                 " for each number of each of them; take fewer, or a longer decision_period"
             )
         return stack
@@ -93,9 +93,9 @@ class EnvConfig(PolicyKeywords):
 
 def check_choices(discrete: bool | tuple[int, int], n_choices: int) -> None:
     """ConfigError for more discrete actions than a network should have outputs."""
-    if n_choices > MOST_CHOICES:
+    if n_choices > MAX_CHOICES:
         raise ConfigError(
-            f"discrete={shown(discrete)}: makes {shown(n_choices)} actions; at most {MOST_CHOICES},"
+            f"discrete={shown(discrete)}: makes {shown(n_choices)} actions; at most {MAX_CHOICES},"
             " as a network has an output for each; take fewer, or discrete=False for numbers"
         )
 

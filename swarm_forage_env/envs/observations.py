@@ -7,8 +7,8 @@ from the records of a block of worlds:
         def features(self, scenario, agents):
             return [Feature("heading", "rad", -math.pi, math.pi)]
 
-        def write(self, moment, out):
-            out[:, :, 0] = moment.robots["pose"][:, :, 2]
+        def write(self, context, out):
+            out[:, :, 0] = context.robots["pose"][:, :, 2]
 
 `parallel_env("es1", observation=["layer", Heading])` shows it beside what the layer sees.
 """
@@ -20,19 +20,19 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
 from swarm_forage_env.compiler import bind_row, entry_point
-from swarm_forage_env.envs.added_observations import (
-    OBSERVATIONS,
-    Moment,
-    Observation,
-    PreviousAction,
-    RowObservation,
-)
 from swarm_forage_env.envs.decision_kernels import (
     Scaling,
     add_feature,
     add_nothing,
     normalise_row,
     observe,
+)
+from swarm_forage_env.envs.extra_observations import (
+    OBSERVATIONS,
+    Observation,
+    ObservationContext,
+    PreviousAction,
+    RowObservation,
 )
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
@@ -274,7 +274,10 @@ class Observing:
         actions[:, self._robots] = raw
         out = np.empty((*self._shape, span[1] - span[0]), np.float32)
         at = self._place.arrays
-        part.write(Moment(at["robots"], at["worlds"], self._place.estimators, share, actions), out)
+        part.write(
+            ObservationContext(at["robots"], at["worlds"], self._place.estimators, share, actions),
+            out,
+        )
         seen[:, :, slice(*span)] = own = out[:, self._robots]
         _check_finite(own, self._observer.layout[slice(*span)])
 

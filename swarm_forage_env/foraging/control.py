@@ -29,8 +29,8 @@ lanes: Kernel
 barrier: Kernel
 is_listening: Kernel
 compose: Kernel
-take_in: Kernel
-listen: Kernel
+update_belief: Kernel
+update_exchange: Kernel
 describe: Kernel
 steer: Kernel
 gain: Kernel
@@ -83,11 +83,11 @@ def update_and_describe(
 ) -> None:
     """Update the belief of robot i by what it sensed and heard; describe it to the other layers.
 
-    Free names: take_in, listen, describe.
+    Free names: update_belief, update_exchange, describe.
     """
     mind = minds[i]
-    take_in(mind, shared, swarm[i].readings, numbers)
-    mind.exchange.is_valid = listen(minds, i, swarm[i].heard, numbers)
+    update_belief(mind, shared, swarm[i].readings, numbers)
+    mind.exchange.is_valid = update_exchange(minds, i, swarm[i].heard, numbers)
     describe(mind, swarm[i].report)
 
 

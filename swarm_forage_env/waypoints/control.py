@@ -19,7 +19,7 @@ from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import NOT_FINITE, Arrays, note
 from swarm_forage_env.waypoints.records import Action, RobotState
 
-take_in: Kernel
+update_belief: Kernel
 describe: Kernel
 steer: Kernel
 gain: Kernel
@@ -34,13 +34,13 @@ Mind = Any
 def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
     """Update what the robots of a world believe, and describe what was seen.
 
-    Free names: take_in, describe.
+    Free names: update_belief, describe.
     """
     swarm, sightings = world_arrays[0][w], world_arrays[1][w]
     minds, shared, settings = layer_arrays[0][w], layer_arrays[2][w], layer_arrays[3][w]
     last = settings.shape[0] - 1
     for i in range(n_robots):
-        take_in(minds[i], shared[i], swarm[i].readings, settings[min(i, last)].estimator)
+        update_belief(minds[i], shared[i], swarm[i].readings, settings[min(i, last)].estimator)
     for i in range(n_robots):
         numbers = settings[min(i, last)].estimator
         describe(minds, i, sightings, swarm[i].readings, numbers)

@@ -74,9 +74,9 @@ def after(ticks, scenario="es1", controller="ssgikf", seeds=range(64)):
 def test_one_seed_gives_the_same_bits_twice_and_on_another_grid(monkeypatch):
     first = after(300)
     check_same_bits(after(300), first)
-    monkeypatch.setattr(device_loop, "MOST_THREADS", 32)
+    monkeypatch.setattr(device_loop, "MAX_THREADS", 32)
     check_same_bits(after(300), first)
-    monkeypatch.setattr(device_loop, "MOST_THREADS", 4)  # a thread has several robots
+    monkeypatch.setattr(device_loop, "MAX_THREADS", 4)  # a thread has several robots
     check_same_bits(after(300), first)
 
 

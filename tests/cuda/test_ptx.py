@@ -16,7 +16,7 @@ import swarm_forage_env.foraging
 from swarm_forage_env.compiler import bind_grid, bind_row
 from swarm_forage_env.device_loop import grid_of
 from swarm_forage_env.envs import decision_kernels as kernels
-from swarm_forage_env.envs.added_observations import (
+from swarm_forage_env.envs.extra_observations import (
     write_one_hot,
     write_previous_action,
     write_robot_id,

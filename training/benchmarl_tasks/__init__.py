@@ -34,7 +34,7 @@ CONF = Path(__file__).parent / "conf"
 
 FOLDER = CONF / "task" / "swarm_forage"
 
-MOST_FRAMES = 2000
+MAX_FRAMES = 2000
 """Steps of an episode of which a video is made: BenchMARL holds all of its frames in memory."""
 
 
@@ -72,7 +72,7 @@ class SwarmForageClass(TaskClass):  # type: ignore[misc]
     def has_render(self, env: EnvBase) -> bool:
         """The task has a drawing, its episodes are short, and what draws and films is there."""
         has_extra = all(find_spec(name) for name in EXTRAS["render"])
-        return has_extra and env.has_render and env.max_cycles <= MOST_FRAMES
+        return has_extra and env.has_render and env.max_cycles <= MAX_FRAMES
 
     def max_steps(self, env: EnvBase) -> int:
         """Decisions in an episode."""

@@ -35,12 +35,12 @@ class Mind(Record):
 
 @row_template
 def observe_world(world_arrays, layer_arrays, w, n_robots):
-    """Take in what was sensed. Free name: take_in."""
+    """Take in what was sensed. Free name: update_belief."""
     robots, (minds, _, _, settings) = world_arrays[0], layer_arrays
     for i in range(n_robots):
         own = settings[w, min(i, settings.shape[1] - 1)]
         if own.is_member:
-            take_in(minds[w, i], robots[w, i].readings, own.estimator)
+            update_belief(minds[w, i], robots[w, i].readings, own.estimator)
 
 
 @row_template
@@ -57,7 +57,7 @@ def decide_world(world_arrays, layer_arrays, trouble, w, n_robots):
 
 
 @kernel
-def take_in(mind, readings, numbers):
+def update_belief(mind, readings, numbers):
     """A running mean of what is sensed."""
     for k in range(2):
         place = mind.situation.place
@@ -85,7 +85,9 @@ class Mean(Part):
     share: Share = Field(0.5, description="Of a new reading in the mean (chosen)")
 
     def layer(self, scenario):
-        return EstimatorLayer(Mind, {"share": self.share}, {"take_in": take_in}, observe_world)
+        return EstimatorLayer(
+            Mind, {"share": self.share}, {"update_belief": update_belief}, observe_world
+        )
 
 
 @WEIGHTING_RULES.register("patrol_alone")

@@ -16,7 +16,7 @@ from swarm_forage_env.spaces import Feature, Layout
 
 
 @dataclass(frozen=True)
-class Moment:
+class ObservationContext:
     """What an observation is written from: the records of a block of worlds as they stand."""
 
     robots: Array
@@ -42,7 +42,9 @@ class Observation(Protocol):
         """What each number is, in a scenario with these robots."""
         ...
 
-    def write(self, moment: Moment, out: Float32[Array, "worlds robots numbers"]) -> None:
+    def write(
+        self, moment: ObservationContext, out: Float32[Array, "worlds robots numbers"]
+    ) -> None:
         """Write the numbers of every robot."""
         ...
 
