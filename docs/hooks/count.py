@@ -17,12 +17,18 @@ Table = list[tuple[str, ...]]
 
 
 def functions(trees: Sequence[ast.Module]) -> Iterator[tuple[int, ast.FunctionDef]]:
-    """Every function, after its number of arguments without `self`."""
+    """Every function but commands, whose arguments are options; after its number of arguments."""
     for tree in trees:
         for node in ast.walk(tree):
-            if isinstance(node, ast.FunctionDef):
+            if isinstance(node, ast.FunctionDef) and not is_command(node):
                 every = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
                 yield sum(each.arg not in ("self", "cls") for each in every), node
+
+
+def is_command(node: ast.FunctionDef) -> bool:
+    """A command of the command line: typer reads its arguments."""
+    arguments = ast.unparse(node.args)
+    return "Option(" in arguments or "Argument(" in arguments
 
 
 def of_folder(folder: str) -> tuple[str, ...]:
