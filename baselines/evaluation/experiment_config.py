@@ -41,7 +41,6 @@ NOT_HASHED = {
     "swarm_forage_v0.py": "environments for learning",
     "swarm_forage_v1.py": "environments for learning",
     "trajectory.py": "what is recorded of an episode",
-    "worlds_on_cpu.py": "environments for learning",
 }
 """Folders and files of the world that change no number of an evaluated episode, and what they are
 there for."""

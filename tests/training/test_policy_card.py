@@ -178,8 +178,9 @@ SPACES = {"numbers": Box(-1.0, 1.0, (2,), np.float32), "choices": Discrete(3)}
 def test_numbers_are_clipped_to_their_bounds_and_nothing_else_is(kind, given, passed):
     asked = []
     rows = SimpleNamespace(rows=lambda found: asked.append(found.tolist()) or "rows")
-    form = SimpleNamespace(actions=lambda robots: rows, action_space=SPACES[kind])
-    assert usable_rows(form, range(2), "x.zip")(given) == "rows"
+    raw = SimpleNamespace(to_raw=lambda found: f"raw {found}")
+    form = SimpleNamespace(actions=lambda robots: rows, action_space=SPACES[kind], action=raw)
+    assert usable_rows(form, range(2), "x.zip")(given) == "raw rows"
     assert asked == [passed]
 
 

@@ -314,7 +314,8 @@ def test_a_policy_of_everything_is_a_team_mate_of_learners(learn, model, scenari
     told = made.predict(seen, deterministic=True)[0]
     still = np.zeros((1, 1, *mixed.action_shape), np.float32)
     mixed.step(still)
-    own = env.env.actions.rows(told)[1:, :2]
+    actions = env.env.actions
+    own = actions.form.to_raw(actions.rows(told))[1:, :2]
     assert_allclose(mixed.world.robots["command"]["wheels"][0, 1:], own, rtol=1e-5)
     for _ in range(20):
         mixed.step(still)
