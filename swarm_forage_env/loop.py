@@ -239,15 +239,6 @@ class Loop(WorldsOnCpu):
                 world.tick(begin, end)
                 self.controller.observe(begin, end)
 
-    def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
-        """A template over worlds, run on all threads; its last argument it is given here."""
-        compiled = typed_once(bind(template, functions))
-
-        def run(*arguments: Any) -> None:  # noqa: ANN401 the template's
-            self._on_all_threads(lambda first, last: compiled(*arguments, (first, last)))
-
-        return run
-
     def check(self) -> None:
         """Raise what went wrong in a tick, once."""
         if self.world.trouble[-1]:

@@ -47,6 +47,12 @@ class Place(Protocol):
 class HostMemory:
     """The memory of a CPU: nothing is copied that lies as kernels want it."""
 
+    stream = 0
+    """There is no stream of CUDA: what is asked for is done when a call returns."""
+
+    def change_stream(self, address: int) -> None:
+        """Do nothing: every call of a CPU waits for the one before."""
+
     def to_device(self, array: Array) -> Array:
         """The array, contiguous."""
         return np.ascontiguousarray(array)
@@ -92,12 +98,16 @@ class WorldsOnCpu:
 
     def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
         """A template over worlds, whose last argument it is given here."""
-        compiled, n_worlds = typed_once(bind(template, functions)), self._block.n_worlds
+        compiled = typed_once(bind(template, functions))
 
         def run(*arguments: Any) -> None:  # noqa: ANN401 the template's
-            compiled(*arguments, (0, n_worlds))
+            self._on_all_threads(lambda first, last: compiled(*arguments, (first, last)))
 
         return run
+
+    def _on_all_threads(self, work: Callable[[int, int], None]) -> None:
+        """Do a piece of work on all worlds, from the first one to the last + 1: on this thread."""
+        work(0, self._block.n_worlds)
 
     def fields(self, layout: FieldLayout) -> Fields:
         """Where the fields of a layout lie, for `read_fields` and `write_fields`."""

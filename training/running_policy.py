@@ -76,7 +76,6 @@ class RunningForeignPolicy:
         ticks, period = self._world.worlds["ticks"], self._form.config.period
         due = np.flatnonzero(ticks % period == 0)
         if len(due):
-            self._held[ticks == 0] = 0.0
             seen = self._seen(ticks // period, due)
             for world in due:
                 self._held[world] = self._steer(seen[world])

@@ -65,7 +65,7 @@ class ArrayEnv:
     hand-written rules have. With `step_on="exchange"` a step ends where an exchange of a learner
     does, in each world for itself; `infos["acts"]` tells whose next action counts.
 
-    With `device="cuda"` the worlds run on a GPU, bit for bit as on a CPU:
+    With `device="cuda"` the worlds run on a GPU, with the bits of a CPU in a simulator of one:
 
         env = ArrayEnv("es1", n_worlds=4096, device="cuda", physics="kinematic")
         observations, infos = env.reset(seed=0)
@@ -101,6 +101,9 @@ class ArrayEnv:
         parts = checked_parts(scenario, controller, options)
         self.config, self.task, self._is_staggered = parts.config, parts.task, stagger
         self.policy = parts.task.policies[parts.config.learn]
+        _check_reward(parts.config.reward)
+        if device == "cuda":
+            _check_on_gpu(parts.config, self.policy)
         self.max_cycles = n_steps(parts.scenario, parts.config)
         self.loop = self._made_loop(parts)
         self.agents = self.task.agents(self.world.n_robots)
@@ -111,9 +114,6 @@ class ArrayEnv:
         """The numbers of the robots that learn."""
         self._learns: Index = slice(None) if is_all else self.learner_numbers
         self._hand_over()
-        _check_reward(parts.config.reward)
-        if device == "cuda":
-            _check_on_gpu(parts.config, self.policy)
         self._on: Worlds = self.loop if device == "cpu" else DeviceLoop(self.loop)
         self.episodes = Episodes(self._on, parts.scenario, parts.config.randomise)
         self._prepare()
@@ -254,8 +254,9 @@ class ArrayEnv:
         """
         loop, rest = parts_of(snapshot, 2)
         episodes, decisions = parts_of(rest, 2)
-        self._decisions.restore(parts_of(decisions, 2))
+        self._decisions.check_fits(parts_of(decisions, 2))
         self.loop.restore(loop)
+        self._decisions.restore(decisions)
         self.episodes.restore(episodes)
         self._drawn = self._lent_drawn()
         if isinstance(self._on, DeviceLoop):

@@ -20,7 +20,6 @@ from swarm_forage_env.envs.decision_kernels import (
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.stepping import Worlds
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import Kernel
 from swarm_forage_env.ticks import RUNS
 
 
@@ -36,7 +35,8 @@ class Decisions:
         """Learners of these numbers in every world."""
         self._worlds, self._form, config, memory = worlds, form, form.config, worlds.memory
         self._config: EnvConfig = config
-        shape: tuple[int, int] = worlds.arrays["robots"].shape
+        self._earned = worlds.arrays["earned"]
+        shape: tuple[int, int] = self._earned.shape
         self._rows = shape[0], len(learners)
         raw = np.zeros((*self._rows, len(form.policy.action)), np.float32)
         self.raw = memory.to_device(raw)
@@ -46,7 +46,8 @@ class Decisions:
         self._conversion = memory.to_device(table), *rest
         self._fields = worlds.fields(form.policy.action)
         self._take = worlds.kernel(take, form.action.functions)
-        self._check = worlds.kernel(*_check_of(form.action))
+        check = check_choices if form.action.is_discrete else check_numbers
+        self._check = worlds.kernel(check, {})
         self._limits = _limits_of(form.action, memory.to_device)
         self._credit = worlds.kernel(credit, {})
         phi = form.task.potential
@@ -78,8 +79,7 @@ class Decisions:
 
     def take(self, given: Any) -> None:  # noqa: ANN401 an array where the worlds run
         """Hand checked actions to the layers of the learners."""
-        at = self._worlds.arrays
-        self._take(self._fields, self._learners, given, self._conversion, self.raw, at["earned"])
+        self._take(self._fields, self._learners, given, self._conversion, self.raw, self._earned)
         self._note_potential(0)
 
     def rewards(self) -> tuple[Any, Any]:
@@ -88,8 +88,7 @@ class Decisions:
         self._note_potential(1)
         out = memory.empty((2, *self._rows), np.float64)
         terms = config.discount, config.shaping, config.reward == "team"
-        earned = self._worlds.arrays["earned"]
-        self._credit(self._learners, earned, self._potentials, terms, out)
+        self._credit(self._learners, self._earned, self._potentials, terms, out)
         return out[0], out[1]
 
     def observe(
@@ -104,11 +103,15 @@ class Decisions:
         """The last actions, and the frames before."""
         return np.array(self._worlds.memory.read(self.raw)), self.observing.snapshot()
 
-    def restore(self, snapshot: tuple[Array, Array]) -> None:
-        """Go on as when the snapshot was taken; ConfigError if it is of other options."""
+    def check_fits(self, snapshot: tuple[Array, Array]) -> None:
+        """ConfigError if a snapshot is of an environment of other options."""
         raw, frames = snapshot
         if raw.shape != self.raw.shape or not self.observing.fits(frames):
             raise ConfigError("restore(): the snapshot is of an environment of other options")
+
+    def restore(self, snapshot: tuple[Array, Array]) -> None:
+        """Go on as when a snapshot that fits was taken."""
+        raw, frames = snapshot
         self._worlds.memory.write(self.raw, raw)
         self.observing.restore(frames)
 
@@ -117,11 +120,6 @@ class Decisions:
         if self._note is not None:
             at = self._worlds.arrays
             self._note(at["robots"], at["worlds"], self._potentials[when])
-
-
-def _check_of(form: ActionForm) -> tuple[Kernel, dict[str, Kernel]]:
-    """The template that checks actions of a form, and its functions."""
-    return (check_choices if form.is_discrete else check_numbers), {}
 
 
 def _limits_of(form: ActionForm, to_device: Callable[[Array], Any]) -> Any:  # noqa: ANN401 bounds, or how many choices

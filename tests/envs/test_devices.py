@@ -2,6 +2,7 @@
 
 import importlib.util
 
+import numpy as np
 import pytest
 
 from swarm_forage_env import ArrayEnv, ConfigError, array_env
@@ -50,3 +51,23 @@ def test_what_does_not_run_on_a_gpu_is_refused_with_the_reason(options, complain
 def test_a_gpu_needs_its_compiler():
     with pytest.raises(ConfigError, match=r"needs numba-cuda; pip install 'swarm-forage\[cuda\]'"):
         array_env("es1", **GPU)
+
+
+def test_a_stream_is_taken_where_there_is_none():
+    env = array_env("es1", n_worlds=1, physics="kinematic")
+    env.stream = 77
+    assert env.stream == 0
+
+
+def test_a_snapshot_that_does_not_fit_changes_nothing():
+    env, other = (array_env("es1", learn=learn, stack=2) for learn in ("motion", "both"))
+    env.reset(seed=0)
+    env.step(np.full((1, 10, 2), 0.5, np.float32))
+    before = env.snapshot()
+    with pytest.raises(ConfigError, match=r"restore\(\)"):
+        env.restore(other.snapshot())
+    several = array_env("es1", stack=2, **{"task.duration": 60, "controller": "nc"})
+    with pytest.raises(ConfigError, match="cannot be restored"):
+        env.restore(several.snapshot())
+    for mine, his in zip(before[1][1], env.snapshot()[1][1], strict=True):
+        np.testing.assert_array_equal(mine, his)
