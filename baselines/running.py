@@ -282,6 +282,7 @@ class RunningLayers:
         memory = motion.memory
         functions = {
             **self.estimator.kernels,
+            **motion.kernels,
             "gain": weighting.gain,
             "steer": motion.steer,
             "observe_world": self.estimator.observe,

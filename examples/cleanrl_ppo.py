@@ -36,10 +36,6 @@ from training.policy_controller import policy_controller
 HELD_OUT = range(1000, 1010)
 """Seeds of the episodes that the trained policy is judged by."""
 
-NARROW = -0.7
-"""Logarithm of the first deviation of the actions, which lie in [-1, 1]: with a wider one robots
-come to search by their noise, and are lost without it."""
-
 
 @dataclass(frozen=True)
 class Options:
@@ -48,11 +44,11 @@ class Options:
     scenario: str = "es1"
     learn: str = "motion"
     seed: int = 1
-    iterations: int = 40
+    iterations: int = 60
     worlds: int = 8
     steps: int = 128  # decisions of every robot in an iteration
     period: int = 10  # ticks (0.1 s) for which an action is held
-    shaping: float = 1.0  # weight of the potential-based shaping
+    shaping: float = 0.0  # weight of the potential-based shaping
     discount: float = 0.99  # of a decision: take more where actions are held for less
     trace: float = 0.95  # lambda of GAE
     epochs: int = 10
@@ -77,7 +73,6 @@ def keywords(options: Options) -> dict[str, Any]:
         "decision_period": options.period,
         "shaping": options.shaping,
         "discount": options.discount,
-        "physics": "kinematic",
     }
 
 
@@ -94,7 +89,7 @@ class Agent(nn.Module):
         super().__init__()
         self.policy = network(n_observed, n_actions, gain=0.01)
         self.critic = network(n_observed, 1, gain=1.0)
-        self.log_deviation = nn.Parameter(torch.full((n_actions,), NARROW))
+        self.log_deviation = nn.Parameter(torch.zeros(n_actions))
 
     def act(self, observed: Tensor) -> Distribution:
         """The distribution that actions are drawn from."""

@@ -17,9 +17,9 @@ from swarm_forage_env.random_streams import NoiseSource
 from swarm_forage_env.record import Record, Rows
 from swarm_forage_env.record import field as record_field
 
-KEEP, REPLACE, CORRECT, RULE = range(4)
-"""What an action does with a layer: nothing; a learner takes its place, or is added to it; or a
-rule written in NumPy takes its place."""
+KEEP, REPLACE, CORRECT, RULE, COURSE = range(5)
+"""What an action does with a layer: nothing; a learner takes its place, or is added to it; a rule
+written in NumPy takes its place; or a learner says the speed, and how far off the course."""
 
 Kernel = Callable[..., Any]
 KernelNumbers = Mapping[str, Any]
@@ -103,6 +103,10 @@ class MotionLayer:
 
     noise: NoiseSource = NoiseSource.WANDER
     """What it draws from that stream for."""
+
+    kernels: Mapping[str, Kernel] = field(default_factory=dict)
+    """Further functions that the templates of the task name: of robots that forage `reflex` and
+    `walk`, which go on where a learner steers."""
 
 
 @dataclass(frozen=True)

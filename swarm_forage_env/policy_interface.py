@@ -29,6 +29,9 @@ class Steering:
     command: Kernel | None = None
     """The command that two numbers stand for, under a sharpest turn; None: they are the command."""
 
+    is_course: bool = False
+    """The second number is how far off the course to steer, and reflexes are kept."""
+
 
 SILENT: Float32[Array, "1 0"] = np.zeros((1, 0), np.float32)
 """What is said by a policy that says nothing."""
@@ -68,9 +71,14 @@ class PolicyInterface:
     target: str | None = None
     """The observed vector whose direction is observed too where observations are normalised."""
 
-    def layout(self, scenario: BaseScenario) -> FieldLayout:
+    walk: tuple[FieldPath, ...] = ()
+    """The course of the robot's random walk, which is observed in the place of that direction
+    where there is none; then the motion has reflexes that can be kept, too."""
+
+    def layout(self, scenario: BaseScenario, has_walk: bool) -> FieldLayout:
         """What each number of an observation is in a scenario."""
-        return layout_of(self.observes, self.sizes(scenario), scenario)
+        shown = self.observes + (self.walk if has_walk else ())
+        return layout_of(shown, self.sizes(scenario), scenario)
 
     @property
     def action(self) -> FieldLayout:

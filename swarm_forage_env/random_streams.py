@@ -10,7 +10,7 @@ from hashlib import blake2b
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, UInt64
+from swarm_forage_env.arrays import Array, Float64, UInt64
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.equations import random_draws
 from swarm_forage_env.errors import ConfigError, shown
@@ -35,6 +35,7 @@ class NoiseSource(IntEnum):
     DEVICE = 10
     SCENARIO = 11
     FAULT = 12
+    POLICY = 13
     WANDER = 64
 
 
@@ -44,6 +45,19 @@ seed_streams = entry_point(random_draws.seed_streams)
 def streams(seeds: Sequence[int], n_robots: int, source: NoiseSource) -> UInt64[Array, " rows"]:
     """Fresh streams of one source: a word for each row, `n_robots` rows for each seed."""
     return seed_streams(np.asarray(seeds, dtype=np.uint64), n_robots, int(source))
+
+
+@entry_point
+def draw_rows(
+    streams: UInt64[Array, " robots"], out: Float64[Array, "robots numbers"], is_normal: bool
+) -> None:
+    """Fill a row from the stream of each robot: standard normal, or uniform in [0, 1)."""
+    for i in range(out.shape[0]):
+        for k in range(out.shape[1]):
+            if is_normal:
+                out[i, k] = random_draws.normal(streams, i)
+            else:
+                out[i, k] = random_draws.unit(streams, i)
 
 
 def hash_of(name: str) -> np.uint64:

@@ -15,7 +15,12 @@ import math
 
 import numpy as np
 
-from baselines.motion.subsumption import Course, SubsumptionParameters, subsume
+from baselines.motion.subsumption import (
+    WHERE_A_LEARNER_STEERS,
+    Course,
+    SubsumptionParameters,
+    subsume,
+)
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.control import RESIDUAL_GAIN
@@ -195,7 +200,7 @@ def linear_motion(policy: Array, scenario: Scenario) -> MotionLayer:
         "slots": scenario.slots,
         "path_per_wheel": 0.5 * scenario.robot.cruise_speed * scenario.tick,
     }
-    return MotionLayer(steer, numbers, SearchCourse)
+    return MotionLayer(steer, numbers, SearchCourse, kernels=WHERE_A_LEARNER_STEERS)
 
 
 def linear_policy_of(policy: Policy) -> Float64[Array, " numbers"]:

@@ -5,9 +5,10 @@ from inspect import getfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import Field, field_validator
 
-from swarm_forage_env.arrays import Array, Float32
+from swarm_forage_env.arrays import Array, Float32, Float64, Int64
 from swarm_forage_env.envs import (
     actions,
     config,
@@ -39,6 +40,10 @@ SHOWN_BY = tuple(
 Predict = Callable[[Float32[Array, "robots numbers"]], Any]
 """The actions of the robots of a world, from what each of them observes."""
 
+Draw = Callable[[Float32[Array, "robots numbers"], Float64[Array, "robots draws"]], Any]
+"""The same by chance, from draws as well: standard normal, one for each number of an action; or
+one that is uniform in [0, 1), where actions are choices."""
+
 
 class ForeignPolicy(PolicyKeywords):
     """A policy, and the keywords of `parallel_env` under which it was trained."""
@@ -47,6 +52,9 @@ class ForeignPolicy(PolicyKeywords):
         False, description="Its actions are choices; 3x5: of 3 speeds times 5 turns"
     )
     observation: Any = Field("layer", description="What it observes, as layer+previous_action")
+    chance: bool = Field(
+        False, description="It acts by chance, as in training, from a stream of each robot"
+    )
 
     @field_validator("discrete", mode="before")
     @classmethod
@@ -85,6 +93,22 @@ class ForeignPolicy(PolicyKeywords):
     def start(self, form: PolicyForm) -> Predict:
         """The policy, ready to be asked; ConfigError if it does not fit."""
         raise NotImplementedError
+
+    def start_by_chance(self, form: PolicyForm) -> Draw:
+        """The same, to act by chance; ConfigError for one that tells no distribution."""
+        raise ConfigError(
+            f"policy {self.source}: chance=true: tells no distribution of its actions, only the"
+            " actions; leave it out"
+        )
+
+
+def drawn_choices(
+    probabilities: Float64[Array, "robots choices"], draws: Float64[Array, "robots draws"]
+) -> Int64[Array, " robots"]:
+    """The choice of each robot: the first below which a share of at least its draw lies."""
+    shares = np.cumsum(probabilities, axis=1)
+    chosen: Int64[Array, " robots"] = (shares <= draws[:, :1] * shares[:, -1:]).sum(axis=1)
+    return chosen
 
 
 class PolicyFile(ForeignPolicy):

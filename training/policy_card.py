@@ -12,12 +12,13 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from gymnasium.spaces import Box
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords
 from swarm_forage_env.envs.make import Parts, checked_parts
 from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.envs.registration import keywords_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.parameters import Part
@@ -43,14 +44,28 @@ class CardKeywords(PolicyKeywords):
 class PolicyCard(Part):
     """What a policy was trained on."""
 
-    format: Literal[1] = 1
-    """Version of the card; another one is refused."""
+    format: Literal[2] = 2
+    """Version of the card; 1 was of environments of version 1, and another one is refused."""
     scenario: Word
     controller: Word
     """What did the rest, as `ssgiff:weighting.beta=0.01`."""
     keywords: CardKeywords
     observes: tuple[tuple[Word, Word], ...]
     """Name and unit of each number of an observation."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_version_1(cls, told: Any) -> Any:  # noqa: ANN401 whatever was read
+        """A card of format 1 says what was the default then."""
+        if not isinstance(told, dict) or told.get("format") != 1:
+            return told
+        keywords, scenario = told.get("keywords"), told.get("scenario")
+        if not isinstance(keywords, dict) or not isinstance(scenario, str):
+            return told
+        first = keywords_of(1, scenario)
+        if keywords.get("residual") or keywords.get("action") not in (None, "drive"):
+            first.pop("action", None)
+        return {**told, "format": 2, "keywords": {**keywords, **first}}
 
 
 def card_of(parts: Parts) -> PolicyCard:
@@ -110,6 +125,8 @@ def as_in_a_name(keywords: Mapping[str, object]) -> str:
             said[name] = "x".join(map(str, value))
         elif isinstance(value, bool):
             said[name] = said[name].lower()
+        elif isinstance(value, float):
+            said[name] = f"{value:g}"
     return ", ".join(f"{name}={text}" for name, text in said.items())
 
 

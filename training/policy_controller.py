@@ -11,21 +11,29 @@ from dataclasses import dataclass, replace
 from itertools import zip_longest
 from typing import Any
 
+import numpy as np
+
 from baselines.controller import REGISTRIES, LayeredController
 from baselines.controllers import SINGLE, SUBSUMPTION
 from baselines.weighting.sgikf import SGIKF
-from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.envs.config import PolicyKeywords
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller, RunningController
 from swarm_forage_env.parameters import Part, validated
+from swarm_forage_env.random_streams import draw_rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.task import World, task_of
 from training.policy import ForeignPolicy, FunctionPolicy, Predict
 from training.policy_card import PolicyCard, as_in_a_name
-from training.running_policy import RunningForeignPolicy, usable_rows
+from training.running_policy import (
+    Rows,
+    RunningForeignPolicy,
+    Steer,
+    Streams,
+    usable_rows,
+)
 
 
 @dataclass(frozen=True)
@@ -128,6 +136,7 @@ class PolicyController(LayeredController):
         terms["observation"] = self.policy.observation
         first = "wheels" if form.config.residual else next(iter(form.task.steerings), "none")
         terms["action"] = form.config.action or first
+        terms["reflexes"] = form.action.has_reflexes
         if not self.is_everything:
             terms["controller"] = self._name_of_layers()
         return (
@@ -143,14 +152,26 @@ class PolicyController(LayeredController):
             _check_observes(self.policy, card.observes, form.observes)
         return form
 
-    def _started(self, form: PolicyForm, robots: Sequence[int]) -> Predict:
+    def _started(self, form: PolicyForm, robots: Sequence[int]) -> Steer:
         """What the layers take of the policy of some robots, after it has been asked once."""
-        predict, usable = self.policy.start(form), usable_rows(form, robots, self.policy.source)
+        usable = usable_rows(form, robots, self.policy.source)
+        if self.policy.chance:
+            draw = self.policy.start_by_chance(form)
+            is_discrete = form.action.is_discrete
+            n_draws = 1 if is_discrete else len(form.action.layout)
 
-        def steer(observed: Float32[Array, "robots numbers"]) -> Float32[Array, "robots n"]:
-            return usable(predict(observed))
+            def steer(observed: Rows, streams: Streams) -> Rows:
+                draws = np.empty((len(observed), n_draws))
+                draw_rows(streams, draws, not is_discrete)
+                return usable(draw(observed, draws))
 
-        steer(form.dummy(robots))
+        else:
+            predict = self.policy.start(form)
+
+            def steer(observed: Rows, streams: Streams) -> Rows:
+                return usable(predict(observed))
+
+        steer(form.dummy(robots), np.zeros(len(robots), np.uint64))
         return steer
 
     def _as_on(self, card: PolicyCard) -> "PolicyController":

@@ -177,7 +177,7 @@ def misfit(has: Shapes, wants: Shapes) -> str:
 
 def observation_layout(layer: LayerName, scenario: Scenario) -> FieldLayout:
     """Observation layout of a layer in a scenario."""
-    return LEARNABLE[layer].layout(scenario)
+    return LEARNABLE[layer].layout(scenario, has_walk=False)
 
 
 def observation_features(layer: LayerName, scenario: Scenario) -> tuple[FeatureName, ...]:

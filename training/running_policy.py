@@ -7,23 +7,26 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box
 
-from swarm_forage_env.arrays import Array, Bool, Float32
+from swarm_forage_env.arrays import Array, Bool, Float32, UInt64
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import (
-    CORRECT,
     KEEP,
-    REPLACE,
     RULE,
     CompiledLayers,
     RunningController,
 )
 from swarm_forage_env.observed_fields import write_rows
+from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import BEGINS, RUNS, STANDS
 from swarm_forage_env.worlds_on_cpu import WorldsOnCpu
 from training.foreign_file import reason
-from training.policy import Predict
+
+Rows = Float32[Array, "robots numbers"]
+Streams = UInt64[Array, " robots"]
+Steer = Callable[[Rows, Streams], Rows]
+"""What the layers of some robots of a world take, from what each observes, and its stream."""
 
 
 class RunningForeignPolicy:
@@ -40,7 +43,7 @@ class RunningForeignPolicy:
         world: World,
         inner: RunningController,
         form: PolicyForm,
-        steer: Predict,
+        steer: Steer,
         robots: Sequence[int],
     ) -> None:
         """The policy has not been asked yet."""
@@ -52,6 +55,7 @@ class RunningForeignPolicy:
         self._write, self._fields = place.kernel(write_rows, {}), place.fields(form.policy.action)
         shape = world.n_worlds, len(robots), len(form.policy.action)
         self._held = np.zeros(shape, np.float32)
+        self._streams = np.zeros(shape[:2], np.uint64)
         self._own: dict[str, Bool[Array, "worlds robots"]] | None = None
 
     @property
@@ -78,7 +82,7 @@ class RunningForeignPolicy:
         if len(due):
             seen = self._seen(ticks // period, due)
             for world in due:
-                self._held[world] = self._steer(seen[world])
+                self._held[world] = self._steer(seen[world], self._streams[world])
             self._act(self._own)
         self._inner.consult()
 
@@ -88,6 +92,8 @@ class RunningForeignPolicy:
 
     def reset(self, world: int, seed: int) -> None:
         """Forget everything about one world; the policy does at its first tick."""
+        own = streams([seed], self._world.n_robots, NoiseSource.POLICY)
+        self._streams[world] = own[self._robots]
         self._inner.reset(world, seed)
 
     def numbers_in(self, world: int, scenario: Any) -> Any:  # noqa: ANN401 of any task
@@ -103,6 +109,7 @@ class RunningForeignPolicy:
         return {
             "frames": self._observing.snapshot(),
             "held": self._held.copy(),
+            "streams": self._streams.copy(),
             "own": deepcopy(self._own),
             "rest": self._inner.snapshot(),
         }
@@ -111,6 +118,7 @@ class RunningForeignPolicy:
         """Go on as when that snapshot was taken."""
         self._observing.restore(kept["frames"])
         self._held[...] = kept["held"]
+        self._streams[...] = kept["streams"]
         self._own = deepcopy(kept["own"])
         self._inner.restore(kept["rest"])
 
@@ -121,8 +129,7 @@ class RunningForeignPolicy:
             mine = np.zeros(action.shape, np.bool_)
             mine[:, self._robots] = True
             own[layer] = mine & ((action[layer] == KEEP) | (action[layer] == RULE))
-            is_residual = self._form.config.residual and layer == "motion"
-            action[layer][own[layer]] = CORRECT if is_residual else REPLACE
+        self._form.hand_over(action, own)
         return own
 
     def _seen(self, decisions: Array, due: Array) -> Float32[Array, "worlds robots numbers"]:

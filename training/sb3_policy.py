@@ -7,7 +7,7 @@ Nothing is unpickled unless `trust=true` asks for it: a pickle runs whatever cod
 import io
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
@@ -32,12 +32,13 @@ from training.foreign_file import (
     read_members,
     reason,
 )
-from training.policy import PolicyFile, Predict
+from training.policy import Draw, PolicyFile, Predict, drawn_choices
 from training.policy_card import PolicyCard, card_from
 from training.policy_file import check_weights, misfit
 
 if TYPE_CHECKING:
-    from stable_baselines3.common.policies import BasePolicy
+    from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
+    from stable_baselines3.sac.policies import SACPolicy
     from torch import Tensor
 
 PICKLED = ":serialized:"
@@ -217,6 +218,32 @@ class SB3Policy(PolicyFile):
         return super().card() if told is None else card_from(told, f"in {self.file}")
 
     def start(self, form: PolicyForm) -> Predict:
+        """The model's policy, without chance."""
+        model = self._model(form)
+        return self._asked(lambda observed: model.predict(observed, deterministic=True)[0])
+
+    def start_by_chance(self, form: PolicyForm) -> Draw:
+        """The model's policy, from the distribution of its actions; ConfigError without one."""
+        import torch
+        from stable_baselines3.common.policies import ActorCriticPolicy
+        from stable_baselines3.sac.policies import SACPolicy
+        from torch.distributions import Categorical
+
+        model = self._model(form)
+        if not isinstance(model, ActorCriticPolicy | SACPolicy):
+            return super().start_by_chance(form)
+
+        @torch.no_grad()
+        def by_chance(observed: Array, draws: Array) -> Array:
+            found = _distribution(model, torch.as_tensor(observed))
+            if isinstance(found, Categorical):
+                return drawn_choices(found.probs.double().numpy(), draws)
+            actions = (found.mean + found.stddev * torch.as_tensor(draws)).float().numpy()
+            return model.unscale_action(np.tanh(actions)) if model.squash_output else actions
+
+        return self._asked(by_chance)
+
+    def _model(self, form: PolicyForm) -> "BasePolicy":
         """The model's policy, with its weights."""
         told, data, content = read_zip(self.path)
         _check_spaces(self.file, told, form)
@@ -225,16 +252,20 @@ class SB3Policy(PolicyFile):
             chosen[1].setdefault("use_sde", True)
         model = _make(self.file, chosen, form)
         _load(self.file, model, read_weights(self.file, content))
+        return model
 
-        def predict(observed: Array) -> Array:
+    def _asked(self, ask: Callable[..., Any]) -> Callable[..., Array]:
+        """The same function; ConfigError where it fails."""
+
+        def asked(*given: Array) -> Array:
             try:
-                return np.asarray(model.predict(observed, deterministic=True)[0])
+                return np.asarray(ask(*given))
             except (RuntimeError, ValueError) as error:  # of a deviation of 0, as an example
                 raise ConfigError(
                     f"policy {self.file}: gives no action ({reason(error)})"
                 ) from None
 
-        return predict
+        return asked
 
     def _trusted(self, data: bytes) -> Chosen:
         """What chooses the policy, unpickled."""
@@ -262,6 +293,17 @@ class SB3Policy(PolicyFile):
                 f" code is in the file; where you trust it: sb3:{self.file},trust=true"
             )
         return policy, network.model_dump(exclude_unset=True)
+
+
+def _distribution(model: "ActorCriticPolicy | SACPolicy", observed: "Tensor") -> Any:  # noqa: ANN401 of torch
+    """The distribution of the actions, before they are squashed."""
+    from stable_baselines3.common.policies import ActorCriticPolicy
+    from torch.distributions import Normal
+
+    if isinstance(model, ActorCriticPolicy):
+        return model.get_distribution(observed).distribution
+    mean, log_std, _ = model.actor.get_action_dist_params(observed)
+    return Normal(mean, log_std.exp())
 
 
 def _named_class(told: ClassTold) -> "type[BasePolicy] | None":

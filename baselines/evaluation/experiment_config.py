@@ -38,8 +38,8 @@ NOT_HASHED = {
     "rendering": "pictures",
     "rewards.py": "rewards",
     "scene.py": "pictures",
-    "swarm_forage_v0.py": "environments for learning",
     "swarm_forage_v1.py": "environments for learning",
+    "swarm_forage_v2.py": "environments for learning",
     "trajectory.py": "what is recorded of an episode",
 }
 """Folders and files of the world that change no number of an evaluated episode, and what they are

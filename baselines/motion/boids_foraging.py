@@ -18,7 +18,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from baselines.motion.flock import ALIGN, COHERE, GOAL, HOME, SEPARATE, choose_gains, sum_of_rules
-from baselines.motion.subsumption import Course, SubsumptionParameters, subsume
+from baselines.motion.subsumption import (
+    WHERE_A_LEARNER_STEERS,
+    Course,
+    SubsumptionParameters,
+    subsume,
+)
 from swarm_forage_env.arrays import NEST, Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard, Readings
@@ -119,4 +124,4 @@ def layer(parameters: "BoidsParameters", scenario: Scenario) -> MotionLayer:
         "n_robots": scenario.task.n_robots,
         "trust": parameters.trust,
     }
-    return MotionLayer(steer, numbers, FlockCourse)
+    return MotionLayer(steer, numbers, FlockCourse, kernels=WHERE_A_LEARNER_STEERS)

@@ -20,13 +20,13 @@ from baselines.motion.subsumption import (
     SubsumptionParameters,
     avoid,
     wander,
-    wheels_towards,
 )
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.control import NoSituation
 from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.epuck.scenario import EpuckScenario
+from swarm_forage_env.equations.differential_drive import wheels_towards
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.random_draws import unit
 from swarm_forage_env.interface import MotionLayer

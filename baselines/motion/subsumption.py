@@ -21,19 +21,17 @@ from swarm_forage_env.arrays import Array, Float32, UInt64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.records import Heard, Readings
 from swarm_forage_env.epuck.scenario import EpuckScenario
-from swarm_forage_env.equations.elementary import atan2, cos
+from swarm_forage_env.equations.differential_drive import wheels_towards
+from swarm_forage_env.equations.elementary import atan2, cos_sin
 from swarm_forage_env.equations.geometry import wrap
 from swarm_forage_env.equations.proximity import PROXIMITY_ANGLES, RAY_COS, RAY_SIN, response
 from swarm_forage_env.equations.random_draws import exponential, symmetric
 from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.scenario import Scenario
-from swarm_forage_env.interface import MotionLayer
+from swarm_forage_env.interface import Kernel, MotionLayer
 from swarm_forage_env.parameters import NotNegative, Part, Positive, Share
 from swarm_forage_env.record import Numbers, Record, field
-
-FULL_TURN_AT = 0.5
-"""Off course by this angle or more, the wheels turn as fast as they can [rad] (chosen)."""
 
 
 class Course(Record):
@@ -47,19 +45,6 @@ class Course(Record):
     """Path left of the straight run."""
     stream: UInt64[Array, "1"] = field(np.uint64, 1)
     """Random stream of the walk."""
-
-
-@kernel
-def wheels_towards(angle: float, creep: float) -> tuple[float, float]:
-    """Left and right wheel, in [-1, 1], towards a direction of the body frame [rad].
-
-    forward = max(cos angle, creep),  turn = angle / FULL_TURN_AT in [-1, 1]
-    left, right = forward -+ turn, scaled so that the faster wheel is at most 1
-    """
-    forward = max(cos(angle), creep)
-    turn = min(max(angle / FULL_TURN_AT, -1.0), 1.0)
-    scale = max(1.0, forward + abs(turn))
-    return (forward - turn) / scale, (forward + turn) / scale
 
 
 @kernel
@@ -118,6 +103,58 @@ def wander(course: Course, numbers: Numbers) -> None:
 
 
 @kernel
+def head_for(
+    angle: float, creep: float, wheels: Float32[Array, "2"], course: Course, numbers: Numbers
+) -> None:
+    """Turn the wheels towards a direction of the body frame [rad], and the course against it."""
+    left, right = wheels_towards(angle, creep)
+    course.turn = wrap(course.turn - 0.5 * (right - left) * numbers.turn_per_tick)
+    wheels[0], wheels[1] = left, right
+
+
+@kernel
+def reflex(
+    situation: Situation,
+    readings: Readings,
+    wheels: Float32[Array, "2"],
+    course: Course,
+    numbers: Numbers,
+) -> bool:
+    """Stand while talking, or go round what is in the way; whether one of the two steered."""
+    if situation.is_talking:
+        wheels[0] = wheels[1] = 0.0
+        return True
+    if not avoid(course, readings, numbers):
+        return False
+    head_for(course.turn, numbers.creep, wheels, course, numbers)
+    return True
+
+
+@kernel
+def walk(
+    situation: Situation,
+    wheels: Float32[Array, "2"],
+    is_free: bool,
+    course: Course,
+    numbers: Numbers,
+) -> None:
+    """Go on with the random walk of a robot that a learner steers, and show its course.
+
+    `is_free`: no reflex steered, which turns the course itself.
+    """
+    if is_free:
+        if goal_of(situation.goal) < 0:
+            wander(course, numbers)
+        turned = 0.5 * (wheels[1] - wheels[0]) * numbers.turn_per_tick
+        course.turn = wrap(course.turn - turned)
+    situation.walk[0], situation.walk[1] = cos_sin(course.turn)
+
+
+WHERE_A_LEARNER_STEERS: dict[str, Kernel] = {"reflex": reflex, "walk": walk}
+"""What goes on of subsumption where a learner steers."""
+
+
+@kernel
 def subsume(
     situation: Situation,
     readings: Readings,
@@ -130,20 +167,14 @@ def subsume(
 
     A robot with a goal goes to `target`, body frame [m].
     """
-    if situation.is_talking:
-        wheels[0] = wheels[1] = 0.0
+    if reflex(situation, readings, wheels, course, numbers):
         return
-    creep = 0.0
-    if avoid(course, readings, numbers):
-        angle, creep = course.turn, numbers.creep
-    elif goal_of(situation.goal) >= 0:
+    if goal_of(situation.goal) >= 0:
         angle = atan2(target[1], target[0])
     else:
         wander(course, numbers)
         angle = course.turn
-    left, right = wheels_towards(angle, creep)
-    course.turn = wrap(course.turn - 0.5 * (right - left) * numbers.turn_per_tick)
-    wheels[0], wheels[1] = left, right
+    head_for(angle, 0.0, wheels, course, numbers)
 
 
 @kernel
@@ -189,7 +220,8 @@ class SubsumptionParameters(Part):
 
     def layer(self, scenario: Scenario) -> MotionLayer:
         """The functions of the motion, with its numbers in a scenario."""
-        return MotionLayer(steer, self.numbers(scenario), Course)
+        own = self.numbers(scenario)
+        return MotionLayer(steer, own, Course, kernels=WHERE_A_LEARNER_STEERS)
 
     def numbers(self, scenario: EpuckScenario) -> dict[str, float]:
         """The parameters as kernels read them, in ticks and sensor readings."""

@@ -18,9 +18,10 @@ from swarm_forage_env.envs.decision_kernels import (
     convert,
     raw_of_choice,
     raw_of_numbers,
+    share_of_command,
 )
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
-from swarm_forage_env.interface import Kernel
+from swarm_forage_env.interface import CORRECT, COURSE, REPLACE, Kernel
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.task import Task
@@ -43,17 +44,24 @@ class ActionForm:
 
     def __init__(self, task: Task, policy: PolicyInterface, config: EnvConfig) -> None:
         """The form that the options of an environment ask for."""
-        self._policy, self._sharpest_turn = policy, config.sharpest_turn
-        self._steering = _steering(task, policy, config)
+        self._policy = policy
+        self._steering = steering = _steering(task, policy, config)
+        self.has_reflexes = _has_reflexes(policy, steering, config)
+        """The reflexes of the hand-written motion come first."""
+        self.motion = _motion_mode(steering, config)
+        """What becomes of the hand-written motion: REPLACE, CORRECT or COURSE."""
         self._is_symmetric = config.normalise and policy.n_weights > 0
         self.layout = self._layout()
         """What each number of a continuous action is."""
-        own = None if self._steering is None else self._steering.command
+        own = None if steering is None else steering.command
+        by = config.sharpest_turn
+        if config.residual:
+            own, by = share_of_command, config.residual
         n_symmetric = policy.n_weights if self._is_symmetric else 0
         no_choices = np.zeros((0, len(policy.action)), np.float32)
         self.space: Box | Discrete[Any] = self.layout.box()
         self.conversion: Form = (
-            no_choices, n_symmetric, -1 if own is None else policy.n_weights, config.sharpest_turn
+            no_choices, n_symmetric, -1 if own is None else policy.n_weights, by
         )  # fmt: skip
         """How an action becomes what the layers take, as `decision_kernels.take` has it."""
         self.functions: dict[str, Kernel] = {
@@ -133,6 +141,34 @@ def _steering(task: Task, policy: PolicyInterface, config: EnvConfig) -> Steerin
     if not policy.is_steering or not task.steerings:
         return None
     return task.steerings[config.action or next(iter(task.steerings))]
+
+
+def _has_reflexes(policy: PolicyInterface, steering: Steering | None, config: EnvConfig) -> bool:
+    """Whether the reflexes come first; ConfigError where they cannot, or cannot be left out."""
+    is_course = steering is not None and steering.is_course
+    if (is_course or config.reflexes) and not policy.walk:
+        what = f"action='{config.action}'" if is_course else "reflexes=True"
+        raise ConfigError(
+            f"{what}: cannot be had with learn='{config.learn}' here, where no hand-written motion"
+            " goes on; learn 'motion' in a scenario of foraging, or leave it out"
+        )
+    if is_course and config.reflexes is False:
+        raise ConfigError("reflexes=False: action='course' is steered over them; take 'drive'")
+    if config.residual and config.reflexes is not None:
+        raise ConfigError(
+            "reflexes: a correction is added to a motion that has its own; leave one out"
+        )
+    if config.reflexes is not None:
+        return config.reflexes
+    drives = steering is not None and steering.command is not None
+    return drives and bool(policy.walk) and not config.residual
+
+
+def _motion_mode(steering: Steering | None, config: EnvConfig) -> int:
+    """What becomes of the hand-written motion."""
+    if config.residual:
+        return CORRECT
+    return COURSE if steering is not None and steering.is_course else REPLACE
 
 
 class Actions:

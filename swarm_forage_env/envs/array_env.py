@@ -21,7 +21,6 @@ from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.rewards import REWARDS, OwnReward
 from swarm_forage_env.envs.stepping import Exchanges, Stepper, Ticks, Worlds
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.interface import CORRECT, REPLACE
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.parameters import Count, Part, validated
 from swarm_forage_env.policy_interface import Index, PolicyInterface
@@ -113,7 +112,8 @@ class ArrayEnv:
         self.learner_numbers: Int64[Array, " learners"] = np.array(robots, np.int64)
         """The numbers of the robots that learn."""
         self._learns: Index = slice(None) if is_all else self.learner_numbers
-        self._hand_over()
+        own = dict.fromkeys(self.policy.replaces, (slice(None), self._learns))
+        PolicyForm([parts.scenario], parts.config).hand_over(self.world.robots["action"], own)
         self._on: Worlds = self.loop if device == "cpu" else DeviceLoop(self.loop)
         self.episodes = Episodes(self._on, parts.scenario, parts.config.randomise)
         self._prepare()
@@ -280,13 +280,6 @@ class ArrayEnv:
         """The worlds, and who runs the robots."""
         config, seeds = parts.config, range(self.n_worlds)
         return Loop(parts.scenario, parts.controller, seeds, config.physics, config.threads)
-
-    def _hand_over(self) -> None:
-        """Mark the layers of the learners as theirs."""
-        action = self.world.robots["action"]
-        for layer in self.policy.replaces:
-            is_residual = self.config.residual and layer == "motion"
-            action[layer][:, self._learns] = CORRECT if is_residual else REPLACE
 
     def _prepare(self) -> None:
         """Make the spaces, and what a decision consists of."""

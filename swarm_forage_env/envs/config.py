@@ -20,11 +20,21 @@ class PolicyKeywords(Part):
     """What a policy takes the place of, what it is shown, and how its actions are read."""
 
     learn: str = Field("motion", description="Layer that the policy takes the place of")
-    residual: bool = Field(
-        False, description="Wheels of the policy are added to those of the hand-written motion"
+    residual: Share = Field(
+        0.0,
+        description="Share of the policy's wheels that is added to those of the hand-written"
+        " motion; true: 1; 0: it replaces the motion",
     )
     action: str | None = Field(
-        None, description="Form in which the policy steers: drive, or wheels; none: drive"
+        None, description="Form in which the policy steers: drive, course, or wheels; none: drive"
+    )
+    reflexes: bool | None = Field(
+        None,
+        description="The hand-written motion avoids and stands while talking, and the policy"
+        " drives otherwise; none: wherever a policy drives",
+    )
+    walk: bool = Field(
+        True, description="Without a goal, the course of the robot's random walk is shown"
     )
     sharpest_turn: Annotated[Positive, Field(le=1.0)] = Field(
         0.3, description="Sharpest turn of `drive`, as a share of the largest possible"
@@ -42,6 +52,11 @@ class PolicyKeywords(Part):
     decision_period: Count | None = Field(
         None, description="Ticks for which an action is held; none: as suits the layer"
     )
+
+    @field_validator("residual", mode="before")
+    @classmethod
+    def _as_share(cls, residual: object) -> object:
+        return {"true": 1.0, "false": 0.0}.get(str(residual).lower(), residual)
 
 
 class EnvConfig(PolicyKeywords):

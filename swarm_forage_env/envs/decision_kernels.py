@@ -36,11 +36,12 @@ HALF, ONE = np.float32(0.5), np.float32(1.0)
 
 Form = tuple[Float32[Array, "choices numbers"], int, int, float]
 """The actions that choices stand for; how many of the first numbers are weights in [-1, 1]; from
-which number on two steer, or -1; and the sharpest turn."""
+which number on two steer, or -1; and the sharpest turn, or the share of a correction."""
 
-Scaling = tuple[int, int, Float32[Array, " numbers"], Array]
-"""Where the observed target starts, or -1, and where its direction goes; the typical size of each
-number, none where nothing is normalised; and which of them are squashed."""
+Scaling = tuple[int, int, bool, Float32[Array, " numbers"], Array]
+"""Where the observed target starts, or -1, where its direction goes, and whether the course of a
+walk stands there; the typical size of each number, none where nothing is normalised; and which of
+them are squashed."""
 
 Span = tuple[int, int]
 """The first of some worlds, and the last + 1."""
@@ -54,15 +55,21 @@ def as_command(first: float, second: float, sharpest_turn: float) -> tuple[float
     return first, second
 
 
+@kernel
+def share_of_command(first: float, second: float, share: float) -> tuple[float, float]:
+    """A share of the two numbers is the command."""
+    return share * first, share * second
+
+
 @row_template
 def raw_of_numbers(given: Rows, w: int, learner: int, form: Form, row: Array) -> None:
     """Write what the layers take, of an action that is numbers. Free name: command."""
-    _, n_symmetric, steers_at, sharpest_turn = form
+    _, n_symmetric, steers_at, by = form
     for k in range(row.shape[0]):
         number = given[w, learner, k]
         row[k] = HALF * (number + ONE) if k < n_symmetric else number
     if steers_at >= 0:
-        left, right = command(row[steers_at], row[steers_at + 1], sharpest_turn)
+        left, right = command(row[steers_at], row[steers_at + 1], by)
         row[steers_at], row[steers_at + 1] = left, right
 
 
@@ -240,10 +247,10 @@ def observe(  # noqa: PLR0913 what is read, and what is written
                 for k in range(action.shape[0]):
                     action[k] = 0.0
             if scaling[0] >= 0:
-                write_direction(row, scaling[0], scaling[1])
+                write_direction(row, scaling[0], scaling[1], scaling[2])
             add_features(spans, i, fields[4], time_left[w], action, row)
-            if scaling[2].shape[0] > 0:
-                normalise_row(row, scaling[2], scaling[3])
+            if scaling[3].shape[0] > 0:
+                normalise_row(row, scaling[3], scaling[4])
             if kept.shape[2] > 0:
                 update_frames(kept[w, learner], row, modes[w], out[w, learner])
 
@@ -270,12 +277,17 @@ def update_frames(
 
 
 @inlined
-def write_direction(row: Float32[Array, " numbers"], at: int, to: int) -> None:
-    """Write the unit vector of the two numbers from `at` on; zeros for no direction."""
+def write_direction(row: Float32[Array, " numbers"], at: int, to: int, has_walk: bool) -> None:
+    """Write the unit vector of the two numbers from `at` on.
+
+    Without a direction the course of the walk stays, if it stands there, or zeros are written.
+    """
     x, y = row[at], row[at + 1]
     size = hypot(x, y)
-    row[to] = x / size if size > 0.0 else 0.0
-    row[to + 1] = y / size if size > 0.0 else 0.0
+    if size > 0.0:
+        row[to], row[to + 1] = x / size, y / size
+    elif not has_walk:
+        row[to] = row[to + 1] = 0.0
 
 
 @inlined

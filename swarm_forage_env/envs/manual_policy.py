@@ -14,9 +14,9 @@ DRIVEN = ("drive.speed", "drive.strength")
 class ManualPolicy:
     """The arrow keys drive one robot: up ahead, left and right turn.
 
-        env = swarm_forage_v1.env("es1", render_mode="human", decision_period=1)
+        env = swarm_forage_v2.env("es1", render_mode="human", decision_period=1)
         env.reset(seed=0)
-        manual_policy = swarm_forage_v1.ManualPolicy(env)
+        manual_policy = swarm_forage_v2.ManualPolicy(env)
         for agent in env.agent_iter():
             observation, reward, termination, truncation, info = env.last()
             if termination or truncation:

@@ -166,10 +166,13 @@ class Observer:
         has_layer, self.parts = added(observation, policy)
         self.shown = shown if has_layer else FieldLayout((), (), shown.sizes)
         layout: Layout = self.shown
-        self._direction = -1
-        if normalise and has_layer and policy.target is not None:
+        self._direction, has_walk = -1, bool(policy.walk) and shown.paths[-1:] == policy.walk
+        self._has_walk = has_walk
+        if (normalise or has_walk) and has_layer and policy.target is not None:
             self._direction = layout.names.index(f"{policy.target}.x")
-            layout = Layout((*layout, *_directions(policy.target)))
+            if not has_walk:
+                layout = Layout((*layout, *_directions(policy.target)))
+        self._direction_to = len(layout) - 2
         self.spans = []
         for part in self.parts:
             features = part.features(scenario, agents)
@@ -182,7 +185,7 @@ class Observer:
     @property
     def scaling(self) -> Scaling:
         """How observations are scaled, as `decision_kernels.observe` takes it."""
-        where = self._direction, len(self.shown)
+        where = self._direction, self._direction_to, self._has_walk
         if self._normalise is None:
             return *where, np.zeros(0, np.float32), np.zeros(0, np.bool_)
         return *where, self._normalise.bound, self._normalise.squashes

@@ -25,7 +25,7 @@ Infos = dict[str, dict[str, float]]
 
 
 METADATA: dict[str, Any] = {
-    "name": "swarm_forage_v1",
+    "name": "swarm_forage_v2",
     "render_modes": list(RENDER_MODES),
     "is_parallelizable": True,
     "render_fps": 10,

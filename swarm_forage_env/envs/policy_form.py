@@ -1,7 +1,7 @@
 """What a policy is shown and what it gives in a scenario, under the keywords of its training."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from swarm_forage_env.envs.actions import ActionForm, Actions
 from swarm_forage_env.envs.config import EnvConfig, n_steps
 from swarm_forage_env.envs.observations import Observer, Observing, stacked
 from swarm_forage_env.errors import UnknownNameError
+from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import task_of
@@ -39,7 +40,9 @@ class PolicyForm:
         self.config = config = config.model_copy(update=period)
         self.max_cycles = n_steps(scenario, config)
         self.agents = self.task.agents(scenario.task.n_robots)
-        layouts = [policy.layout(each) for each in scenarios]
+        self.has_walk = config.walk and bool(policy.walk)
+        """What it observes holds the course of the walk where there is no goal."""
+        layouts = [policy.layout(each, self.has_walk) for each in scenarios]
         longest = max(layouts, key=len)
         shown = FieldLayout(widest(layouts), longest.paths, longest.sizes)
         self.observer = Observer(
@@ -49,6 +52,14 @@ class PolicyForm:
         self.observation_space: Box = self.layout.box()
         self.action = ActionForm(self.task, policy, config)
         self.action_space: Box | Discrete[Any] = self.action.space
+
+    def hand_over(self, action: Array, own: Mapping[str, Any]) -> None:
+        """Mark the layers that it replaces as a learner's, of some robots for each layer."""
+        for layer in self.policy.replaces:
+            action[layer][own[layer]] = self.action.motion if layer == "motion" else REPLACE
+        if "motion" in self.policy.replaces and self.policy.walk:
+            action["has_reflexes"][own["motion"]] = self.action.has_reflexes
+            action["is_walking"][own["motion"]] = self.has_walk
 
     def observing(self, place: Place, robots: Sequence[int]) -> Observing:
         """What writes the observations of these robots of worlds."""

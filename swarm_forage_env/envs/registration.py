@@ -30,14 +30,14 @@ NAMES = {
 
 ENVS = "swarm_forage_env.envs"
 
-VERSIONS = (1, 0)
+VERSIONS = (2, 1)
 """The versions that have ids, the newest first; an older one stays for a release."""
 
 
 def register_with_gymnasium() -> None:
-    """Enter for each scenario `SwarmForage/<Name>-v1`, `<Name>-Joint-v1`, `<Name>-Tuple-v1`.
+    """Enter for each scenario `SwarmForage/<Name>-v2`, `<Name>-Joint-v2`, `<Name>-Tuple-v2`.
 
-    And the same of version 0.
+    And the same of version 1.
     """
     for version in VERSIONS:
         for scenario, name in NAMES.items():
@@ -58,14 +58,14 @@ def register_with_gymnasium() -> None:
                 f"SwarmForage/{name}-Tuple-v{version}",
                 f"{ENVS}.gymnasium_env:TupleEnv",
                 disable_env_checker=True,  # it warns of rewards that are a list
-                kwargs=kwargs if version else {**kwargs, "discrete": (3, 3)},
+                kwargs=kwargs,
             )
 
 
 def register_with_pettingzoo() -> None:
-    """Enter `swarm_forage/<scenario>-v1`, in turn and in parallel, where PettingZoo has a registry.
+    """Enter `swarm_forage/<scenario>-v2`, in turn and in parallel, where PettingZoo has a registry.
 
-    And the same of version 0. It has one from version 1.27 on.
+    And the same of version 1. It has one from version 1.27 on.
     """
     try:
         from pettingzoo import register
@@ -80,8 +80,10 @@ def register_with_pettingzoo() -> None:
 
 
 def keywords_of(version: int, scenario: str) -> dict[str, Any]:
-    """What a version has in front of the keywords given: version 0 the commands, in SI units."""
-    if version > 0:
+    """What a version has in front of the keywords given; nothing in the newest.
+
+    Version 1: half the cruise speed at 0, no reflexes, and zeros for a robot without a goal.
+    """
+    if version > 1 or scenario.startswith("waypoints"):
         return {}
-    command = "pull" if scenario.startswith("waypoints") else "wheels"
-    return {"action": command, "normalise": False, "decision_period": 1}
+    return {"action": "drive-v1", "reflexes": False, "walk": False}

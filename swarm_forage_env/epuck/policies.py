@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from swarm_forage_env.epuck.records import Action, Command, Heard, Readings
 from swarm_forage_env.epuck.scenario import EpuckScenario
-from swarm_forage_env.equations.differential_drive import drive_to_wheels
+from swarm_forage_env.equations.differential_drive import drive_to_wheels, drive_v1_to_wheels
 from swarm_forage_env.observed_fields import layout_of, paths
 from swarm_forage_env.policy_interface import PolicyInterface, Steering
 from swarm_forage_env.spaces import Feature, Layout
@@ -18,16 +18,19 @@ def slots(scenario: EpuckScenario) -> Mapping[str, int]:
     return {"slots": scenario.slots}
 
 
+_TURN = Feature("drive.turn", "of the sharpest turn, to the left", -1.0, 1.0)
+_DRIVES = (1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)
+
 STEERINGS = {
     "drive": Steering(
-        Layout(
-            (
-                Feature("drive.speed", "-1 stands, 1 is the cruise speed", -1.0, 1.0),
-                Feature("drive.turn", "of the sharpest turn, to the left", -1.0, 1.0),
-            )
-        ),
-        choices=((1.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)),
+        Layout((Feature("drive.speed", "-1 stands, 0 is the cruise speed", -1.0, 1.0), _TURN)),
+        choices=_DRIVES,
         command=drive_to_wheels,
+    ),
+    "drive-v1": Steering(
+        Layout((Feature("drive.speed", "-1 stands, 1 is the cruise speed", -1.0, 1.0), _TURN)),
+        choices=_DRIVES,
+        command=drive_v1_to_wheels,
     ),
     "wheels": Steering(
         layout_of(WHEELS, {}, None),

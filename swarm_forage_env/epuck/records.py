@@ -173,7 +173,13 @@ class Action(Record):
     """KEEP or REPLACE the hand-written weighting."""
 
     motion: int = field(np.int8)
-    """KEEP, REPLACE or CORRECT the hand-written motion."""
+    """KEEP, REPLACE, CORRECT or COURSE: what becomes of the hand-written motion."""
+
+    has_reflexes: bool = field(np.bool_)
+    """Where a learner steers, the reflexes of the hand-written motion come first."""
+
+    is_walking: bool = field(np.bool_)
+    """Where a learner steers, the random walk of the hand-written motion goes on."""
 
     weight: Float32[Array, " areas"] = field(
         np.float32, 2, unit="weight", low=0.0, high=1.0, names=(AREAS,), label="g"
@@ -184,7 +190,8 @@ class Action(Record):
     wheels: Float32[Array, "2"] = field(
         np.float32, 2, unit="of cruise speed", names=(WHEELS,), **SPEED
     )
-    """Speed of the left and right wheel, or what is added to it."""
+    """Speed of the left and right wheel, or what is added to it; under COURSE the speed, and the
+    angle off the course as a share of WIDEST_OFF_COURSE."""
 
 
 class EpuckState(Record):

@@ -1,8 +1,11 @@
 """The differential drive: wheels to motion. dU_r, dU_l: path of the right and left wheel [m]."""
 
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.equations.elementary import cos_sin
+from swarm_forage_env.equations.elementary import cos, cos_sin
 from swarm_forage_env.equations.geometry import wrap
+
+FULL_TURN_AT = 0.5
+"""Off course by this angle or more, the wheels turn as fast as they can [rad] (chosen)."""
 
 
 @kernel
@@ -20,21 +23,48 @@ def wheels_to_arc(dU_l: float, dU_r: float, axle: float) -> tuple[float, float]:
 
 
 @kernel
+def wheels_of(a: float, t: float) -> tuple[float, float]:
+    """Left and right wheel for speed a and turn t: (a - t, a + t) / max(1, |a| + |t|)."""
+    most = max(1.0, abs(a) + abs(t))
+    return (a - t) / most, (a + t) / most
+
+
+@kernel
 def drive_to_wheels(speed: float, turn: float, sharpest_turn: float) -> tuple[float, float]:
     """Left and right wheel for a speed ahead and a turn, as shares of the cruise speed.
 
-        a = (speed + 1) / 2,  t = s turn
-        wheels = (a - t, a + t) / max(1, |a| + |t|)
+        a = min(1, 1 + speed),  t = s turn
 
-    speed and turn in [-1, 1]: -1 stands and 1 is the cruise speed, 1 turns left; s = sharpest_turn
-    is the sharpest turn, as a share of the largest difference between the wheels.
+    speed and turn in [-1, 1]: -1 stands and 0 or more is the cruise speed, 1 turns left; s =
+    sharpest_turn is the sharpest turn, as a share of the largest difference between the wheels.
 
     >>> drive_to_wheels(0.0, 0.0, 0.3)
+    (1.0, 1.0)
+    """
+    return wheels_of(min(1.0, 1.0 + speed), sharpest_turn * turn)
+
+
+@kernel
+def drive_v1_to_wheels(speed: float, turn: float, sharpest_turn: float) -> tuple[float, float]:
+    """As `drive_to_wheels`, but with a = (speed + 1) / 2: 0 is half the cruise speed.
+
+    >>> drive_v1_to_wheels(0.0, 0.0, 0.3)
     (0.5, 0.5)
     """
-    a, t = 0.5 * (speed + 1.0), sharpest_turn * turn
-    most = max(1.0, abs(a) + abs(t))
-    return (a - t) / most, (a + t) / most
+    return wheels_of(0.5 * (speed + 1.0), sharpest_turn * turn)
+
+
+@kernel
+def wheels_towards(angle: float, creep: float) -> tuple[float, float]:
+    """Left and right wheel, in [-1, 1], towards a direction of the body frame [rad].
+
+    forward = max(cos angle, creep),  turn = angle / FULL_TURN_AT in [-1, 1]
+    left, right = forward -+ turn, scaled so that the faster wheel is at most 1
+    """
+    forward = max(cos(angle), creep)
+    turn = min(max(angle / FULL_TURN_AT, -1.0), 1.0)
+    scale = max(1.0, forward + abs(turn))
+    return (forward - turn) / scale, (forward + turn) / scale
 
 
 @kernel

@@ -11,15 +11,18 @@ its own numbers; robots of another controller, which are not `is_member`, are le
 import math
 from typing import Any
 
-from swarm_forage_env.arrays import Array, Int64
+from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.control import apply_wheels
 from swarm_forage_env.epuck.fault_effects import is_lying, is_stale
 from swarm_forage_env.epuck.fault_record import Lie
-from swarm_forage_env.epuck.records import Action
-from swarm_forage_env.foraging.inputs import clear_exchange
-from swarm_forage_env.foraging.records import Exchange, RobotState
-from swarm_forage_env.interface import CORRECT, KEEP, Kernel
+from swarm_forage_env.epuck.records import Action, Readings
+from swarm_forage_env.equations.differential_drive import wheels_towards
+from swarm_forage_env.equations.elementary import atan2
+from swarm_forage_env.equations.geometry import wrap
+from swarm_forage_env.foraging.inputs import clear_exchange, goal_of
+from swarm_forage_env.foraging.records import Exchange, RobotState, Situation
+from swarm_forage_env.interface import CORRECT, COURSE, KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import NOT_FINITE, Arrays, note
@@ -41,6 +44,9 @@ has_something_to_say: Kernel
 Mind = Any
 """What the chosen estimator keeps of a robot: a record."""
 
+WIDEST_OFF_COURSE = math.pi / 3.0
+"""How far off the course to its target or of its walk a learner can steer [rad] (chosen)."""
+
 
 @kernel
 def repeat(mind: Record) -> None:
@@ -50,6 +56,29 @@ def repeat(mind: Record) -> None:
 @kernel
 def falsify(mind: Record, lie: Lie) -> None:
     """Falsify nothing: the default of an estimator without this function."""
+
+
+@kernel
+def reflex(
+    situation: Situation,
+    readings: Readings,
+    wheels: Float32[Array, "2"],
+    memory: Record,
+    numbers: Numbers,
+) -> bool:
+    """Do nothing: the default of a motion that has no reflexes. Whether one steered."""
+    return False
+
+
+@kernel
+def walk(
+    situation: Situation,
+    wheels: Float32[Array, "2"],
+    is_free: bool,
+    memory: Record,
+    numbers: Numbers,
+) -> None:
+    """Leave the walk straight ahead: the default of a motion that has none."""
 
 
 @kernel
@@ -130,17 +159,34 @@ def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
 
 
 @row_template
+def move(robot: RobotState, situation: Situation, memory: Record, settings: Numbers) -> None:
+    """Turn the wheels of a robot: by the motion, by a learner, or by reflexes before it.
+
+    Free names: steer, reflex, walk.
+    """
+    action, wheels, numbers = robot.action, robot.command.wheels, settings.motion
+    is_free = True
+    if action.motion == KEEP or action.motion == CORRECT:
+        steer(situation, robot.readings, robot.heard, wheels, memory, numbers)
+    elif action.has_reflexes:
+        is_free = not reflex(situation, robot.readings, wheels, memory, numbers)
+    if is_free and action.motion == COURSE:
+        steer_off_course(situation, action, wheels)
+    elif is_free:
+        apply_wheels(action, situation.is_talking > 0.0, wheels)
+    if action.is_walking:
+        walk(situation, wheels, is_free, memory, numbers)
+
+
+@row_template
 def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: Numbers) -> bool:
     """Steer a robot, merge what it heard, choose whether it speaks; are all its numbers finite?
 
     The wheels are decided before the merge: both layers use one observation.
-    Free names: steer, is_asked, gain, merge, has_something_to_say.
+    Free names: those of move; is_asked, gain, merge, has_something_to_say.
     """
-    situation, exchange, action = mind.situation, mind.exchange, robot.action
-    wheels = robot.command.wheels
-    if action.motion == KEEP or action.motion == CORRECT:
-        steer(situation, robot.readings, robot.heard, wheels, memory, settings.motion)
-    apply_wheels(action, situation.is_talking > 0.0, wheels)
+    exchange, action, wheels = mind.exchange, robot.action, robot.command.wheels
+    move(robot, mind.situation, memory, settings)
     is_finite = math.isfinite(wheels[0] + wheels[1])
     if exchange.is_valid:
         for area in range(2):
@@ -153,6 +199,19 @@ def act(robot: RobotState, mind: Mind, memory: Record, shared: Array, settings: 
     robot.command.is_speaking = has_something_to_say(mind, settings.estimator)
     mind.is_composed = False
     return is_finite
+
+
+@kernel
+def steer_off_course(situation: Situation, action: Action, wheels: Float32[Array, "2"]) -> None:
+    """Steer off the course to the target, or without a goal off that of the walk.
+
+    angle  = atan2(course) + a_1 WIDEST_OFF_COURSE
+    wheels = a_0 wheels_towards(angle)
+    """
+    course = situation.target if goal_of(situation.goal) >= 0 else situation.walk
+    angle = wrap(atan2(course[1], course[0]) + action.wheels[1] * WIDEST_OFF_COURSE)
+    left, right = wheels_towards(angle, 0.0)
+    wheels[0], wheels[1] = action.wheels[0] * left, action.wheels[0] * right
 
 
 @row_template

@@ -4,11 +4,12 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.compiler import kernel
-from swarm_forage_env.epuck.policies import WHEELS, slots
+from swarm_forage_env.epuck.policies import STEERINGS, WHEELS, slots
 from swarm_forage_env.epuck.records import Action, Command, Heard, Readings
 from swarm_forage_env.foraging.records import WORDS, Exchange, RobotState, Said, Situation
 from swarm_forage_env.observed_fields import FieldPath, paths
-from swarm_forage_env.policy_interface import PolicyInterface
+from swarm_forage_env.policy_interface import PolicyInterface, Steering
+from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.ticks import Arrays
 
 _ENCOUNTER = paths(
@@ -29,14 +30,43 @@ _SITUATION = (
     *paths("situation", "robots.command", Command, "wheels"),
 )
 
+_WALK = (
+    FieldPath(
+        "situation", "minds.estimator.situation", Situation, "walk", label="target.direction"
+    ),
+)
+
 _RAW = (
     *paths("readings", "robots.readings", Readings, "proximity ground odometry"),
     *paths("heard", "robots.heard", Heard, "is_valid range_bearing n_averaged"),
     *paths("heard", "minds", Said, "heard"),
 )
 
+
+@kernel
+def course_to_command(speed: float, angle: float, sharpest_turn: float) -> tuple[float, float]:
+    """The speed as a share of the cruise speed, min(1, 1 + speed), and the angle off the course."""
+    return min(1.0, 1.0 + speed), angle
+
+
 _WEIGHTS = paths("", "robots.action", Action, "weight")
 
+
+FORAGING_STEERINGS = {
+    **STEERINGS,
+    "course": Steering(
+        Layout(
+            (
+                Feature("course.speed", "-1 stands, 0 is the cruise speed", -1.0, 1.0),
+                Feature("course.angle", "of 60 degrees off the course, to the left", -1.0, 1.0),
+            )
+        ),
+        choices=((1.0, 0.0), (1.0, 0.5), (1.0, -0.5), (1.0, 1.0), (1.0, -1.0), (-1.0, 0.0)),
+        command=course_to_command,
+        is_course=True,
+    ),
+}
+"""How a policy can steer a robot that knows where it is heading, too."""
 
 N_SYMBOLS = 4
 """Messages among which a discrete action of everything chooses, beside silence."""
@@ -61,6 +91,7 @@ LEARNABLE = {
         can_correct=True,
         is_steering=True,
         target="situation.target",
+        walk=_WALK,
     ),
     "both": PolicyInterface(
         _ENCOUNTER + _SITUATION,
@@ -71,6 +102,7 @@ LEARNABLE = {
         can_correct=True,
         is_steering=True,
         target="situation.target",
+        walk=_WALK,
     ),
     "everything": PolicyInterface(
         _RAW,

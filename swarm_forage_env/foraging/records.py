@@ -177,6 +177,12 @@ class Situation(Record):
     is_talking: float = flag(label="talking")
     """An exchange is under way: standing still makes its readings better."""
 
+    walk: Float32[Array, "2"] = field(
+        np.float32, 2, unit="ratio", names=("xy",), start=(1.0, 0.0), **SPEED
+    )
+    """Unit vector of the course of the robot's random walk, body frame, by its own odometry;
+    kept where a learner steers. Straight ahead under a motion that has no walk. Writer: decide."""
+
 
 class Said(Record):
     """What a learner of everything says and hears."""

@@ -1,6 +1,6 @@
 """The task of foraging, as the rest of the code knows it."""
 
-from swarm_forage_env.epuck.policies import STEERINGS, slots
+from swarm_forage_env.epuck.policies import slots
 from swarm_forage_env.epuck.task import gpu_task
 from swarm_forage_env.foraging.control import decide_world
 from swarm_forage_env.foraging.drawing import scene_of, stage_of
@@ -11,7 +11,12 @@ from swarm_forage_env.foraging.global_state import (
     log_beliefs,
     log_counts,
 )
-from swarm_forage_env.foraging.policies import LEARNABLE, carry_out, hear_words
+from swarm_forage_env.foraging.policies import (
+    FORAGING_STEERINGS,
+    LEARNABLE,
+    carry_out,
+    hear_words,
+)
 from swarm_forage_env.foraging.records import RobotState, Said
 from swarm_forage_env.foraging.rewards import FORAGING_POTENTIAL, ForagingEvents
 from swarm_forage_env.foraging.scenario import Scenario
@@ -29,7 +34,7 @@ FORAGING = Task(
     agent="epuck",
     steered_by=("robots.readings", "robots.heard"),
     policies=LEARNABLE,
-    steerings=STEERINGS,
+    steerings=FORAGING_STEERINGS,
     gpu=gpu_task(RobotState, {True: log_beliefs, False: log_counts}),
     no_layers=NoLayers(Said, carry_out, hear_words, slots),
     potential=FORAGING_POTENTIAL,

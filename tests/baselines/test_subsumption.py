@@ -13,10 +13,10 @@ from baselines.motion.subsumption import (
     obstacle,
     steer,
     way_round,
-    wheels_towards,
 )
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.epuck.records import Heard, Readings
+from swarm_forage_env.equations.differential_drive import wheels_towards
 from swarm_forage_env.equations.random_draws import GOLDEN, symmetric
 from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.loop import Loop

@@ -42,7 +42,8 @@ BELIEVED = {"foraging": "p_nest", "waypoints": "believed_x"}
 
 def forms(task):
     """The names of policies of all layers, and of some in other forms."""
-    own, (_, other) = f"controller={task.controller}", task.steerings
+    own = f"controller={task.controller}"
+    (other,) = {"wheels", "pull"} & {*task.steerings}
     plain = {learn: f"n{len(each.action)},learn={learn}" for learn, each in task.policies.items()}
     names = [*plain.values()]
     for learn in ("motion", "everything"):
@@ -171,11 +172,11 @@ def test_a_model_that_does_not_fit_is_refused_before_anything_runs(command, mode
 
 @pytest.mark.parametrize(
     ("said", "assumed"),
-    [("", "residual=false, action=drive, sharpest_turn=0.3, discrete=false, observation=layer,"
-          " normalise=true, stack=1, decision_period=10, controller=ssgikf;"),
-     (",decision_period=3,action=wheels,controller=ssgiff", "residual=false, action=wheels,"
-      " sharpest_turn=0.3, discrete=false, observation=layer, normalise=true, stack=1,"
-      " decision_period=3, controller=ssgiff;")],
+    [("", "residual=0, action=drive, reflexes=true, walk=true, sharpest_turn=0.3, discrete=false,"
+          " observation=layer, normalise=true, stack=1, decision_period=10, controller=ssgikf;"),
+     (",decision_period=3,action=wheels,controller=ssgiff", "residual=0, action=wheels,"
+      " reflexes=false, walk=true, sharpest_turn=0.3, discrete=false, observation=layer,"
+      " normalise=true, stack=1, decision_period=3, controller=ssgiff;")],
 )  # fmt: skip
 def test_what_is_assumed_of_a_model_without_a_card_is_told_once(command, tmp_path, said, assumed):
     env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic")

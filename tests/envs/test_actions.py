@@ -20,7 +20,8 @@ unit = st.floats(-1.0, 1.0, width=32)
 @pytest.mark.parametrize(
     ("speed", "turn", "wheels"),
     [
-        (0.0, 0.0, (0.5, 0.5)),
+        (0.0, 0.0, (1.0, 1.0)),
+        (-0.5, 0.0, (0.5, 0.5)),
         (-1.0, 0.0, (0.0, 0.0)),
         (1.0, 0.0, (1.0, 1.0)),
         (-1.0, 1.0, (-0.3, 0.3)),
@@ -54,7 +55,8 @@ def wheels_after(given, **options):
 
 
 def test_the_usual_action_is_a_drive_and_wheels_are_wheels():
-    assert_allclose(wheels_after([0.0, 0.0]), [0.5, 0.5])
+    assert_allclose(wheels_after([0.0, 0.0]), [1.0, 1.0])
+    assert_allclose(wheels_after([0.0, 0.0], action="drive-v1"), [0.5, 0.5])
     assert_allclose(wheels_after([-1.0, 1.0], sharpest_turn=0.5), [-0.5, 0.5])
     assert_allclose(wheels_after([-1.0, 0.25], action="wheels"), [-1.0, 0.25])
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import swarm_forage_env  # noqa: F401 enters the ids
-from swarm_forage_env import swarm_forage_v1
+from swarm_forage_env import swarm_forage_v2
 from training.vec_env import SwarmVecEnv
 
 ENGINES = "kinematic", "rigid"
@@ -41,17 +41,17 @@ def sb3_step(env, rng):
 
 MADE = {
     "pettingzoo": (
-        lambda **given: swarm_forage_v1.parallel_env("es1", **given),
+        lambda **given: swarm_forage_v2.parallel_env("es1", **given),
         lambda env: env.reset(seed=3),
         dict_step,
     ),
     "gymnasium": (
-        lambda **given: gymnasium.make("SwarmForage/ES1-v1", **given),
+        lambda **given: gymnasium.make("SwarmForage/ES1-v2", **given),
         lambda env: env.reset(seed=3),
         single_step,
     ),
     "vector": (
-        lambda **given: gymnasium.make_vec("SwarmForage/ES1-v1", num_envs=2, **given),
+        lambda **given: gymnasium.make_vec("SwarmForage/ES1-v2", num_envs=2, **given),
         lambda env: env.reset(seed=3),
         vector_step,
     ),

@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.swarm_forage_v0 import parallel_env
+from tests.commands import parallel_env
 
 STEPS = 500
 
@@ -39,7 +39,7 @@ def digest_elsewhere(learn, hash_seed):
     code = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
         "import baselines.controllers\n"
-        "from swarm_forage_env.swarm_forage_v0 import parallel_env\n"
+        "from tests.commands import parallel_env\n"
         "from test_determinism import digest\n"
         "print(digest(parallel_env(learn=sys.argv[2]), 11))"
     )

@@ -24,10 +24,10 @@ from swarm_forage_env import ConfigError, UnknownNameError
 from swarm_forage_env.envs.registration import NAMES
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import SCENARIOS
-from swarm_forage_env.swarm_forage_v0 import parallel_env
+from tests.commands import parallel_env
 from tests.outside import OutsideMotion, motion_inputs
 
-SINGLE, JOINT, TUPLE = (f"SwarmForage/ES1{kind}-v0" for kind in ("", "-Joint", "-Tuple"))
+SINGLE, JOINT, TUPLE = (f"Commands/ES1{kind}-v0" for kind in ("", "-Joint", "-Tuple"))
 FEW = {"task.n_robots": 3}
 
 every_kind = pytest.mark.parametrize("made", [SINGLE, JOINT, TUPLE])
@@ -36,25 +36,25 @@ every_kind = pytest.mark.parametrize("made", [SINGLE, JOINT, TUPLE])
 def test_every_scenario_has_its_ids():
     assert set(NAMES) == set(SCENARIOS)
     kinds = "", "-Joint", "-Tuple"
-    names = product(NAMES.values(), kinds, (0, 1))
+    names = product(NAMES.values(), kinds, (1, 2))
     ids = {f"SwarmForage/{name}{kind}-v{version}" for name, kind, version in names}
     assert {each for each in gym.registry if each.startswith("SwarmForage/")} == ids
     for scenario, name in NAMES.items():
-        assert gym.spec(f"SwarmForage/{name}-Joint-v1").kwargs == {"scenario": scenario}
+        assert gym.spec(f"SwarmForage/{name}-Joint-v2").kwargs == {"scenario": scenario}
 
 
 @pytest.mark.parametrize("kind", ["", "-Joint"])
 @pytest.mark.parametrize("name", NAMES.values())
 def test_gymnasium_accepts_the_single_learner_and_the_joint_env(name, kind):
-    check_env(gym.make(f"SwarmForage/{name}{kind}-v1").unwrapped)
+    check_env(gym.make(f"SwarmForage/{name}{kind}-v2").unwrapped)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*Box observation space m.*infinity")
-        check_env(gym.make(f"SwarmForage/{name}{kind}-v0").unwrapped)
+        check_env(gym.make(f"Commands/{name}{kind}-v0").unwrapped)
 
 
 @pytest.mark.parametrize("name", NAMES.values())
 def test_gymnasium_accepts_the_tuple_env_but_for_its_list_of_rewards(name):
-    env = gym.make(f"SwarmForage/{name}-Tuple-v1")
+    env = gym.make(f"SwarmForage/{name}-Tuple-v2")
     with pytest.warns(UserWarning, match="reward returned by `step\\(\\)` must be a float") as told:
         check_env(env.unwrapped)
     assert len(told) == 1
@@ -62,9 +62,9 @@ def test_gymnasium_accepts_the_tuple_env_but_for_its_list_of_rewards(name):
 
 @pytest.mark.parametrize("learn", ["weighting", "motion", "both", "everything"])
 def test_gymnasium_accepts_every_layer(learn):
-    check_env(gym.make("SwarmForage/ES1-Joint-v1", learn=learn).unwrapped)
+    check_env(gym.make("SwarmForage/ES1-Joint-v2", learn=learn).unwrapped)
     if learn != "everything":
-        check_env(gym.make("SwarmForage/ES1-v1", learn=learn).unwrapped)
+        check_env(gym.make("SwarmForage/ES1-v2", learn=learn).unwrapped)
 
 
 def test_true_is_no_choice_of_a_tuple_env():
@@ -79,7 +79,7 @@ def test_an_id_brings_its_module_and_the_import_brings_nothing_heavy():
         "import sys, swarm_forage_env\n"
         "heavy = {'numba', 'pydantic', 'pymunk', 'baselines'} & set(sys.modules)\n"
         "import gymnasium, baselines.controllers\n"
-        f"env = gymnasium.make('swarm_forage_env:{SINGLE}', learn='weighting')\n"
+        "env = gymnasium.make('swarm_forage_env:SwarmForage/ES1-v2', learn='weighting')\n"
         "print(sorted(heavy), env.unwrapped.action_layout.names)"
     )
     run = subprocess.run(

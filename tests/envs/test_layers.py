@@ -22,7 +22,7 @@ from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.records import WORDS
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.swarm_forage_v0 import parallel_env
+from tests.commands import parallel_env
 from tests.outside import OutsideMotion, motion_inputs
 
 TICKS = 3000

@@ -8,7 +8,7 @@ from numpy.testing import assert_array_equal
 
 from swarm_forage_env import ConfigError
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.swarm_forage_v0 import parallel_env
+from tests.commands import parallel_env
 
 every_layer = pytest.mark.parametrize("learn", list(LEARNABLE))
 

@@ -7,7 +7,7 @@ from numpy.testing import assert_array_equal
 from swarm_forage_env import ConfigError, UnknownNameError, find_scenario
 from swarm_forage_env.controllers import find_controllers
 from swarm_forage_env.registry import CONTROLLERS
-from swarm_forage_env.swarm_forage_v0 import parallel_env
+from tests.commands import parallel_env
 
 ES1 = find_scenario("es1")
 

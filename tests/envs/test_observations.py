@@ -67,7 +67,17 @@ def test_the_target_has_a_direction_of_length_one(busy):
     has_goal = seen[..., goal] == 0.0
     assert has_goal.any()
     assert_allclose(length[has_goal], 1.0, atol=1e-5)
-    assert_array_equal(length[~has_goal], 0.0)
+    assert_allclose(length[~has_goal], 1.0, atol=1e-5)  # of the walk
+
+
+def test_without_a_walk_no_goal_is_no_direction(busy):
+    env = ArrayEnv(busy, 4, learners=None, walk=False, physics="kinematic")
+    at = env.observation_layout.names.index("situation.target.direction.x")
+    goal = env.observation_layout.names.index("situation.goal.none")
+    seen, _ = steps(env, 400)
+    has_goal = seen[..., goal] == 0.0
+    assert_array_equal(seen[~has_goal][:, at : at + 2], 0.0)
+    assert_allclose(np.hypot(*seen[has_goal][:, at : at + 2].T), 1.0, atol=1e-5)
 
 
 def test_additions_are_what_they_say():
@@ -84,7 +94,7 @@ def test_additions_are_what_they_say():
     assert_array_equal(seen[..., n + 6 :], 0.0)
     seen, *_ = env.step(np.zeros((2, 4, 2), np.float32))
     assert_allclose(seen[..., n], 0.9)
-    assert_array_equal(seen[..., n + 6 :], 0.5)  # zeros drive at half speed
+    assert_array_equal(seen[..., n + 6 :], 1.0)  # zeros drive at full speed
 
 
 def test_frames_are_stacked_the_newest_last_and_a_reset_begins_anew():

@@ -52,7 +52,7 @@ def test_agents_in_turn_are_as_bare_as_in_parallel():
     turns = raw_env(learn="weighting", max_cycles=3, **few)
     turns.reset(seed=1)
     assert turns.possible_agents == ["epuck_0", "epuck_1", "epuck_2", "epuck_3"]
-    assert turns.metadata["name"] == "swarm_forage_v1"
+    assert turns.metadata["name"] == "swarm_forage_v2"
     assert turns.unwrapped.render_mode is None
 
 

@@ -8,7 +8,7 @@ from numpy.testing import assert_array_equal
 
 from swarm_forage_env import ConfigError, UnknownNameError
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.swarm_forage_v0 import env, parallel_env
+from tests.commands import env, parallel_env
 from training.vec_env import SwarmVecEnv
 
 
@@ -210,8 +210,8 @@ def test_unknown_options_of_reset_are_refused_but_that_of_pettingzoos_tests(runn
 
 MISUSED = {
     "pettingzoo": lambda: parallel_env("es1"),
-    "gymnasium": lambda: gymnasium.make("SwarmForage/ES1-v1").unwrapped,
-    "vector": lambda: gymnasium.make_vec("SwarmForage/ES1-v1", num_envs=2),
+    "gymnasium": lambda: gymnasium.make("SwarmForage/ES1-v2").unwrapped,
+    "vector": lambda: gymnasium.make_vec("SwarmForage/ES1-v2", num_envs=2),
     "array": lambda: ArrayEnv("es1", 2),
 }
 

@@ -12,18 +12,18 @@ from pettingzoo.test import (
     seed_test,
 )
 
-from swarm_forage_env import parallel_env, swarm_forage_v0, swarm_forage_v1
+from swarm_forage_env import parallel_env, swarm_forage_v1, swarm_forage_v2
 from swarm_forage_env.envs.registration import NAMES, register_with_pettingzoo
 
 ids = pytest.mark.parametrize("scenario", NAMES)
 
 
 def made(kind, scenario="es1", **options):
-    return pettingzoo.make(kind, f"swarm_forage/{scenario}-v1", **options)
+    return pettingzoo.make(kind, f"swarm_forage/{scenario}-v2", **options)
 
 
 def test_every_scenario_is_in_both_registries():
-    expected = {f"swarm_forage/{scenario}-v{v}" for scenario in NAMES for v in (0, 1)}
+    expected = {f"swarm_forage/{scenario}-v{v}" for scenario in NAMES for v in (1, 2)}
     for registry in (pettingzoo.aec_registry, pettingzoo.parallel_registry):
         assert {each for each in registry if each.startswith("swarm_forage/")} == expected
 
@@ -59,9 +59,9 @@ def test_an_id_is_its_environment_with_its_keywords(constant):
 
 
 def test_the_module_is_laid_out_as_pettingzoos_are():
-    for module in (swarm_forage_v0, swarm_forage_v1):
+    for module in (swarm_forage_v1, swarm_forage_v2):
         max_cycles_test(module)
-        assert module.raw_env().metadata["name"] == "swarm_forage_v1"
+        assert module.raw_env().metadata["name"] == "swarm_forage_v2"
 
 
 def test_a_pettingzoo_without_registry_is_let_be(monkeypatch):

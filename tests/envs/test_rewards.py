@@ -9,7 +9,7 @@ from swarm_forage_env.foraging.rewards import potential
 from swarm_forage_env.foraging.scenario import Scenario, Task
 from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.swarm_forage_v0 import parallel_env
+from tests.commands import parallel_env
 
 STEPS = 1500
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.swarm_forage_v0 import parallel_env
+from tests.commands import parallel_env
 
 
 def assert_within(space, value):

@@ -5,8 +5,8 @@ import pytest
 
 from swarm_forage_env.foraging.global_state import INFOS
 from swarm_forage_env.foraging.policies import LEARNABLE
-from swarm_forage_env.swarm_forage_v0 import parallel_env
 from tests.beliefs import localisation_error
+from tests.commands import parallel_env
 
 
 @pytest.fixture(scope="module")

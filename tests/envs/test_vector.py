@@ -8,10 +8,11 @@ from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode
 from numpy.testing import assert_array_equal
 
+import tests.commands  # noqa: F401 enters its ids
 from swarm_forage_env import ConfigError
 
 WORLDS = 3
-SINGLE, JOINT = "SwarmForage/ES1-v0", "SwarmForage/ES1-Joint-v0"
+SINGLE, JOINT = "Commands/ES1-v0", "Commands/ES1-Joint-v0"
 BUSY = {"robot.cruise_speed": 0.12, "task.area_distance": 0.7, "sensors.wheel_noise": 0.02}
 
 
@@ -61,8 +62,8 @@ def assert_equal_for(steps, block, single):
         (JOINT, {"learn": "motion", "shaping": 0.3, **BUSY}, "SameStep"),
         (JOINT, {"learn": "weighting", "shaping": 0.3, "reward": "team", **BUSY}, "NextStep"),
         (JOINT, {"learn": "everything"}, "NextStep"),
-        ("SwarmForage/Waypoints-05-v0", {"learn": "motion", "shaping": 1.0}, "SameStep"),
-        ("SwarmForage/Waypoints-10-Joint-v0", {"learn": "both"}, "NextStep"),
+        ("Commands/Waypoints-05-v0", {"learn": "motion", "shaping": 1.0}, "SameStep"),
+        ("Commands/Waypoints-10-Joint-v0", {"learn": "both"}, "NextStep"),
     ],
 )
 def test_a_block_is_its_single_environments(made, options, mode):

@@ -19,9 +19,9 @@ from swarm_forage_env import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.swarm_forage_v0 import parallel_env
 from swarm_forage_env.waypoints.policies import LEARNABLE
 from swarm_forage_env.waypoints.records import WORDS
+from tests.commands import parallel_env
 from tests.outside import OutsideMotion, motion_inputs, weigh
 
 SEED, TICKS = 7, 150

@@ -83,7 +83,7 @@ def test_backwards_along_the_same_arc_leads_back(left, right, theta):
     ("speed", "turn", "left", "right"),
     [
         (-1.0, 0.0, 0.0, 0.0),
-        (0.0, 1.0, 0.2, 0.8),
+        (-0.5, 1.0, 0.2, 0.8),
         (-1.0, -1.0, 0.3, -0.3),
         (1.0, 1.0, 0.7 / 1.3, 1.0),  # slowed down, so that the faster wheel is at its limit
         (1.0, -1.0, 1.0, 0.7 / 1.3),

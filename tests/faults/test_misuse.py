@@ -43,7 +43,7 @@ def made(kind, options):
         return ArrayEnv("es1", 2, **options)
     if kind == "sb3":
         return SwarmVecEnv("es1", n_worlds=2, **options)
-    return gymnasium.make("SwarmForage/ES1-Joint-v1", disable_env_checker=True, **options).unwrapped
+    return gymnasium.make("SwarmForage/ES1-Joint-v2", disable_env_checker=True, **options).unwrapped
 
 
 def step_with(env, kind, junk, rng):

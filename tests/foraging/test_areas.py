@@ -12,7 +12,7 @@ from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.swarm_forage_v0 import parallel_env
+from tests.commands import parallel_env
 
 NEST_AREA = {"kind": "nest", "centre": [-0.7, 0.0]}
 SECOND_NEST = {"kind": "nest", "centre": [-0.5, 0.4], "worth": 2.0}

@@ -17,13 +17,12 @@ from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.gymnasium_env import LearnerEnv
-from swarm_forage_env.envs.registration import keywords_of
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.record import rows
 from swarm_forage_env.registry import CONTROLLERS, REFERENCES
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.swarm_forage_v0 import parallel_env
 from swarm_forage_env.task import task_of
+from tests.commands import commands_of, parallel_env
 
 Readout = dict[str, bytes]
 
@@ -33,7 +32,7 @@ WORDS = 12
 ENVIRONMENTS = {
     "parallel": parallel_env,
     "learner": lambda scenario, **options: LearnerEnv(
-        scenario=scenario, **keywords_of(0, scenario), **options
+        scenario=scenario, **commands_of(scenario), **options
     ),
 }
 

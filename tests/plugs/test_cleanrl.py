@@ -93,7 +93,7 @@ def ppo_loop(ppo, chosen, scenario):
     from swarm_forage_env.loop import Loop
 
     controller = ppo.find_controller(f"torchscript:{chosen.out}/policy.pt")
-    return Loop(scenario, controller, [3], "kinematic")
+    return Loop(scenario, controller, [3])
 
 
 def test_the_kept_policy_is_compared_with_others(ppo, monkeypatch, options, capsys):

@@ -58,7 +58,7 @@ def test_what_supersuit_rescales_by_bounds_still_differs():
 
 
 def test_what_gymnasium_rescales_by_bounds_still_differs():
-    made = gym.make("SwarmForage/ES1-v1", **{**FEW, "max_cycles": 400})
+    made = gym.make("SwarmForage/ES1-v2", **{**FEW, "max_cycles": 400})
     low, high = np.float32(-1.0), np.float32(1.0)
     scaled = RescaleObservation(made, low, high)
     seen = [scaled.reset(seed=0)[0]]

@@ -4,7 +4,7 @@ import numpy as np
 import pygame
 import pytest
 
-from swarm_forage_env import swarm_forage_v1
+from swarm_forage_env import swarm_forage_v2
 from swarm_forage_env.envs.manual_policy import ManualPolicy, action_of
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.rendering import window as windows
@@ -29,7 +29,7 @@ def let_go(key):
 @pytest.fixture
 def driven():
     """An environment with a window, in which robot 3 is driven."""
-    made = swarm_forage_v1.parallel_env("es1", render_mode="human", **few)
+    made = swarm_forage_v2.parallel_env("es1", render_mode="human", **few)
     made.reset(seed=1)
     made.window.speed = 3.0
     yield made, ManualPolicy(made, 3)
@@ -101,10 +101,10 @@ def test_a_window_that_lost_the_focus_holds_no_arrow(driven):
 
 
 def test_agents_in_turn_are_driven_as_pettingzoo_has_it():
-    env = swarm_forage_v1.env("es1", render_mode="human", decision_period=1, max_cycles=3)
+    env = swarm_forage_v2.env("es1", render_mode="human", decision_period=1, max_cycles=3)
     env.reset(seed=0)
     env.unwrapped.window.speed = 3.0
-    manual_policy = swarm_forage_v1.ManualPolicy(env)
+    manual_policy = swarm_forage_v2.ManualPolicy(env)
     assert manual_policy.available_agents["epuck_9"] == 9
     press(pygame.K_UP)
     given = []
@@ -124,7 +124,7 @@ def test_agents_in_turn_are_driven_as_pettingzoo_has_it():
 
 def test_what_cannot_be_driven_is_refused():
     def made(**options):
-        return swarm_forage_v1.parallel_env(**{"render_mode": "human"} | few | options)
+        return swarm_forage_v2.parallel_env(**{"render_mode": "human"} | few | options)
 
     with pytest.raises(ConfigError, match="make the environment with render_mode='human'"):
         ManualPolicy(made(render_mode="rgb_array"))

@@ -12,8 +12,8 @@ from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.rendering import palette, viewer
 from swarm_forage_env.rendering.layout import Layout
 from swarm_forage_env.rendering.viewer import FRAME_WIDTH
-from swarm_forage_env.swarm_forage_v0 import env, parallel_env
 from swarm_forage_env.task import stage_of
+from tests.commands import env, parallel_env
 
 few = {"task.n_robots": 4, "task.duration": 3.0}
 

@@ -56,8 +56,8 @@ def test_an_environment_shows_its_moment_and_its_numbers():
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: gym.make("SwarmForage/ES1-v1", **few).unwrapped,
-        lambda: gym.make_vec("SwarmForage/ES1-v1", num_envs=3, **few),
+        lambda: gym.make("SwarmForage/ES1-v2", **few).unwrapped,
+        lambda: gym.make_vec("SwarmForage/ES1-v2", num_envs=3, **few),
         lambda: ArrayEnv("es1", n_worlds=3, controller=["nc"] * 5 + ["ssgikf"] * 5, **few),
         lambda: ArrayEnv("waypoints-05", max_cycles=3),
     ],

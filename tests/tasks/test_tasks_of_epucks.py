@@ -17,8 +17,8 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.swarm_forage_v0 import parallel_env
 from swarm_forage_env.task import task_of
+from tests.commands import parallel_env
 
 HERE = Path(__file__).parent
 
@@ -101,7 +101,7 @@ def test_its_motion_is_learned_through_every_face(scenario):
         earned += sum(rewards.values())
     assert np.isfinite(np.stack(list(observations.values()))).all()
     assert {"messages", "unshaped_reward"} == set(infos["epuck_0"])
-    envs = gym.make_vec("swarm_forage_env:SwarmForage/ES1-Joint-v1", num_envs=2, scenario=scenario)
+    envs = gym.make_vec("swarm_forage_env:SwarmForage/ES1-Joint-v2", num_envs=2, scenario=scenario)
     seen, _ = envs.reset(seed=3)
     assert seen.shape == envs.observation_space.shape
     with pytest.raises(ConfigError, match=f"the task {scenario} has no potential"):

@@ -18,8 +18,8 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.swarm_forage_v0 import parallel_env
 from swarm_forage_env.task import stage_of, task_of, task_of_episode
+from tests.commands import parallel_env
 from tests.outside import OutsideMotion
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -90,7 +90,7 @@ def test_its_motion_driven_from_outside_is_the_motion_inside():
     assert earned == sum(info["visits"] for info in infos.values()) > 0.0
 
 
-@pytest.mark.parametrize("kind", ["ES1-v1", "ES1-Joint-v1"])
+@pytest.mark.parametrize("kind", ["ES1-v2", "ES1-Joint-v2"])
 def test_gymnasium_runs_several_worlds_of_it(kind):
     envs = gym.make_vec(f"swarm_forage_env:SwarmForage/{kind}", num_envs=2, scenario="patrol-1")
     observations, _ = envs.reset(seed=3)

@@ -51,7 +51,8 @@ def kept(monkeypatch):
     names = list(read_rungs())[:2]
     found = [
         Run(name, "sb3_ppo", k, "key", {}, 1000, 60.0,
-            [{"robot_steps": 1000, "wall_s": 60.0, "scores": [7.0]}], (score,), {"numpy": "2"})
+            [{"robot_steps": 1000, "wall_s": 60.0, "scores": [7.0]}], (score,), (score,),
+            {"numpy": "2"})
         for name, k, score in zip(names, (0, 3), (7.0, 9.0), strict=True)
     ]  # fmt: skip
     monkeypatch.setattr(

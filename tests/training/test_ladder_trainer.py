@@ -28,7 +28,19 @@ def rung(tmp_path):
 def run_of(algorithm="sb3_ppo", seed=0, score=7.0, rung="tiny", steps=480):
     curve = [{"robot_steps": 240, "wall_s": 30.0, "scores": [1.0]},
              {"robot_steps": steps, "wall_s": 65.4, "scores": [score]}]  # fmt: skip
-    return Run(rung, algorithm, seed, "key", {}, steps, 65.4, curve, (score,), {"numpy": "2"})
+    return Run(
+        rung,
+        algorithm,
+        seed,
+        "key",
+        {},
+        steps,
+        65.4,
+        curve,
+        (score,),
+        (0.5 * score,),
+        {"numpy": "2"},
+    )
 
 
 def test_stable_baselines3_learns_rollout_by_rollout_and_is_watched(monkeypatch, rung):
@@ -55,7 +67,7 @@ def test_stable_baselines3_learns_rollout_by_rollout_and_is_watched(monkeypatch,
         evaluate=lambda steps, act, copy: evaluated.append((steps, act)),
     )  # fmt: skip
     monkeypatch.setattr(sb3_trainer, "SwarmVecEnv", make_env)
-    monkeypatch.setattr(sb3_trainer, "PPO", Model)
+    monkeypatch.setitem(sb3_trainer.MODELS, "", Model)
     monkeypatch.setattr(sb3_trainer, "_acting", lambda policy: ("acting", policy))
     monkeypatch.setattr(sb3_trainer.torch, "set_num_threads", threads.append)
     algorithm = Algorithm(
@@ -72,7 +84,7 @@ def test_stable_baselines3_learns_rollout_by_rollout_and_is_watched(monkeypatch,
     assert sb3_trainer.is_discrete(algorithm) is False
 
 
-def test_a_policy_acts_for_every_robot_of_every_world_without_chance():
+def test_a_policy_acts_for_every_robot_of_every_world_by_chance_or_without():
     asked = []
 
     def predict(rows, deterministic):
@@ -81,8 +93,9 @@ def test_a_policy_acts_for_every_robot_of_every_world_without_chance():
 
     act = sb3_trainer._acting(SimpleNamespace(predict=predict))
     seen = np.arange(24.0).reshape(2, 3, 4)
-    assert act(seen).tolist() == (2.0 * seen[..., :2]).tolist()
-    assert asked == [((6, 4), True)]
+    for by_chance in (False, True):
+        assert act(seen, by_chance).tolist() == (2.0 * seen[..., :2]).tolist()
+    assert asked == [((6, 4), True), ((6, 4), False)]
 
 
 @pytest.mark.parametrize(
@@ -103,14 +116,20 @@ def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(
     trainer = SimpleNamespace(is_discrete=lambda algorithm: discrete, train=train)
     monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: trainer)
     monkeypatch.setattr(
-        benchmark, "play", lambda *given: played.append(given) or [float(len(given[2]))]
+        benchmark,
+        "play",
+        lambda *given, by_chance=False: (
+            played.append((*given, by_chance)) or [len(given[2]) - 0.5 * by_chance]
+        ),
     )
     own = replace(rung, keywords={**TINY, **keywords})
     job = Job(own, read_algorithms()["sb3_ppo"], 4, 600)
     found = benchmark.make(job)
     told = {name: value for name, value in TINY.items() if name != "physics"} | given
-    assert played == [(told, 600, 1), (told, ("best", 4), [1000, 1001])]
-    assert (found.train_s, found.scores, found.seed, found.robot_steps) == (9.0, [2.0], 4, 600)
+    tested = [(told, ("best", 4), [1000, 1001], by_chance) for by_chance in (False, True)]
+    assert played == [(told, 600, 1), *tested]
+    assert (found.train_s, found.seed, found.robot_steps) == (9.0, 4, 600)
+    assert (found.scores, found.scores_by_chance) == ([2.0], [1.5])
     assert (found.rung, found.algorithm, found.key) == ("tiny", "sb3_ppo", job.key)
 
 
@@ -203,7 +222,7 @@ def test_random_actions_are_those_of_a_seed(rung):
     seen = np.zeros((2, 3, 5))
     for options, seed in (({}, 0), ({"seed": 4}, 4)):
         expected = np.random.default_rng(seed).uniform(space.low, space.high, (2, 3, 2))
-        found = random_actions(rung.test_keywords, **options)(seen)
+        found = random_actions(rung.test_keywords, **options)(seen, True)
         np.testing.assert_array_equal(found, expected.astype(np.float32))
 
 

@@ -69,7 +69,7 @@ def test_columns_are_those_of_a_part_wherever_it_stands():
         stems = {each.split(".")[1] for each in names[columns]}
         assert stems == {name}
     assert sum(len(names[columns]) for columns in COLUMNS.values()) == len(names)
-    after = LEARNABLE["both"].layout(SCENARIO).columns("situation")
+    after = LEARNABLE["both"].layout(SCENARIO, has_walk=False).columns("situation")
     assert after["proximity"] == slice(20, 28)
 
 

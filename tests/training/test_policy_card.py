@@ -54,13 +54,32 @@ def test_a_card_lies_beside_its_policy_and_is_read_again(tmp_path):
     written = save_policy_card(file, "es1", "ssgiff:beta=0.5", learn="motion", decision_period=5)
     assert written == tmp_path / "mine.json"
     card = read_policy_card(file)
-    assert (card.format, card.scenario, card.controller) == (1, "es1", "ssgiff:weighting.beta=0.5")
+    assert (card.format, card.scenario, card.controller) == (2, "es1", "ssgiff:weighting.beta=0.5")
     assert card.keywords.decision_period == 5
     assert len(card.observes) > 0
     text = written.read_text("utf-8")
     assert text.endswith("}\n")
     with pytest.raises(ConfigError, match=r"card x: format: .*; take it away, and say what"):
-        card_from(text.replace('"format": 1', '"format": 2'), "x")
+        card_from(text.replace('"format": 2', '"format": 3'), "x")
+
+
+@pytest.mark.parametrize(
+    ("scenario", "asked", "then"),
+    [
+        ("es1", {}, {"action": "drive-v1", "reflexes": False, "walk": False}),
+        ("es1", {"action": "wheels"}, {"action": "wheels", "reflexes": False, "walk": False}),
+        ("es1", {"residual": True}, {"action": None, "reflexes": False, "walk": False}),
+        ("waypoints-05", {}, {"action": None, "reflexes": None, "walk": True}),
+    ],
+)
+def test_a_card_of_version_1_says_what_was_the_default_then(tmp_path, scenario, asked, then):
+    text = save_policy_card(tmp_path / "p.pt", scenario, learn="motion", **asked).read_text("utf-8")
+    told = json.loads(text)
+    told["format"] = 1
+    for new in ("reflexes", "walk"):
+        del told["keywords"][new]
+    keywords = card_from(json.dumps(told), "x").keywords.model_dump()
+    assert {name: keywords[name] for name in then} == then
 
 
 def test_of_several_errors_of_a_card_the_first_is_told(policy_file, tmp_path):
@@ -70,7 +89,7 @@ def test_of_several_errors_of_a_card_the_first_is_told(policy_file, tmp_path):
     with pytest.raises(ConfigError, match=r"mine.json: format: "):
         load_policy(policy_file)
     written = save_policy_card(tmp_path / "other.zip", "es1", "ssgiff", learn="motion")
-    text = written.read_text().replace('"format": 1', '"format": 2')
+    text = written.read_text().replace('"format": 2', '"format": 3')
     with pytest.raises(ConfigError, match=r"card x: format: "):
         card_from(text.replace('"scenario": "es1"', '"scenario": 5'), "x")
 

@@ -149,12 +149,12 @@ def test_nothing_is_unpickled_unless_asked_for(model, scenario, tmp_path, monkey
 
 
 def test_a_model_without_a_card_says_which_numbers_do_not_fit(model, scenario, tmp_path):
-    model(decision_period=5, normalise=False, action="wheels")
+    model(decision_period=5, stack=2, action="wheels")
     without_card(tmp_path / "model.zip")
     bare = f"sb3:{tmp_path / 'model.zip'}"
     with pytest.raises(ConfigError, match=r"maps \d+ numbers to 2; .*learn=motion.*normalise=fal"):
         find_controller(bare).check_usable(scenario)
-    named = find_controller(f"{bare},normalise=false,action=wheels,decision_period=5")
+    named = find_controller(f"{bare},stack=2,action=wheels,decision_period=5")
     named.check_usable(scenario)
     assert named.policy.decision_period == 5
 

@@ -16,11 +16,12 @@ import numpy as np
 import pytest
 import torch
 from gymnasium.spaces import Discrete
-from stable_baselines3 import PPO
+from stable_baselines3 import PPO, SAC, TD3
 
 import training.controllers  # noqa: F401 the kinds of policies, also where no package is installed
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from training.sb3_policy import SavedModel, SB3Policy, _check_spaces, read_zip
 from training.vec_env import SwarmVecEnv
@@ -134,6 +135,72 @@ def test_a_model_that_explores_by_its_state_is_one_as_a_controller_too(tmp_path)
     observed = np.random.default_rng(0).uniform(-1, 1, (4, len(form.layout))).astype(np.float32)
     found = controller.policy.start(form)(observed)
     np.testing.assert_array_equal(found, made.predict(observed, deterministic=True)[0])
+
+
+def by_chance(file, observed, draws):
+    controller = find_controller(f"sb3:{file},chance=true")
+    return controller.policy.start_by_chance(controller.form(find_scenario("es1", NUMBERS)))(
+        observed, draws
+    )
+
+
+def observed_by(model):
+    size = model.observation_space.shape[0]
+    return np.random.default_rng(0).uniform(-1.0, 1.0, (4, size)).astype(np.float32)
+
+
+def test_by_chance_an_action_is_its_mean_and_a_draw_times_its_deviation(tmp_path):
+    made = saved(tmp_path / "m.zip", policy_kwargs={"log_std_init": -1.0})
+    observed, draws = observed_by(made), np.array([[0.0, 0.0], [1.0, -2.0], [0.5, 0.0], [0.0, 3.0]])
+    mean = made.policy.get_distribution(torch.as_tensor(observed)).mode().detach().numpy()
+    found = by_chance(tmp_path / "m.zip", observed, draws)
+    np.testing.assert_allclose(found, mean + np.exp(-1.0) * draws, atol=1e-6)
+
+
+def test_by_chance_a_choice_is_as_frequent_as_it_is_probable(tmp_path):
+    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", discrete=True, **NUMBERS)
+    made = PPO("MlpPolicy", env, n_steps=8, batch_size=8, seed=0, device="cpu")
+    made.save(tmp_path / "m.zip")
+    observed = np.repeat(observed_by(made)[:1], 1000, axis=0)
+    draws = (np.arange(1000.0)[:, None] + 0.5) / 1000.0
+    found = np.bincount(by_chance(tmp_path / "m.zip", observed, draws), minlength=5) / 1000.0
+    shares = made.policy.get_distribution(torch.as_tensor(observed[:1])).distribution.probs
+    np.testing.assert_allclose(found, shares.detach().numpy()[0], atol=1e-3)
+
+
+def test_by_chance_a_squashed_action_is_squashed_after_its_draw(tmp_path):
+    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS)
+    made = SAC("MlpPolicy", env, seed=0, device="cpu")
+    made.save(tmp_path / "m.zip")
+    observed, draws = observed_by(made), np.array([[0.0, 0.0], [1.0, -2.0], [0.5, 0.0], [0.0, 3.0]])
+    with torch.no_grad():
+        mean, log_std, _ = made.actor.get_action_dist_params(torch.as_tensor(observed))
+    wanted = np.tanh(mean.numpy() + log_std.exp().numpy() * draws)
+    np.testing.assert_allclose(by_chance(tmp_path / "m.zip", observed, draws), wanted, atol=1e-6)
+
+
+def test_one_seed_is_one_episode_by_chance_too(tmp_path):
+    saved(tmp_path / "m.zip")
+    world, name = find_scenario("es1", {**NUMBERS, "task.duration": 20.0}), f"sb3:{tmp_path}/m.zip"
+    poses = {}
+    for kind, seeds in {"once": (5, 6), "again": (6, 5)}.items():
+        loop = Loop(world, find_controller(f"{name},chance=true"), seeds, "kinematic")
+        for _ in range(100):
+            loop.step()
+        poses[kind] = loop.world.robots["pose"]
+    np.testing.assert_array_equal(poses["once"], poses["again"][::-1])
+    plain = Loop(world, find_controller(name), (5,), "kinematic")
+    for _ in range(100):
+        plain.step()
+    assert not np.array_equal(plain.world.robots["pose"][0], poses["once"][0])
+
+
+def test_a_policy_without_a_distribution_cannot_act_by_chance(tmp_path):
+    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS)
+    TD3("MlpPolicy", env, seed=0, device="cpu").save(tmp_path / "m.zip")
+    for name in (f"sb3:{tmp_path}/m.zip", "callable:numpy:zeros_like"):
+        with pytest.raises(ConfigError, match="chance=true: tells no distribution"):
+            find_controller(f"{name},chance=true").check_usable(find_scenario("es1", NUMBERS))
 
 
 def test_a_file_may_be_named_without_its_ending(tmp_path):

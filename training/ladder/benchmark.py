@@ -72,6 +72,7 @@ def make(job: Job) -> Run:
     watch = Watch(keywords, job.robot_steps, job.rung.card.curve_episodes)
     trainer.train(job.rung, job.algorithm, job.seed, watch)
     assert watch.best is not None
+    seeds = seeds_of_tests(job.rung.card.episodes)
     return Run(
         rung=job.rung.name,
         algorithm=job.algorithm.name,
@@ -81,6 +82,7 @@ def make(job: Job) -> Run:
         robot_steps=job.robot_steps,
         train_s=watch.curve[-1]["wall_s"],
         curve=watch.curve,
-        scores=play(keywords, watch.best, seeds_of_tests(job.rung.card.episodes)),
+        scores=play(keywords, watch.best, seeds),
+        scores_by_chance=play(keywords, watch.best, seeds, by_chance=True),
         versions=versions(),
     )

@@ -94,11 +94,12 @@ class _Watcher(Callback):  # type: ignore[misc]
 
 
 def _acting(policy: TensorDictModuleBase, group: str) -> Act:
-    def act(observations: Array) -> Array:
+    def act(observations: Array, by_chance: bool) -> Array:
+        how = ExplorationType.RANDOM if by_chance else ExplorationType.DETERMINISTIC
         worlds, robots = observations.shape[:2]
         seen = TensorDict({"observation": torch.from_numpy(observations)}, [worlds, robots])
         told = TensorDict({group: seen}, [worlds])
-        with torch.no_grad(), set_exploration_type(ExplorationType.DETERMINISTIC):
+        with torch.no_grad(), set_exploration_type(how):
             actions: Array = policy(told)[group, "action"].numpy()
         return actions
 

@@ -62,7 +62,10 @@ def _rung(rung: Rung, runs: Sequence[Run]) -> str:
     parts = [f"### {rung.name}", f"**{card.title}.** {card.hard}"]
     lines = [_reference(rung, name) for name in (RANDOM, *rung.references) if name in card.scores]
     lines += [_learned(row) for row in rows_of(rung, runs)] if runs else []
-    heads = (score_word(rung), "score", "normalised", "n", "robot-steps", "time of a training")
+    heads = (
+        score_word(rung), "score", "normalised", "worst seed", "by chance", "n", "robot-steps",
+        "time of a training",
+    )  # fmt: skip
     if lines:
         parts.append(markdown(heads, lines))
     if runs:
@@ -76,7 +79,7 @@ def _reference(rung: Rung, name: str) -> tuple[str, ...]:
     score = rung.card.scores[name]
     n = f"{score.episodes} episodes"
     label = name if name == RANDOM else f"`{name}`"
-    return label, shown(score), f"{rung.normalised(score.mean):.2f}", n, "", ""
+    return label, shown(score), f"{rung.normalised(score.mean):.2f}", "", "", n, "", ""
 
 
 def _learned(row: Row) -> tuple[str, ...]:
@@ -84,6 +87,8 @@ def _learned(row: Row) -> tuple[str, ...]:
         f"**{title_of(row.algorithm)}**",
         _with_interval(row.score.value, row.score.interval),
         f"{row.normalised:.2f}",
+        _with_interval(row.worst, None),
+        _with_interval(row.by_chance.value, row.by_chance.interval),
         _counted(row.seeds, "seed"),
         _millions(row.robot_steps),
         format_duration(row.train_s),

@@ -13,8 +13,9 @@ from swarm_forage_env.envs.array_env import ArrayEnv
 from training.experiment import HELD_BACK_SEEDS, TEST_SEEDS
 from training.ladder.rungs import Keywords
 
-Act = Callable[[Array], Array]
-"""Actions (worlds, robots, numbers) of observations (worlds, robots, numbers)."""
+Act = Callable[[Array, bool], Array]
+"""Actions (worlds, robots, numbers) of observations (worlds, robots, numbers); by chance, as in
+training, or without."""
 
 ROWS = 1000
 """Robots in a block, about."""
@@ -26,22 +27,24 @@ POINTS = 8
 """Evaluations of a curve, evenly spread over the robot-steps."""
 
 
-def play(keywords: Keywords, act: Act, seeds: Sequence[int]) -> list[float]:
+def play(
+    keywords: Keywords, act: Act, seeds: Sequence[int], by_chance: bool = False
+) -> list[float]:
     """The score in the episodes of these seeds: round trips of the swarm, or goals of a robot."""
     env = ArrayEnv(**keywords)
     at_once = max(1, ROWS // len(env.learners))
     found: list[float] = []
     for first in range(0, len(seeds), at_once):
-        found += _play_block(keywords, act, seeds[first : first + at_once])
+        found += _play_block(keywords, act, seeds[first : first + at_once], by_chance)
     return found
 
 
-def _play_block(keywords: Keywords, act: Act, seeds: Sequence[int]) -> list[float]:
+def _play_block(keywords: Keywords, act: Act, seeds: Sequence[int], by_chance: bool) -> list[float]:
     env = ArrayEnv(n_worlds=len(seeds), **keywords)
     observations, _ = env.reset(list(seeds))
     score, is_scored = np.zeros(len(seeds)), np.zeros(len(seeds), np.bool_)
     while not is_scored.all():
-        observations, *_ = env.step(act(observations))
+        observations, *_ = env.step(act(observations, by_chance))
         over = env.is_over
         if over.any():  # from exchange to exchange one world's episode ends before another's
             score = np.where(is_scored, score, _score(env))
@@ -75,7 +78,7 @@ def random_actions(keywords: Keywords, seed: int = 0) -> Act:
     """A policy that draws each action anew, evenly from the action space."""
     space, generator = ArrayEnv(**keywords).action_space, np.random.default_rng(seed)
 
-    def act(observations: Array) -> Array:
+    def act(observations: Array, by_chance: bool) -> Array:
         shape = (*observations.shape[:2], *space.shape)  # type: ignore[misc] # never None
         return generator.uniform(space.low, space.high, shape).astype(np.float32)  # type: ignore[union-attr]
 

@@ -146,7 +146,7 @@ class Algorithm(Part):
     name: str = Field("", description="That of its file")
     title: str = Field("", description="Its name on figures and pages")
     trainer: Literal["sb3", "benchmarl"] = Field("sb3", description="The library that trains it")
-    algorithm: str = Field("", description="Its name in BenchMARL")
+    algorithm: str = Field("", description="Its name in the library; none: PPO (sb3)")
     worlds: Count = Field(8, description="Worlds side by side (sb3)")
     settings: Keywords = Field(
         default_factory=dict, description="Keywords of PPO, or of BenchMARL's algorithm"

@@ -82,7 +82,9 @@ class Run:
     curve: Sequence[Mapping[str, Any]]
     """Evaluations on held-back seeds: `robot_steps`, `wall_s`, `scores`."""
     scores: Sequence[float]
-    """Of the best of these policies, in each test episode."""
+    """Of the best of these policies, in each test episode, without chance."""
+    scores_by_chance: Sequence[float]
+    """The same by chance, as in training."""
     versions: Mapping[str, str]
 
     def file(self, out: Path) -> Path:
@@ -182,6 +184,10 @@ class Row:
     algorithm: str
     score: Estimate
     """Interquartile mean over the runs, each the mean of its test episodes."""
+    by_chance: Estimate
+    """The same of policies that act by chance."""
+    worst: float
+    """The least of these means, without chance."""
     normalised: float
     seeds: int
     robot_steps: int
@@ -208,11 +214,15 @@ def rows_of(rung: Rung, runs: Sequence[Run]) -> list[Row]:
     found = []
     for algorithm, own in by_algorithm(runs).items():
         score = iqm_interval([[run.score for run in own]])
+        by_chance = iqm_interval([[float(np.mean(run.scores_by_chance)) for run in own]])
         assert score is not None
+        assert by_chance is not None
         found.append(
             Row(
                 algorithm,
                 score,
+                by_chance,
+                min(run.score for run in own),
                 rung.normalised(score.value),
                 len(own),
                 max(run.robot_steps for run in own),
