@@ -54,7 +54,6 @@ def configure(seed: int, worlds: int, decisions: int, **options: Any) -> PPOConf
         "decision_period": PERIOD,
         "shaping": 1.0,
         "discount": DISCOUNT,
-        "physics": "kinematic",
         **options,
     }
     return (

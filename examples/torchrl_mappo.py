@@ -32,7 +32,6 @@ DISCOUNT = 0.995
 
 TERMS = {
     "learn": "motion",
-    "physics": "kinematic",
     "decision_period": 5,
     "shaping": 1.0,
     "discount": DISCOUNT,

@@ -1,5 +1,6 @@
 """Controllers by name, with parameters: `ssgiff` or `ssgiff:beta=0.01,refractory=10`."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -112,6 +113,10 @@ def _admitted(controller: Controller, references: bool) -> Controller:
     return controller
 
 
+PARAMETER = re.compile(r"\s*[A-Za-z_][\w.]*\s*=")
+"""How a parameter and its value begin."""
+
+
 def parse_controller(
     text: str,
     kind: str = "controller",
@@ -121,19 +126,22 @@ def parse_controller(
     """The name and the parameters in `name:parameter=value,parameter=value`.
 
     Scenarios are named so too; a refusal tells of which kind it is, and gives an example. A value
-    alone, in the first place, is that of the parameter `first`.
+    alone, in the first place, is that of the parameter `first`: the path of a file, which goes on
+    to the next `,parameter=`, and may hold "=" behind what is no parameter's name.
 
     >>> parse_controller("ssgiff:beta=0.01,refractory=10")
     ('ssgiff', {'beta': '0.01', 'refractory': '10'})
     >>> parse_controller("sb3:model.zip,stack=2", first="file")
     ('sb3', {'file': 'model.zip', 'stack': '2'})
+    >>> parse_controller("sb3:runs/lr=0.1,b/m.zip,stack=2", first="file")
+    ('sb3', {'file': 'runs/lr=0.1,b/m.zip', 'stack': '2'})
     """
     name, colon, rest = (part.strip() for part in text.partition(":"))
     parameters: dict[str, str] = {}
-    for number, item in enumerate(rest.split(",") if colon else ()):
+    for number, item in enumerate(_items(rest, first) if colon else ()):
         parameter, equals, value = (part.strip() for part in item.partition("="))
-        if number == 0 and first and parameter and not equals:
-            parameter, equals, value = first, "=", parameter
+        if number == 0 and first and item.strip() and not PARAMETER.match(item):
+            parameter, equals, value = first, "=", item.strip()
         if not (parameter and equals and value):
             raise ConfigError(
                 f"{kind}='{text}': '{item.strip()}' must be parameter=value, as in {example}"
@@ -142,3 +150,11 @@ def parse_controller(
             raise ConfigError(f"{kind}='{text}': {parameter} is given twice")
         parameters[parameter] = value
     return name, parameters
+
+
+def _items(rest: str, first: str | None) -> list[str]:
+    """What stands between commas, but for those in the path of the parameter `first`."""
+    items = rest.split(",")
+    while first and len(items) > 1 and not PARAMETER.match(items[1]):
+        items[:2] = [",".join(items[:2])]
+    return items

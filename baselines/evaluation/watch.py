@@ -145,6 +145,7 @@ def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: Wa
         controller=configuration.controller,
         learn="motion",
         learners=[robot],
+        reflexes=False,
         physics=configuration.physics,
         decision_period=1,
     )

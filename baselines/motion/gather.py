@@ -16,6 +16,7 @@ from pydantic import Field
 
 from baselines.motion.base import MOTIONS
 from baselines.motion.subsumption import (
+    KEEP_RIGHT,
     Course,
     SubsumptionParameters,
     avoid,
@@ -53,7 +54,7 @@ def chance_to_leave(n_near: int, alone: float) -> float:
 def explore(readings: Readings, course: Course, numbers: Numbers) -> tuple[float, float]:
     """The wheels of a robot that wanders and avoids obstacles, as in subsumption."""
     creep = 0.0
-    if avoid(course, readings, numbers):
+    if avoid(course, readings, numbers, KEEP_RIGHT):
         creep = numbers.creep
     else:
         wander(course, numbers)

@@ -33,6 +33,10 @@ from swarm_forage_env.interface import Kernel, MotionLayer
 from swarm_forage_env.parameters import NotNegative, Part, Positive, Share
 from swarm_forage_env.record import Numbers, Record, field
 
+KEEP_RIGHT = -math.pi / 6.0
+"""Robots pass each other on the right, but what is clearly on the right they pass on the left
+[rad] (chosen): with the side free, two that meet head-on may choose the same."""
+
 
 class Course(Record):
     """What subsumption remembers of a robot's course. Writer: `subsume`."""
@@ -71,21 +75,20 @@ def obstacle(proximity: Float32[Array, "8"], threshold: float, sector: float) ->
 
 
 @kernel
-def way_round(bearing: float, swerve: float) -> float:
-    """The course past an obstacle, body frame [rad]: keep right, unless it is clearly there."""
-    on_the_right = bearing < -math.pi / 6.0
-    return wrap(bearing + swerve) if on_the_right else wrap(bearing - swerve)
+def way_round(bearing: float, swerve: float, side: float) -> float:
+    """The course past an obstacle, body frame [rad]: on its left if it is right of `side`."""
+    return wrap(bearing + swerve) if bearing < side else wrap(bearing - swerve)
 
 
 @kernel
-def avoid(course: Course, readings: Readings, numbers: Numbers) -> bool:
+def avoid(course: Course, readings: Readings, numbers: Numbers, side: float) -> bool:
     """Take a course past an obstacle, if there is one; whether one is held."""
     seen, bearing = obstacle(readings.proximity, response(numbers.gap), numbers.sector)
     if seen:
         if numbers.literal > 0.0:
             course.turn = wrap(bearing + math.pi)
         else:
-            course.turn = way_round(bearing, numbers.swerve)
+            course.turn = way_round(bearing, numbers.swerve, side)
         course.hold = numbers.hold_ticks
     if not seen and course.hold <= 0.0:
         return False
@@ -113,6 +116,25 @@ def head_for(
 
 
 @kernel
+def react(
+    situation: Situation,
+    readings: Readings,
+    wheels: Float32[Array, "2"],
+    course: Course,
+    numbers: Numbers,
+    side: float,
+) -> bool:
+    """Stand while talking, or go round what is in the way; whether one of the two steered."""
+    if situation.is_talking:
+        wheels[0] = wheels[1] = 0.0
+        return True
+    if not avoid(course, readings, numbers, side):
+        return False
+    head_for(course.turn, numbers.creep, wheels, course, numbers)
+    return True
+
+
+@kernel
 def reflex(
     situation: Situation,
     readings: Readings,
@@ -120,14 +142,8 @@ def reflex(
     course: Course,
     numbers: Numbers,
 ) -> bool:
-    """Stand while talking, or go round what is in the way; whether one of the two steered."""
-    if situation.is_talking:
-        wheels[0] = wheels[1] = 0.0
-        return True
-    if not avoid(course, readings, numbers):
-        return False
-    head_for(course.turn, numbers.creep, wheels, course, numbers)
-    return True
+    """As `react`, where a learner steers: on either side, so that it may keep to any lane."""
+    return react(situation, readings, wheels, course, numbers, 0.0)
 
 
 @kernel
@@ -167,7 +183,7 @@ def subsume(
 
     A robot with a goal goes to `target`, body frame [m].
     """
-    if reflex(situation, readings, wheels, course, numbers):
+    if react(situation, readings, wheels, course, numbers, KEEP_RIGHT):
         return
     if goal_of(situation.goal) >= 0:
         angle = atan2(target[1], target[0])

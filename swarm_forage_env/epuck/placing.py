@@ -116,11 +116,13 @@ def place_world(  # noqa: PLR0913 what robots start from, and where they are pla
     for i in range(lane(), n_robots, lanes()):
         action = robots[w, i].action
         weighting, motion = action.weighting, action.motion
+        has_reflexes, is_walking = action.has_reflexes, action.is_walking
         g_nest, g_prey = action.weight[0], action.weight[1]
         left, right = action.wheels[0], action.wheels[1]
         robots[w, i] = first_robot
         robot = robots[w, i]
         robot.action.weighting, robot.action.motion = weighting, motion
+        robot.action.has_reflexes, robot.action.is_walking = has_reflexes, is_walking
         robot.action.weight[0], robot.action.weight[1] = g_nest, g_prey
         robot.action.wheels[0], robot.action.wheels[1] = left, right
         for k in range(3):

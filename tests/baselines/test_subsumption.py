@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from baselines.motion.subsumption import (
+    KEEP_RIGHT,
     SubsumptionParameters,
     obstacle,
     steer,
@@ -128,7 +129,9 @@ def test_what_is_weak_or_behind_is_no_obstacle(reading):
 )  # fmt: skip
 def test_the_way_round_keeps_right_unless_the_obstacle_is_there(bearing, course):
     swerve = math.radians(100.0)
-    assert math.degrees(way_round(math.radians(bearing), swerve)) == pytest.approx(course)
+    assert math.degrees(way_round(math.radians(bearing), swerve, KEEP_RIGHT)) == pytest.approx(
+        course
+    )
 
 
 def test_the_literal_rule_turns_opposite_to_the_obstacle(motion):

@@ -58,6 +58,7 @@ ON_CPU = {
     "write_log": "the loop over worlds of the log",
     "add_errors": "the meter of an evaluation",
     "no_gain": "the weighting of robots that have none",
+    "reflex": "the default of a motion that has none",
 }
 """Functions of foraging that no kernel of the grid calls, and why."""
 
@@ -70,7 +71,8 @@ NOT_OF_E_PUCKS = (
 `device="cuda"` refuses them."""
 
 OF_STEPS = (
-    "drive_to_wheels log_beliefs log_counts write_robot_log write_counts localisation_error"
+    "drive_to_wheels drive_v1_to_wheels wheels_of course_to_command share_of_command"
+    " log_beliefs log_counts write_robot_log write_counts localisation_error"
     " distance_to_kind potential farthest log_messages"
 )
 """Functions of an environment's step, which have a test of their own."""
@@ -151,7 +153,7 @@ def test_the_step_of_an_environment_compiles_for_a_gpu(ptx, learn):
     for write in (write_time_left, write_robot_id, write_one_hot, write_previous_action):
         add = bind_row(kernels.add_feature, {"features_before": add, "write_feature": write})
     beside = np.zeros((4, 2), np.int64), pair[:, 0].copy(), actions
-    scaling = 0, 40, row, row > 0
+    scaling = 0, 40, True, row, row > 0
     steps = [
         (kernels.check_numbers, {}, (actions, (row, row), TROUBLE, both)),
         (kernels.check_choices, {}, (choices, 5, TROUBLE, both)),

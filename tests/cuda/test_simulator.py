@@ -239,7 +239,7 @@ def test_worlds_on_the_grid_are_the_worlds_of_a_cpu(controller):
     [
         {"learn": "motion", "learners": 4, "reward": "team", "stagger": True},
         {"learn": "weighting", "normalise": False},
-        {"learn": "both", "action": "wheels", "randomise": {"radio.max_range": (0.1, 0.2)}},
+        {"learn": "both", "action": "course", "randomise": {"radio.max_range": (0.1, 0.2)}},
         {"learn": "motion", "shaping": 0.5, "stack": 3, "observation": ["layer", *ADDED]},
         {"learn": "motion", "shaping": 0.5, "reward": "team", "discrete": True, "learners": 3},
         {"learn": "motion", "scenario": "MOVING", "shaping": 1.0, "stagger": True},

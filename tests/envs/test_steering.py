@@ -29,7 +29,7 @@ def seen_by_reflexes(env):
     numbers = SubsumptionParameters()
     for proximity in env.world.robots["readings"]["proximity"][0]:
         is_near, bearing = obstacle(proximity, response(numbers.gap), numbers.sector)
-        yield is_near, way_round(bearing, numbers.swerve) if is_near else math.nan
+        yield is_near, way_round(bearing, numbers.swerve, 0.0) if is_near else math.nan
 
 
 @pytest.fixture

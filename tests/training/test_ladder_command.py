@@ -94,6 +94,22 @@ def test_a_ladder_of_one_rung_tells_of_that_and_keeps_a_file_of_all(call, kept, 
     assert len(tree) == 2
 
 
+def test_the_defaults_are_trained_on_es1_and_shown_in_a_table(call, monkeypatch, tmp_path):
+    found = [
+        Run("es1", name, 0, "key", {}, 6_000_000, 60.0, [], (score,), (0.5 * score,), {})
+        for name, score in (("sb3_ppo", 230.0), ("sb3_dqn", 120.0))
+    ]
+    monkeypatch.setattr(runs, "read_runs", lambda out, rungs, algorithms: found)
+    output, done = call("defaults", "--seeds=2", f"--out={tmp_path}")
+    ((jobs, out, _),) = done.jobs
+    assert {(job.rung.name, job.seed) for job in jobs} == {("es1", 0), ("es1", 1)}
+    assert {job.algorithm.name for job in jobs} == set(commands.DEFAULTS)
+    assert out == tmp_path
+    lines = [line for line in output.splitlines() if "SB3" in line]
+    for line, numbers in zip(lines, (("230.0", "115.0"), ("120.0", "60.0")), strict=True):
+        assert all(number in line for number in numbers)
+
+
 def test_a_page_has_a_figure_of_each_rung_that_was_run_and_one_of_all(
     call, kept, tmp_path, monkeypatch
 ):

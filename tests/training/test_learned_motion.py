@@ -39,7 +39,7 @@ COLUMNS = LAYOUT.columns("situation")
 
 
 def environment(learn, seeds):
-    options = {"physics": "kinematic", "action": "wheels", "normalise": False}
+    options = {"physics": "kinematic", "action": "wheels", "normalise": False, "walk": False}
     return ArrayEnv(SCENARIO, len(seeds), "ssgiff", learn=learn, decision_period=1, **options)
 
 

@@ -22,6 +22,9 @@ benchmark = typer.Typer(
     no_args_is_help=True,
 )
 
+DEFAULTS = ("sb3_ppo", "sb3_ppo_defaults", "sb3_sac", "sb3_dqn")
+"""The algorithms that `defaults` trains."""
+
 Rungs = Annotated[
     list[str] | None, Option("--rung", metavar="NAME", help="Only this one; may be repeated.")
 ]
@@ -116,6 +119,30 @@ def ladder(  # noqa: PLR0913 the options of a command
     for run in read_runs(out, chosen, trained):
         normalised = known[run.rung].normalised(run.score)
         typer.echo(f"{run.rung} {run.algorithm} {run.seed}: {run.score:.1f}, {normalised:.2f}")
+
+
+@benchmark.command()
+@stoppable()
+def defaults(
+    seeds: Annotated[int, Option(min=1, help="Trainings of each.")] = 10,
+    workers: Annotated[int, Option(min=1, help="Processes to train in.")] = 2,
+    out: Annotated[Path, Option(parser=path, help="Folder of the runs.")] = Path("runs/ladder"),
+) -> None:
+    """What trainers learn by their libraries' defaults on es1, from round trips alone.
+
+    PPO, SAC and DQN of stable-baselines3, and PPO with a rollout of 128 decisions of 80 robots. The
+    runs are kept in --out, as those of the ladder, whose rung es1 they are.
+    """
+    from rich.console import Console
+
+    from training.ladder.benchmark import jobs_of, run_jobs
+    from training.ladder.page import results_table
+    from training.ladder.rungs import find_algorithms, read_rungs
+    from training.ladder.runs import read_runs
+
+    rung, algorithms = read_rungs()["es1"], find_algorithms(DEFAULTS)
+    run_jobs(jobs_of([rung], algorithms, seeds, None), out, find_backend("joblib", workers))
+    Console().print(results_table(rung, read_runs(out, [rung], algorithms)))
 
 
 def _check_loses_nothing(page: Path, n_runs: int, out: Path) -> None:

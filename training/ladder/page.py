@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from importlib.resources import files
 from string import Template
 
+from rich.table import Table
+
 from baselines.evaluation.tables import markdown
 from baselines.papers.reproduction import format_duration
 from training.ladder.rungs import RANDOM, Rung, Score, title_of
@@ -73,6 +75,17 @@ def _rung(rung: Rung, runs: Sequence[Run]) -> str:
     else:
         parts.append("No algorithm was run here yet.")
     return "\n\n".join(parts)
+
+
+def results_table(rung: Rung, runs: Sequence[Run]) -> Table:
+    """What was learned on a rung, a line for each algorithm, for a terminal."""
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    heads = ("algorithm", score_word(rung), "normalised", "worst seed", "by chance", "n")
+    for heading in (*heads, "robot-steps", "time"):
+        table.add_column(heading, justify="left" if heading == "algorithm" else "right")
+    for row in rows_of(rung, runs):
+        table.add_row(title_of(row.algorithm), *_learned(row)[1:])
+    return table
 
 
 def _reference(rung: Rung, name: str) -> tuple[str, ...]:
