@@ -142,13 +142,15 @@ def test_a_score_is_as_exact_as_a_reader_needs(rung, value, ends, text):
 
 
 def test_the_table_of_cards_names_the_best_of_the_hand_written(rung):
-    lines = page.cards_table([rung, replace(rung, card=CARD.model_copy(update={"scores": {}}))])
+    lines = page.cards_table(
+        [rung, replace(rung, name="bare", card=CARD.model_copy(update={"scores": {}}))], ["tiny"]
+    )
     assert lines.splitlines() == [
         "| rung | name | robots learn | tested in | random | hand-written | oracle |",
         "| --- | --- | --- | --- | --- | --- | --- |",
         "| 3 | [`tiny`](#tiny) | motion | es1, 3 robots | 2.00 (1.00 to 3.00) | `ssgikf` 6.0"
         " | `no-error` 12.0 (11.4 to 12.6) |",
-        "| 3 | [`tiny`](#tiny) | motion | es1, 3 robots | - | - | `no-error` - |",
+        "| 3 | `bare` | motion | es1, 3 robots | - | - | `no-error` - |",
     ]
 
 

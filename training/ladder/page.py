@@ -1,7 +1,7 @@
 """The page of the ladder: cards, tables and figures in Markdown."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from importlib.resources import files
 from string import Template
 
@@ -32,25 +32,25 @@ def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
     groups = by_rung(rungs, runs)
     return Template(text).substitute(
         command=command,
-        cards=cards_table(rungs),
-        rungs="\n\n".join(_rung(rung, groups.get(rung.name, [])) for rung in rungs),
+        cards=cards_table(rungs, groups),
+        rungs="\n\n".join(_rung(rung, groups[rung.name]) for rung in rungs if rung.name in groups),
         together=_together(rungs, runs),
         made=_made(rungs, runs),
     )
 
 
-def cards_table(rungs: Sequence[Rung]) -> str:
-    """The cards, a line each."""
+def cards_table(rungs: Sequence[Rung], with_runs: Collection[str]) -> str:
+    """The cards, a line each; of a rung with runs, with a link to what was learned there."""
     heads = ("rung", "name", "robots learn", "tested in", "random", "hand-written", "oracle")
-    return markdown(heads, [_card(rung) for rung in rungs])
+    return markdown(heads, [_card(rung, rung.name in with_runs) for rung in rungs])
 
 
-def _card(rung: Rung) -> tuple[str, ...]:
+def _card(rung: Rung, has_runs: bool) -> tuple[str, ...]:
     card = rung.card
     scenario = rung.test_scenario
     return (
         str(card.rung),
-        f"[`{rung.name}`](#{rung.name})",
+        f"[`{rung.name}`](#{rung.name})" if has_runs else f"`{rung.name}`",
         str(rung.keywords["learn"]),
         f"{scenario.name}, {scenario.task.n_robots} robots",
         shown(card.scores.get(RANDOM)),
@@ -63,17 +63,13 @@ def _rung(rung: Rung, runs: Sequence[Run]) -> str:
     card = rung.card
     parts = [f"### {rung.name}", f"**{card.title}.** {card.hard}"]
     lines = [_reference(rung, name) for name in (RANDOM, *rung.references) if name in card.scores]
-    lines += [_learned(row) for row in rows_of(rung, runs)] if runs else []
+    lines += [_learned(row) for row in rows_of(rung, runs)]
     heads = (
         score_word(rung), "score", "normalised", "worst seed", "by chance", "n", "robot-steps",
         "time of a training",
     )  # fmt: skip
-    if lines:
-        parts.append(markdown(heads, lines))
-    if runs:
-        parts.append(f"![Curves of {rung.name}](images/ladder/{rung.name}.png)")
-    else:
-        parts.append("No algorithm was run here yet.")
+    parts.append(markdown(heads, lines))
+    parts.append(f"![Curves of {rung.name}](images/ladder/{rung.name}.png)")
     return "\n\n".join(parts)
 
 
