@@ -6,7 +6,8 @@
     swarm-forage watch es1 sb3:runs/sb3_ppo/model.zip
 
 Every robot of every world is an environment to SB3, all under one policy, with SB3's defaults but
-for the sizes of rollout and batch. A robot earns 1 for each round trip, and nothing else.
+for the sizes of rollout and batch. A robot earns 1 for each round trip, and nothing else. Worlds
+start one after the other (`stagger`), so that a rollout holds all parts of an episode.
 """
 
 import argparse
@@ -56,7 +57,7 @@ class RoundTrips(BaseCallback):
 def train(robot_steps: int, seed: int, file: Path) -> None:
     """Train for so many ticks of single robots, and save the model."""
     torch.set_num_threads(1)  # quicker for networks this small
-    env = SwarmVecEnv("es1", n_worlds=8)
+    env = SwarmVecEnv("es1", n_worlds=8, stagger=True)
     model = PPO("MlpPolicy", env, n_steps=ROLLOUT, batch_size=BATCH, seed=seed, device="cpu")
     model.learn(robot_steps // PERIOD, callback=RoundTrips())
     model.save(file)
