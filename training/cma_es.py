@@ -29,7 +29,15 @@ from training.learned_weighting import (
 from training.linear_motion_policy import NETWORK as LINEAR
 from training.linear_motion_policy import SHAPES as LINEAR_SHAPES
 from training.linear_motion_policy import linear_policy_of
-from training.policy_file import CurvePoint, LayerCard, LayerName, Policy, Shapes, layer_card
+from training.policy_file import (
+    CurvePoint,
+    LayerCard,
+    LayerName,
+    Policy,
+    Shapes,
+    layer_card,
+    load_policy,
+)
 from training.training_loop import ProgressLogger, Training, run
 
 INITIAL_SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
@@ -52,7 +60,7 @@ def train(
 
     Candidates run on the backend; without one, in worker processes of this machine.
     """
-    return run(CMAESTraining(experiment, backend), experiment, "generation", say)
+    return load_policy(run(CMAESTraining(experiment, backend), experiment, "generation", say))
 
 
 class CMAESTraining(Training):

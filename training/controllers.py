@@ -27,6 +27,7 @@ from training.learned_weighting import (
     LearnedWeighting,
     network_over,
 )
+from training.network_policy import NetworkPolicy
 from training.policy_controller import named_policy
 from training.policy_file import LayerName
 from training.sb3_policy import SB3Policy
@@ -61,6 +62,7 @@ KINDS = {
     "torchscript": TorchScriptPolicy,
     "onnx": OnnxPolicy,
     "callable": CallablePolicy,
+    "network": NetworkPolicy,
 }
 """Policies of other trainers, by the word before the colon."""
 

@@ -21,13 +21,20 @@ import torch
 
 from baselines.evaluation.backends import JoblibBackend, run_in_order
 from swarm_forage_env.arrays import Array, Float32, Int64
-from training.actor_critic import ReputationActor, WeightingActor
 from training.candidate_rollouts import CandidateRollouts
 from training.exchanges import Exchanges, record_exchanges
 from training.experiment import Experiment, worlds_per_scenario
 from training.learned_weighting import REPUTATION_NETWORK, flatten, network_over, unflatten
-from training.policy_file import LayerCard, LayerName, Policy, layer_card, observation_layout
+from training.policy_file import (
+    LayerCard,
+    LayerName,
+    Policy,
+    layer_card,
+    load_policy,
+    observation_layout,
+)
 from training.training_loop import ProgressLogger, Training, run
+from training.weighting_actor import ReputationActor, WeightingActor
 
 HIDDEN = 16
 """Hidden units: supervised learning can fit more of them than a search."""
@@ -53,7 +60,7 @@ def initial_actor(experiment: Experiment) -> WeightingActor:
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     """Run or resume an experiment with DAgger, and return the best policy."""
-    return run(DAggerTraining(experiment), experiment, "round", say)
+    return load_policy(run(DAggerTraining(experiment), experiment, "round", say))
 
 
 class DAggerTraining(Training):

@@ -25,7 +25,6 @@ from swarm_forage_env.foraging.world import ForagingWorld
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.record import Rows
-from training.actor_critic import WeightingActor
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
     REMEMBERED,
@@ -34,6 +33,7 @@ from training.learned_weighting import (
     network_over,
 )
 from training.policy_file import observation_layout
+from training.weighting_actor import WeightingActor
 
 MAX_SQUARED_ERROR = 0.5
 """Upper bound of the squared error in the loss [m2]: a robot with an error of 0.7 m is lost."""

@@ -217,12 +217,10 @@ class Experiment:
         }
         for name in ("seed", "every", "worlds", "held_back", "population", "physics"):
             found[name] = str(getattr(self, name))
-        if self.algorithm != "cma":  # the learning rate falls to zero over the budget
+        if self.algorithm == "imitation":  # the learning rate falls to zero over the budget
             found["budget"] = str(self.budget)
         if self.device != "cpu":  # which rounds otherwise
             found["device"] = self.device
-        if self.algorithm == "ppo":  # as many threads, whose sums differ in the last digits
-            found["workers"] = str(self.workers)
         for name, scenario in self.scenarios_by_name.items():
             found |= {f"{name} {k}": str(v) for k, v in leaves(scenario.model_dump()).items()}
         rest = self.base_controller.parameters.items()

@@ -24,6 +24,7 @@ from swarm_forage_env.interface import Controller
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.registry import CONTROLLERS
 from training.foreign_file import LARGEST_CARD, read_file, reason
+from training.policy_file import TrainingRecord
 
 ON_SPACE = "policy_card"
 """Attribute of an observation space that holds a card as JSON."""
@@ -52,6 +53,8 @@ class PolicyCard(Part):
     keywords: CardKeywords
     observes: tuple[tuple[Word, Word], ...]
     """Name and unit of each number of an observation."""
+    training: TrainingRecord | None = None
+    """How `swarm-forage train` has trained it."""
 
     @model_validator(mode="before")
     @classmethod

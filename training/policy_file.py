@@ -77,18 +77,13 @@ class CurvePoint(Part):
     """Round trips in each scenario."""
 
 
-class Card(Part):
-    """Model card of a policy: what it is, and everything needed to train it again."""
+class TrainingRecord(Part):
+    """How a policy was trained, and how it scored meanwhile."""
 
-    format: Literal[1] = 1
-    """Version of the card; another one is refused."""
-    layers: dict[LayerName, LayerCard] = Field(min_length=1)
     scenarios: tuple[str, ...]
     """Scenarios of the training, each with its own changes: `es1:radio.frames=50`."""
     settings: dict[str, str]
     """Changes of all scenarios, by dotted name."""
-    controller: str
-    """Controller whose other layers were used."""
     algorithm: str
     command: str
     seed: int
@@ -98,7 +93,17 @@ class Card(Part):
     score: dict[str, Interval]
     """Round trips on the held-back seeds, in each scenario."""
     sha256: str = ""
-    """SHA-256 hash of the file of weights; written by `save_policy`."""
+    """SHA-256 hash of the file of weights; written with it."""
+
+
+class Card(TrainingRecord):
+    """Model card of a policy: what it is, and everything needed to train it again."""
+
+    format: Literal[1] = 1
+    """Version of the card; another one is refused."""
+    layers: dict[LayerName, LayerCard] = Field(min_length=1)
+    controller: str
+    """Controller whose other layers were used."""
 
     @property
     def layer(self) -> str:
@@ -204,12 +209,30 @@ def layer_card(
 
 def save_policy(file: Path, weights: Weights, card: Card) -> None:
     """Write weights and card to files, each atomically."""
-    save = _safetensors(file).numpy.save
-    check_weights(weights, str(file))
-    content = save({name: np.ascontiguousarray(array) for name, array in weights.items()})
-    card = card.model_copy(update={"sha256": hashlib.sha256(content).hexdigest()})
+    content, sha256 = packed_weights(file, weights)
+    card = card.model_copy(update={"sha256": sha256})
     write_atomically(file, content)
     write_atomically(card_path(file), (card.model_dump_json(indent=1) + "\n").encode())
+
+
+def packed_weights(file: Path, weights: Weights) -> tuple[bytes, str]:
+    """The content of a file of weights, and its SHA-256 hash; ConfigError for NaN and infinity."""
+    save = _safetensors(file).numpy.save
+    check_weights(weights, str(file))
+    content: bytes = save({name: np.ascontiguousarray(array) for name, array in weights.items()})
+    return content, hashlib.sha256(content).hexdigest()
+
+
+def read_weights(file: Path) -> tuple[Weights, str]:
+    """The arrays of a file of weights, and its SHA-256 hash; ConfigError for a damaged one."""
+    safetensors = _safetensors(file)
+    content = read_file(file, "policy")
+    try:
+        weights: Weights = safetensors.numpy.load(content)
+    except (safetensors.SafetensorError, KeyError, ValueError) as error:
+        raise ConfigError(f"policy {file}: not a safetensors file ({reason(error)})") from None
+    check_weights(weights, str(file))
+    return weights, hashlib.sha256(content).hexdigest()
 
 
 def load_policy(policy: str | Path) -> Policy:
@@ -219,16 +242,10 @@ def load_policy(policy: str | Path) -> Policy:
     UnknownNameError for a name that stands for nothing, ModuleNotFoundError without safetensors.
     """
     file = policy_path(policy)
-    safetensors = _safetensors(file)
-    content = read_file(file, "policy")
-    try:
-        weights = safetensors.numpy.load(content)
-    except (safetensors.SafetensorError, KeyError, ValueError) as error:
-        raise ConfigError(f"policy {file}: not a safetensors file ({reason(error)})") from None
+    weights, sha256 = read_weights(file)
     card = _read_card(card_path(file))
-    if card.sha256 != hashlib.sha256(content).hexdigest():
+    if card.sha256 != sha256:
         raise ConfigError(f"policy {file}: its card {card_path(file)} is of other weights")
-    check_weights(weights, str(file))
     for name in weights:
         if name.partition(".")[0] not in card.layers:
             raise ConfigError(f"policy {file}: array '{name}' belongs to no layer of its card")

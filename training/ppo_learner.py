@@ -6,23 +6,22 @@ name; `tests/training/test_ppo_learner.py` compares the two.
 Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import torch
 from gymnasium.spaces import Box
-from torch import Tensor
+from torch import Tensor, nn
 
-from swarm_forage_env.arrays import Array
+from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.errors import ConfigError
 from training.tensor_vec_env import TensorVecEnv
 
 if TYPE_CHECKING:
     from stable_baselines3.common.policies import ActorCriticPolicy
-
-    from training.actor_critic import LayerPolicy
 
 CLIP_RANGE = 0.2
 """Clipping of the ratio of probabilities after and before: as stable-baselines3."""
@@ -94,73 +93,123 @@ than its number of minibatches of them."""
 MIN_STEPS = 16
 """Decisions of each row in a rollout, at least."""
 
+HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
+
 MOMENTS = ("step", "exp_avg", "exp_avg_sq")
 """Entries of Adam's state for each parameter."""
 
 
 @dataclass(frozen=True)
 class PPOHyperparameters:
-    """Hyperparameters of PPO."""
+    """Hyperparameters of PPO; by default stable-baselines3's, but for rollout and rate."""
 
-    decision_period: int = 2
-    """Ticks for which an action is held. An exchange takes a few ticks, during which a robot must
-    stop: a longer period would miss it."""
-    discount: float = 0.998
-    """Discount factor of one decision; the mean horizon is 100 s, about a round trip."""
-    gae_lambda: float = 0.98
+    discount: float = 0.99
+    """Discount factor of one decision."""
+    gae_lambda: float = 0.95
     """Lambda of generalised advantage estimation."""
-    shaping: float = 1.0
-    """Weight of the potential-based reward shaping."""
-    n_steps: int = 256
+    n_steps: int = 128
     """Decisions of each robot in one rollout, at most."""
-    n_minibatches: int = 4
+    n_minibatches: int = 20
     """Minibatches per rollout and epoch, at least."""
-    n_epochs: int = 4
-    learning_rate: float = 4e-4
-    """Initial learning rate; it falls linearly to zero over the budget."""
-    log_std: float = -1.2
-    """Initial logarithm of the standard deviation of the actions."""
+    n_epochs: int = 10
+    learning_rate: float = 7e-4
+
+
+class ActorCritic(nn.Module):
+    """Two networks of dense layers: a Gaussian over actions, and the value of an observation."""
+
+    def __init__(self, n_observed: int, n_actions: int, hidden: Sequence[int] = (64, 64)) -> None:
+        """Initialise matrices orthogonally, the last ones with their own gain, as SB3."""
+        super().__init__()
+        self.actor = _dense([n_observed, *hidden, n_actions], gain=0.01)
+        self.critic = _dense([n_observed, *hidden, 1], gain=1.0)
+        self.log_std = nn.Parameter(torch.zeros(n_actions))
+
+    def forward(self, observed: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Draw actions; return them, the values and the log probability of each row."""
+        mean, deviation = self.actor(observed), self.log_std.exp()
+        actions = mean + deviation * torch.randn_like(mean)
+        return actions, self.critic(observed), _log_probs(actions, mean, self.log_std)
+
+    def evaluate_actions(self, observed: Tensor, actions: Tensor) -> tuple[Tensor, Tensor, None]:
+        """Return the values and the log probabilities of actions; the entropy is left out."""
+        log_probs = _log_probs(actions, self.actor(observed), self.log_std)
+        return self.critic(observed), log_probs, None
+
+    def predict_values(self, observed: Tensor) -> Tensor:
+        """Return the value of each row."""
+        return cast(Tensor, self.critic(observed))
+
+    def to_numpy(self) -> dict[str, Float32[Array, "..."]]:
+        """Copy the actor to NumPy arrays, as a policy file holds it."""
+        dense = [each for each in self.actor if isinstance(each, nn.Linear)]
+        arrays = {
+            f"{k}.{name}": each
+            for k, layer in enumerate(dense)
+            for name, each in layer.named_parameters()
+        }
+        arrays["log_std"] = self.log_std
+        return {name: each.detach().cpu().numpy().copy() for name, each in arrays.items()}
+
+
+def _log_probs(actions: Tensor, mean: Tensor, log_std: Tensor) -> Tensor:
+    """The log probability of each row of actions under a Gaussian."""
+    z = (actions - mean) * torch.exp(-log_std)
+    return -(0.5 * z**2 + log_std + HALF_LOG_2_PI).sum(1)
+
+
+def _dense(sizes: Sequence[int], gain: float) -> nn.Sequential:
+    """Dense layers with a hyperbolic tangent between them."""
+    layers: list[nn.Module] = []
+    for k in range(1, len(sizes)):
+        layer = nn.Linear(sizes[k - 1], sizes[k])
+        nn.init.orthogonal_(layer.weight, gain if k == len(sizes) - 1 else 2.0**0.5)
+        nn.init.zeros_(layer.bias)
+        layers += [layer, nn.Tanh()]
+    return nn.Sequential(*layers[:-1])
 
 
 class PPOLearner:
     """PPO on the rows of an environment, with parameter sharing: one policy for all.
 
     env = TensorVecEnv([array_env("es1", device="cuda", n_worlds=1024, physics="kinematic")])
-    policy = ActorCriticPolicy(env.observation_space, env.action_space, lambda _: 3e-4)
-    learner = PPOLearner(env, policy, PPOHyperparameters(decision_period=10))
-    learner.learn(10**6, learning_rate=3e-4, seed=0)
+    policy = ActorCritic(len(env.observation_layout), *env.action_space.shape)
+    learner = PPOLearner(env, policy, PPOHyperparameters())
+    learner.learn(10**7, seed=0)
     """
 
     def __init__(
         self,
         env: TensorVecEnv,
-        policy: "LayerPolicy | ActorCriticPolicy",
+        policy: "ActorCritic | ActorCriticPolicy",
         hyperparameters: PPOHyperparameters,
     ) -> None:
-        """Move a policy to the device of the environment, to be trained there.
-
-        Of the hyperparameters those of the learner count; the others are the environment's.
-        """
+        """Move a policy to the device of the environment, to be trained there."""
         if not isinstance(env.action_space, Box):
             raise ConfigError("discrete: PPO in tensors gives numbers, not choices; leave it out")
+        low, high = env.action_space.low, env.action_space.high
         self.env, self._hyperparameters = env, hyperparameters
         self.policy = policy.to(env.device)
-        self._optimizer = torch.optim.Adam(self.policy.parameters(), eps=ADAM_EPSILON)
-        self.n_decisions = 0
-        """Decisions of single rows so far."""
+        rate, weights = hyperparameters.learning_rate, self.policy.parameters()
+        self._optimizer = torch.optim.Adam(weights, rate, eps=ADAM_EPSILON)
         self.diagnostics: dict[str, float] = {}
-        """Losses and the like of the last update, by the name of their curve."""
-        self._low = torch.from_numpy(env.action_space.low).to(env.device)
-        self._high = torch.from_numpy(env.action_space.high).to(env.device)
+        """Scalars of the last update."""
+        self._low, self._high = (torch.from_numpy(each).to(env.device) for each in (low, high))
         self._observations: Tensor | None = None
+        self._before = 0
+
+    @property
+    def robot_steps(self) -> int:
+        """Control ticks of single robots so far."""
+        return self._before + self.env.robot_steps
 
     @property
     def n_steps(self) -> int:
         """Decisions of each row in a rollout: fewer where there are many rows."""
         return min(self._hyperparameters.n_steps, max(MIN_STEPS, MAX_ROLLOUT // self.env.n_rows))
 
-    def learn(self, decisions: int, learning_rate: float, seed: int | None = None) -> None:
-        """Learn from this number of decisions of single rows, in whole rollouts.
+    def learn(self, robot_steps: int, seed: int | None = None) -> None:
+        """Learn for so many robot-steps, in whole rollouts.
 
         A seed resets all worlds, and seeds them and torch; without one the worlds go on.
         """
@@ -168,15 +217,13 @@ class PPOLearner:
             torch.manual_seed(seed or 0)
             self.env.seed(seed or 0)
             self._observations = self.env.reset()
-        for group in self._optimizer.param_groups:
-            group["lr"] = learning_rate
-        goal = self.n_decisions + decisions
-        while self.n_decisions < goal:
+        goal = self.robot_steps + robot_steps
+        while self.robot_steps < goal:
             rollout, self._observations = self._roll_out(self._observations)
             self._update(rollout)
 
     def state(self) -> dict[str, Array]:
-        """Parameters, Adam's moments and the number of decisions, by name."""
+        """Parameters, Adam's moments and the number of robot-steps, by name."""
         tensors = {f"policy.{name}": each for name, each in self.policy.state_dict().items()}
         for name, parameter in self.policy.named_parameters():
             moments = self._optimizer.state.get(parameter, {})
@@ -184,7 +231,7 @@ class PPOLearner:
                 empty = torch.zeros(() if moment == "step" else parameter.shape)
                 tensors[f"{moment}.{name}"] = moments.get(moment, empty)
         arrays = {name: each.detach().cpu().numpy().copy() for name, each in tensors.items()}
-        return arrays | {"n_decisions": np.array(self.n_decisions)}
+        return arrays | {"robot_steps": np.array(self.robot_steps)}
 
     def restore(self, arrays: Mapping[str, Array]) -> None:
         """Set what `state` returned; the next call of `learn` needs a seed to go on alike."""
@@ -198,7 +245,7 @@ class PPOLearner:
                     k: each if k == "step" else each.to(parameter.device)
                     for k, each in moments.items()
                 }
-        self.n_decisions = int(arrays["n_decisions"])
+        self._before = int(arrays["robot_steps"]) - self.env.robot_steps
 
     @torch.no_grad()
     def _roll_out(self, observations: Tensor) -> tuple[Rollout, Tensor]:
@@ -222,7 +269,6 @@ class PPOLearner:
                 rollout.ends[k, step.ended] = 1.0
             observations = step.observations
         rollout.values[n] = policy.predict_values(observations).flatten()
-        self.n_decisions += n * env.n_rows
         return rollout, observations
 
     def _empty_rollout(self, observations: Tensor) -> Rollout:

@@ -58,6 +58,11 @@ class TensorVecEnv:
         self.n_rows: int = sum(self._n_rows)
         self.stepping_s = 0.0
 
+    @property
+    def robot_steps(self) -> int:
+        """Control ticks of the learners of all worlds, since the blocks were made."""
+        return sum(each.robot_steps for each in self.blocks)
+
     def seed(self, seed: int) -> None:
         """Seed the sequences from which resets draw the seeds of the worlds, as `SwarmVecEnv`."""
         for block in self.blocks:

@@ -1,6 +1,7 @@
 """The command `swarm-forage train`: options, defaults and the final report."""
 
 import shlex
+from collections.abc import Mapping
 from inspect import unwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -22,10 +23,10 @@ from swarm_forage_env.errors import ConfigError
 if TYPE_CHECKING:
     from baselines.evaluation.backends import Backend
     from training.experiment import Experiment
-    from training.policy_file import Policy
+    from training.policy_file import Interval
 
 
-BUDGET = {"cma": 100, "imitation": 10, "ppo": 50_000_000}
+BUDGET = {"cma": 100, "imitation": 10, "ppo": 6_000_000}
 EVERY = {"cma": 5, "imitation": 2, "ppo": 1_500_000}
 WORLDS = {"cma": 8, "imitation": 24, "ppo": 8}
 
@@ -34,10 +35,9 @@ def _listed(numbers: dict[str, int]) -> str:
     return ", ".join(f"{algorithm}: {number}" for algorithm, number in numbers.items())
 
 
-DEFAULT_CONTROLLER = {
-    "weighting": "dsgiff-frequent", "motion": "ssgiff", "both": "dsgiff-penalised",
-}  # fmt: skip
-"""Controller whose other layers are used, by default, with a policy of each layer."""
+DEFAULT_CONTROLLER = {"weighting": "dsgiff-frequent", "motion": "ssgiff"}
+"""Controller whose other layers are used, by default, with a policy of each layer; ppo has that of
+`parallel_env`."""
 
 
 def train(  # noqa: PLR0913 the options of a command
@@ -68,9 +68,7 @@ def train(  # noqa: PLR0913 the options of a command
             show_default="runs/train-<layer>-<algorithm>",
         ),
     ] = None,
-    workers: Annotated[
-        int, Option(help="Processes to run worlds in; for ppo, threads of torch.")
-    ] = 2,
+    workers: Annotated[int, Option(help="Processes to run worlds in; for ppo, threads.")] = 2,
     budget: Annotated[
         int | None,
         Option(
@@ -107,7 +105,7 @@ def train(  # noqa: PLR0913 the options of a command
         Option(
             help="Controller of the other layers; parameters as in `evaluate`. If its own layer"
             " is a learned one, cma and imitation start from that.",
-            show_default="weighting: dsgiff-frequent, motion: ssgiff, both: dsgiff-penalised",
+            show_default="ppo: ssgikf; else weighting: dsgiff-frequent, motion: ssgiff",
         ),
     ] = None,
     settings: EverySettingsOption = None,
@@ -123,7 +121,7 @@ def train(  # noqa: PLR0913 the options of a command
     The policy with the best score on held-back (validation) seeds is kept in the folder --out
     as best.safetensors, with a card of how it was made (best.json). The same command later
     resumes from the last checkpoint, so that a run that was stopped loses nothing before it;
-    cma trains on with a larger --budget. Watch it with: tensorboard --logdir runs
+    cma and ppo train on with a larger --budget. Watch it with: tensorboard --logdir runs
     """
     from baselines.evaluation.experiment_config import parse_settings
     from training.experiment import Experiment
@@ -141,7 +139,7 @@ def train(  # noqa: PLR0913 the options of a command
         held_back=held_back,
         population=population,
         settings=parse_settings(settings or []),
-        controller=controller or DEFAULT_CONTROLLER[layer],
+        controller=controller or ("ssgikf" if algorithm == "ppo" else DEFAULT_CONTROLLER[layer]),
         physics=physics,
         workers=workers,
         device=device,
@@ -155,38 +153,46 @@ def train(  # noqa: PLR0913 the options of a command
         raise ConfigError(f"--backend={backend}: is for --algorithm cma")
     spread = find_backend(backend, experiment.workers, address=address)
     with lock_folder(experiment.out):
-        policy = _run(experiment, spread)
-    _report(experiment, policy)
+        outcome = _run(experiment, spread)
+    _report(experiment, outcome)
 
 
-def _run(experiment: "Experiment", backend: "Backend") -> "Policy":
+Outcome = tuple["Mapping[str, Interval]", Path, str | None]
+"""Score and file of a policy, and the name of a controller that runs it; None if none does."""
+
+
+def _run(experiment: "Experiment", backend: "Backend") -> Outcome:
     if experiment.algorithm == "ppo":
         from training import ppo
 
-        return ppo.train(experiment, say)
+        found = ppo.train(experiment, say).policy
+        card = found.card()
+        assert card is not None
+        assert card.training is not None
+        return card.training.score, Path(found.source), f"network:{found.source}"
+    from training import cma_es, dagger
+    from training.controllers import controller_name, with_learned_layers
+
     if experiment.algorithm == "imitation":
-        from training import dagger
+        policy = dagger.train(experiment, say)
+    else:
+        policy = cma_es.train(experiment, say, backend)
+    learned = with_learned_layers(experiment.base_controller, experiment.layers, policy.source)
+    return policy.card.score, policy.source, controller_name(learned)
 
-        return dagger.train(experiment, say)
-    from training import cma_es
 
-    return cma_es.train(experiment, say, backend)
-
-
-def _report(experiment: "Experiment", policy: "Policy") -> None:
+def _report(experiment: "Experiment", outcome: Outcome) -> None:
     """Print score and file of the policy, and the command that tests it on unseen seeds."""
     from swarm_forage_env.controllers import parse_controller
-    from training.controllers import controller_name, with_learned_layers
     from training.experiment import TEST_SEEDS
 
-    for name, trips in policy.card.score.items():
+    score, file, runs = outcome
+    for name, trips in score.items():
         typer.echo(
             f"{name}: {trips.mean:.1f} round trips ({trips.low:.1f} to {trips.high:.1f})"
             f" on {experiment.held_back} held-back seeds"
         )
-    typer.echo(f"policy: {policy.source}")
-    learned = with_learned_layers(experiment.base_controller, experiment.layers, policy.source)
-    runs = controller_name(learned)
+    typer.echo(f"policy: {file}")
     if runs:
         scenario, own = parse_controller(experiment.scenarios[0])
         changes = {**experiment.settings, **own}

@@ -24,9 +24,8 @@ from training.policy_file import (
     Interval,
     LayerCard,
     LayerName,
-    Policy,
+    TrainingRecord,
     Weights,
-    load_policy,
     save_policy,
 )
 
@@ -143,7 +142,7 @@ class Training(ABC):
     def save_best(self) -> None:
         """Write the best policy so far, with the learning curve on its card."""
         best = max(self.curve, key=lambda point: point.value)
-        save_policy(self._experiment.out / BEST_POLICY, self._best, self._card(best.round_trips))
+        self._write(self._experiment.out / BEST_POLICY, self._best, best.round_trips)
 
     @property
     @abstractmethod
@@ -151,9 +150,9 @@ class Training(ABC):
         """Weights of the present policy, named as in a policy file."""
 
     @property
-    @abstractmethod
     def _layers(self) -> dict[LayerName, LayerCard]:
-        """Cards of the trained layers."""
+        """Cards of the trained layers, of a policy that `_write` keeps as one of layers."""
+        raise NotImplementedError
 
     @property
     @abstractmethod
@@ -189,13 +188,17 @@ class Training(ABC):
     def _save(self) -> None:
         write_checkpoint(self._file, self._experiment.identity, self.curve, self._state)
 
-    def _card(self, score: Mapping[str, Interval]) -> Card:
+    def _write(self, file: Path, weights: Weights, score: Mapping[str, Interval]) -> None:
+        """Write a policy with its card to files."""
+        controller = self._experiment.controller
+        record = self._record(score).model_dump()
+        save_policy(file, weights, Card(layers=self._layers, controller=controller, **record))
+
+    def _record(self, score: Mapping[str, Interval]) -> TrainingRecord:
         experiment = self._experiment
-        return Card(
-            layers=self._layers,
+        return TrainingRecord(
             scenarios=experiment.scenarios,
             settings=dict(experiment.settings),
-            controller=experiment.controller,
             algorithm=experiment.algorithm,
             command=experiment.command,
             seed=experiment.seed,
@@ -205,10 +208,8 @@ class Training(ABC):
         )
 
 
-def run(
-    training: Training, experiment: Experiment, step: str, say: Callable[[str], None]
-) -> Policy:
-    """Run or resume a training until its budget is spent, and return the best policy."""
+def run(training: Training, experiment: Experiment, step: str, say: Callable[[str], None]) -> Path:
+    """Run or resume a training until its budget is spent; return the file of the best policy."""
     with ProgressLogger(experiment.out, step, say) as progress:
         progress.start(experiment.budget, training.done)
         _evaluate_if_due(training, experiment, progress)
@@ -217,7 +218,7 @@ def run(
                 say(told)
             _evaluate_if_due(training, experiment, progress)
     training.save_best()
-    return load_policy(experiment.out / BEST_POLICY)
+    return experiment.out / BEST_POLICY
 
 
 def _evaluate_if_due(training: Training, experiment: Experiment, progress: ProgressLogger) -> None:

@@ -22,6 +22,9 @@ from swarm_forage_env.envs.stepping import Worlds
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.ticks import RUNS
 
+Snapshot = tuple[Array, tuple[Array, Array]]
+"""Actions, and of observations frames and streams."""
+
 
 class Decisions:
     """The decisions of the learners of a block of worlds, where these run."""
@@ -99,17 +102,17 @@ class Decisions:
         """What every learner observes after its action, or where worlds begin as `modes` say."""
         return self.observing(self.raw, self._run if modes is None else modes, time_left)
 
-    def snapshot(self) -> tuple[Array, Array]:
-        """The last actions, and the frames before."""
+    def snapshot(self) -> Snapshot:
+        """The last actions, and what observations go on from."""
         return np.array(self._worlds.memory.read(self.raw)), self.observing.snapshot()
 
-    def check_fits(self, snapshot: tuple[Array, Array]) -> None:
+    def check_fits(self, snapshot: Snapshot) -> None:
         """ConfigError if a snapshot is of an environment of other options."""
         raw, frames = snapshot
         if raw.shape != self.raw.shape or not self.observing.fits(frames):
             raise ConfigError("restore(): the snapshot is of an environment of other options")
 
-    def restore(self, snapshot: tuple[Array, Array]) -> None:
+    def restore(self, snapshot: Snapshot) -> None:
         """Go on as when a snapshot that fits was taken."""
         raw, frames = snapshot
         self._worlds.memory.write(self.raw, raw)

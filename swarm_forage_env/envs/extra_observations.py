@@ -8,9 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from swarm_forage_env.arrays import Array, Float32, Float64
+import numpy as np
+
+from swarm_forage_env.arrays import Array, Bool, Float32, Float64, UInt64
 from swarm_forage_env.compiler import inlined
 from swarm_forage_env.interface import Kernel
+from swarm_forage_env.random_streams import draw_rows
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.spaces import Feature, Layout
 
@@ -34,6 +37,26 @@ class ObservationContext:
     last_action: Float32[Array, "worlds robots numbers"]
     """What the layers took last; zeros before it, and for robots that do not learn."""
 
+    streams: UInt64[Array, "worlds robots"]
+    """A random stream of each robot, for observations alone; it begins with the episode."""
+
+    is_observed: Bool[Array, " worlds"]
+    """The worlds that are observed now; in the others no stream goes on."""
+
+    def normal(self, n: int) -> Float64[Array, "worlds robots n"]:
+        """Standard normal numbers: the same seed, the same numbers. Zeros where nobody observes."""
+        return self._drawn(n, is_normal=True)
+
+    def uniform(self, n: int) -> Float64[Array, "worlds robots n"]:
+        """Numbers in [0, 1), as `normal`."""
+        return self._drawn(n, is_normal=False)
+
+    def _drawn(self, n: int, is_normal: bool) -> Float64[Array, "worlds robots n"]:
+        out = np.zeros((*self.streams.shape, n))
+        for world in np.flatnonzero(self.is_observed):
+            draw_rows(self.streams[world], out[world], is_normal)
+        return out
+
 
 class Observation(Protocol):
     """Some features of every robot."""
@@ -43,7 +66,7 @@ class Observation(Protocol):
         ...
 
     def write(
-        self, moment: ObservationContext, out: Float32[Array, "worlds robots numbers"]
+        self, context: ObservationContext, out: Float32[Array, "worlds robots numbers"]
     ) -> None:
         """Write the numbers of every robot."""
         ...

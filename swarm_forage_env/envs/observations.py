@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
+from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int64
 from swarm_forage_env.compiler import bind_row, entry_point
 from swarm_forage_env.envs.decision_kernels import (
     Scaling,
@@ -38,8 +38,9 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.policy_interface import PolicyInterface
+from swarm_forage_env.random_streams import hash_of
 from swarm_forage_env.spaces import Feature, Layout
-from swarm_forage_env.ticks import BEGINS
+from swarm_forage_env.ticks import BEGINS, STANDS
 from swarm_forage_env.worlds_on_cpu import Place
 
 LAYER = "layer"
@@ -222,6 +223,7 @@ class Observing:
                 add, spans = bind_row(add_feature, parts), [*spans, span]
         self._spans = memory.to_device(np.array(spans, np.int64).reshape(-1, 2))
         self._none = memory.to_device(np.zeros(rows[0]))
+        self._streams = np.zeros(self._shape if self._numpy else (0, 0), np.uint64)
         self._observe = place.kernel(observe, {"add_features": add})
 
     def __call__(
@@ -243,6 +245,8 @@ class Observing:
         if self._observer.parts:
             share = time_left()
             left = memory.to_device(share)
+            if self._numpy:
+                self._begin_streams(modes == BEGINS)
             for part, span in self._numpy:
                 self._add(part, span, share, raw, modes, seen)
         beside = self._spans, left, raw
@@ -250,17 +254,24 @@ class Observing:
         self._observe(self._fields, self._learners, self._scaling, beside, modes, rows)
         return out
 
-    def snapshot(self) -> Array:
-        """The frames: what a later `restore` needs."""
-        return np.array(self._place.memory.read(self._kept))
+    def snapshot(self) -> tuple[Array, Array]:
+        """The frames and the streams: what a later `restore` needs."""
+        return np.array(self._place.memory.read(self._kept)), self._streams.copy()
 
-    def fits(self, frames: Any) -> bool:  # noqa: ANN401 of `snapshot`
+    def fits(self, kept: tuple[Array, Array]) -> bool:
         """The snapshot is of as many worlds, robots, observations and numbers."""
-        return bool(frames.shape == self._kept.shape)
+        frames, streams = kept
+        return bool(frames.shape == self._kept.shape and streams.shape == self._streams.shape)
 
-    def restore(self, frames: Array) -> None:
+    def restore(self, kept: tuple[Array, Array]) -> None:
         """Go on as when the snapshot was taken."""
+        frames, self._streams[...] = kept
         self._place.memory.write(self._kept, frames)
+
+    def _begin_streams(self, begins: Bool[Array, " worlds"]) -> None:
+        """Derive the streams of new episodes from those of the robots, which follow the seed."""
+        words = self._place.arrays["robots"]["streams"][begins, :, 0]
+        self._streams[begins] = words ^ hash_of("observation")
 
     def _add(
         self,
@@ -277,10 +288,16 @@ class Observing:
         actions[:, self._robots] = raw
         out = np.empty((*self._shape, span[1] - span[0]), np.float32)
         at = self._place.arrays
-        part.write(
-            ObservationContext(at["robots"], at["worlds"], self._place.estimators, share, actions),
-            out,
+        context = ObservationContext(
+            robots=at["robots"],
+            worlds=at["worlds"],
+            minds=self._place.estimators,
+            time_left=share,
+            last_action=actions,
+            streams=self._streams,
+            is_observed=modes != STANDS,
         )
+        part.write(context, out)
         seen[:, :, slice(*span)] = own = out[:, self._robots]
         _check_finite(own, self._observer.layout[slice(*span)])
 

@@ -5,15 +5,11 @@ import pytest
 
 from baselines.controller import LayeredController
 from baselines.estimators.social_odometry import SocialOdometryParameters
-from baselines.evaluation.dataset import Dataset
-from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
-from baselines.evaluation.runner import evaluate
+from baselines.evaluation.experiment_config import find_layered_controller
 from baselines.motion.subsumption import SubsumptionParameters
-from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from training.policy_file import load_policy, save_policy
 
 
 class NaNAfter:
@@ -76,19 +72,3 @@ def test_accelerations_of_waypoint_robots_are_checked():
     loop.world.robots["action"]["acceleration"][0, 2] = np.inf
     with pytest.raises(ConfigError, match=r"tick 1, robot 2: its acceleration \[inf, inf\]"):
         loop.step()
-
-
-def test_of_a_policy_of_huge_weights_no_episode_is_kept(tmp_path):
-    policy = load_policy("motion-es1")
-    huge = {key: np.full_like(array, 3.4e38) for key, array in policy.weights.items()}
-    for number, array in enumerate(huge.values()):
-        array.flat[number % 2 :: 2] *= -1.0
-    save_policy(tmp_path / "huge.safetensors", huge, policy.card)
-    controller = find_controller(f"learned-motion:policy={tmp_path / 'huge.safetensors'}")
-    scenario = find_scenario("es1", {"task.duration": 5.0})
-    configuration = ExperimentConfig("huge", scenario, controller, "kinematic")
-    dataset = Dataset(tmp_path / "kept")
-    dataset.open()
-    with pytest.raises(ConfigError, match=r"'learned-motion', tick 1, robot \d+: .*not finite"):
-        evaluate([configuration], [0, 1], dataset)
-    assert not list(dataset.folder.rglob("*.parquet"))

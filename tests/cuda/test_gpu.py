@@ -234,19 +234,18 @@ def test_the_environment_of_torchrl_keeps_its_tensors_on_the_gpu():
 
 def test_ppo_in_tensors_learns_on_the_gpu():
     torch = pytest.importorskip("torch")
-    policies = pytest.importorskip("stable_baselines3.common.policies")
     if not torch.cuda.is_available():
         pytest.skip("torch is built for a CPU")
-    from training.ppo_learner import PPOHyperparameters, PPOLearner
+    from training.ppo_learner import ActorCritic, PPOHyperparameters, PPOLearner
     from training.tensor_vec_env import TensorVecEnv
 
     terms = {"physics": "kinematic", "max_cycles": 20, "stagger": True, "shaping": 1.0}
     env = TensorVecEnv([array_env("es1", device="cuda", n_worlds=64, **terms)])
-    policy = policies.ActorCriticPolicy(env.observation_space, env.action_space, lambda _: 3e-4)
+    policy = ActorCritic(len(env.observation_layout), 2)
     learner = PPOLearner(env, policy, PPOHyperparameters(n_steps=32))
     before = [each.clone() for each in learner.policy.parameters()]
-    learner.learn(2 * 32 * env.n_rows, 3e-4, seed=0)
-    assert learner.n_decisions == 2 * 32 * env.n_rows
+    learner.learn(2 * 32 * 10 * env.n_rows, seed=0)
+    assert learner.robot_steps == 2 * 32 * 10 * env.n_rows
     for old, new in zip(before, learner.policy.parameters(), strict=True):
         assert new.is_cuda
         assert torch.isfinite(new).all()

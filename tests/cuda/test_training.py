@@ -76,12 +76,9 @@ from safetensors.numpy import load_file
 from training import ppo
 from training.ppo_learner import PPOHyperparameters
 
-quick = PPOHyperparameters(
-    decision_period=2, n_steps=3, n_epochs=1, n_minibatches=1
-)
-ppo.HYPERPARAMETERS, ppo.DEMONSTRATORS = {layer: quick}, 3
+ppo.HYPERPARAMETERS = PPOHyperparameters(n_steps=3, n_epochs=1, n_minibatches=1)
 for device in ("cpu", "cuda"):
-    terms = experiment(device, algorithm="ppo", budget=36, every=36)
+    terms = experiment(device, algorithm="ppo", budget=180, every=180)
     policy = ppo.train(terms, lambda line: print(device, line))
     kept = {each.name for each in terms.out.iterdir()}
     assert {"best.safetensors", "best.json", "latest.safetensors", "checkpoint.safetensors"} <= kept
@@ -89,7 +86,7 @@ mine, his = (load_file(folder / device / "checkpoint.safetensors") for device in
 assert mine.keys() == his.keys()
 for name, array in mine.items():
     np.testing.assert_allclose(his[name], array, rtol=1e-4, atol=1e-6, err_msg=name)
-again = ppo.PPOTraining(experiment("cuda", algorithm="ppo", budget=36, every=36))
+again = ppo.PPOTraining(experiment("cuda", algorithm="ppo", budget=180, every=180))
 print(again.done, again._learner.policy.log_std.tolist() == his["policy.log_std"].tolist())
 """
 )
@@ -100,17 +97,14 @@ KILLED = (
 from training import ppo
 from training.ppo_learner import PPOHyperparameters
 
-ppo.HYPERPARAMETERS = {layer: PPOHyperparameters(
-    decision_period=2, n_steps=3, n_epochs=1, n_minibatches=1
-)}
-ppo.DEMONSTRATORS = 3
-terms = {"algorithm": "ppo", "budget": 108, "every": 36}
+ppo.HYPERPARAMETERS = PPOHyperparameters(n_steps=3, n_epochs=1, n_minibatches=1)
+terms = {"algorithm": "ppo", "budget": 540, "every": 180}
 
 ppo.train(experiment("cuda", **terms), lambda line: None)
 advance, killed = ppo.PPOTraining.advance, []
 
 def advance_or_be_killed(training, progress):
-    if training.done == 72 and not killed:
+    if training.done == 360 and not killed:
         killed.append(training.done)
         raise KeyboardInterrupt
     return advance(training, progress)
@@ -144,11 +138,11 @@ def test_a_search_on_the_grid_finds_what_it_finds_on_a_cpu(tmp_path):
 def test_ppo_on_the_grid_learns_what_it_learns_on_a_cpu(tmp_path):
     pytest.importorskip("stable_baselines3")
     *said, last = run(PPO, "motion", tmp_path).splitlines()
-    assert last == "36 True"
+    assert last == "180 True"
     assert any(line.startswith("cuda") and "robot steps/s" in line for line in said)
 
 
 def test_ppo_that_was_killed_ends_on_the_grid_as_if_it_had_not_been(tmp_path):
     pytest.importorskip("stable_baselines3")
     *_, last = run(KILLED, "motion", tmp_path).splitlines()
-    assert last == "[72] True"
+    assert last == "[360] True"

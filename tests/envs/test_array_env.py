@@ -2,13 +2,22 @@
 
 import copy
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from gymnasium.error import ResetNeeded
 from numpy.testing import assert_array_equal
 
+from baselines.evaluation.experiment_config import find_layered_controller
+from baselines.motion.subsumption import SubsumptionParameters
 from swarm_forage_env import ArrayEnv, ConfigError, UnknownNameError, parallel_env
+from tests.outside import OutsideMotionPart
+
+OUTSIDE = replace(
+    find_layered_controller("ssgikf"), motion=OutsideMotionPart(SubsumptionParameters())
+)
+"""A controller whose motion is a rule in Python."""
 
 SHORT = {"task.n_robots": 4, "max_cycles": 12}
 
@@ -325,7 +334,7 @@ def test_robot_steps_are_the_ticks_of_all_learners_however_long_a_step_takes(exc
         ({"learn": "motion"}, "only learn='weighting'"),
         ({"decision_period": 5}, "goes with no decision_period"),
         ({"reward": lambda before, after, events: events["trip"]}, "'own' or 'team' alone"),
-        ({"controller": "learned-motion:policy=motion-es1"}, "whose motion is compiled"),
+        ({"controller": OUTSIDE}, "whose motion is compiled"),
     ],
 )
 def test_steps_that_cannot_end_with_an_exchange_are_refused(options, says):

@@ -122,8 +122,8 @@ class Compass:
     def features(self, scenario, agents):
         return [Feature("compass", "rad", -math.pi, math.pi)]
 
-    def write(self, moment, out):
-        out[:, :, 0] = moment.robots["pose"][:, :, 2]
+    def write(self, context, out):
+        out[:, :, 0] = context.robots["pose"][:, :, 2]
 
 
 def test_an_observation_of_ones_own_goes_in_without_touching_ours():
@@ -135,10 +135,48 @@ def test_an_observation_of_ones_own_goes_in_without_touching_ours():
     assert_allclose(beside.reset(0)[0][..., -1], heading, rtol=1e-6)
 
 
+class Noisy:
+    """Numbers of two kinds for every robot."""
+
+    def features(self, scenario, agents):
+        return [Feature("normal", "m", -5.0, 5.0), Feature("uniform", "m", 0.0, 1.0)]
+
+    def write(self, context, out):
+        out[:, :, 0] = context.normal(1)[:, :, 0]
+        out[:, :, 1] = context.uniform(1)[:, :, 0]
+
+
+def test_what_an_observation_draws_is_of_the_episode_alone():
+    env = ArrayEnv("es1", 3, observation=Noisy, normalise=False, max_cycles=4, **FEW)
+    seen, _ = steps(env, 3, seed=5)
+    assert_array_equal(steps(env, 3, seed=5)[0], seen)
+    alone = ArrayEnv("es1", 1, observation=Noisy, normalise=False, max_cycles=4, **FEW)
+    assert_array_equal(steps(alone, 3, seed=7)[0][:, 0], seen[:, 2])
+    assert len(np.unique(seen)) == seen.size
+    assert abs(seen[..., 0]).max() > 1.0
+    assert 0.0 <= seen[..., 1].min() < 0.1 < 0.9 < seen[..., 1].max() < 1.0
+
+
+def test_streams_of_observations_stand_while_other_worlds_are_reset_and_are_in_snapshots():
+    env = ArrayEnv("es1", 2, observation=Noisy, normalise=False, **FEW)
+    still = np.zeros((2, 4, 2), np.float32)
+    env.reset(3)
+    expected = [env.step(still)[0] for _ in range(2)]
+    env.reset(3)
+    kept = env.snapshot()
+    env.reset([9], worlds=[1])
+    first = env.step(still)[0]
+    assert_array_equal(first[0], expected[0][0])
+    assert (first[1] != expected[0][1]).all()
+    env.restore(kept)
+    for each in expected:
+        assert_array_equal(env.step(still)[0], each)
+
+
 class Broken(Compass):
     """Writes what is no number."""
 
-    def write(self, moment, out):
+    def write(self, context, out):
         out[...] = np.nan
 
 

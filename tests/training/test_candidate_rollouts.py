@@ -7,7 +7,7 @@ import pytest
 
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
-from training import candidate_rollouts, ppo
+from training import candidate_rollouts
 from training.candidate_rollouts import CandidateRollouts
 
 
@@ -90,24 +90,3 @@ def test_an_episode_on_a_gpu_has_all_its_ticks_and_is_checked(monkeypatch):
                           physics="kinematic", device="cuda")  # fmt: skip
     assert candidate_rollouts.after_episode(job) == ("worlds", "at the end")
     assert done == [100, 100, 30, "check"]
-
-
-def test_a_demonstration_is_what_is_seen_before_a_step_and_done_in_it():
-    command = np.zeros((1, 1), [("command", [("wheels", np.float32, 2)])])
-    world = SimpleNamespace(robots=command, scenario=SimpleNamespace(n_ticks=61))
-
-    def step():
-        command["command"]["wheels"] += 1
-
-    def read(fields, robots, out):
-        out[:] = command["command"]["wheels"][:, :, :1]
-
-    loop = SimpleNamespace(
-        world=world,
-        step=step,
-        kernel=lambda template, functions: read,
-        fields=lambda layout: layout,
-    )
-    observed, wheels = ppo.record_demonstrations(loop, ["wheels.left"])
-    assert observed.ravel().tolist() == [0.0, 20.0, 40.0, 60.0]  # every twentieth tick
-    assert wheels[:, 0].tolist() == [1.0, 21.0, 41.0, 61.0]

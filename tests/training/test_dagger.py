@@ -13,7 +13,6 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 from training import dagger
-from training.actor_critic import ReputationActor
 from training.candidate_rollouts import CandidateWeighting
 from training.dagger import HIDDEN, DAggerTraining, train
 from training.exchanges import (
@@ -32,6 +31,7 @@ from training.learned_weighting import (
     flatten,
 )
 from training.policy_file import load_policy, observation_layout
+from training.weighting_actor import ReputationActor
 
 OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])

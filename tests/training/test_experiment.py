@@ -48,7 +48,6 @@ REFUSED = [
     ({"algorithm": "imitation", "layer": "both", "population": None}, "not both; what would"),
     ({"algorithm": "imitation", "population": 8}, "is for cma only"),
     ({"layer": "motion", "controller": "ssgiff:mean_run=1"}, "corrects subsumption as it is by"),
-    ({"layer": "motion", "controller": "learned-motion:policy=motion-es1"}, "not 'reflexes'"),
     ({"scenarios": ()}, "must name at least one"),
     ({"scenarios": ("es1", "es1")}, "scenario 'es1' is named twice"),
     ({"scenarios": ("es9",)}, "no scenario named 'es9'"),
@@ -118,8 +117,6 @@ def test_all_that_a_result_depends_on_is_told_apart(experiment):
     assert experiment(workers=2).identity == mine.identity
     fit = experiment(**IMITATION)
     assert experiment(**IMITATION, budget=9).identity != fit.identity
-    gradient = experiment(algorithm="ppo", population=None)
-    assert experiment(algorithm="ppo", population=None, workers=2).identity != gradient.identity
 
 
 def test_the_command_makes_the_same_experiment_again(experiment, monkeypatch):

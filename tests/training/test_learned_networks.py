@@ -5,23 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import torch
 
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.policies import LEARNABLE
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
-from tests.outside import motion_inputs
-from training.learned_motion import (
-    NETWORK,
-    LearnedMotion,
-    NetworkMotion,
-    _message_features,
-    _own_features,
-    motion_network_shapes,
-    wheel_speeds,
-)
+from training.learned_motion import LearnedMotion
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
     REPUTATION_NETWORK,
@@ -36,104 +25,33 @@ from training.learned_weighting import (
     scaled_features,
     unflatten,
 )
-from training.policy_file import layer_card, load_policy, observation_layout, save_policy
+from training.linear_motion_policy import NETWORK, SHAPES
+from training.policy_file import layer_card, load_policy, save_policy
 
 SCENARIO = find_scenario("es1", {"task.n_robots": 3})
-LAYOUT = observation_layout("motion", SCENARIO)
-COLUMNS = LAYOUT.columns("situation")
 
 
-def shown(rows=6, seed=0):
-    """Situations with anything in them, some robots of which talk."""
-    rng = np.random.default_rng(seed)
-    observed = rng.normal(size=(rows, len(LAYOUT))).astype(np.float32)
-    for name in ("known", "heard"):
-        observed[:, COLUMNS[name]] = observed[:, COLUMNS[name]] > 0
-    observed[:, COLUMNS["p"]] = np.abs(observed[:, COLUMNS["p"]])
-    observed[:, COLUMNS["goal"]] = np.resize(np.eye(3), (rows, 3))
-    observed[:, COLUMNS["talking"]] = np.arange(rows)[:, None] % 3 == 2
-    return LAYOUT.records(observed)
-
-
-def random_weights(scale=0.5):
-    rng = np.random.default_rng(1)
-    shapes = motion_network_shapes({"message": 3, "hidden": 4})
-    return {
-        name: rng.normal(0.0, scale, shape).astype(np.float32) for name, shape in shapes.items()
-    }
-
-
-def test_columns_are_those_of_a_part_wherever_it_stands():
-    names = list(LAYOUT.names)
-    for name, columns in COLUMNS.items():
-        stems = {each.split(".")[1] for each in names[columns]}
-        assert stems == {name}
-    assert sum(len(names[columns]) for columns in COLUMNS.values()) == len(names)
-    after = LEARNABLE["both"].layout(SCENARIO, has_walk=False).columns("situation")
-    assert after["proximity"] == slice(20, 28)
-
-
-def test_a_motion_network_computes_its_equation():
-    seen, weights = shown(), random_weights()
-    observed, heard = LAYOUT.matrix(seen), seen["heard"]
-    own = _own_features(observed, COLUMNS, np)
-    felt = _message_features(heard.range_bearing, np)
-    expected = []
-    for row in range(len(observed)):
-        told = [
-            full * np.tanh(weights["message.weight"] @ each + weights["message.bias"])
-            for full, each in zip(heard.is_valid[row], felt[row], strict=True)
-        ]
-        z = np.concatenate([own[row], np.sum(told, axis=0), np.max(told, axis=0)])
-        for name in ("first", "second"):
-            z = np.tanh(weights[f"{name}.weight"] @ z + weights[f"{name}.bias"])
-        expected.append(weights["wheels.weight"] @ z + weights["wheels.bias"])
-    wheels = wheel_speeds(weights, observed, COLUMNS, np)
-    np.testing.assert_allclose(wheels, expected, atol=1e-5)
-    assert wheels.dtype == np.float32
-    tensors = {name: torch.from_numpy(array) for name, array in weights.items()}
-    same = wheel_speeds(tensors, torch.from_numpy(observed), COLUMNS, torch)
-    np.testing.assert_allclose(same.numpy(), expected, atol=1e-5)
-
-
-def test_wheels_are_bounded_and_stand_while_a_robot_talks():
-    seen = shown()
-    for scale in (0.1, 5.0):
-        weights = random_weights(scale)
-        wheels = NetworkMotion(weights, SCENARIO)(*motion_inputs(seen))
-        free = wheel_speeds(weights, LAYOUT.matrix(seen), COLUMNS, np)
-        talks = seen["situation"].is_talking[:, None] > 0
-        expected = np.where(talks, 0.0, np.clip(free, -1.0, 1.0))
-        np.testing.assert_array_equal(wheels, expected)
-    assert {-1.0, 0.0, 1.0} <= set(wheels.ravel().tolist())
-
-
-def saved(tmp_path, make_card, network, sizes, arrays):
-    """A file with these arrays of a motion."""
-    card = make_card(layers={"motion": layer_card("motion", SCENARIO, network, sizes)})
+def saved(tmp_path, make_card, arrays):
+    """A motion of these arrays, all zero."""
+    card = make_card(layers={"motion": layer_card("motion", SCENARIO, NETWORK, {})})
     weights = {f"motion.{name}": np.zeros(shape, np.float32) for name, shape in arrays.items()}
     save_policy(tmp_path / "mine.safetensors", weights, card)
     return LearnedMotion(policy=str(tmp_path / "mine.safetensors"))
 
 
 def test_a_motion_fits_worlds_that_show_what_it_was_trained_on(tmp_path, make_card):
-    sizes = {"message": 2, "hidden": 3}
-    motion = saved(tmp_path, make_card, NETWORK, sizes, motion_network_shapes(sizes))
+    motion = saved(tmp_path, make_card, SHAPES)
     for scenario in (None, SCENARIO, find_scenario("waypoints-05")):
         motion.check_usable(scenario)
-    assert motion.layer(SCENARIO) is None
     narrow = find_scenario("es1", {"radio.slots": "1"})
-    for ask in (motion.check_usable, motion.layer, lambda scenario: motion.start(scenario, [1])):
+    for ask in (motion.check_usable, motion.layer):
         with pytest.raises(ConfigError, match="does not fit 'es1'"):
             ask(narrow)
 
 
-def test_a_deep_set_without_one_of_its_arrays_is_refused(tmp_path, make_card):
-    sizes = {"message": 2, "hidden": 3}
-    arrays = motion_network_shapes(sizes)
-    del arrays["wheels.bias"]
-    motion = saved(tmp_path, make_card, NETWORK, sizes, arrays)
-    with pytest.raises(ConfigError, match=r"array 'motion\.wheels\.bias' is missing"):
+def test_a_motion_without_one_of_its_arrays_is_refused(tmp_path, make_card):
+    motion = saved(tmp_path, make_card, {"steer.weight": SHAPES["steer.weight"]})
+    with pytest.raises(ConfigError, match=r"array 'motion\.walk\.weight' is missing"):
         motion.check_usable()
 
 
@@ -269,24 +187,3 @@ def test_a_weight_is_the_logistic_function_of_the_log_odds(gain, features):
     network[-1] = 0.5
     told = gain(exchange(), 0, numbers_of({"network": network}))
     assert told == pytest.approx(1.0 / (1.0 + math.exp(-(0.4 - 2.5 + 0.5))), abs=1e-6)
-
-
-def test_what_a_motion_sees_of_its_robot_by_hand():
-    """Plain fields, then p, then of target, nest and prey cosines, sines and both distances."""
-    layout = observation_layout("motion", ES1)
-    columns = layout.columns("situation")
-    row = np.zeros((1, len(layout)), np.float32)
-    shown = {
-        "proximity": np.linspace(0.1, 0.8, 8), "ground": (0.9, 0.2, 0.3), "known": (1, 0),
-        "goal": (0, 1, 0), "talking": 1, "wheels": (0.25, -0.5), "p": (2.0, 6.0),
-        "target": (0.0, 0.15), "areas": (-1.5, 0.0, 0.0, 0.0),
-    }  # fmt: skip
-    for name, numbers in shown.items():
-        row[0, columns[name]] = numbers
-    plain = [*np.linspace(0.1, 0.8, 8), 0.9, 0.2, 0.3, 1, 0, 0, 1, 0, 1, 0.25, -0.5]
-    places = [0, -1, 0, 1, 0, 0, 0.5, 1.5 / 1.65, 0, 0.15 / 1.65, 0.5, 0]
-    found = _own_features(row, columns, np)[0]
-    np.testing.assert_allclose(found, [*plain, 0.5, 0.75, *places], atol=2e-5)
-    shapes = motion_network_shapes({"message": 5, "hidden": 7})
-    assert shapes["first.weight"] == (7, len(found) + 2 * 5)
-    assert shapes["message.weight"] == (5, 5)

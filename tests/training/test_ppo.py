@@ -1,40 +1,30 @@
-"""PPO on the layers: it begins as subsumption, goes on after a kill, and keeps its best."""
+"""PPO from scratch: it learns what the environment shows, goes on after a kill, keeps its best."""
 
-from dataclasses import replace
-from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
 from numpy.testing import assert_array_equal
+from safetensors.numpy import load_file, save_file
 
-from swarm_forage_env.loop import Loop
+from swarm_forage_env.errors import ConfigError
+from swarm_forage_env.scenarios import find_scenario
 from training import ppo
-from training.actor_critic import MotionActor
 from training.checkpoint import BEST_POLICY
-from training.policy_file import load_policy, observation_layout
-from training.ppo import clone_behaviour, record_demonstrations
-from training.ppo_learner import PPOHyperparameters
+from training.ppo_learner import ActorCritic, PPOHyperparameters
 from training.training_loop import ProgressLogger
 
-BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62"}
+BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62", "task.duration": "20"}
 
-TALKATIVE = {"robot.max_speed": "0.4", "robot.cruise_speed": "0.4", "task.area_distance": "0.6",
-             "radio.exchange_time": "0.1", "radio.max_range": "0.5"}  # fmt: skip
-"""Robots find an area and tell of it within some 10 s."""
-
-QUICK = PPOHyperparameters(decision_period=4, n_steps=8, n_epochs=1, n_minibatches=2)
+QUICK = PPOHyperparameters(n_steps=4, n_epochs=1, n_minibatches=2)
 
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch, tmp_path):
-    """Rollouts of a moment, and one epoch of cloning."""
+    """Rollouts of a moment."""
     monkeypatch.chdir(tmp_path)
-    every_tick = replace(QUICK, decision_period=1)
-    hyperparameters = {"weighting": every_tick, "motion": QUICK, "both": every_tick}
-    monkeypatch.setattr(ppo, "HYPERPARAMETERS", hyperparameters)
-    monkeypatch.setattr("training.ppo.EPOCHS", 1)
+    monkeypatch.setattr(ppo, "HYPERPARAMETERS", QUICK)
 
 
 @pytest.fixture
@@ -47,9 +37,9 @@ def motion(experiment):
             "algorithm": "ppo",
             "scenarios": ("es1", "es1:task.n_robots=6"),
             "population": None,
-            "settings": BUSY | {"task.duration": "20"},
-            "budget": 1024,
-            "every": 512,
+            "settings": BUSY,
+            "budget": 2048,
+            "every": 1024,
             "worlds": 2,
         }
         return experiment(**terms | changes)
@@ -61,38 +51,38 @@ def silent(_):
     """Say nothing."""
 
 
-def parameters(folder):
-    return load_policy(folder / "latest.safetensors").weights
+def weights(folder, file=ppo.LATEST):
+    return load_file(folder / file)
 
 
 def test_a_run_keeps_its_best_with_a_card_that_tells_its_curve(motion):
     said = []
     experiment = motion()
-    policy = ppo.train(experiment, said.append)
-    card = policy.card
-    assert card.layer == "motion"
-    assert card.curve[0].step == 0
-    assert card.score.keys() == set(experiment.scenarios)
-    assert any("copied" in line for line in said)
+    controller = ppo.train(experiment, said.append)
+    card = controller.policy.card()
+    assert (card.controller, card.keywords.learn) == ("ssgiff", "motion")
+    record = card.training
+    assert (record.algorithm, record.command) == ("ppo", experiment.command)
+    assert record.score.keys() == set(experiment.scenarios)
     assert any("robot steps/s" in line for line in said)
     assert list((experiment.out / "tensorboard").iterdir())
     last = ppo.PPOTraining(experiment).curve
-    assert [point.step for point in last] == [0, 704, 1408]  # 22 robots, 8 decisions of 4 ticks
-    simulated = [point.simulated_s for point in last]
-    assert simulated == pytest.approx([0.0, 9.6, 19.2])  # 32 ticks of 0.1 s in three worlds
-    assert [point.value for point in card.curve] == [point.value for point in last]
+    rollout = 2 * 4 * 10 * (2 * 6 + 10)  # twice 4 decisions; two worlds of 6 robots, one of 10
+    assert [point.step for point in last] == [0, rollout, 2 * rollout]
+    assert [point.simulated_s for point in last] == pytest.approx([0.0, 24.0, 48.0])
+    assert [point.value for point in record.curve] == [point.value for point in last]
     best = max(last, key=lambda point: point.value)
-    assert card.score == best.round_trips
+    assert record.score == best.round_trips
 
 
 def test_a_finished_run_writes_its_best_again(motion):
     experiment = motion()
-    first = ppo.train(experiment, silent)
-    first.source.unlink()
-    again = ppo.train(experiment, silent)
-    for name, array in first.weights.items():
-        assert_array_equal(again.weights[name], array)
-    assert again.card.score == first.card.score
+    ppo.train(experiment, silent)
+    first = weights(experiment.out, BEST_POLICY)
+    (experiment.out / BEST_POLICY).unlink()
+    ppo.train(experiment, silent)
+    for name, array in weights(experiment.out, BEST_POLICY).items():
+        assert_array_equal(first[name], array)
 
 
 def test_a_stopped_run_ends_where_it_would_have_ended(motion, tmp_path):
@@ -101,81 +91,15 @@ def test_a_stopped_run_ends_where_it_would_have_ended(motion, tmp_path):
     stopped = motion(out=tmp_path / "stopped")
     with ProgressLogger(stopped.out, "robot step", silent) as progress:
         training = ppo.PPOTraining(stopped)
-        training.warm_start()
         training.evaluate()
         training.advance(progress)
         training.evaluate()
         training.advance(progress)  # lost, as nothing was kept after it
     ppo.train(stopped, silent)
-    expected, found = parameters(whole.out), parameters(stopped.out)
+    expected, found = weights(whole.out), weights(stopped.out)
     assert expected.keys() == found.keys()
     for name, array in expected.items():
         assert_array_equal(found[name], array)
-
-
-def test_the_first_interval_of_a_motion_trains_the_critic_alone(motion, tmp_path):
-    experiment = motion(out=tmp_path / "run")
-    with ProgressLogger(experiment.out, "robot step", silent) as progress:
-        training = ppo.PPOTraining(experiment)
-        training.warm_start()
-        steps = []
-        for _ in range(3):
-            training.evaluate()
-            steps.append(parameters(experiment.out))
-            critic = training._policy.critic.state_dict()
-            steps[-1]["critic"] = critic["value.weight"].numpy().copy()
-            training.advance(progress)
-    changed = [{name for name in a if (a[name] != b[name]).any()} for a, b in pairwise(steps)]
-    assert changed[0] == {"critic"}
-    assert {"critic", "motion.wheels.weight", "motion.first.weight"} <= changed[1]
-
-
-def test_both_layers_are_trained_once_the_critic_is(motion, tmp_path, monkeypatch):
-    rollout = 120 * 2 * 10
-    longer = replace(QUICK, decision_period=1, n_steps=120, n_epochs=3)
-    monkeypatch.setattr(ppo, "HYPERPARAMETERS", {"both": longer})
-    monkeypatch.setattr(ppo, "run_episodes", lambda *_: [SimpleNamespace(round_trips=1)] * 2)
-    terms = {"scenarios": ("es1",), "budget": 3 * rollout, "every": rollout}
-    experiment = motion(layer="both", out=tmp_path / "both", settings=TALKATIVE, **terms)
-    training, kept, rates = ppo.PPOTraining(experiment), [], []
-    with ProgressLogger(experiment.out, "robot step", silent) as progress:
-        training.warm_start()
-        training.evaluate()
-        for _ in range(2):
-            kept.append(parameters(experiment.out))
-            training.advance(progress)
-            rates += [group["lr"] for group in training._learner._optimizer.param_groups]
-            training.evaluate()
-    start, waited = kept
-    end = parameters(experiment.out)
-    assert {name.partition(".")[0] for name in end} == {"motion", "weighting"}
-    for name, array in end.items():
-        assert_array_equal(waited[name], start[name])
-        assert np.isfinite(array).all()
-        assert (array != start[name]).any(), name
-    assert [point.step for point in training.curve] == [0, rollout, 2 * rollout]
-    rate = QUICK.learning_rate
-    assert rates == pytest.approx([rate, rate * 2 / 3]), "it falls with what is left to do"
-
-
-@pytest.mark.parametrize("met", [True, False])
-def test_a_weighting_learns_from_exchanges_of_areas_that_both_know(motion, tmp_path, met):
-    experiment = motion(layer="weighting", out=tmp_path / "weighting", scenarios=("es1",))
-    training = ppo.PPOTraining(experiment)
-    training._set_trainable(learn=True)
-    policy = training._policy
-    actor = training._actors["weighting"]
-    torch.manual_seed(0)
-    torch.nn.init.normal_(actor.arrays["output.weight"])  # it starts at zero
-    observed = torch.rand(50, *training._env.observation_space.shape) + 0.1
-    for each in ("own_known", "heard_known"):
-        observed[:, actor._columns[each]] = float(met)
-    with torch.no_grad():
-        actions, *_ = policy(observed)
-    values, log_prob, _ = policy.evaluate_actions(observed, actions)
-    (log_prob.mean() + values.mean()).backward()
-    for name, array in actor.arrays.items():
-        assert bool((array.grad != 0.0).any()) == met, name
 
 
 def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
@@ -188,40 +112,106 @@ def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
     with ProgressLogger(experiment.out, "robot step", silent) as progress:
         for _ in range(4):
             training.evaluate()
-            latest.append(parameters(experiment.out))
+            latest.append(weights(experiment.out))
             training.advance(progress)
-    best = load_policy(experiment.out / BEST_POLICY)
-    assert [point.round_trips["es1"].mean for point in best.card.curve] == [5.5, 6.5, 9.0, 9.0]
-    assert best.card.score["es1"].mean == 9.0
-    for name, array in best.weights.items():
+    record = ppo.controller_of(experiment.out / BEST_POLICY).policy.card().training
+    assert [point.round_trips["es1"].mean for point in record.curve] == [5.5, 6.5, 9.0, 9.0]
+    assert record.score["es1"].mean == 9.0
+    best = weights(experiment.out, BEST_POLICY)
+    for name, array in best.items():
         assert_array_equal(array, latest[2][name])
     for other in (latest[1], latest[3]):
-        assert any((best.weights[name] != other[name]).any() for name in best.weights)
+        assert any((best[name] != other[name]).any() for name in best)
 
 
-def test_a_copy_does_what_it_was_shown(motion, monkeypatch):
-    monkeypatch.setattr("training.ppo.EPOCHS", 10)
-    experiment = motion()
-    scenario = experiment.scenarios_by_name["es1"]
-    layout = observation_layout("motion", scenario)
-    loop = Loop(scenario, experiment.base_controller, range(20), "kinematic")
-    pairs = record_demonstrations(loop, layout)
-    observed, wheels = pairs
-    assert not wheels[layout.records(observed)["situation"].is_talking > 0].any()
-    torch.manual_seed(0)
-    actor = MotionActor(layout)
-    before = clone_behaviour(actor, [pairs])
-    assert clone_behaviour(actor, [pairs]) < min(before, 0.5 * np.mean(wheels**2))
-
-
-def test_the_hyperparameters_reach_worlds_and_policy(motion):
-    terms = {"decision_period": 3, "discount": 0.9, "shaping": 0.5}
-    experiment = motion(worlds=4)
-    env = ppo.make_env(experiment, PPOHyperparameters(**terms))
-    assert [(each.n_worlds, each.world.n_robots) for each in env.blocks] == [(2, 10), (4, 6)]
-    config = env.blocks[0].config
-    for name, wanted in {**terms, "learn": "motion", "action": "wheels", "normalise": False,
-                         "physics": "kinematic"}.items():  # fmt: skip
+@pytest.mark.parametrize(
+    ("layer", "keywords"), [("weighting", {"step_on": "exchange"}), ("both", {}), ("motion", {})]
+)
+def test_every_layer_is_trained_under_the_defaults_of_the_environment(motion, layer, keywords):
+    experiment = motion(layer=layer, settings=BUSY | {"task.duration": "60"}, every=4000)
+    training = ppo.PPOTraining(experiment)
+    config = training._learner.env.blocks[0].config
+    for name, wanted in {"learn": layer, "shaping": 0.0, "action": None, **keywords}.items():
         assert getattr(config, name) == wanted
-    policy = ppo.PPOTraining(experiment)._policy
-    assert policy.log_std.tolist() == pytest.approx([QUICK.log_std] * 2)
+    before = training._weights
+    with ProgressLogger(experiment.out, "robot step", silent) as progress:
+        training.evaluate()
+        training.advance(progress)
+    for name, array in training._weights.items():
+        assert np.isfinite(array).all()
+        assert (array != before[name]).any(), name
+
+
+@pytest.fixture
+def network(motion):
+    """The file of a policy whose weights are of some size."""
+    experiment = motion(budget=1, every=1, scenarios=("es1",))
+    training = ppo.PPOTraining(experiment)
+    torch.manual_seed(1)
+    with torch.no_grad():
+        for each in training._learner.policy.parameters():
+            each.copy_(torch.randn(each.shape) / each.shape[-1] ** 0.5)
+    training.evaluate()
+    return experiment.out / ppo.LATEST, training._learner.policy
+
+
+def test_what_runs_without_torch_is_what_was_trained(network):
+    file, policy = network
+    controller = ppo.controller_of(file)
+    form = controller.form(find_scenario("es1"))
+    observed = np.random.default_rng(0).uniform(-1, 1, (30, len(form.layout))).astype(np.float32)
+    mean, chance = controller.policy.start(form), controller.policy.start_by_chance(form)
+    with torch.no_grad():
+        wanted = policy.actor(torch.from_numpy(observed)).numpy()
+    np.testing.assert_allclose(mean(observed), wanted, atol=1e-5)
+    assert_array_equal(mean(observed[:7]), mean(observed)[:7])
+    draws = np.full((30, 2), 2.0)
+    deviation = policy.log_std.detach().exp().numpy()
+    np.testing.assert_allclose(chance(observed, draws), wanted + 2.0 * deviation, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("damage", "says"),
+    [
+        (lambda arrays: arrays.pop("1.bias"), "array '1.bias' is missing"),
+        (lambda arrays: arrays.update({"x.weight": arrays["0.bias"]}), "no such array"),
+        (lambda arrays: arrays["0.bias"].fill(np.nan), "holds NaN"),
+        (lambda arrays: arrays["0.bias"].fill(1.0), "its card is of other weights"),
+    ],
+)
+def test_a_damaged_network_is_refused_in_one_line(network, damage, says):
+    file, _ = network
+    arrays = {name: array.copy() for name, array in load_file(file).items()}
+    damage(arrays)
+    save_file(arrays, file)
+    if "card" not in says:
+        file.with_suffix(".json").unlink()
+    with pytest.raises(ConfigError, match=says):
+        ppo.controller_of(file).check_usable(find_scenario("es1"))
+
+
+def test_matrices_begin_orthogonal_and_the_last_ones_with_their_own_gain():
+    policy = ActorCritic(5, 2, hidden=(3,))
+    for net, gain in ((policy.actor, 0.01), (policy.critic, 1.0)):
+        first, last = net[0].weight.detach(), net[-1].weight.detach()
+        assert (first @ first.T).numpy() == pytest.approx(2.0 * np.eye(3), abs=1e-5)
+        assert (last @ last.T).numpy() == pytest.approx(gain**2 * np.eye(len(last)), abs=1e-6)
+        assert not net[0].bias.any()
+    assert policy.log_std.tolist() == [0.0, 0.0]
+
+
+def test_actions_are_drawn_from_a_gaussian_whose_density_is_told():
+    policy = ActorCritic(5, 2)
+    with torch.no_grad():
+        policy.log_std.copy_(torch.tensor([-1.0, 0.5]))
+    observed = torch.randn(4000, 5)
+    torch.manual_seed(0)
+    with torch.no_grad():
+        actions, values, log_probs = policy(observed)
+        mean = policy.actor(observed)
+    gaussian = torch.distributions.Normal(mean, policy.log_std.detach().exp())
+    assert torch.allclose(log_probs, gaussian.log_prob(actions).sum(1), atol=1e-5)
+    assert (actions - mean).std(0).tolist() == pytest.approx([0.368, 1.649], rel=0.05)
+    again = policy.evaluate_actions(observed, actions)
+    assert torch.allclose(again[0], values)
+    assert torch.allclose(again[1], log_probs, atol=1e-6)

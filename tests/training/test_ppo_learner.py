@@ -49,7 +49,7 @@ def test_rollout_advantages_and_update_are_those_of_stable_baselines3(monkeypatc
     monkeypatch.setattr(
         ppo_learner, "advantages", lambda *given: found.append(advantages(*given)) or found[0]
     )
-    own.learn(96, learning_rate=3e-3, seed=5)
+    own.learn(960, seed=5)
     torch.manual_seed(5)
     reference.env.seed(5)
     reference.learn(96)
@@ -65,18 +65,18 @@ def test_rollout_advantages_and_update_are_those_of_stable_baselines3(monkeypatc
 def test_worlds_go_on_from_one_call_to_the_next_until_a_seed_resets_them():
     learner, found = learner_of(replace(TERMS, n_steps=4), stagger=False), []
     for seed, decisions in ((None, 1), (None, 33), (0, 32), (7, 1)):
-        learner.learn(decisions, 1e-4, seed)
+        learner.learn(10 * decisions, seed)
         episodes = learner.env.blocks[0].episodes
         next_seed = deepcopy(episodes.generators[0]).integers(2**32)
-        found.append((episodes.steps.tolist(), learner.n_decisions, next_seed))
-    steps, decisions, seeds = zip(*found, strict=True)
+        found.append((episodes.steps.tolist(), learner.robot_steps, next_seed))
+    steps, robot_steps, seeds = zip(*found, strict=True)
     assert steps == ([4, 4], [0, 0], [4, 4], [4, 4])  # twelve decisions are two episodes
-    assert decisions == (32, 96, 128, 160)
+    assert robot_steps == (320, 960, 1280, 1600)
     assert seeds[0] == seeds[2] != seeds[3]
 
 
 @pytest.mark.parametrize(
-    ("n_rows", "n_steps"), [(1, 256), (4096, 256), (4097, 255), (2**16, 16), (2**20, 16)]
+    ("n_rows", "n_steps"), [(1, 128), (8192, 128), (8193, 127), (2**16, 16), (2**20, 16)]
 )
 def test_a_rollout_is_a_million_decisions_and_sixteen_of_each_row_at_least(n_rows, n_steps):
     learner = PPOLearner.__new__(PPOLearner)
@@ -93,7 +93,7 @@ def test_long_rollouts_have_many_minibatches(monkeypatch):
         "evaluate_actions",
         lambda seen, actions: sizes.append(len(seen)) or evaluate(seen, actions),
     )
-    learner.learn(1, 1e-4)
+    learner.learn(1)
     assert sizes == [24] * 4 * TERMS.n_epochs
 
 
