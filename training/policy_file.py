@@ -96,11 +96,16 @@ class TrainingRecord(Part):
     """SHA-256 hash of the file of weights; written with it."""
 
 
-class Card(TrainingRecord):
-    """Model card of a policy: what it is, and everything needed to train it again."""
+class Format(Part):
+    """The version of a card, which is read before all else."""
 
     format: Literal[1] = 1
-    """Version of the card; another one is refused."""
+    """Another one is refused."""
+
+
+class Card(TrainingRecord, Format):
+    """Model card of a policy: what it is, and everything needed to train it again."""
+
     layers: dict[LayerName, LayerCard] = Field(min_length=1)
     controller: str
     """Controller whose other layers were used."""

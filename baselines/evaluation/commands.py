@@ -79,6 +79,7 @@ def evaluate(  # noqa: PLR0913 the options of a command
     repeats at most the unfinished blocks, one for each worker.
     """
     from baselines.evaluation.evaluate_options import EvaluateOptions
+    from baselines.evaluation.noise_search import noise_lines
     from baselines.evaluation.runner import check_kept, run_with_progress
 
     request = EvaluateOptions(scenario, controllers, episodes, seed, settings or [], physics)
@@ -91,6 +92,8 @@ def evaluate(  # noqa: PLR0913 the options of a command
     if plot:
         _draw(plan, plot, request.command)
     _write(results, form, series)
+    for line in noise_lines(plan.configurations, plan.by_configuration()):
+        say(line)
     check_kept(plan)
 
 

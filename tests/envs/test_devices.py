@@ -69,5 +69,6 @@ def test_a_snapshot_that_does_not_fit_changes_nothing():
     several = array_env("es1", stack=2, **{"task.duration": 60, "controller": "nc"})
     with pytest.raises(ConfigError, match="cannot be restored"):
         env.restore(several.snapshot())
-    for mine, his in zip(before[1][1], env.snapshot()[1][1], strict=True):
+    (raw, kept), (raw_now, now) = before[1][1], env.snapshot()[1][1]
+    for mine, his in zip((raw, *kept), (raw_now, *now), strict=True):
         np.testing.assert_array_equal(mine, his)
