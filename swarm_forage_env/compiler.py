@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache, partial
 from importlib.util import find_spec
+from itertools import count
 from pathlib import Path
 from threading import Lock
 from types import FunctionType
@@ -24,7 +25,7 @@ from typing import Any, TypeVar, cast
 import llvmlite
 import numba
 import numpy as np
-from numba.core import caching, config
+from numba.core import bytecode, caching, config
 from numba.core.compiler_lock import global_compiler_lock
 
 from swarm_forage_env.errors import ConfigError
@@ -46,6 +47,21 @@ _SWITCH = Lock()
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}
 
+
+def _name_functions_anew() -> None:
+    """Let names of functions in machine code be of this process alone.
+
+    Numba names a function by its types and a number, and records among these by a number too,
+    which it counts in each process. Where kept machine code of two processes is loaded, the
+    second of two functions of one name is dropped and the first is called, be it for records of
+    another size.
+    """
+    start = int.from_bytes(os.urandom(6), "little")
+    bytecode.FunctionIdentity._unique_ids = count(start)  # type: ignore[attr-defined]
+
+
+_name_functions_anew()
+os.register_at_fork(after_in_child=_name_functions_anew)
 os.register_at_fork(  # a fork amid a compilation of another thread's waits: its child would hang
     before=global_compiler_lock.acquire,
     after_in_parent=global_compiler_lock.release,
@@ -256,7 +272,9 @@ class _Locator:
     def __init__(self, function: Callable[..., Any]) -> None:
         """Of one kernel."""
         compilers = numba.__version__, llvmlite.__version__, sys.version_info[:2]
-        self._key = fingerprint(function, *compilers, INLINED, Lean.__name__, config.BOUNDSCHECK)
+        # the last: machine code of before could be called in the place of another function
+        options = INLINED, Lean.__name__, config.BOUNDSCHECK, _name_functions_anew.__name__
+        self._key = fingerprint(function, *compilers, *options)
 
     @classmethod
     def from_function(cls, function: Callable[..., Any], file: str) -> "_Locator":

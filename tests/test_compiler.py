@@ -574,3 +574,50 @@ assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
 def test_a_process_forked_while_a_thread_compiles_can_compile_and_step():
     run = subprocess.run([sys.executable, "-c", FORKS], cwd=ROOT, check=False, timeout=400)
     assert run.returncode == 0
+
+
+NAMES = """
+import os
+import numpy as np
+from swarm_forage_env.compiler import entry_point
+
+@entry_point
+def total(rows):
+    return rows["x"].sum()
+
+def names(size):
+    total(np.zeros(1, [("x", float, size)]).view(np.recarray))
+    for each in total.overloads.values():
+        yield from (f.name for f in each.library._final_module.functions if not f.is_declaration)
+
+print(*names(3), flush=True)
+if os.fork() == 0:
+    print(*names(4), flush=True)
+    os._exit(0)
+os.wait()
+print(*names(5), flush=True)
+"""
+
+
+@compiled
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_names_of_functions_in_machine_code_are_of_one_process_alone(tmp_path):
+    """Else one that is kept would be called in the place of another's, for other records."""
+    found = []
+    for run in range(2):
+        environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / str(run))}
+        done = subprocess.run(
+            [sys.executable, "-c", NAMES],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        first, forked, later = (
+            {name for name in line.split() if "total" in name} for line in done.stdout.splitlines()
+        )
+        found += [first, forked - first, later - first]
+    assert all(found)
+    for k, one in enumerate(found):
+        for other in found[k + 1 :]:
+            assert not one & other
