@@ -57,7 +57,7 @@ def _name_functions_anew() -> None:
     another size.
     """
     start = int.from_bytes(os.urandom(6), "little")
-    bytecode.FunctionIdentity._unique_ids = count(start)  # type: ignore[attr-defined]
+    bytecode.FunctionIdentity._unique_ids = count(start)
 
 
 _name_functions_anew()
