@@ -9,9 +9,7 @@ in ONNX the first one, is deterministic actions: (robots, numbers), or whole num
 scores of all choices (robots, choices) where actions are discrete.
 """
 
-import sys
 import warnings
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +21,7 @@ from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
 from training.foreign_file import check_file, check_zip, reason
-from training.policy import SHOWN_BY, PolicyFile, Predict
+from training.policy import SHOWN_BY, PolicyFile, Predict, imported, module_file
 from training.policy_card import PolicyCard
 
 if TYPE_CHECKING:
@@ -114,8 +112,7 @@ class CallablePolicy(PolicyFile):
     @property
     def reads(self) -> tuple[Path, ...]:
         """The file of the module too."""
-        file = getattr(sys.modules[self._function().__module__], "__file__", None)
-        return (*SHOWN_BY, Path(file)) if file else SHOWN_BY
+        return (*SHOWN_BY, module_file(self._function()))
 
     def card(self) -> PolicyCard | None:
         """A function has none: its name says what it goes with."""
@@ -126,19 +123,15 @@ class CallablePolicy(PolicyFile):
         return self._function()
 
     def _function(self) -> Predict:
-        home, _, name = self.file.partition(":")
-        if not name:
+        if not self.file.partition(":")[2]:
             raise ConfigError(
                 f"callable '{self.file}': must be a module and a function, as in"
                 " callable:package.module:function"
             )
-        here = str(Path.cwd())
-        if here not in sys.path:
-            sys.path.append(here)
         try:
-            found: Predict = getattr(import_module(home), name)
-        except (ImportError, AttributeError) as error:
-            raise ConfigError(f"callable '{self.file}': {error}") from None
+            found: Predict = imported(self.file)
+        except ConfigError as error:
+            raise ConfigError(f"callable {error}") from None
         if not callable(found):
             raise ConfigError(f"callable '{self.file}': is a {type(found).__name__}, no function")
         return found

@@ -1,6 +1,8 @@
 """Policies of other trainers: what they are, and the keywords of their training."""
 
+import sys
 from collections.abc import Callable
+from importlib import import_module
 from inspect import getfile
 from pathlib import Path
 from typing import Any
@@ -45,13 +47,40 @@ Draw = Callable[[Float32[Array, "robots numbers"], Float64[Array, "robots draws"
 one that is uniform in [0, 1), where actions are choices."""
 
 
+def imported(name: str) -> Any:  # noqa: ANN401 whatever goes by that name
+    """What `package.module:name` stands for, on Python's path or in the current folder.
+
+    Importing a module runs it. ConfigError where there is no such thing.
+    """
+    home, _, own = name.partition(":")
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
+    try:
+        return getattr(import_module(home), own)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ConfigError(f"'{name}': {error}") from None
+
+
+def module_file(found: Any) -> Path:  # noqa: ANN401 a class or function
+    """The file of the module that a class or function is defined in."""
+    return Path(getattr(sys.modules[found.__module__], "__file__", None) or getfile(found))
+
+
+def _is_class(observation: object) -> bool:
+    """An observation is named by module and class."""
+    return isinstance(observation, str) and ":" in observation
+
+
 class ForeignPolicy(PolicyKeywords):
     """A policy, and the keywords of `parallel_env` under which it was trained."""
 
     discrete: bool | tuple[Count, Count] = Field(
         False, description="Its actions are choices; 3x5: of 3 speeds times 5 turns"
     )
-    observation: Any = Field("layer", description="What it observes, as layer+previous_action")
+    observation: Any = Field(
+        "layer", description="What it observes: layer+previous_action, layer+module:Class"
+    )
     chance: bool = Field(
         False, description="It acts by chance, as in training, from a stream of each robot"
     )
@@ -66,7 +95,8 @@ class ForeignPolicy(PolicyKeywords):
     @property
     def reads(self) -> tuple[Path, ...]:
         """Files that its output depends on, beside those of its kind: what shows it the world."""
-        return SHOWN_BY
+        names = self.observation.split("+") if isinstance(self.observation, str) else ()
+        return (*SHOWN_BY, *(module_file(imported(each)) for each in names if _is_class(each)))
 
     @property
     def source(self) -> str:
@@ -77,14 +107,9 @@ class ForeignPolicy(PolicyKeywords):
         """The keywords, as an environment has them."""
         names = self.observation
         listed = names.split("+") if isinstance(names, str) else names
-        own = [each for each in listed if ":" in each] if isinstance(names, str) else []
-        if own:
-            raise ConfigError(
-                f"policy {self.source}: observes {own[0]}, a class of its trainer's; make the"
-                " controller in Python, with policy_controller(..., observation=[...])"
-            )
+        shown = [imported(each) if _is_class(each) else each for each in listed]
         given = {name: getattr(self, name) for name in PolicyKeywords.model_fields}
-        return validated(EnvConfig, {**given, "observation": listed})
+        return validated(EnvConfig, {**given, "observation": shown})
 
     def card(self) -> PolicyCard | None:
         """What it was trained on, where that is known."""
@@ -132,7 +157,7 @@ class PolicyFile(ForeignPolicy):
     @property
     def reads(self) -> tuple[Path, ...]:
         """The file too."""
-        return (*SHOWN_BY, self.path)
+        return (*super().reads, self.path)
 
     @property
     def source(self) -> str:

@@ -79,6 +79,7 @@ class PolicyController(LayeredController):
             changed = replace(self, policy=validated(type(self.policy), {"file": file}))
             card = changed.policy.card()
             if card is not None:
+                _check_named(changed.policy, card, given)
                 changed = changed._as_on(card)
                 beside = beside or changed._written_on(card)
         if beside is not None:
@@ -248,6 +249,16 @@ def policy_controller(
 def named_policy(name: str, policy: ForeignPolicy) -> PolicyController:
     """A controller of a policy beside the layers of `ssgikf`."""
     return PolicyController(name, SINGLE, SGIKF(), SUBSUMPTION, policy)
+
+
+def _check_named(policy: ForeignPolicy, card: PolicyCard, given: Mapping[str, object]) -> None:
+    """ConfigError if a card names a class to observe by: which code runs, a name says alone."""
+    observation = card.keywords.observation
+    if ":" in observation and not {"observation", "policy.observation"} & given.keys():
+        raise ConfigError(
+            f"policy {policy.source}: observes by a class of its trainer's; where you trust its"
+            f" module, name it: {policy.source},observation={observation}"
+        )
 
 
 def _check_observes(

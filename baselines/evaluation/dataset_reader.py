@@ -96,7 +96,7 @@ class EpisodeGroup:
         would run the code in a file, which only the user of a command can trust.
         """
         parameters = json.loads(self.parameters)
-        if parameters.get("policy.trust"):
+        if parameters.get("policy.trust") or ":" in str(parameters.get("policy.observation")):
             raise ConfigError(
                 f"dataset of '{self.label()}': asks to trust {parameters.get('policy.file')!r},"
                 " whose code would be run; plot what needs no policy, as boxplot, or the"

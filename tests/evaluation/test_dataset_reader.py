@@ -214,8 +214,9 @@ def test_a_file_outside_of_the_folders_of_names_is_refused(kept):
         read_groups([str(kept.folder)])
 
 
-def test_a_dataset_cannot_say_that_a_file_is_trusted(kept):
+@pytest.mark.parametrize("asks", [{"policy.trust": True}, {"policy.observation": "layer+os:Class"}])
+def test_a_dataset_cannot_say_that_a_file_or_a_module_is_trusted(kept, asks):
     group = read_groups([str(kept.folder)])[0]
-    said = json.dumps({"policy.file": "model.zip", "policy.trust": True})
+    said = json.dumps({"policy.file": "model.zip", **asks})
     with pytest.raises(ConfigError, match=r"asks to trust 'model.zip', whose code would be run"):
         replace(group, controller="sb3", parameters=said).configuration()

@@ -3,6 +3,7 @@
 import json
 import sys
 import zipfile
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,6 +14,7 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.envs.config import EnvConfig
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.spaces import Feature
 from swarm_forage_env.task import task_of
 from training import policy_card
 from training.policy import FunctionPolicy
@@ -24,6 +26,12 @@ from training.running_policy import usable_rows
 
 class Own:
     """An observation of the user's own."""
+
+    def features(self, scenario, agents):
+        return [Feature("own", "m", 0.0, 1.0)]
+
+    def write(self, context, out):
+        out[...] = 0.0
 
 
 HERE = f"{__name__}:Own"
@@ -108,14 +116,30 @@ def test_choices_are_a_few_or_a_grid(given, meant):
     assert FunctionPolicy(discrete=given).discrete == meant
 
 
-def test_observations_are_told_by_name_and_a_class_of_ones_own_in_python_only():
+def test_observations_are_told_by_name_and_a_class_of_ones_own_by_its_module():
     assert FunctionPolicy(observation="layer+robot_id").config().observation == [
         "layer",
         "robot_id",
     ]
     assert FunctionPolicy(observation=["layer", Own]).config().observation == ["layer", Own]
-    with pytest.raises(ConfigError, match="FunctionPolicy: observes a:B, a class of its trainer's"):
-        FunctionPolicy(observation="layer+a:B+c:D").config()
+    own = FunctionPolicy(observation=f"layer+{__name__}:Own")
+    assert own.config().observation == ["layer", Own]
+    assert Path(__file__) in own.reads
+    for name in ("no_such_module:B", f"{__name__}:Other", ":x"):
+        with pytest.raises(ConfigError, match=f"'{name}'"):
+            FunctionPolicy(observation=f"layer+{name}").config()
+
+
+def test_a_card_cannot_choose_a_class_to_observe_by(tmp_path):
+    written = save_policy_card(tmp_path / "m.pt", "es1", observation=["layer", Own])
+    named = find_controller("torchscript")
+    (tmp_path / "m.pt").write_bytes(b"")
+    own = f"layer+{__name__}:Own"
+    with pytest.raises(ConfigError, match=r"where you trust its module, name it: .*layer\+"):
+        named.with_parameters({"file": str(tmp_path / "m.pt")})
+    given = named.with_parameters({"file": str(tmp_path / "m.pt"), "observation": own})
+    assert given.policy.config().observation == ["layer", Own]
+    assert own in written.read_text()
 
 
 KINDS = {"sb3": "m.zip", "torchscript": "m.pt", "onnx": "m.onnx"}
@@ -137,7 +161,7 @@ def card_beside(folder, **changes):
         ({"keywords": {"file": "/etc/passwd"}}, r"card .*: keywords.file: Extra"),
         ({"keywords": {"function": "os:system"}}, r"card .*: keywords.function: Extra"),
         ({"keywords": {"observation": ["os:system"]}}, r"card .*: keywords.observation: Input"),
-        ({"keywords": {"observation": "layer+intrusion:Own"}}, "observes intrusion:Own, a class"),
+        ({"keywords": {"observation": "layer+intrusion:Own"}}, "observes by a class of its"),
         ({"keywords": {"learn": "motion\x1b[2J"}}, "no layer to learn named 'motion.x1b"),
         ({"keywords": {"sharpest_turn": float("nan")}}, "card .*: keywords.sharpest_turn: Input"),
         ({"scenario": "es1\nall is well"}, "card .*: scenario: String should match"),
