@@ -30,6 +30,9 @@ N_WORLDS = {"es1": (1, 10, 100, 1_000, 10_000, 100_000), "es3": (1, 10, 100, 1_0
 QUICK_WORLDS = 1_000
 """The most worlds of a quick run."""
 
+MAKING = 3e-4
+"""Time in which a CPU makes a world [s]: 0.28 ms beside an H200, 23 November 2026."""
+
 TICKS = 10
 """Ticks of the GPU between two that the CPU waits for."""
 
@@ -46,7 +49,10 @@ def measure_gpu(quick: bool, tell: Tell) -> list[Measured]:
         scenario: Scenario = find_scenario(name)
         for n_worlds in numbers:
             if not quick or n_worlds <= QUICK_WORLDS:
-                tell(f"{n_worlds} worlds of {name}")
+                wait = (
+                    f", made in about {MAKING * n_worlds:.0f} s" if n_worlds > QUICK_WORLDS else ""
+                )
+                tell(f"{n_worlds} worlds of {name}{wait}")
                 case = Case(f"{name} x {n_worlds}", scenario, n_worlds)
                 found.append(measure_case(case, threads, quick))
     return found
