@@ -4,9 +4,9 @@
     .venv-torchrl/bin/python examples/torchrl_mappo.py
 
 The critic reads "state": true poses and all beliefs, which no robot ever sees (MAPPO); with
-`--ippo` it reads what the policy reads. At the end the policy, without its noise, is set against
-random actions. Five robots between near areas take some minutes; `--scenario es1` is the world of
-the papers.
+`--ippo` it reads what the policy reads. At the end the policy is scored without its noise and with
+it, beside random actions. Five robots between near areas take some minutes; `--scenario es1` is the
+world of the papers.
 """
 
 import argparse
@@ -183,10 +183,13 @@ def train(
     return policy
 
 
-def round_trips(policy: ProbabilisticActor | None, seed: int = 1000, **options: Any) -> float:
-    """Mean over an episode in each world: of the policy without its noise, or of random actions."""
+def round_trips(
+    policy: ProbabilisticActor | None, seed: int = 1000, by_chance: bool = False, **options: Any
+) -> float:
+    """Mean over an episode in each world: of the policy, by chance or not, or of random actions."""
     env = SwarmTorchEnv(n_worlds=N_WORLDS, seed=seed, **options)
-    with torch.no_grad(), set_exploration_type(ExplorationType.DETERMINISTIC):
+    how = ExplorationType.RANDOM if by_chance else ExplorationType.DETERMINISTIC
+    with torch.no_grad(), set_exploration_type(how):
         seen = env.rollout(env.max_cycles, policy)
     return float(seen[:, -1]["next", GROUP, "info", "round_trips"].sum(-1).mean())
 
@@ -201,8 +204,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     chosen = parser.parse_args(arguments)
     options = {**TERMS, **SCENARIOS[chosen.scenario]}
     policy = train(chosen.iterations, chosen.seed, is_ippo=chosen.ippo, **options)
-    for name, actor in (("learned", policy), ("random", None)):
-        print(f"{name}: {round_trips(actor, **options):.1f} round trips an episode")
+    print(f"learned: {round_trips(policy, **options):.1f} round trips an episode")
+    print(f"the same by chance: {round_trips(policy, by_chance=True, **options):.1f}")
+    print(f"random: {round_trips(None, **options):.1f}")
 
 
 if __name__ == "__main__":
