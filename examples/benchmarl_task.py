@@ -18,13 +18,13 @@ import torch
 from benchmarl.algorithms import algorithm_config_registry
 from benchmarl.experiment import Experiment
 from benchmarl.models.mlp import MlpConfig
+from torchrl.envs.utils import ExplorationType, set_exploration_type
 
 from training.benchmarl_tasks import EpisodeMetrics, SwarmForageTask, settings
-from training.torchrl_env import SwarmTorchEnv
 
 
 def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
-    """Read the command line, train, and set the policy against random actions."""
+    """Read the command line, train, and compare the policy, by chance too, with random actions."""
     names = [task.name.lower() for task in SwarmForageTask]
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--task", default="near", choices=names)
@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
 
     task = SwarmForageTask[chosen.task.upper()].get_task()
     evaluation = EpisodeMetrics()
-    Experiment(
+    experiment = Experiment(
         task=task,
         algorithm_config=algorithm_config_registry[chosen.algorithm].get_from_yaml(),
         model_config=MlpConfig.get_from_yaml(),
@@ -46,12 +46,19 @@ def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
         seed=chosen.seed,
         config=settings(task, max_n_frames=chosen.frames, save_folder=str(chosen.out.resolve())),
         callbacks=[evaluation],
-    ).run()
+    )
+    experiment.run()
 
-    env = SwarmTorchEnv(n_worlds=16, seed=1000, **task.config)
+    env = task.get_env_fun(16, experiment.continuous_actions, None, "cpu")()
+    with torch.no_grad(), set_exploration_type(ExplorationType.RANDOM):
+        by_chance = env.episodes(env.rollout(env.max_cycles, experiment.policy))
     random = env.episodes(env.rollout(env.max_cycles))
     for name, learned in evaluation.last.items():
-        print(f"{name}: {learned.mean():.2f} learned, {random[name].mean():.2f} random")
+        chance, drawn = by_chance[name].mean(), random[name].mean()
+        print(
+            f"{name}: {learned.mean():.2f} learned, {chance:.2f} the same by chance,"
+            f" {drawn:.2f} random actions"
+        )
     return evaluation
 
 

@@ -215,18 +215,25 @@ def save(agent: Agent, options: Options, **more: Any) -> None:
     save_policy_card(file, options.scenario, **(keywords(options) | more))
 
 
-def compare(options: Options) -> dict[str, float]:
-    """Print the mean round trips of an episode of the saved policy, and of two to compare with."""
+def compare(options: Options, agent: Agent) -> dict[str, float]:
+    """Print the mean round trips of an episode of the saved policy, and of some to compare with."""
     rng, env = np.random.default_rng(0), make_env(options)
     n_actions = len(env.action_layout)
 
     def wander(observed: NDArray[np.float32]) -> NDArray[np.float32]:
         return rng.uniform(-1.0, 1.0, (len(observed), n_actions)).astype(np.float32)
 
+    @torch.no_grad()
+    def by_chance(observed: NDArray[np.float32]) -> NDArray[np.float32]:
+        drawn: NDArray[np.float32] = agent.act(torch.from_numpy(observed)).sample().numpy()
+        return drawn
+
+    terms: dict[str, Any] = {"learn": options.learn, "decision_period": options.period}
     controllers: dict[str, Any] = {
-        "random": policy_controller(wander, learn=options.learn, decision_period=options.period),
+        "random": policy_controller(wander, **terms),
         "ssgikf, hand-written": find_controller("ssgikf"),
         "the trained policy": find_controller(f"torchscript:{options.out}/policy.pt"),
+        "the same by chance": policy_controller(by_chance, **terms),
     }
     found = {}
     for name, controller in controllers.items():
@@ -244,8 +251,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.add_argument(flag, type=type(field.default), default=field.default)
     parser.formatter_class = argparse.ArgumentDefaultsHelpFormatter
     options = Options(**vars(parser.parse_args(arguments)))
-    train(options)
-    compare(options)
+    compare(options, train(options))
     print(f"watch it: swarm-forage watch {options.scenario} torchscript:{options.out}/policy.pt")
 
 

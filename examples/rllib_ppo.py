@@ -4,8 +4,7 @@
     .venv-rllib/bin/python examples/rllib_ppo.py
 
 All worlds of an env runner are one block of arrays (`training.rllib_env`). A robot earns 1 for
-each round trip; the shaping, which leaves the best policies as they are, tells it before the first
-one where it is going.
+each round trip, and nothing else.
 """
 
 import argparse
@@ -50,12 +49,7 @@ def configure(seed: int, worlds: int, decisions: int, **options: Any) -> PPOConf
 
     The `options` are keywords of `parallel_env`.
     """
-    terms = {
-        "decision_period": PERIOD,
-        "shaping": 1.0,
-        "discount": DISCOUNT,
-        **options,
-    }
+    terms = {"decision_period": PERIOD, **options}
     return (
         PPOConfig()
         .environment(SwarmMultiAgentEnv, env_config=terms, disable_env_checking=True)
@@ -98,21 +92,31 @@ def train(algorithm: Any, robot_steps: int) -> None:
 
 
 def compare(module: RLModule, episodes: int) -> dict[str, float]:
-    """Print the mean round trips of an episode of the policy, and of two to compare with."""
+    """Print the mean round trips of an episode of the policy, and of some to compare with."""
     rng = np.random.default_rng(0)
 
     def wander(observed: NDArray[np.float32]) -> NDArray[np.float32]:
         return rng.uniform(-1.0, 1.0, (len(observed), 2)).astype(np.float32)
 
+    @torch.no_grad()
+    def gaussian(observed: NDArray[np.float32]) -> tuple[NDArray[np.float32], ...]:
+        given = module.forward_inference({"obs": torch.from_numpy(observed)})
+        mean, log_deviation = given["action_dist_inputs"].chunk(2, dim=1)
+        return mean.numpy(), log_deviation.exp().numpy()
+
     def steer(observed: NDArray[np.float32]) -> NDArray[np.float32]:
-        with torch.no_grad():
-            given = module.forward_inference({"obs": torch.from_numpy(observed)})
-        return given["action_dist_inputs"][:, :2].numpy()  # the mean, without the deviation
+        mean, _ = gaussian(observed)
+        return mean
+
+    def by_chance(observed: NDArray[np.float32]) -> NDArray[np.float32]:
+        mean, deviation = gaussian(observed)
+        return rng.normal(mean, deviation).astype(np.float32)
 
     controllers = {
         "random": policy_controller(wander, decision_period=PERIOD),
         "ssgikf, hand-written": find_controller("ssgikf"),
         "the trained policy": policy_controller(steer, decision_period=PERIOD),
+        "the same by chance": policy_controller(by_chance, decision_period=PERIOD),
     }
     found = {}
     for name, controller in controllers.items():

@@ -98,14 +98,16 @@ def ppo_loop(ppo, chosen, scenario):
 
 def test_the_kept_policy_is_compared_with_others(ppo, monkeypatch, options, capsys):
     monkeypatch.setattr(ppo, "run_episodes", lambda *_: [type("Episode", (), {"round_trips": 3})])
-    ppo.train(options(iterations=1))
-    assert set(ppo.compare(options()).values()) == {3.0}
-    assert "ssgikf, hand-written:    3.0 round trips" in capsys.readouterr().out
+    agent = ppo.train(options(iterations=1))
+    assert set(ppo.compare(options(), agent).values()) == {3.0}
+    told = capsys.readouterr().out
+    assert "ssgikf, hand-written:    3.0 round trips" in told
+    assert "the same by chance:    3.0 round trips" in told
 
 
 def test_the_command_line_names_every_option(ppo, monkeypatch):
     found = []
     monkeypatch.setattr(ppo, "train", found.append)
-    monkeypatch.setattr(ppo, "compare", found.append)
+    monkeypatch.setattr(ppo, "compare", lambda options, _: found.append(options))
     ppo.main(["--scenario", "es2", "--learn", "weighting", "--learning-rate", "1e-3"])
     assert found == 2 * [ppo.Options(scenario="es2", learn="weighting", learning_rate=1e-3)]
