@@ -40,6 +40,8 @@ class Rollout:
     """At the end of an episode with the discounted value of its last observation."""
     ends: Tensor
     """1 where an episode ends with the decision, else 0."""
+    acts: Tensor
+    """True where the action counts."""
 
 
 def advantages(rollout: Rollout, discount: float, gae_lambda: float) -> Tensor:
@@ -48,16 +50,20 @@ def advantages(rollout: Rollout, discount: float, gae_lambda: float) -> Tensor:
         delta_t = r_t + discount v_{t+1} - v_t
         A_t     = delta_t + discount lambda A_{t+1}
 
-    where v_{t+1} and A_{t+1} are 0 if an episode ends at t.
+    where v_{t+1} and A_{t+1} are 0 if an episode ends at t. Where the action at t + 1 does not
+    count, lambda is 1: so the reward until the next action that counts is credited to this one,
+    and only there a value stands in for what follows.
 
-    Source: Schulman2016, Eq. 16.
+    Source: Schulman2016, Eq. 16; that only actions that count are steps: Sutton1999, options.
     """
     out = torch.empty_like(rollout.rewards)
     later = torch.zeros_like(rollout.rewards[0])
+    trace = torch.full_like(later, gae_lambda)
     for k in reversed(range(len(out))):
         decay = discount * (1.0 - rollout.ends[k])
         delta = rollout.rewards[k] + decay * rollout.values[k + 1] - rollout.values[k]
-        out[k] = later = delta + decay * gae_lambda * later
+        out[k] = later = delta + decay * trace * later
+        trace = torch.where(rollout.acts[k], gae_lambda, 1.0)
     return out
 
 
@@ -169,6 +175,24 @@ def _dense(sizes: Sequence[int], gain: float) -> nn.Sequential:
     return nn.Sequential(*layers[:-1])
 
 
+def _n_acting(acts: Tensor) -> int:
+    """How many actions count; ConfigError where they are too few to compare their advantages."""
+    n = int(acts.sum())
+    if n < 2:
+        raise ConfigError(
+            f"step_on='exchange': {n} exchanges in a rollout, which is too few to learn from; take"
+            " more robots or worlds"
+        )
+    return n
+
+
+def _minibatches(shuffled: Tensor, acts: Tensor, n: int) -> list[Tensor]:
+    """Rows in n parts, over which those whose actions count are spread evenly."""
+    acting = acts[shuffled]
+    parts = zip(shuffled[acting].tensor_split(n), shuffled[~acting].tensor_split(n), strict=True)
+    return [torch.cat(part) for part in parts]
+
+
 class PPOLearner:
     """PPO on the rows of an environment, with parameter sharing: one policy for all.
 
@@ -196,6 +220,7 @@ class PPOLearner:
         """Scalars of the last update."""
         self._low, self._high = (torch.from_numpy(each).to(env.device) for each in (low, high))
         self._observations: Tensor | None = None
+        self._acts = torch.zeros(env.n_rows, dtype=torch.bool, device=env.device)
         self._before = 0
 
     @property
@@ -217,6 +242,7 @@ class PPOLearner:
             torch.manual_seed(seed or 0)
             self.env.seed(seed or 0)
             self._observations = self.env.reset()
+            self._acts = self.env.acts_at_reset()
         goal = self.robot_steps + robot_steps
         while self.robot_steps < goal:
             rollout, self._observations = self._roll_out(self._observations)
@@ -261,6 +287,7 @@ class PPOLearner:
             actions, values, log_probs = policy(observations)
             step = env.step(torch.clamp(actions, self._low, self._high))
             rollout.observations[k], rollout.actions[k] = observations, actions
+            rollout.acts[k], self._acts = self._acts, step.acts
             rollout.log_probs[k], rollout.values[k] = log_probs, values.flatten()
             rollout.rewards[k] = step.rewards
             if len(step.ended):
@@ -280,6 +307,7 @@ class PPOLearner:
             values=observations.new_empty((n + 1, n_rows)),
             rewards=observations.new_empty(shape),
             ends=observations.new_zeros(shape),
+            acts=observations.new_empty(shape, dtype=torch.bool),
         )
 
     def _update(self, rollout: Rollout) -> None:
@@ -287,15 +315,17 @@ class PPOLearner:
         gains = advantages(rollout, terms.discount, terms.gae_lambda)
         returns = (gains + rollout.values[:-1]).flatten()
         seen, actions = rollout.observations.flatten(0, 1), rollout.actions.flatten(0, 1)
-        before, gains = rollout.log_probs.flatten(), gains.flatten()
+        before, gains, acts = (each.flatten() for each in (rollout.log_probs, gains, rollout.acts))
         n_minibatches = max(terms.n_minibatches, len(gains) // MIN_MINIBATCH)
+        n_minibatches = min(n_minibatches, _n_acting(acts) // 2)
         policy.train(True)
         for _ in range(terms.n_epochs):
             shuffled = torch.randperm(len(gains), device=gains.device)
-            for rows in shuffled.tensor_split(n_minibatches):
+            for rows in _minibatches(shuffled, acts, n_minibatches):
                 values, log_probs, _ = policy.evaluate_actions(seen[rows], actions[rows])
-                log_ratio = log_probs - before[rows]
-                actor_loss = clipped_loss(torch.exp(log_ratio), gains[rows])
+                chosen = acts[rows]
+                log_ratio = (log_probs - before[rows])[chosen]
+                actor_loss = clipped_loss(torch.exp(log_ratio), gains[rows][chosen])
                 critic_loss = torch.nn.functional.mse_loss(values.flatten(), returns[rows])
                 self._descend(actor_loss + VALUE_WEIGHT * critic_loss)
         self.diagnostics = {

@@ -62,6 +62,43 @@ def test_rollout_advantages_and_update_are_those_of_stable_baselines3(monkeypatc
         assert (learned != names[name]).any(), name
 
 
+def test_a_reward_is_credited_to_the_last_action_that_counted():
+    column = torch.tensor
+    rollout = ppo_learner.Rollout(
+        observations=torch.empty(3, 1, 0), actions=torch.empty(3, 1, 0),
+        log_probs=torch.empty(3, 1), values=column([[10.0], [99.0], [30.0], [40.0]]),
+        rewards=column([[1.0], [2.0], [3.0]]), ends=torch.zeros(3, 1),
+        acts=column([[True], [False], [True]]),
+    )  # fmt: skip
+    first, _, last = ppo_learner.advantages(rollout, 0.5, 0.8).flatten().tolist()
+    assert last == pytest.approx(3.0 + 0.5 * 40.0 - 30.0)
+    assert first == pytest.approx(1.0 + 0.5 * 2.0 + 0.25 * (30.0 + 0.8 * last) - 10.0)
+
+
+def test_the_policy_learns_from_the_actions_that_count_alone(monkeypatch):
+    counts, told, loss = [], [], ppo_learner.clipped_loss
+    monkeypatch.setattr(
+        ppo_learner,
+        "clipped_loss",
+        lambda ratio, gains: counts.append(len(ratio)) or loss(ratio, gains),
+    )
+    exchanges = {"learn": "weighting", "step_on": "exchange", "decision_period": None}
+    learner = learner_of(max_cycles=600, shaping=0.0, **exchanges)
+    step = learner.env.step
+    monkeypatch.setattr(learner.env, "step", lambda given: told.append(step(given)) or told[-1])
+    learner.learn(1, seed=0)
+    acting = sum(int(each.acts.sum()) for each in told[:-1])  # of a first decision nobody's counts
+    assert acting >= 6
+    assert sum(counts) == acting * TERMS.n_epochs
+    assert max(counts) - min(counts) <= 1
+
+
+def test_a_rollout_without_exchanges_is_refused():
+    learner = learner_of(learn="weighting", step_on="exchange", decision_period=None, max_cycles=2)
+    with pytest.raises(ConfigError, match="0 exchanges in a rollout"):
+        learner.learn(1, seed=0)
+
+
 def test_worlds_go_on_from_one_call_to_the_next_until_a_seed_resets_them():
     learner, found = learner_of(replace(TERMS, n_steps=4), stagger=False), []
     for seed, decisions in ((None, 1), (None, 33), (0, 32), (7, 1)):
