@@ -28,8 +28,13 @@ from training.ppo_learner import ActorCritic, PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 from training.training_loop import ProgressLogger, Training, run
 
-HYPERPARAMETERS = PPOHyperparameters()
-"""Chosen for es1, by 6 million robot-steps; see docs/learning.md."""
+HYPERPARAMETERS: Mapping[str, PPOHyperparameters] = {
+    "weighting": PPOHyperparameters(n_steps=256, n_minibatches=4, log_std=-0.7),
+    "motion": PPOHyperparameters(),
+    "both": PPOHyperparameters(),
+}
+"""For each choice of the trained layer: chosen for es1, by 6 million robot-steps for the motion
+(decision 0033), by 30 million for the weighting (0034)."""
 
 KEYWORDS: Mapping[str, Mapping[str, object]] = {
     "weighting": {"step_on": "exchange"},
@@ -64,8 +69,10 @@ class PPOTraining(Training):
         torch.set_num_threads(1)  # quicker for networks this small
         torch.manual_seed(experiment.seed)
         env = make_env(experiment)
-        policy = ActorCritic(len(env.observation_layout), len(env.blocks[0].action_layout))
-        self._learner = PPOLearner(env, policy, HYPERPARAMETERS)
+        terms, n_observed = HYPERPARAMETERS[experiment.layer], len(env.observation_layout)
+        n_actions = len(env.blocks[0].action_layout)
+        policy = ActorCritic(n_observed, n_actions, log_std=terms.log_std)
+        self._learner = PPOLearner(env, policy, terms)
         self._best = self._weights
         self._open()
 

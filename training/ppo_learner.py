@@ -119,17 +119,25 @@ class PPOHyperparameters:
     """Minibatches per rollout and epoch, at least."""
     n_epochs: int = 10
     learning_rate: float = 7e-4
+    log_std: float = 0.0
+    """Logarithm of the standard deviation of actions before the first update."""
 
 
 class ActorCritic(nn.Module):
     """Two networks of dense layers: a Gaussian over actions, and the value of an observation."""
 
-    def __init__(self, n_observed: int, n_actions: int, hidden: Sequence[int] = (64, 64)) -> None:
+    def __init__(
+        self,
+        n_observed: int,
+        n_actions: int,
+        hidden: Sequence[int] = (64, 64),
+        log_std: float = 0.0,
+    ) -> None:
         """Initialise matrices orthogonally, the last ones with their own gain, as SB3."""
         super().__init__()
         self.actor = _dense([n_observed, *hidden, n_actions], gain=0.01)
         self.critic = _dense([n_observed, *hidden, 1], gain=1.0)
-        self.log_std = nn.Parameter(torch.zeros(n_actions))
+        self.log_std = nn.Parameter(torch.full((n_actions,), log_std))
 
     def forward(self, observed: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Draw actions; return them, the values and the log probability of each row."""

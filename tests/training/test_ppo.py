@@ -24,7 +24,7 @@ QUICK = PPOHyperparameters(n_steps=4, n_epochs=1, n_minibatches=2)
 def quick(monkeypatch, tmp_path):
     """Rollouts of a moment."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(ppo, "HYPERPARAMETERS", QUICK)
+    monkeypatch.setattr(ppo, "HYPERPARAMETERS", dict.fromkeys(ppo.HYPERPARAMETERS, QUICK))
 
 
 @pytest.fixture
