@@ -1,5 +1,6 @@
 """PPO from scratch: it learns what the environment shows, goes on after a kill, keeps its best."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -73,6 +74,13 @@ def test_a_run_keeps_its_best_with_a_card_that_tells_its_curve(motion):
     assert [point.value for point in record.curve] == [point.value for point in last]
     best = max(last, key=lambda point: point.value)
     assert record.score == best.round_trips
+
+
+def test_a_policy_begins_with_the_deviation_of_its_layer(motion, monkeypatch):
+    monkeypatch.setitem(ppo.HYPERPARAMETERS, "motion", replace(QUICK, log_std=-0.5))
+    experiment = motion()
+    ppo.PPOTraining(experiment).evaluate()
+    assert_array_equal(weights(experiment.out)["log_std"], np.full(2, -0.5, np.float32))
 
 
 def test_a_finished_run_writes_its_best_again(motion):
