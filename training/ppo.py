@@ -10,6 +10,7 @@ Source: Schulman2017, Proximal Policy Optimization Algorithms.
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -28,20 +29,27 @@ from training.ppo_learner import ActorCritic, PPOHyperparameters, PPOLearner
 from training.tensor_vec_env import TensorVecEnv
 from training.training_loop import ProgressLogger, Training, run
 
-HYPERPARAMETERS: Mapping[str, PPOHyperparameters] = {
-    "weighting": PPOHyperparameters(n_steps=256, n_minibatches=4, log_std=-0.7),
-    "motion": PPOHyperparameters(),
-    "both": PPOHyperparameters(),
+
+@dataclass(frozen=True)
+class Preset:
+    """How a layer is trained; by default as the motion."""
+
+    keywords: Mapping[str, object] = field(default_factory=dict)
+    """Keywords of the environment that are not its defaults."""
+    hyperparameters: PPOHyperparameters = field(default_factory=PPOHyperparameters)
+    log_std: float = 0.0
+    """Logarithm of the standard deviation of actions before the first update."""
+
+
+PRESETS: Mapping[str, Preset] = {
+    "weighting": Preset(
+        {"step_on": "exchange"}, PPOHyperparameters(n_steps=256, n_minibatches=4), log_std=-0.7
+    ),
+    "motion": Preset(),
+    "both": Preset(),
 }
 """For each choice of the trained layer: chosen for es1, by 6 million robot-steps for the motion
-(decision 0033), by 30 million for the weighting (0034)."""
-
-KEYWORDS: Mapping[str, Mapping[str, object]] = {
-    "weighting": {"step_on": "exchange"},
-    "motion": {},
-    "both": {},
-}
-"""Keywords of the environment that are not its defaults, for each choice of the trained layer."""
+(decision 0033), by 30 to 80 million for the weighting (0034)."""
 
 LATEST = "latest.safetensors"
 """File of the policy of the last interval."""
@@ -69,10 +77,10 @@ class PPOTraining(Training):
         torch.set_num_threads(1)  # quicker for networks this small
         torch.manual_seed(experiment.seed)
         env = make_env(experiment)
-        terms, n_observed = HYPERPARAMETERS[experiment.layer], len(env.observation_layout)
+        preset, n_observed = PRESETS[experiment.layer], len(env.observation_layout)
         n_actions = len(env.blocks[0].action_layout)
-        policy = ActorCritic(n_observed, n_actions, log_std=terms.log_std)
-        self._learner = PPOLearner(env, policy, terms)
+        policy = ActorCritic(n_observed, n_actions, log_std=preset.log_std)
+        self._learner = PPOLearner(env, policy, preset.hyperparameters)
         self._best = self._weights
         self._open()
 
@@ -140,7 +148,7 @@ def keywords(experiment: Experiment) -> dict[str, object]:
     given: dict[str, object] = {"learn": experiment.layer, "physics": experiment.physics}
     if experiment.device == "cpu":
         given["threads"] = experiment.workers
-    return {**given, **KEYWORDS[experiment.layer]}
+    return {**given, **PRESETS[experiment.layer].keywords}
 
 
 def make_env(experiment: Experiment) -> TensorVecEnv:

@@ -7,7 +7,7 @@ Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
@@ -119,8 +119,6 @@ class PPOHyperparameters:
     """Minibatches per rollout and epoch, at least."""
     n_epochs: int = 10
     learning_rate: float = 7e-4
-    log_std: float = 0.0
-    """Logarithm of the standard deviation of actions before the first update."""
 
 
 class ActorCritic(nn.Module):
@@ -194,11 +192,11 @@ def _n_acting(acts: Tensor) -> int:
     return n
 
 
-def _minibatches(shuffled: Tensor, acts: Tensor, n: int) -> list[Tensor]:
-    """Rows in n parts, over which those whose actions count are spread evenly."""
+def _minibatches(shuffled: Tensor, acts: Tensor, n: int) -> Iterator[tuple[Tensor, Tensor]]:
+    """Rows in n parts, each those whose actions count, and those whose do not."""
     acting = acts[shuffled]
-    parts = zip(shuffled[acting].tensor_split(n), shuffled[~acting].tensor_split(n), strict=True)
-    return [torch.cat(part) for part in parts]
+    parts = shuffled[acting].tensor_split(n), shuffled[~acting].tensor_split(n)
+    return zip(*parts, strict=True)
 
 
 class PPOLearner:
@@ -228,7 +226,6 @@ class PPOLearner:
         """Scalars of the last update."""
         self._low, self._high = (torch.from_numpy(each).to(env.device) for each in (low, high))
         self._observations: Tensor | None = None
-        self._acts = torch.zeros(env.n_rows, dtype=torch.bool, device=env.device)
         self._before = 0
 
     @property
@@ -250,7 +247,6 @@ class PPOLearner:
             torch.manual_seed(seed or 0)
             self.env.seed(seed or 0)
             self._observations = self.env.reset()
-            self._acts = self.env.acts_at_reset()
         goal = self.robot_steps + robot_steps
         while self.robot_steps < goal:
             rollout, self._observations = self._roll_out(self._observations)
@@ -293,9 +289,9 @@ class PPOLearner:
         policy.train(False)
         for k in range(n):
             actions, values, log_probs = policy(observations)
+            rollout.acts[k] = env.acts
             step = env.step(torch.clamp(actions, self._low, self._high))
             rollout.observations[k], rollout.actions[k] = observations, actions
-            rollout.acts[k], self._acts = self._acts, step.acts
             rollout.log_probs[k], rollout.values[k] = log_probs, values.flatten()
             rollout.rewards[k] = step.rewards
             if len(step.ended):
@@ -329,11 +325,11 @@ class PPOLearner:
         policy.train(True)
         for _ in range(terms.n_epochs):
             shuffled = torch.randperm(len(gains), device=gains.device)
-            for rows in _minibatches(shuffled, acts, n_minibatches):
+            for acting, others in _minibatches(shuffled, acts, n_minibatches):
+                rows = torch.cat((acting, others))
                 values, log_probs, _ = policy.evaluate_actions(seen[rows], actions[rows])
-                chosen = acts[rows]
-                log_ratio = (log_probs - before[rows])[chosen]
-                actor_loss = clipped_loss(torch.exp(log_ratio), gains[rows][chosen])
+                log_ratio = log_probs[: len(acting)] - before[acting]
+                actor_loss = clipped_loss(torch.exp(log_ratio), gains[acting])
                 critic_loss = torch.nn.functional.mse_loss(values.flatten(), returns[rows])
                 self._descend(actor_loss + VALUE_WEIGHT * critic_loss)
         self.diagnostics = {

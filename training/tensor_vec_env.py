@@ -32,8 +32,6 @@ class Step:
     """As `observations`, but of an episode that ended its last ones."""
     ended: Tensor
     """Numbers of the rows whose episodes ended."""
-    acts: Tensor
-    """True for the rows whose next action counts: all, but under `step_on="exchange"`."""
 
 
 class TensorVecEnv:
@@ -59,6 +57,9 @@ class TensorVecEnv:
         self._n_rows = [n * each.n_worlds for n, each in self._with_learners()]
         self.n_rows: int = sum(self._n_rows)
         self.stepping_s = 0.0
+        self._all_act = torch.ones(self.n_rows, dtype=torch.bool, device=self.device)
+        self.acts = self._all_act
+        """True for the rows whose next action counts: all, but under `step_on="exchange"`."""
 
     @property
     def robot_steps(self) -> int:
@@ -75,35 +76,36 @@ class TensorVecEnv:
     def reset(self) -> Tensor:
         """Reset all worlds; return the observation of every row."""
         self._follow_stream()
-        return _rows([tensor_of(block.reset()[0]) for block in self.blocks])
-
-    def acts_at_reset(self) -> Tensor:
-        """True for the rows whose first action counts: all, but under `step_on="exchange"`."""
-        steps_on_exchange = self.blocks[0].config.step_on == "exchange"
-        return torch.full((self.n_rows,), not steps_on_exchange, device=self.device)
+        begun = [block.reset() for block in self.blocks]
+        self.acts = self._acts([infos for _, infos in begun])
+        return _rows([tensor_of(seen) for seen, _ in begun])
 
     def step(self, actions: Tensor) -> Step:
         """One decision of all rows; ConfigError for an action that is out of bounds."""
         begin = time.perf_counter()
         self._follow_stream()
-        observations, final, rewards, ended, acts = [], [], [], [], []
+        observations, final, rewards, ended, told = [], [], [], [], []
         shares = torch.split(actions, self._n_rows)
         for (n_learners, block), share in zip(self._with_learners(), shares, strict=True):
             shaped = share.reshape(block.n_worlds, n_learners, *block.action_shape)
             after, earned, _, _, infos = block.step(array_for(block, shaped))
             final.append(tensor_of(after))
-            paid = tensor_of(earned).float()
-            rewards.append(paid.flatten())
+            rewards.append(tensor_of(earned).float().flatten())
             ended.append(np.repeat(block.is_over, n_learners))
-            begins = torch.from_numpy(block.is_over).to(self.device)[:, None]
-            acts.append(_acts(infos, paid, begins))
             if block.is_over.any():
-                after, _ = block.reset(worlds=block.is_over)
+                after, infos = block.reset(worlds=block.is_over)
             observations.append(tensor_of(after))
+            told.append(infos)
+        self.acts = self._acts(told)
         rows = torch.from_numpy(np.flatnonzero(np.concatenate(ended))).to(self.device)
         self.stepping_s += time.perf_counter() - begin
-        acting = torch.cat([each.flatten() for each in acts])
-        return Step(_rows(observations), torch.cat(rewards), _rows(final), rows, acting)
+        return Step(_rows(observations), torch.cat(rewards), _rows(final), rows)
+
+    def _acts(self, told: Sequence[Mapping[str, Any]]) -> Tensor:
+        """Whose next action counts, by the infos of each block."""
+        if "acts" not in told[0]:
+            return self._all_act
+        return torch.cat([tensor_of(infos["acts"]).flatten() for infos in told]) > 0.0
 
     def _follow_stream(self) -> None:
         for block in self.blocks:
@@ -112,13 +114,6 @@ class TensorVecEnv:
     def _with_learners(self) -> Iterator[tuple[int, ArrayEnv]]:
         """Each block, after its number of learners in a world."""
         return zip(self._n_learners, self.blocks, strict=True)
-
-
-def _acts(infos: Mapping[str, Any], rewards: Tensor, begins: Tensor) -> Tensor:
-    """Whose next action counts, worlds by learners: nobody's exchange ends in a new episode."""
-    if "acts" not in infos:
-        return torch.ones_like(rewards, dtype=torch.bool)
-    return (tensor_of(infos["acts"]) > 0.0) & ~begins
 
 
 def _rows(observations: Sequence[Tensor]) -> Tensor:

@@ -25,7 +25,8 @@ QUICK = PPOHyperparameters(n_steps=4, n_epochs=1, n_minibatches=2)
 def quick(monkeypatch, tmp_path):
     """Rollouts of a moment."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(ppo, "HYPERPARAMETERS", dict.fromkeys(ppo.HYPERPARAMETERS, QUICK))
+    quick = {k: replace(each, hyperparameters=QUICK) for k, each in ppo.PRESETS.items()}
+    monkeypatch.setattr(ppo, "PRESETS", quick)
 
 
 @pytest.fixture
@@ -77,7 +78,8 @@ def test_a_run_keeps_its_best_with_a_card_that_tells_its_curve(motion):
 
 
 def test_a_policy_begins_with_the_deviation_of_its_layer(motion, monkeypatch):
-    monkeypatch.setitem(ppo.HYPERPARAMETERS, "motion", replace(QUICK, log_std=-0.5))
+    preset = replace(ppo.PRESETS["motion"], log_std=-0.5)
+    monkeypatch.setitem(ppo.PRESETS, "motion", preset)
     experiment = motion()
     ppo.PPOTraining(experiment).evaluate()
     assert_array_equal(weights(experiment.out)["log_std"], np.full(2, -0.5, np.float32))

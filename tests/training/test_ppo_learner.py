@@ -84,10 +84,11 @@ def test_the_policy_learns_from_the_actions_that_count_alone(monkeypatch):
     )
     exchanges = {"learn": "weighting", "step_on": "exchange", "decision_period": None}
     learner = learner_of(max_cycles=600, shaping=0.0, **exchanges)
-    step = learner.env.step
-    monkeypatch.setattr(learner.env, "step", lambda given: told.append(step(given)) or told[-1])
+    step, env = learner.env.step, learner.env
+    monkeypatch.setattr(env, "step", lambda given: told.append(env.acts) or step(given))
     learner.learn(1, seed=0)
-    acting = sum(int(each.acts.sum()) for each in told[:-1])  # of a first decision nobody's counts
+    assert not told[0].any()  # nobody's exchange ends as an episode begins
+    acting = sum(int(each.sum()) for each in told)
     assert acting >= 6
     assert sum(counts) == acting * TERMS.n_epochs
     assert max(counts) - min(counts) <= 1
