@@ -49,10 +49,13 @@ def main(arguments: Sequence[str] | None = None) -> EpisodeMetrics:
     )
     experiment.run()
 
-    env = task.get_env_fun(16, experiment.continuous_actions, None, "cpu")()
-    with torch.no_grad(), set_exploration_type(ExplorationType.RANDOM):
-        by_chance = env.episodes(env.rollout(env.max_cycles, experiment.policy))
-    random = env.episodes(env.rollout(env.max_cycles))
+    found = []
+    for policy in (experiment.policy, None):  # in the same worlds
+        torch.manual_seed(1000)
+        env = task.get_env_fun(16, experiment.continuous_actions, None, "cpu")()
+        with torch.no_grad(), set_exploration_type(ExplorationType.RANDOM):
+            found.append(env.episodes(env.rollout(env.max_cycles, policy)))
+    by_chance, random = found
     for name, learned in evaluation.last.items():
         chance, drawn = by_chance[name].mean(), random[name].mean()
         print(

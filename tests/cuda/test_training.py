@@ -76,7 +76,8 @@ from safetensors.numpy import load_file
 from training import ppo
 from training.ppo_learner import PPOHyperparameters
 
-ppo.HYPERPARAMETERS = PPOHyperparameters(n_steps=3, n_epochs=1, n_minibatches=1)
+quick = PPOHyperparameters(n_steps=3, n_epochs=1, n_minibatches=1)
+ppo.PRESETS = {"motion": ppo.Preset(hyperparameters=quick)}
 for device in ("cpu", "cuda"):
     terms = experiment(device, algorithm="ppo", budget=180, every=180)
     policy = ppo.train(terms, lambda line: print(device, line))
@@ -97,7 +98,8 @@ KILLED = (
 from training import ppo
 from training.ppo_learner import PPOHyperparameters
 
-ppo.HYPERPARAMETERS = PPOHyperparameters(n_steps=3, n_epochs=1, n_minibatches=1)
+quick = PPOHyperparameters(n_steps=3, n_epochs=1, n_minibatches=1)
+ppo.PRESETS = {"motion": ppo.Preset(hyperparameters=quick)}
 terms = {"algorithm": "ppo", "budget": 540, "every": 180}
 
 ppo.train(experiment("cuda", **terms), lambda line: None)
