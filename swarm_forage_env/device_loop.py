@@ -207,7 +207,7 @@ class DeviceLoop:
         return arrays | dict(zip(LAYERS, layers.arrays, strict=True))
 
 
-WORLD = "robots", "worlds", "near", "cells", "obstacles", "earned"
+WORLD = "robots", "worlds", "near", "cells", "obstacles", "earned", "faults"
 """Arrays of the world that templates are handed."""
 
 LAYERS = "minds", "memories", "shared", "settings"
@@ -227,7 +227,7 @@ WRITTEN = {
 }
 """Those of them that it writes."""
 
-CHANGED = "robots", "worlds", "minds", "memories"
+CHANGED = "robots", "worlds", "minds", "memories", "faults"
 """Arrays of which a tick goes on: what it reads and what ticks before it have written."""
 
 NUMBERS = "worlds", "obstacles", "settings"

@@ -58,7 +58,7 @@ def bodies(world: EpuckWorld, which: int) -> dict[str, Any]:
         "time": float(world.worlds["ticks"][which]) * world.scenarios[which].tick,
         "pose": robots.pose.copy(),
         "messages": messages_of(robots.heard),
-        "faulty": robots.fault.active.any(axis=1) if has_faults else None,
+        "faulty": robots.is_faulty.any(axis=1) if has_faults else None,
     }
 
 

@@ -37,19 +37,17 @@ class Lie(Record):
 
 
 class Fault(Record):
-    """What is wrong with a robot; nothing in a scenario without faults."""
+    """What is wrong with a robot, or will be; read and written only where a scenario has faults.
+
+    It lies apart from `EpuckState`, which holds the faults in effect, so that robots without faults
+    are smaller in memory.
+    """
 
     kinds: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
     """The robot has this fault, or will have it, in the order of KINDS. Writer: reset."""
 
     starts: Int32[Array, " kinds"] = field(np.int32, N_KINDS, unit="ticks")
     """Tick from whose end on the fault is in effect. Writer: reset."""
-
-    active: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
-    """The fault is in effect. Writer: tick."""
-
-    is_silent: bool = field(np.bool_)
-    """Nothing that the robot says is sent. Writer: tick."""
 
     talks_when_dead: bool = field(np.bool_)
     """Its radio survives its motors. Writer: reset."""

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Float32, Float64, Int32, UInt64
-from swarm_forage_env.epuck.fault_record import Fault
+from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int32, UInt64
+from swarm_forage_env.epuck.fault_record import N_KINDS
 from swarm_forage_env.epuck.limits import (
     bearing_noise,
     ground_noise,
@@ -223,5 +223,8 @@ class EpuckState(Record):
     command: Command = field(Command)
     action: Action = field(Action)
 
-    fault: Fault = field(Fault)
-    """What is wrong with it. Writers: reset, tick."""
+    is_faulty: Int8[Array, " kinds"] = field(np.int8, N_KINDS)
+    """A fault of each of KINDS is in effect. Writer: tick."""
+
+    is_silent: bool = field(np.bool_)
+    """A fault keeps all that the robot says from being sent. Writer: tick."""

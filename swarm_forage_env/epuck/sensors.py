@@ -5,7 +5,7 @@ import math
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.contacts import is_near_walls
-from swarm_forage_env.epuck.fault_record import BLIND, WORN
+from swarm_forage_env.epuck.fault_record import BLIND, WORN, Fault
 from swarm_forage_env.epuck.records import (
     ENCODER,
     GROUND,
@@ -49,15 +49,15 @@ _ROUNDING = 1.0 + 1e-12
 
 
 @kernel
-def read_encoders(robot: EpuckState, world: EpuckWorldState) -> None:
+def read_encoders(robot: EpuckState, fault: Fault, world: EpuckWorldState) -> None:
     """Distance [m] and turn [rad] of the tick, from noisy encoders.
 
     A robot that is pushed or blocked does not notice; a worn one misreads its wheels.
     """
     dU_l, dU_r, error = robot.wheels[0] * world.dt, robot.wheels[1] * world.dt, world.encoder_error
-    if robot.fault.active[WORN]:
-        dU_l, dU_r = dU_l * robot.fault.path_misread[0], dU_r * robot.fault.path_misread[1]
-        error *= robot.fault.noise_factor
+    if robot.is_faulty[WORN]:
+        dU_l, dU_r = dU_l * fault.path_misread[0], dU_r * fault.path_misread[1]
+        error *= fault.noise_factor
     dU_l = encoder(dU_l, error, robot.streams, ENCODER)
     dU_r = encoder(dU_r, error, robot.streams, ENCODER)
     distance, turn = wheels_to_arc(dU_l, dU_r, world.axle)
@@ -149,7 +149,7 @@ def read_proximity(swarm: Array, i: int, near: Neighbours, world: EpuckWorldStat
     A blind robot reads 0.
     """
     robot = swarm[i]
-    if not cast_rays(swarm, i, near, world) or robot.fault.active[BLIND]:
+    if not cast_rays(swarm, i, near, world) or robot.is_faulty[BLIND]:
         robot.readings.proximity[:] = 0.0
         return
     for ray in range(8):
@@ -191,7 +191,7 @@ def sort_shadowed_last(swarm: Array, i: int, near: Neighbours, obstacles: Capsul
 @kernel
 def is_on_air(sender: EpuckState) -> bool:
     """The robot broadcasts, and its radio works."""
-    return bool(sender.command.is_speaking) and not sender.fault.is_silent
+    return bool(sender.command.is_speaking) and not sender.is_silent
 
 
 @kernel

@@ -46,7 +46,7 @@ score: Kernel
 @kernel
 def set_wheels(robot: EpuckState, world: EpuckWorldState) -> None:
     """Turn the wheels as commanded, as far as the motors go [m/s]; those of a dead robot stand."""
-    if robot.fault.active[DEAD]:
+    if robot.is_faulty[DEAD]:
         robot.wheels[0] = robot.wheels[1] = 0.0
         return
     for side in range(2):
@@ -133,7 +133,12 @@ def move_all(swarm: Array, world: EpuckWorldState, n: int, n_moving: int) -> Non
 
 @row_template
 def score_all(
-    swarm: Array, world: EpuckWorldState, earned: Float64[Array, " robots"], n: int, n_moving: int
+    swarm: Array,
+    faults: Array,
+    world: EpuckWorldState,
+    earned: Float64[Array, " robots"],
+    n: int,
+    n_moving: int,
 ) -> None:
     """Score the robots that moved; those of a world that begins have heard nobody yet.
 
@@ -150,7 +155,7 @@ def score_all(
         else:
             robot.heard.n = 0
         if world.has_faults:
-            update_faults(robot, world)
+            update_faults(robot, faults[i], world)
 
 
 @row_template
@@ -162,8 +167,8 @@ def tick_world(
     None are moving in a world that begins: all sense, and nobody has spoken yet.
     Free names: list_neighbours, lane, lanes, barrier; those of the row templates above.
     """
-    robots, worlds, near, cells, obstacles, earned = world_arrays[:6]
-    swarm, world = robots[w], worlds[w]
+    robots, worlds, near, cells, obstacles, earned, all_faults = world_arrays[:7]
+    swarm, faults, world = robots[w], all_faults[w], worlds[w]
     standing = obstacles[w, : world.n_obstacles]
     move_all(swarm, world, n, n_moving)
     most = list_neighbours(swarm, near[w], cells[w], world, n)
@@ -171,22 +176,27 @@ def tick_world(
         note(trouble, w, TOO_MANY_NEAR, most)
     barrier()
     keep_apart(swarm, near[w], world, standing, n_moving)
-    score_all(swarm, world, earned[w], n, n_moving)
+    score_all(swarm, faults, world, earned[w], n, n_moving)
     barrier()
     for i in range(lane(), n, lanes()):
-        sense(swarm, i, near[w], world, standing)
+        sense(swarm, faults, i, near[w], world, standing)
         if n_moving > 0:
             hear(swarm, i, near[w], world, standing)
 
 
 @row_template
 def sense(
-    swarm: Array, i: int, near: Neighbours, world: EpuckWorldState, obstacles: Capsules
+    swarm: Array,
+    faults: Array,
+    i: int,
+    near: Neighbours,
+    world: EpuckWorldState,
+    obstacles: Capsules,
 ) -> None:
     """Read all sensors of robot i but the radio. Free name: brightness_at."""
     if obstacles.shape[0] > 0:
         cast_rays_at_obstacles(swarm[i], world, obstacles)
-    read_encoders(swarm[i], world)
+    read_encoders(swarm[i], faults[i], world)
     read_ground(swarm[i], world)
     read_proximity(swarm, i, near, world)
 
@@ -199,7 +209,7 @@ def hear(
 
     None reach a deaf robot.
     """
-    if swarm[i].fault.active[DEAF]:
+    if swarm[i].is_faulty[DEAF]:
         keep_slots(swarm[i].heard, 0)
         return
     n_near = near[i, COUNT]

@@ -10,6 +10,7 @@ from swarm_forage_env.arrays import Array, Float64, Int32
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.epuck import placing
 from swarm_forage_env.epuck.fault_draws import draw_faults
+from swarm_forage_env.epuck.fault_record import Fault
 from swarm_forage_env.epuck.obstacles import capsules_of
 from swarm_forage_env.epuck.placing import SOURCES
 from swarm_forage_env.epuck.records import EpuckState, EpuckWorldState
@@ -73,6 +74,8 @@ class EpuckWorld(World):
         n_slots = max(scenario.radio.slots for scenario in scenarios)
         self.robots = self.robot_kind.array(shape, slots=n_slots)
         """The truth about every robot; writing to it changes the worlds."""
+        self.faults = Fault.array(shape)
+        """What is wrong with every robot, or will be."""
         self.worlds = self.world_kind.array((self.n_worlds,))
         """Clock and numbers of every world."""
         self.near: Int32[Array, "worlds robots columns"] = np.zeros((*shape, FIRST), np.int32)
@@ -114,7 +117,9 @@ class EpuckWorld(World):
         for column, source in enumerate(SOURCES):
             words = streams(seeds, self.n_robots, source)
             swarms["streams"][:, :, column] = words.reshape(swarms.shape)
-        draw_faults(scenario, seeds, swarms["fault"])
+        faults = self.faults[first:last]
+        Fault.restart(faults)
+        draw_faults(scenario, seeds, faults)
         worlds["ticks"], worlds["has_moved"] = 0, False
         for w in range(first, last):
             self._physics.reset(w, scenario)
@@ -122,8 +127,9 @@ class EpuckWorld(World):
     @property
     def arrays(self) -> tuple[Array, ...]:
         """The arrays that the templates of a tick are handed."""
-        own = self.robots, self.worlds, self.near, self._cells, self.obstacles, self.earned
-        return own if self._compiled is None else (*own, *self._compiled.arrays)
+        own = self.robots, self.worlds, self.near, self._cells, self.obstacles
+        engine = () if self._compiled is None else self._compiled.arrays
+        return (*own, self.earned, self.faults, *engine)
 
     @property
     def functions(self) -> Mapping[str, Kernel]:

@@ -15,7 +15,7 @@ from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.compiler import kernel
 from swarm_forage_env.epuck.control import apply_wheels
 from swarm_forage_env.epuck.fault_effects import is_lying, is_stale
-from swarm_forage_env.epuck.fault_record import Lie
+from swarm_forage_env.epuck.fault_record import Fault, Lie
 from swarm_forage_env.epuck.records import Action, Readings
 from swarm_forage_env.equations.differential_drive import wheels_towards
 from swarm_forage_env.equations.elementary import atan2
@@ -94,7 +94,7 @@ def is_asked(exchange: Exchange, area: int, numbers: Record) -> bool:
 
 
 @row_template
-def compose_message(robot: RobotState, mind: Mind, numbers: Numbers) -> None:
+def compose_message(robot: RobotState, fault: Fault, mind: Mind, numbers: Numbers) -> None:
     """Compose the message of a robot that somebody listens to; faults change what was composed.
 
     Free names: compose, repeat, falsify.
@@ -102,8 +102,8 @@ def compose_message(robot: RobotState, mind: Mind, numbers: Numbers) -> None:
     compose(mind, numbers)
     if is_stale(robot):
         repeat(mind)
-    if is_lying(robot):
-        falsify(mind, robot.fault.lie)
+    if is_lying(robot, fault):
+        falsify(mind, fault.lie)
 
 
 @row_template
@@ -142,14 +142,15 @@ def observe_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: 
     have the same numbers share the one column of `settings`.
     Free names: lane, lanes, barrier; those of mark_heard, compose_message and update_and_describe.
     """
-    swarm, minds, shared = world_arrays[0][w], layer_arrays[0][w], layer_arrays[2][w]
+    swarm, faults = world_arrays[0][w], world_arrays[6][w]
+    minds, shared = layer_arrays[0][w], layer_arrays[2][w]
     own, last = layer_arrays[3][w], layer_arrays[3].shape[1] - 1
     for i in range(lane(), n_robots, lanes()):
         mark_heard(swarm, minds, i, own)
     barrier()
     for i in range(lane(), n_robots, lanes()):
         if minds[i].is_heard:
-            compose_message(swarm[i], minds[i], own[min(i, last)].estimator)
+            compose_message(swarm[i], faults[i], minds[i], own[min(i, last)].estimator)
             minds[i].is_heard, minds[i].is_composed = False, True
     barrier()
     for i in range(lane(), n_robots, lanes()):

@@ -127,7 +127,7 @@ class SoundMeter:
     def __init__(self, loop: MeasuredLoop) -> None:
         """Of a loop of whose worlds some may have faulty robots."""
         self._loop = loop
-        self._is_sound: Bool[Array, "worlds robots"] = is_sound(loop.world.robots["fault"]["kinds"])
+        self._is_sound: Bool[Array, "worlds robots"] = is_sound(loop.world.faults["kinds"])
         self._error = LocalisationErrorMeter(self._is_sound)
 
     def sample(self) -> None:

@@ -74,7 +74,7 @@ class ForagingState(GlobalState):
             known,
             seen["p"],
             seen["goal"] if self._has_beliefs else np.zeros((*robots.shape, len(GOALS))),
-            *([robots["fault"]["active"]] if self._scenario.faults.is_any else []),
+            *([robots["is_faulty"]] if self._scenario.faults.is_any else []),
         ]
 
     def world_features(self) -> list[Feature]:
@@ -186,7 +186,7 @@ def take(world: ForagingWorld, minds: Array) -> Mapping[str, Array]:
     situation = minds["estimator"]["situation"] if has_beliefs else Situation.array(robots.shape)
     known = situation["known"] != 0
     p = np.where(known, situation["p"], np.nan)
-    bits = (robots["fault"]["active"] != 0) @ (1 << np.arange(len(KINDS)))
+    bits = (robots["is_faulty"] != 0) @ (1 << np.arange(len(KINDS)))
     return {
         "x": robots["pose"][:, :, 0],
         "y": robots["pose"][:, :, 1],

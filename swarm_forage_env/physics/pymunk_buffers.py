@@ -127,7 +127,7 @@ def read_bodies(swarm: Array, space: SpaceMemory) -> None:
 @kernel
 def move_world(world_arrays: Arrays, w: int, n_robots: int) -> None:
     """Turn the wheels; where bodies may touch in this tick, let Chipmunk move the robots."""
-    robots, worlds, near, _, obstacles, _, spaces = world_arrays
+    robots, worlds, near, _, obstacles, _, _, spaces = world_arrays
     swarm, world, space = robots[w], worlds[w], spaces[w]
     for i in range(n_robots):
         set_wheels(swarm[i], world)

@@ -196,7 +196,7 @@ def test_liars_are_found_out_and_sound_robots_are_trusted():
     loop = Loop(find_scenario("es1", numbers), controller, range(4), "kinematic")
     for _ in range(9000):
         loop.step()
-    liars = loop.world.robots["fault"]["kinds"].any(axis=2)
+    liars = loop.world.faults["kinds"].any(axis=2)
     reputation = loop.controller.minds["estimator"]["reputation"]
     sound = ~liars[:, :, None] & ~np.eye(10, dtype=bool)
     of_liars = sound & liars[:, None, :]

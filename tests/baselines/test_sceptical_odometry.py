@@ -85,6 +85,6 @@ def test_sound_robots_of_the_named_controller_forage_among_liars():
         loop = Loop(find_scenario("es1", numbers), find_controller(name), range(4), "kinematic")
         for _ in range(9000):
             loop.step()
-        sound = ~loop.world.robots["fault"]["kinds"].any(axis=2)
+        sound = ~loop.world.faults["kinds"].any(axis=2)
         trips[name] = loop.world.robots["round_trips"][sound].sum()
     assert trips["ssgikf-sceptical"] > 1.2 * trips["ssgikf"]

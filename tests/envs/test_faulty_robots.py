@@ -58,7 +58,7 @@ def test_a_share_of_liars_may_be_drawn_for_every_episode():
     n_liars = []
     for seed in range(5):
         _, infos = env.reset(seed=3 * seed)
-        kinds = env.world.robots["fault"]["kinds"]
+        kinds = env.world.faults["kinds"]
         n_liars += kinds.any(axis=2).sum(axis=1).tolist()
         drawn = infos["faults.liar.share"]
         np.testing.assert_array_equal(kinds.any(axis=2).sum(axis=1), np.floor(10 * drawn + 0.5))

@@ -37,14 +37,14 @@ def run(found, ticks):
 
 
 def kinds(found, world=0):
-    return found.world.robots["fault"]["kinds"][world] != 0
+    return found.world.faults["kinds"][world] != 0
 
 
 def test_without_faults_nobody_is_faulty_and_nothing_is_drawn():
     found = run(loop(), 3)
-    fault = found.world.robots["fault"]
+    fault = found.world.faults
     assert not fault["kinds"].any()
-    assert not fault["active"].any()
+    assert not found.world.state.is_faulty.any()
     assert not fault["stream"].any()
     assert found.scene().faulty is None
 
@@ -92,7 +92,7 @@ def test_a_dead_robot_moves_until_its_time_and_not_after():
         found.step()
         speeds.append(found.world.state.wheels[2].copy())
     assert not np.any(speeds)
-    assert found.world.state.fault.active[2, DEAD]
+    assert found.world.state.is_faulty[2, DEAD]
     assert not found.world.state.readings.odometry[2].any()
 
 
@@ -234,4 +234,4 @@ def test_a_scene_marks_robots_whose_fault_is_in_effect():
     np.testing.assert_array_equal(np.flatnonzero(found.scene().faulty), [2])
     run(found, 10)
     np.testing.assert_array_equal(np.flatnonzero(found.scene().faulty), [1, 2])
-    assert found.world.state.fault.active[2, STALE]
+    assert found.world.state.is_faulty[2, STALE]
