@@ -78,7 +78,6 @@ def find_controllers(controller: Controllers | None, scenario: BaseScenario) -> 
 def _by_number(
     controllers: Mapping[Any, OneController], agents: Sequence[str]
 ) -> dict[int, OneController]:
-    """The entries of a mapping by the numbers of the robots."""
     names = {agent: robot for robot, agent in enumerate(agents)}
     found: dict[int, OneController] = {}
     for key, controller in controllers.items():
@@ -94,7 +93,6 @@ def _by_number(
 
 
 def _named(name: str, references: bool) -> Controller:
-    """The controller of a name; the error for an unknown one gives the nearest allowed."""
     registry = next((each for each in (CONTROLLERS, POLICIES, REFERENCES) if name in each), None)
     if registry is None:
         known = {*CONTROLLERS, *POLICIES, *(REFERENCES if references else ())}
@@ -104,7 +102,6 @@ def _named(name: str, references: bool) -> Controller:
 
 
 def _admitted(controller: Controller, references: bool) -> Controller:
-    """The controller, or a ConfigError if it is a reference where none may be."""
     if is_privileged(controller) and not references:
         raise ConfigError(
             f"controller '{controller.name}' is a reference that knows the ground truth: it can be"

@@ -111,7 +111,6 @@ class FinalMeter:
     """Judges worlds by how they stand when they are over."""
 
     def __init__(self, judge: Judge, loop: MeasuredLoop) -> None:
-        """Of a loop whose worlds are about to start."""
         self._judge, self._loop = judge, loop
 
     def next_sample(self, tick: int) -> int:

@@ -35,7 +35,6 @@ class UnknownNameError(KeyError):
         super().__init__(self.message)
 
     def __str__(self) -> str:
-        """The message itself, without the quotes that KeyError puts around it."""
         return self.message
 
 
@@ -75,6 +74,5 @@ def file_reason(error: OSError) -> str:
 
 
 def _either(names: list[str]) -> str:
-    """Names in quotes, the last two joined by "or"."""
     *others, last = (f"'{name}'" for name in names)
     return f"{', '.join(others)} or {last}" if others else last

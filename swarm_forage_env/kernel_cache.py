@@ -88,7 +88,6 @@ class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
 
 
 def _sound_content(file: Path) -> bytes | None:
-    """The content of a file behind its hash; None if the file is missing or damaged."""
     try:
         found = file.read_bytes()
     except FileNotFoundError:

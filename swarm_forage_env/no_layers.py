@@ -127,7 +127,6 @@ class RunningPolicy:
         world: Any,  # noqa: ANN401 of its task
         robots: Sequence[int],
     ) -> None:
-        """Nobody has said anything yet; these robots have the policy."""
         self._policy, self._world = policy, world
         shape = world.n_worlds, world.n_robots
         self.minds: Array = self._said(shape)

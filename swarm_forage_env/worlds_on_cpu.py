@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind, typed_once
@@ -18,11 +19,64 @@ from swarm_forage_env.observed_fields import (
 )
 
 
+class PlacedArray(Protocol):
+    """An array where worlds run: of NumPy on a CPU, of numba on a GPU."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Its axes."""
+        ...
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """What its elements are."""
+        ...
+
+    def __getitem__(self, index: Any, /) -> Any:  # noqa: ANN401 an element, or a view
+        """An element, or a view."""
+        ...
+
+
+class Memory(Protocol):
+    """Where the arrays lie of worlds that run: copies arrays to and from there."""
+
+    @property
+    def stream(self) -> int:
+        """The address of the stream of CUDA in whose order it works; 0: the default stream."""
+        ...
+
+    def change_stream(self, address: int) -> None:
+        """Go on in the stream of an address."""
+        ...
+
+    def to_device(self, array: Array) -> PlacedArray:
+        """A copy of an array there; on a CPU the array itself, contiguous."""
+        ...
+
+    def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> PlacedArray:
+        """A new array there."""
+        ...
+
+    def write(self, there: Any, array: Array) -> None:  # noqa: ANN401 a PlacedArray of its own
+        """Copy an array into one there."""
+        ...
+
+    def read(self, there: Any) -> Array:  # noqa: ANN401 as above
+        """The array in the memory of the CPU: a GPU makes a copy, and is waited for."""
+        ...
+
+    def lend(self, there: Any) -> PlacedArray:  # noqa: ANN401 as above
+        """The array to be handed out: a CPU makes a copy, of a GPU's the receiver writes none."""
+        ...
+
+
 class Place(Protocol):
     """The worlds of a loop where they run."""
 
-    memory: Any
-    """A `HostMemory` or a `DeviceMemory`."""
+    @property
+    def memory(self) -> Memory:
+        """A `HostMemory` or a `DeviceMemory`."""
+        ...
 
     @property
     def arrays(self) -> Mapping[str, Any]:
@@ -30,7 +84,7 @@ class Place(Protocol):
         ...
 
     @property
-    def estimators(self) -> Any:  # noqa: ANN401 as above
+    def estimators(self) -> Any:  # noqa: ANN401 a PlacedArray, or None
         """What the estimators keep; None where no robot has one."""
         ...
 
@@ -45,10 +99,9 @@ class Place(Protocol):
 
 
 class HostMemory:
-    """The memory of a CPU: nothing is copied that lies as kernels want it."""
+    """The `Memory` of a CPU: nothing is copied that lies as kernels want it."""
 
     stream = 0
-    """There is no stream of CUDA: what is asked for is done when a call returns."""
 
     def change_stream(self, address: int) -> None:
         """Do nothing: every call of a CPU waits for the one before."""
@@ -57,7 +110,7 @@ class HostMemory:
         """The array, contiguous."""
         return np.ascontiguousarray(array)
 
-    def empty(self, shape: tuple[int, ...], dtype: Any) -> Array:  # noqa: ANN401 NumPy's
+    def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> Array:
         """A new array."""
         return np.empty(shape, dtype)
 
@@ -70,7 +123,7 @@ class HostMemory:
         return there
 
     def lend(self, there: Array) -> Array:
-        """A copy, to be given out."""
+        """A copy."""
         return there.copy()
 
 
@@ -79,8 +132,7 @@ class WorldsOnCpu:
 
     memory = HostMemory()
 
-    def __init__(self, world: Any, minds: Array) -> None:  # noqa: ANN401 of any task
-        """A block of worlds; `minds` are what its running controller keeps of each robot."""
+    def __init__(self, world: Any, minds: Array) -> None:  # noqa: ANN401 a World, from the floor above
         self._block, self._minds = world, minds
 
     @property
@@ -100,7 +152,7 @@ class WorldsOnCpu:
         """A template over worlds, whose last argument it is given here."""
         compiled = typed_once(bind(template, functions))
 
-        def run(*arguments: Any) -> None:  # noqa: ANN401 the template's
+        def run(*arguments: object) -> None:
             self._on_all_threads(lambda first, last: compiled(*arguments, (first, last)))
 
         return run

@@ -31,7 +31,6 @@ class ManualPolicy:
     """
 
     def __init__(self, env: Any, agent_id: int = 0) -> None:  # noqa: ANN401 of either API, wrapped
-        """Drive the learner of this number. ConfigError where there is no window, or no wheel."""
         bare = env.unwrapped
         if bare.window is None:
             raise ConfigError("manual control: make the environment with render_mode='human'")

@@ -23,7 +23,6 @@ def address_of(pointer: Any) -> int:  # noqa: ANN401 pymunk's
 
 
 def _function(name: str, *arguments: Number) -> Callable[..., None]:
-    """A function of Chipmunk that returns nothing, for compiled functions."""
     address = address_of(ffi.addressof(lib, name))
     if config.DISABLE_JIT:
         return ctypes.CFUNCTYPE(None, *(PLAIN[each] for each in arguments))(address)

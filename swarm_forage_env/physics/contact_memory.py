@@ -114,17 +114,14 @@ def _trees(space: pymunk.Space) -> tuple[Tree, Tree]:
 
 
 def _bodies(space: pymunk.Space) -> list[Body]:
-    """The bodies of the robots, in order."""
     return [Body.from_address(address_of(body._body)) for body in space.bodies]
 
 
 def _shapes(space: pymunk.Space) -> list[int]:
-    """Addresses of all shapes, by number."""
     return [address_of(shape._shape) for shape in space.shapes]
 
 
 def _leaves(space: pymunk.Space, tree: Tree, walls: Tree) -> list[Node]:
-    """The leaf of each shape, by number."""
     nodes = (*_walk(tree.root), *_walk(walls.root))
     leaf_of = {node.shape: node for node in nodes if node.shape}
     return [leaf_of[shape] for shape in _shapes(space)]
@@ -141,7 +138,6 @@ def _walk(root: int) -> Iterator[Node]:
 
 
 def _pairs_of(leaf: Node) -> Iterator[int]:
-    """Addresses of the pairs of a leaf, in order."""
     at = leaf.leaf.pairs
     while at:
         yield at
@@ -150,7 +146,6 @@ def _pairs_of(leaf: Node) -> Iterator[int]:
 
 
 def _thread_of(pair: Pair, leaf: Node) -> Any:  # noqa: ANN401 a Thread of it
-    """The end of a pair that belongs to a leaf."""
     return pair.a if pair.a.leaf == ctypes.addressof(leaf) else pair.b
 
 
@@ -178,7 +173,6 @@ def _grow(tree: Tree, memory: ContactMemory, leaves: list[Node]) -> None:
 
 
 def _link(memory: ContactMemory, leaves: list[Node]) -> Any:  # noqa: ANN401 an array of them
-    """Pairs as they are remembered, each in the lists of its two leaves."""
     pairs = (Pair * len(memory.pairs))()
     for pair, (a, b, kept) in zip(pairs, memory.pairs, strict=True):
         pair.a.leaf, pair.b.leaf = map(ctypes.addressof, (leaves[a], leaves[b]))
@@ -202,7 +196,6 @@ def _empty_touching(space: pymunk.Space) -> None:
 
 
 def _contact(arbiter: Any, number: dict[int, int]) -> tuple[int, int, int, int, bytes]:  # noqa: ANN401 pymunk's
-    """A contact as it will be when the next step begins."""
     a, b = (number[address_of(shape)] for shape in (arbiter.a, arbiter.b))
     state = TOUCHING if arbiter.state == FIRST_TOUCH else arbiter.state
     size = arbiter.count * ffi.sizeof("struct cpContact")
@@ -226,5 +219,4 @@ def _add_contact(space: pymunk.Space, a: int, b: int, stamp: int, state: int, po
 
 
 def _body_of(shape: Any) -> Any:  # noqa: ANN401 pymunk's
-    """The body that a shape belongs to, as Chipmunk knows it."""
     return shape.body._body

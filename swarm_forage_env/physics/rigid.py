@@ -34,7 +34,6 @@ class Rigid(Physics):
     """
 
     def __init__(self, scenarios: Sequence[EpuckScenario]) -> None:
-        """Spaces with the robots and walls of these scenarios."""
         n_bodies = scenarios[0].task.n_robots + 1  # the walls' static body comes last
         self._memory = SpaceMemory.array((len(scenarios),), bodies=n_bodies, rows=2 * n_bodies + 8)
         self._told = [_connected(self._memory[w : w + 1]) for w in range(len(scenarios))]
@@ -70,18 +69,15 @@ class Rigid(Physics):
             recall(self._spaces[world], memory)
 
     def __getstate__(self) -> tuple[list[EpuckScenario], list[ContactMemory]]:
-        """Scenarios and memories: spaces and buffers are made anew from them."""
         return self._scenarios, self.snapshot()
 
     def __setstate__(self, state: tuple[list[EpuckScenario], list[ContactMemory]]) -> None:
-        """The engine as it was."""
         scenarios, kept = state
         Rigid.__init__(self, scenarios)
         self.restore(kept, scenarios)
 
 
 def _space(scenario: EpuckScenario) -> pymunk.Space:
-    """A space with the robots of one world, in order, its four walls and its obstacles."""
     space = pymunk.Space()
     space.collision_slop = 1e-4
     radius = scenario.robot.radius
@@ -105,7 +101,6 @@ def _space(scenario: EpuckScenario) -> pymunk.Space:
 
 
 def _connected(memory: Array) -> list[Any]:
-    """What pymunk is told of the buffers of a space, to be held as long as these."""
     memory["writer"] = address_of(ffi.addressof(lib, "pmSpaceBodySetIteratorFuncBatched"))
     memory["reader"] = address_of(ffi.addressof(lib, "pmSpaceBodyGetIteratorFuncBatched"))
     to_write = _told(WRITTEN, memory["writing"], memory["written"])
