@@ -144,7 +144,6 @@ class GridKernel(Protocol):
 
     def __getitem__(self, launch: tuple[object, ...], /) -> Callable[..., None]:
         """The kernel on that grid."""
-        ...
 
 
 def bind_grid(template: Function, functions: Mapping[str, Function]) -> GridKernel:

@@ -9,24 +9,18 @@ from numpy.typing import DTypeLike
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import gpu
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.worlds_on_cpu import PlacedArray
+from swarm_forage_env.worlds_on_cpu import Memory, PlacedArray
 
 Grid = tuple[int, tuple[int, int]]
 """Blocks, and threads of a block: robots by worlds."""
 
 
-class DeviceMemory:
+class DeviceMemory(Memory):
     """The memory of a GPU: every copy and every kernel is in the order of one stream."""
 
     def __init__(self) -> None:
         self._gpu = usable_gpu()
-        self._address = 0
         self._stream: object = 0
-
-    @property
-    def stream(self) -> int:
-        """The address of the stream; 0 is CUDA's default stream."""
-        return self._address
 
     def change_stream(self, address: object) -> None:
         """Go on in the stream of an address, after what the one before was asked to do.
@@ -38,10 +32,10 @@ class DeviceMemory:
                 f"stream={address!r}: must be the address of a stream of CUDA, as"
                 " torch.cuda.current_stream().cuda_stream; or 0, the default stream"
             )
-        if address == self._address:
+        if address == self.stream:
             return
         done = self.mark()
-        self._address = address
+        self.stream = address
         self._stream = self._gpu.external_stream(address) if address else 0
         done.wait(self._stream)
 
@@ -55,7 +49,7 @@ class DeviceMemory:
         event.record(self._stream)
         return event
 
-    def to_device(self, array: Array) -> Any:  # noqa: ANN401 an array of numba's
+    def to_device(self, array: Array) -> Any:  # noqa: ANN401 an array of numba's, on a GPU
         """A copy of an array in the memory of the GPU."""
         return self._gpu.to_device(np.ascontiguousarray(array), stream=self._stream)
 

@@ -1,4 +1,4 @@
-"""Episodes: what a task is judged by at the end of one, whoever runs it."""
+"""Episodes: what a task is judged by at the end of one, and what is kept of each tick."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -18,7 +18,6 @@ class MeasuredLoop(Protocol):
     @property
     def situation(self) -> Rows:
         """A copy of what the motion layer of every robot sees, a row for each."""
-        ...
 
 
 class EpisodeMeter(Protocol):
@@ -26,15 +25,12 @@ class EpisodeMeter(Protocol):
 
     def next_sample(self, tick: int) -> int:
         """The next tick after this one with which something is to be measured."""
-        ...
 
     def sample(self, tick: int) -> None:
         """Look at the worlds after this tick, 1 being the first."""
-        ...
 
     def results(self) -> list[dict[str, Any]]:
         """What each world came to, by the names of its metrics; the worlds are over."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -130,3 +126,38 @@ class FinalMeter:
 def judged_at_the_end(judge: Judge) -> Callable[[MeasuredLoop], EpisodeMeter]:
     """Makes what judges worlds by how they stand when they are over."""
     return partial(FinalMeter, judge)
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryColumn:
+    """One column: what a table calls it, its type, and what it is for a reader."""
+
+    name: str
+    kind: str
+    """NumPy type: of the numbers, or of the codes of words."""
+
+    text: str
+    """What the column holds, with its unit."""
+
+    words: tuple[str, ...] = ()
+    """What each code stands for, where the column holds words."""
+
+    @property
+    def is_nullable(self) -> bool:
+        """The column may be empty: a float that is NaN, a code that is -1."""
+        return bool(self.words) or self.kind.startswith("f")
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryKind:
+    """What the robots of a task leave behind in a tick."""
+
+    columns: tuple[TrajectoryColumn, ...]
+    take: Callable[[Any, Array], Mapping[str, Array]]
+    """The columns as they stand now, each (worlds, robots), from a block and the minds of its
+    robots. NaN and -1 stand for what there is not."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the columns."""
+        return tuple(each.name for each in self.columns)

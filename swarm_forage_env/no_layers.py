@@ -11,6 +11,7 @@ from swarm_forage_env.compiler import bind, kernel, typed_once
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CompiledLayers, Kernel, NoMemory, refuse_falsifying
 from swarm_forage_env.observed_fields import Sizes
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import Arrays, only, run_ticks
@@ -91,13 +92,11 @@ class NoLayers:
 
     name: str = "policy"
 
-    def build(self, world: Any, seeds: Sequence[int], each: Sequence[Any]) -> "RunningPolicy":  # noqa: ANN401 of its task
+    def build(self, world: Any, seeds: Sequence[int], each: Sequence[object]) -> "RunningPolicy":  # noqa: ANN401 of its task
         """The running policy of a block of worlds; ConfigError where faults falsify messages."""
-        for scenario in world.scenarios:
-            refuse_falsifying(self.name, scenario)
-        return RunningPolicy(self, world, range(world.n_robots))
+        return self.build_team(world, seeds, [[self] * world.n_robots])
 
-    def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
+    def language(self, scenario: BaseScenario) -> object:
         """What is said is words, whose meaning is the policy's."""
         return self
 
@@ -105,7 +104,7 @@ class NoLayers:
         self,
         world: Any,  # noqa: ANN401 of its task
         seeds: Sequence[int],
-        each: Sequence[Sequence[Any]],
+        each: Sequence[Sequence[object]],
     ) -> "RunningPolicy":
         """The running policy of some robots, worlds by robots; None for one of another's."""
         for scenario in world.scenarios:
@@ -113,7 +112,7 @@ class NoLayers:
         robots = [robot for robot, own in enumerate(each[0]) if own is not None]
         return RunningPolicy(self, world, robots)
 
-    def with_parameters(self, values: Mapping[str, Any]) -> "NoLayers":
+    def with_parameters(self, values: Mapping[str, object]) -> "NoLayers":
         """There are no parameters."""
         return self
 
@@ -169,7 +168,7 @@ class RunningPolicy:
         world, arrays = self._world, (self.minds, *self._nothing)
         stage(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
 
-    def numbers_in(self, world: int, scenario: Any) -> None:  # noqa: ANN401 of its task
+    def numbers_in(self, world: int, scenario: BaseScenario) -> None:
         """There are no numbers; ConfigError where faults falsify messages."""
         refuse_falsifying("policy", scenario)
 

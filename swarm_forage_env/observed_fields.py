@@ -218,10 +218,7 @@ def source_of_its_own(layout: FieldLayout) -> str:
 
 @row_template
 def read_fields(
-    fields: Fields,
-    w: int,
-    which: Int64[Array, " some"],
-    rows: Float32[Array, "some numbers"],
+    fields: Fields, w: int, which: Int64[Array, " some"], rows: Float32[Array, "some numbers"]
 ) -> None:
     """Write the fields of these robots of world w to the first numbers of rows.
 

@@ -25,112 +25,49 @@ class PlacedArray(Protocol):
     @property
     def shape(self) -> tuple[int, ...]:
         """Its axes."""
-        ...
 
     @property
     def dtype(self) -> np.dtype[Any]:
         """What its elements are."""
-        ...
 
     def __getitem__(self, index: Any, /) -> Any:  # noqa: ANN401 an element, or a view
         """An element, or a view."""
-        ...
 
 
-class Memory(Protocol):
-    """Where the arrays lie of worlds that run: copies arrays to and from there."""
-
-    @property
-    def stream(self) -> int:
-        """The address of the stream of CUDA in whose order it works; 0: the default stream."""
-        ...
-
-    def change_stream(self, address: int) -> None:
-        """Go on in the stream of an address."""
-        ...
-
-    def to_device(self, array: Array) -> PlacedArray:
-        """A copy of an array there; on a CPU the array itself, contiguous."""
-        ...
-
-    def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> PlacedArray:
-        """A new array there."""
-        ...
-
-    def write(self, there: Any, array: Array) -> None:  # noqa: ANN401 a PlacedArray of its own
-        """Copy an array into one there."""
-        ...
-
-    def read(self, there: Any) -> Array:  # noqa: ANN401 as above
-        """The array in the memory of the CPU: a GPU makes a copy, and is waited for."""
-        ...
-
-    def lend(self, there: Any) -> PlacedArray:  # noqa: ANN401 as above
-        """The array to be handed out: a CPU makes a copy, of a GPU's the receiver writes none."""
-        ...
-
-
-class Place(Protocol):
-    """The worlds of a loop where they run."""
-
-    @property
-    def memory(self) -> Memory:
-        """A `HostMemory` or a `DeviceMemory`."""
-        ...
-
-    @property
-    def arrays(self) -> Mapping[str, Any]:
-        """Records by name: `robots`, `worlds`, `minds` (what the estimators keep), `earned`."""
-        ...
-
-    @property
-    def estimators(self) -> Any:  # noqa: ANN401 a PlacedArray, or None
-        """What the estimators keep; None where no robot has one."""
-        ...
-
-    def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
-        """A template over worlds, whose last argument, the first of them and the last + 1, it is
-        given here."""
-        ...
-
-    def fields(self, layout: FieldLayout) -> Fields:
-        """Where the fields of a layout lie, for `read_fields` and `write_fields`."""
-        ...
-
-
-class HostMemory:
-    """The `Memory` of a CPU: nothing is copied that lies as kernels want it."""
+class Memory:
+    """The memory of a CPU: nothing is copied that lies as kernels want it."""
 
     stream = 0
+    """The address of the stream of CUDA in whose order a GPU works; 0: the default stream."""
 
-    def change_stream(self, address: int) -> None:
-        """Do nothing: every call of a CPU waits for the one before."""
+    def change_stream(self, address: object) -> None:
+        """Go on in another stream: every call of a CPU waits for the one before."""
 
-    def to_device(self, array: Array) -> Array:
-        """The array, contiguous."""
+    def to_device(self, array: Array) -> PlacedArray:
+        """The array where the worlds run, contiguous."""
         return np.ascontiguousarray(array)
 
-    def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> Array:
-        """A new array."""
+    def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> PlacedArray:
+        """A new array where the worlds run."""
         return np.empty(shape, dtype)
 
-    def write(self, there: Array, array: Array) -> None:
-        """Copy an array into another."""
+    def write(self, there: Any, array: Array) -> None:  # noqa: ANN401 a PlacedArray of its own
+        """Copy an array into one where the worlds run."""
         there[...] = array
 
-    def read(self, there: Array) -> Array:
-        """The array itself."""
-        return there
+    def read(self, there: Any) -> Array:  # noqa: ANN401 as above
+        """The array in the memory of the CPU: the array itself, or a copy from a GPU."""
+        return np.asarray(there)
 
-    def lend(self, there: Array) -> Array:
-        """A copy."""
-        return there.copy()
+    def lend(self, there: Any) -> PlacedArray:  # noqa: ANN401 as above
+        """The array to be handed out: a copy, or one that its receiver must not write to."""
+        return np.array(there)
 
 
 class WorldsOnCpu:
     """The worlds of a block and the minds of their robots, in a CPU's memory."""
 
-    memory = HostMemory()
+    memory: Memory = Memory()
 
     def __init__(self, world: Any, minds: Array) -> None:  # noqa: ANN401 a World, from the floor above
         self._block, self._minds = world, minds

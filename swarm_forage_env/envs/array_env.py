@@ -143,10 +143,7 @@ class ArrayEnv:
         return self.episodes.is_over
 
     def reset(
-        self,
-        seed: Seeds = None,
-        worlds: object = None,
-        options: Mapping[str, Any] | None = None,
+        self, seed: Seeds = None, worlds: object = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Any, Infos]:
         """Reset worlds, all unless `worlds` is a mask or numbers of some; observe all.
 

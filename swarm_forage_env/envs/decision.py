@@ -31,10 +31,7 @@ class Decisions:
     """The decisions of the learners of a block of worlds, where these run."""
 
     def __init__(
-        self,
-        worlds: Worlds,
-        form: PolicyForm,
-        learners: Int64[Array, " learners"],
+        self, worlds: Worlds, form: PolicyForm, learners: Int64[Array, " learners"]
     ) -> None:
         self._worlds, self._form, config, memory = worlds, form, form.config, worlds.memory
         self._config: EnvConfig = config
@@ -98,9 +95,7 @@ class Decisions:
         return out[0], out[1]
 
     def observe(
-        self,
-        time_left: Callable[[], Float64[Array, " worlds"]],
-        modes: PlacedArray | None = None,
+        self, time_left: Callable[[], Float64[Array, " worlds"]], modes: PlacedArray | None = None
     ) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
         """What every learner observes after its action, or where worlds begin as `modes` say."""
         return self.observing(self.raw, self._run if modes is None else modes, time_left)

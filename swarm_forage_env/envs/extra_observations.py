@@ -62,13 +62,11 @@ class Observation(Protocol):
 
     def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
         """What each number is, in a scenario with these robots."""
-        ...
 
     def write(
         self, context: ObservationContext, out: Float32[Array, "worlds robots numbers"]
     ) -> None:
         """Write the numbers of every robot."""
-        ...
 
 
 Row = Float32[Array, " numbers"]

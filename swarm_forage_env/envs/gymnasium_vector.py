@@ -61,8 +61,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         return self._begin([seeds[w] for w in chosen], numbers, chosen), self._infos()
 
     def step(
-        self,
-        actions: object,
+        self, actions: object
     ) -> tuple[
         Float32[Array, "worlds numbers"],
         Float64[Array, " worlds"],

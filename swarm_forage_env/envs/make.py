@@ -25,9 +25,7 @@ class Parts:
 
 
 def checked_parts(
-    scenario: ScenarioSource,
-    controller: Controllers | None,
-    options: Mapping[str, object],
+    scenario: ScenarioSource, controller: Controllers | None, options: Mapping[str, object]
 ) -> Parts:
     """The parts that the keywords of `parallel_env` name.
 

@@ -20,6 +20,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
 from swarm_forage_env.compiler import bind_row, entry_point
+from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.decision_kernels import (
     Scaling,
     add_feature,
@@ -42,12 +43,15 @@ from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.random_streams import hash_of
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.ticks import BEGINS, STANDS
-from swarm_forage_env.worlds_on_cpu import Place, PlacedArray
+from swarm_forage_env.worlds_on_cpu import PlacedArray, WorldsOnCpu
 
 LAYER = "layer"
 """The name of what the learned layer is shown."""
 
 PREVIOUS = "previous_action"
+
+Place = WorldsOnCpu | DeviceLoop
+"""Worlds where they run."""
 
 Addition = Observation | RowObservation
 """What is observed beside the layer: by name, or a class of the user's own."""
@@ -191,17 +195,15 @@ class Observing:
         *where, bound, squashes = observer.scaling
         self._scaling = *where, memory.to_device(bound), memory.to_device(squashes)
         self._fields = place.fields(observer.shown)
-        self._numpy = [
-            (part, span)
-            for part, span in zip(observer.parts, observer.spans, strict=True)
-            if not isinstance(part, RowObservation)
-        ]
+        self._numpy: list[tuple[Observation, tuple[int, int]]] = []
         add: Kernel = add_nothing
         spans: list[tuple[int, int]] = []
         for part, span in zip(observer.parts, observer.spans, strict=True):
             if isinstance(part, RowObservation):
                 parts = {"features_before": add, "write_feature": part.write_row}
                 add, spans = bind_row(add_feature, parts), [*spans, span]
+            else:
+                self._numpy.append((part, span))
         self._spans = memory.to_device(np.array(spans, np.int64).reshape(-1, 2))
         self._none = memory.to_device(np.zeros(rows[0]))
         self._streams = np.zeros(self._shape if self._numpy else (0, 0), np.uint64)

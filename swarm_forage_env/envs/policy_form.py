@@ -10,14 +10,13 @@ from gymnasium.spaces import Box, Discrete
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.actions import ActionForm, Actions
 from swarm_forage_env.envs.config import EnvConfig, n_steps
-from swarm_forage_env.envs.observations import Observer, Observing, stacked
+from swarm_forage_env.envs.observations import Observer, Observing, Place, stacked
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.observed_fields import FieldLayout
 from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import task_of
-from swarm_forage_env.worlds_on_cpu import Place
 
 BOUND = re.compile(r"of [-+.e0-9]+ ")
 """Start of the unit of a number that is divided by its bound, which goes by the scenario."""
