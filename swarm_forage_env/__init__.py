@@ -5,7 +5,7 @@
 >>> observations, infos = env.reset(seed=0)
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from swarm_forage_env.envs.registration import register_with_gymnasium, register_with_pettingzoo
 
@@ -41,7 +41,7 @@ _WHERE = {
 }
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401 whatever the module holds
+def __getattr__(name: str) -> object:
     """Import a public name at its first use, so that importing the package is quick."""
     from importlib import import_module
 

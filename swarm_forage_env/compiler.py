@@ -36,7 +36,7 @@ from swarm_forage_env.fingerprint import plain as plain
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
 from swarm_forage_env.lanes import ON_CPU, on_gpu
 from swarm_forage_env.lean import Lean, lean
-from swarm_forage_env.templates import Function, FunctionT, Parts, parts_of, with_parts
+from swarm_forage_env.templates import Bindings, Function, FunctionT, parts_of, with_parts
 
 _listeners: list[Callable[[str], None]] = []
 """Called with the name of each entry point that is about to be compiled."""
@@ -156,7 +156,7 @@ def bind_grid(template: Function, functions: Mapping[str, Function]) -> GridKern
 
 
 @cache
-def _bound_grid(template: Function, parts: Parts) -> GridKernel:
+def _bound_grid(template: Function, parts: Bindings) -> GridKernel:
     function = with_parts(template, parts, _bound_row)
     compiled = gpu().jit(_on_records(function) if config.ENABLE_CUDASIM else function)
     if not config.ENABLE_CUDASIM:
@@ -216,12 +216,12 @@ def is_simulated() -> bool:
 
 
 @cache
-def _bound(template: Function, parts: Parts) -> Function:
+def _bound(template: Function, parts: Bindings) -> Function:
     return _compiled(with_parts(template, parts, _bound_row))
 
 
 @cache
-def _bound_row(template: Function, parts: Parts) -> Function:
+def _bound_row(template: Function, parts: Bindings) -> Function:
     return inlined(with_parts(template, parts, _bound_row))
 
 

@@ -73,10 +73,8 @@ class EpisodeHeader:
     """Which episode it was."""
 
     scenario: str
-    """Name of the scenario."""
-
     controller: str
-    """The controller as it was asked for: `ssgiff`, or `ssgiff:beta=0.02`."""
+    """The controller as the user named it: `ssgiff`, or `ssgiff:beta=0.02`."""
 
     seed: int
     """Seed of the world; controllers under one seed meet the same world."""
@@ -85,8 +83,6 @@ class EpisodeHeader:
     """Engine that moved the robots."""
 
     n_robots: int
-    """Robots."""
-
     duration_s: float
     """Length of the episode [s]."""
 
@@ -140,7 +136,7 @@ class TrajectoryColumn:
     """What the column holds, with its unit."""
 
     words: tuple[str, ...] = ()
-    """What each code stands for, where the column holds words."""
+    """The word of each code, where the column holds words."""
 
     @property
     def is_nullable(self) -> bool:

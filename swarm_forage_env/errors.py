@@ -16,7 +16,7 @@ class RenamedWarning(FutureWarning):
 
 
 class UnknownNameError(KeyError):
-    """A name that stands for nothing: the message names the nearest one that does."""
+    """An unknown name: the message gives the nearest known one."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], note: str = "") -> None:
         """Say which kind of thing is unknown, under which name, and which names are known.

@@ -51,7 +51,7 @@ class Membership(Record):
 
 @row_template
 def hear_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Write what the members of a world are told. Free names: hear_words, lane, lanes."""
+    """Write what the members of a world hear. Free names: hear_words, lane, lanes."""
     minds, settings = layer_arrays[0], layer_arrays[3]
     for i in range(lane(), n_robots, lanes()):
         if settings[w, i].is_member:
@@ -79,13 +79,13 @@ class NoLayers:
     """The controller of robots whose policy is everything: no estimator, nothing hand-written."""
 
     said: type[Record]
-    """What the policy says beside what it commands, and what it is told."""
+    """What the policy says beside what it commands, and what it hears."""
 
     carry_out: Kernel
     """Commands what the action says; of one robot and what it said."""
 
     hear_words: Kernel
-    """Writes what a robot is told; of the world's arrays, what all said, world and robot."""
+    """Writes what a robot hears; of the world's arrays, what all said, world and robot."""
 
     sizes: Callable[[Any], Sizes]
     """Sizes of the named axes of what is said in a scenario."""
@@ -154,7 +154,7 @@ class RunningPolicy:
         return CompiledLayers(self._functions, arrays, firsts, 0, has_beliefs=False)
 
     def observe(self, first: int, last: int) -> None:
-        """Write what the robots of the worlds first .. last - 1 are told."""
+        """Write what the robots of the worlds first .. last - 1 hear."""
         self._run(self._observe, first, last)
 
     def consult(self) -> None:
@@ -188,7 +188,7 @@ class RunningPolicy:
         self.minds[...] = kept
 
     def _said(self, shape: tuple[int, ...]) -> Array:
-        """Records of what is said, with room for all that a robot may be told."""
+        """Records of what is said, with room for all that a robot may hear."""
         return self._policy.said.array(shape, **self._policy.sizes(self._world.scenario))
 
     def check_on_gpu(self) -> None:

@@ -59,7 +59,7 @@ class Registry(Generic[PartT]):
         return enter
 
     def alias(self, old: str, new: str) -> None:
-        """Let a part be found under an old name too; whoever uses it is told the new one."""
+        """Find a part under an old name too, with a warning that gives the new one."""
         self._new_names[old] = new
 
     def compose_by(self, make: Callable[[str, Sequence[str]], PartT]) -> None:
@@ -122,7 +122,7 @@ CONTROLLERS: Registry[Any] = Registry("controller")
 """Whole controllers; the world itself knows none."""
 
 POLICIES: Registry[Any] = Registry("kind of policy")
-"""Controllers that wait for the file of a policy: `sb3` stands for `sb3:model.zip`."""
+"""Controllers that need the file of a policy: `sb3` as in `sb3:model.zip`."""
 
 REFERENCES: Registry[Any] = Registry("reference")
 """Controllers that know the ground truth: for comparison only, never beside a learner."""

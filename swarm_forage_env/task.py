@@ -185,10 +185,10 @@ class World(ABC):
             else:
                 setattr(self, name, copy(each))
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         return {name: each for name, each in vars(self).items() if name != "_tick"}
 
-    def __setstate__(self, state: Mapping[str, Any]) -> None:
+    def __setstate__(self, state: Mapping[str, object]) -> None:
         """Arrays of records have the one dtype again that kernels know."""
         vars(self).update(state)
         for name, each in self._arrays().items():
@@ -307,7 +307,7 @@ class Events(Record):
         raise NotImplementedError
 
 
-def _any_weight(scenario: Any) -> tuple[float, str]:  # noqa: ANN401 of its task
+def _any_weight(scenario: BaseScenario) -> tuple[float, str]:
     return math.inf, ""
 
 
@@ -318,7 +318,7 @@ class Potential:
     of: Kernel
     """The potential Phi of one robot; of the robot and its world."""
 
-    max_shaping: Callable[[Any], tuple[float, str]] = _any_weight
+    max_shaping: Callable[..., tuple[float, str]] = _any_weight
     """The largest weight of it that leaves a scenario as it is, and why."""
 
 

@@ -13,7 +13,7 @@ Function = Callable[..., object]
 
 FunctionT = TypeVar("FunctionT", bound=Function)
 
-Parts = tuple[tuple[str, Function], ...]
+Bindings = tuple[tuple[str, Function], ...]
 """The functions of chosen parts by the free names that they are bound to, in order."""
 
 _row_templates: set[Function] = set()
@@ -25,7 +25,7 @@ def row_template(template: FunctionT) -> FunctionT:
     return template
 
 
-def parts_of(template: Function, functions: Mapping[str, Function]) -> Parts:
+def parts_of(template: Function, functions: Mapping[str, Function]) -> Bindings:
     """Those functions that the template, or a template that it names, has a free name for."""
     names = set(_free_names(template, functions))
     used = ((name, each) for name, each in functions.items() if name in names)
@@ -33,7 +33,7 @@ def parts_of(template: Function, functions: Mapping[str, Function]) -> Parts:
 
 
 def with_parts(
-    template: Function, parts: Parts, compiled: Callable[[Function, Parts], Function]
+    template: Function, parts: Bindings, compiled: Callable[[Function, Bindings], Function]
 ) -> FunctionType:
     """A template as a function whose free names are these parts.
 

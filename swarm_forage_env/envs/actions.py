@@ -99,7 +99,7 @@ class ActionForm:
         return Layout((*weights, *self._steering.layout, *raw[n + 2 :]))
 
     def _choices(self, discrete: bool | tuple[int, int]) -> Float32[Array, "choices numbers"]:
-        """Every discrete action as the numbers that it stands for; the last varies fastest."""
+        """The numbers of every discrete action; the last varies fastest."""
         grid = discrete if isinstance(discrete, tuple) else None
         parts = [*self._weights(grid), self._steers(grid), self._policy.said]
         check_choices(discrete, math.prod(len(each) for each in parts))
@@ -124,7 +124,7 @@ class ActionForm:
 
 
 def _steering(task: Task, policy: PolicyInterface, config: EnvConfig) -> Steering | None:
-    """The form of steering that is asked for; None where a policy does not steer."""
+    """The chosen form of steering; None where a policy does not steer."""
     if config.residual and config.action in (None, "wheels"):
         return task.steerings["wheels"]
     if config.residual:

@@ -15,7 +15,7 @@ from swarm_forage_env.envs.decision import Decisions
 from swarm_forage_env.envs.decision_kernels import write_log
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.extra_observations import RowObservation
-from swarm_forage_env.envs.make import Parts, checked_parts
+from swarm_forage_env.envs.make import EnvParts, checked_parts
 from swarm_forage_env.envs.observations import Normaliser, added, normalised
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.render import html_of, title_of
@@ -54,7 +54,7 @@ class ArrayEnv:
         env = ArrayEnv("es1", n_worlds=64, threads=2)
         observations, infos = env.reset(seed=0)              # (64, 10, numbers)
         observations, rewards, terminated, truncated, infos = env.step(actions)
-        observations, infos = env.reset(worlds=truncated)    # those start anew
+        observations, infos = env.reset(worlds=truncated)    # resets those
 
     The first axis is the world, the second the learner, in the order of `learners`. A world equals
     the same world alone, bit for bit, and the number of threads changes nothing. Nobody dies:
@@ -272,7 +272,7 @@ class ArrayEnv:
         ArrayEnv.__init__(self, *made_by, **options)
         self.restore(state["snapshot"])
 
-    def _made_loop(self, parts: Parts) -> Loop:
+    def _made_loop(self, parts: EnvParts) -> Loop:
         config, seeds = parts.config, range(self.n_worlds)
         return Loop(parts.scenario, parts.controller, seeds, config.physics, config.threads)
 
@@ -313,7 +313,7 @@ class ArrayEnv:
         self.state_space: Box = self.state_layout.box()
 
     def _infos(self, unshaped: PlacedArray) -> Infos:
-        """What is told beside: the reward, whose action counts, and what was drawn."""
+        """The unshaped reward, whose next action counts, and what was drawn."""
         acts, lend = self._stepper.acts(), self.memory.lend
         told = {} if acts is None else {"acts": acts}
         drawn = {name: lend(each) for name, each in self._drawn.items()}

@@ -22,7 +22,7 @@ LASTING = frozenset({"name", "tick", "task.n_robots", "task.duration", "radio.sl
 """Numbers of a scenario that are those of an environment, not of an episode."""
 
 TESTED_OPTION = "options"
-"""The option that PettingZoo's tests hand to every environment, which must be let be."""
+"""The option that PettingZoo's tests pass to every environment: it is ignored."""
 
 OPTION = "scenario parameter for an episode"
 
@@ -146,7 +146,7 @@ class Episodes:
 
 
 def checked_options(options: object) -> Mapping[str, object]:
-    """Options of a reset; ConfigError unless they go by name."""
+    """Options of a reset; ConfigError unless they are a mapping by name."""
     if options is None:
         return {}
     if isinstance(options, Mapping) and all(isinstance(name, str) for name in options):

@@ -1,4 +1,4 @@
-"""Additions to what the learned layer is shown: what an observation is, and those that go by name.
+"""Additions to what the learned layer is shown: what an observation is, and the named ones.
 
 An addition by name is a function of one robot, `write_row`, which a CPU and a GPU call.
 """

@@ -33,7 +33,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         """Make the worlds; `reset` starts their episodes.
 
         `max_episode_steps`, which `gymnasium.make_vec` hands on, ends episodes that `max_cycles`
-        or the scenario's time would let go on, as a TimeLimit does; -1 stands for none.
+        or the scenario's time would let go on, as a TimeLimit does; -1 is none.
         """
         self._mode = _autoreset_mode(autoreset_mode)
         self.num_envs = _count("num_envs", num_envs)

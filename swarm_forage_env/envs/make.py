@@ -15,7 +15,7 @@ from swarm_forage_env.task import Task, task_of
 
 
 @dataclass(frozen=True)
-class Parts:
+class EnvParts:
     """What an environment is made of."""
 
     scenario: BaseScenario
@@ -26,7 +26,7 @@ class Parts:
 
 def checked_parts(
     scenario: ScenarioSource, controller: Controllers | None, options: Mapping[str, object]
-) -> Parts:
+) -> EnvParts:
     """The parts that the keywords of `parallel_env` name.
 
     `options` are the fields of `EnvConfig` and changes of single numbers of the scenario.
@@ -51,7 +51,7 @@ def checked_parts(
     if config.decision_period is None:
         usual = min(task.policies[config.learn].decision_period, chosen.n_ticks)
         config = config.model_copy(update={"decision_period": usual})
-    return Parts(chosen, config, found, task)
+    return EnvParts(chosen, config, found, task)
 
 
 def _check_learns(config: EnvConfig, task: Task) -> None:
@@ -108,7 +108,7 @@ def _check_leaves_a_layer(
 
 
 def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> BaseScenario:
-    """The scenario with its overrides; a misspelt keyword is told from a misspelt parameter."""
+    """The scenario with its overrides; UnknownNameError for what is no keyword and no number."""
     chosen = find_scenario(scenario)
     keywords = (*EnvConfig.model_fields, "controller", "render_mode")
     known = {**leaves(chosen.model_dump()), **dict.fromkeys(keywords)}

@@ -146,7 +146,7 @@ class Observer:
         agents: Sequence[str],
         normalise: bool,
     ) -> None:
-        """What the layer is `shown`, if it is, and what is asked for beside it."""
+        """`shown` is what the layer sees, `observation` what a policy observes of it and beside."""
         has_layer, self.parts = added(observation, policy)
         """Whether what the layer sees is observed; and what is observed beside it."""
         self.shown = shown if has_layer else FieldLayout((), (), shown.sizes)

@@ -19,7 +19,7 @@ from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import task_of
 
 BOUND = re.compile(r"of [-+.e0-9]+ ")
-"""Start of the unit of a number that is divided by its bound, which goes by the scenario."""
+"""Start of the unit of a number that is divided by its bound, which depends on the scenario."""
 
 
 class PolicyForm:

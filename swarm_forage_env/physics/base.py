@@ -33,9 +33,9 @@ class Physics:
         return ()
 
     def reset(self, world: int, scenario: EpuckScenario) -> None:
-        """Forget what the engine remembers of one world's past; go by this scenario from now on."""
+        """Forget one world's past; its scenario is this one from now on."""
 
-    def snapshot(self) -> Any:  # noqa: ANN401 of the engine
+    def snapshot(self) -> object:
         """All that it remembers of the past, picklable."""
 
     def restore(self, kept: Any, scenarios: Sequence[EpuckScenario]) -> None:  # noqa: ANN401 as above

@@ -34,4 +34,4 @@ step_space = _function("cpSpaceStep", intp, float64)
 """Move the bodies of a space (its address) by a time [s]."""
 
 each_body = _function("cpSpaceEachBody", intp, intp, intp)
-"""Call a function (its address) with each body of a space, and with what it is told."""
+"""Call a function (its address) with each body of a space, and with an argument (its address)."""

@@ -19,10 +19,10 @@ from pymunk._chipmunk import ffi, lib
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.physics.chipmunk_functions import address_of
-from swarm_forage_env.physics.chipmunk_layout import Body, Node, Pair, Space, Tree
+from swarm_forage_env.physics.chipmunk_layout import Body, Node, Pair, Space, Thread, Tree
 
 INNER = -1
-"""Stands for a node that has no shape, but two nodes below it."""
+"""Marks a node that has no shape, but two nodes below it."""
 
 FIRST_TOUCH, TOUCHING = 0, 1
 """States of a contact; the space goes from the first to the second when its next step begins."""
@@ -145,8 +145,9 @@ def _pairs_of(leaf: Node) -> Iterator[int]:
         at = _thread_of(pair, leaf).next
 
 
-def _thread_of(pair: Pair, leaf: Node) -> Any:  # noqa: ANN401 a Thread of it
-    return pair.a if pair.a.leaf == ctypes.addressof(leaf) else pair.b
+def _thread_of(pair: Pair, leaf: Node) -> Thread:
+    thread: Thread = pair.a if pair.a.leaf == ctypes.addressof(leaf) else pair.b
+    return thread
 
 
 def _grow(tree: Tree, memory: ContactMemory, leaves: list[Node]) -> None:
@@ -172,7 +173,7 @@ def _grow(tree: Tree, memory: ContactMemory, leaves: list[Node]) -> None:
             parents.append(node)
 
 
-def _link(memory: ContactMemory, leaves: list[Node]) -> Any:  # noqa: ANN401 an array of them
+def _link(memory: ContactMemory, leaves: list[Node]) -> "ctypes.Array[Pair]":
     pairs = (Pair * len(memory.pairs))()
     for pair, (a, b, kept) in zip(pairs, memory.pairs, strict=True):
         pair.a.leaf, pair.b.leaf = map(ctypes.addressof, (leaves[a], leaves[b]))
@@ -203,7 +204,9 @@ def _contact(arbiter: Any, number: dict[int, int]) -> tuple[int, int, int, int, 
     return a, b, arbiter.stamp, state, points
 
 
-def _add_contact(space: pymunk.Space, a: int, b: int, stamp: int, state: int, points: bytes) -> Any:  # noqa: ANN401 pymunk's
+def _add_contact(
+    space: pymunk.Space, a: int, b: int, stamp: int, state: int, points: bytes
+) -> object:
     """Let a space know a contact; the memory that it lies in."""
     shapes = list(space.shapes)
     arbiter = ffi.new("struct cpArbiter *")
@@ -218,5 +221,6 @@ def _add_contact(space: pymunk.Space, a: int, b: int, stamp: int, state: int, po
     return arbiter
 
 
-def _body_of(shape: Any) -> Any:  # noqa: ANN401 pymunk's
+def _body_of(shape: pymunk.Shape) -> object:
+    assert shape.body is not None
     return shape.body._body
