@@ -143,7 +143,7 @@ class ArrayEnv:
         return self.episodes.is_over
 
     def reset(
-        self, seed: Seeds = None, worlds: object = None, options: Mapping[str, Any] | None = None
+        self, seed: Seeds = None, worlds: object = None, options: Mapping[str, object] | None = None
     ) -> tuple[Any, Infos]:
         """Reset worlds, all unless `worlds` is a mask or numbers of some; observe all.
 
@@ -264,7 +264,7 @@ class ArrayEnv:
     def _repr_html_(self) -> str:
         return html_of(self, type(self).__name__, title_of(self._made_by[2], self))
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         return {"made_by": self._made_by, "snapshot": self.snapshot()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:

@@ -49,7 +49,7 @@ class JointWorlds(ShownEnv):
     def _begin(
         self,
         seeds: Sequence[int | None],
-        options: Mapping[str, Any] | None = None,
+        options: Mapping[str, object] | None = None,
         worlds: Sequence[int] | None = None,
     ) -> Float32[Array, "worlds numbers"]:
         """Reset these worlds, or all, each to its seed. Returns what the learners observe."""

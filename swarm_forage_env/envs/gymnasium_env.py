@@ -13,18 +13,17 @@ from swarm_forage_env.envs.gymnasium_core import JointWorlds
 from swarm_forage_env.envs.pettingzoo_env import parallel_env
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
 
-METADATA: dict[str, Any] = {
+METADATA: dict[str, object] = {
     name: parallel_env.metadata[name] for name in ("render_modes", "render_fps")
 }
 """As of the PettingZoo environment."""
 
 
 class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
-    metadata: dict[str, Any] = METADATA
+    metadata: dict[str, object] = METADATA
     _spec: EnvSpec | None = None
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401 as parallel_env
-        """Make the environment; `reset` starts an episode."""
         self._make(1, options)
         self.observation_space: Space[Any] = self._joint_observations
         self.action_space: Space[Any] = self._joint_actions
@@ -41,8 +40,8 @@ class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
             self._spec.max_episode_steps = self.max_cycles
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
+        self, *, seed: int | None = None, options: dict[str, object] | None = None
+    ) -> tuple[Any, dict[str, object]]:
         """Start an episode; a seed fixes it and all that follow without one."""
         seed = None if seed is None else checked_seed(seed)
         # refused before a seed is drawn:
@@ -52,7 +51,7 @@ class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
         (observation,) = self._begin([world_seed], options)
         return self._in_space(observation), self._info()
 
-    def step(self, action: object) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+    def step(self, action: object) -> tuple[Any, Any, bool, bool, dict[str, object]]:
         """One decision period; a refused action leaves everything as it was."""
         observations, rewards, truncated = self._advance([action])
         observation = self._in_space(observations[0])
@@ -73,7 +72,7 @@ class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
         """
         return self._frames()[0]
 
-    def _info(self) -> dict[str, float]:
+    def _info(self) -> dict[str, object]:
         return {name: float(value[0]) for name, value in self._joint_infos().items()}
 
     def _in_space(self, observation: Float32[Array, " numbers"]) -> object:

@@ -1,5 +1,6 @@
 """Worlds in one block of arrays, as Gymnasium vector environments: one learner in each, or all."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from swarm_forage_env.envs.gymnasium_core import JointWorlds
 from swarm_forage_env.envs.gymnasium_env import METADATA
 from swarm_forage_env.errors import ConfigError
 
-VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
+VECTOR_METADATA: dict[str, object] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
 
 
 class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
@@ -21,7 +22,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
     All episodes have the same length, so all worlds are truncated and reset together.
     """
 
-    metadata: dict[str, Any] = VECTOR_METADATA
+    metadata: dict[str, object] = VECTOR_METADATA
 
     def __init__(
         self,
@@ -48,8 +49,8 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
 
     def reset(
-        self, *, seed: Seeds = None, options: dict[str, Any] | None = None
-    ) -> tuple[Float32[Array, "worlds numbers"], dict[str, Any]]:
+        self, *, seed: Seeds = None, options: dict[str, object] | None = None
+    ) -> tuple[Float32[Array, "worlds numbers"], dict[str, object]]:
         """Reset every world; a seed fixes its episode and all that follow without one.
 
         With the autoreset mode DISABLED `options["reset_mask"]` chooses some of them; the other
@@ -67,7 +68,7 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
         Float64[Array, " worlds"],
         Bool[Array, " worlds"],
         Bool[Array, " worlds"],
-        dict[str, Any],
+        dict[str, object],
     ]:
         """One decision period; a refused action leaves everything as it was.
 
@@ -124,13 +125,13 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
             )
         return np.flatnonzero(chosen).tolist()
 
-    def _infos(self) -> dict[str, Any]:
+    def _infos(self) -> dict[str, object]:
         return self._masked(self._joint_infos())
 
-    def _masked(self, infos: dict[str, Any]) -> dict[str, Any]:
+    def _masked(self, infos: Mapping[str, object]) -> dict[str, object]:
         """Infos and, as Gymnasium wants, who has each of them: every world."""
         has = {f"_{name}": np.ones(self.num_envs, np.bool_) for name in infos}
-        return infos | has
+        return {**infos, **has}
 
 
 class LearnerVectorEnv(_SwarmVectorEnv):

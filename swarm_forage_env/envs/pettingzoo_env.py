@@ -26,7 +26,7 @@ Observations = dict[str, Float32[Array, " numbers"]]
 Infos = dict[str, dict[str, float]]
 
 
-METADATA: dict[str, Any] = {
+METADATA: dict[str, object] = {
     "name": "swarm_forage_v2",
     "render_modes": list(RENDER_MODES),
     "is_parallelizable": True,
@@ -59,7 +59,7 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
     number is: print them. All keywords: the fields of `swarm_forage_env.envs.config.EnvConfig`.
     """
 
-    metadata: dict[str, Any] = METADATA
+    metadata: dict[str, object] = METADATA
 
     def __init__(
         self,
@@ -69,7 +69,6 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         render_mode: str | None = None,
         **options: Any,  # noqa: ANN401 fields of EnvConfig, or numbers of the scenario
     ) -> None:
-        """Make the environment; `reset` starts an episode."""
         check_render_mode(render_mode)
         env = ArrayEnv(scenario, 1, controller, learn=learn, **options)
         self._show(env, render_mode, controller)
@@ -88,7 +87,7 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         return self.array_env.episodes.generators[0]
 
     def reset(
-        self, seed: int | None = None, options: Mapping[str, Any] | None = None
+        self, seed: int | None = None, options: Mapping[str, object] | None = None
     ) -> tuple[Observations, Infos]:
         """Start an episode; a seed fixes it and all that follow without one."""
         seeds = None if seed is None else [checked_seed(seed)]
@@ -99,7 +98,7 @@ class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 P
         return dict(zip(self.agents, observations, strict=True)), self._infos()
 
     def step(
-        self, actions: Mapping[str, Any]
+        self, actions: Mapping[str, object]
     ) -> tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos]:
         """One decision period; a refused action leaves everything as it was."""
         cycles = self._started()

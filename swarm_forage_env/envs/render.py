@@ -3,7 +3,7 @@
 import html
 from collections.abc import Sequence
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.errors import ConfigError
@@ -85,7 +85,7 @@ class ShownEnv:
     """What the APIs of PettingZoo and Gymnasium have in common: an `ArrayEnv` and its pictures."""
 
     array_env: "ArrayEnv"
-    metadata: dict[str, Any]
+    metadata: dict[str, object]
 
     def _show(self, env: "ArrayEnv", render_mode: str | None, controller: object) -> None:
         self.array_env, self.render_mode = env, render_mode
