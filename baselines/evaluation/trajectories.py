@@ -18,10 +18,10 @@ import pyarrow.parquet as pq
 from baselines.evaluation.dataset import DamagedFileError, Dataset, read_table, unread
 from baselines.evaluation.experiment_config import ExperimentConfig
 from swarm_forage_env.arrays import Array
-from swarm_forage_env.episode import TrajectoryColumn, TrajectoryKind
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import Task, task_of
+from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 
 LOGGER = logging.getLogger("swarm-forage")
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import bind, kernel
-from swarm_forage_env.episode import EpisodeKind, TrajectoryColumn, TrajectoryKind
+from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.epuck.control import steer_world
 from swarm_forage_env.epuck.drawing import scene, stage
 from swarm_forage_env.epuck.placing import place_world
@@ -29,6 +29,7 @@ from swarm_forage_env.record import Record
 from swarm_forage_env.scene import Scene
 from swarm_forage_env.spaces import Feature
 from swarm_forage_env.task import TASKS, Task
+from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 
 log: Kernel
 """Free name of the template."""

@@ -7,7 +7,6 @@ import numpy as np
 
 from swarm_forage_env.arrays import NEST, PREY, Array, Float64
 from swarm_forage_env.compiler import entry_point, kernel
-from swarm_forage_env.episode import TrajectoryColumn, TrajectoryKind
 from swarm_forage_env.epuck.fault_record import KINDS
 from swarm_forage_env.epuck.records import AREAS
 from swarm_forage_env.foraging.areas import MAX_AREAS
@@ -18,6 +17,7 @@ from swarm_forage_env.global_state import GlobalState
 from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.record import Record
 from swarm_forage_env.spaces import GOALS, Feature
+from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
 
 INFOS = ("round_trips", "lost_events", "on_path", "messages", "known_areas", "localisation_error_m")
 """What is logged of each robot: counts of the episode so far, and how it stands. The error is
