@@ -29,7 +29,7 @@ class EpisodeMeter(Protocol):
     def sample(self, tick: int) -> None:
         """Look at the worlds after this tick, 1 being the first."""
 
-    def results(self) -> list[dict[str, Any]]:
+    def results(self) -> list[dict[str, object]]:
         """What each world came to, by the names of its metrics; the worlds are over."""
 
 
@@ -112,11 +112,11 @@ class FinalMeter:
     def sample(self, tick: int) -> None:
         """All is read in `results`."""
 
-    def results(self) -> list[dict[str, Any]]:
+    def results(self) -> list[dict[str, object]]:
         """The metrics of each world."""
-        found = self._judge(self._loop.world)
-        columns = (each.tolist() for each in found.values())
-        return [dict(zip(found, row, strict=True)) for row in zip(*columns, strict=True)]
+        metrics = self._judge(self._loop.world)
+        columns = (each.tolist() for each in metrics.values())
+        return [dict(zip(metrics, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
 def judged_at_the_end(judge: Judge) -> Callable[[MeasuredLoop], EpisodeMeter]:

@@ -87,7 +87,7 @@ class NoLayers:
     hear_words: Kernel
     """Writes what a robot hears; of the world's arrays, what all said, world and robot."""
 
-    sizes: Callable[[Any], Sizes]
+    sizes: Callable[..., Sizes]
     """Sizes of the named axes of what is said in a scenario."""
 
     name: str = "policy"

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -50,7 +49,7 @@ class PolicyInterface:
     replaces: tuple[str, ...]
     """The layers that the policy replaces: `weighting`, `motion`."""
 
-    sizes: Callable[[Any], Sizes] = lambda scenario: {}
+    sizes: Callable[..., Sizes] = lambda scenario: {}
     """Sizes of the named axes of these fields in a scenario."""
 
     decision_period: int = 1

@@ -5,13 +5,14 @@ An addition by name is a function of one robot, `write_row`, which a CPU and a G
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, UInt64
 from swarm_forage_env.compiler import inlined
 from swarm_forage_env.interface import Kernel
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import draw_rows
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.spaces import Feature, Layout
@@ -60,7 +61,7 @@ class ObservationContext:
 class Observation(Protocol):
     """Some features of every robot."""
 
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+    def features(self, scenario: BaseScenario, agents: Sequence[str]) -> Sequence[Feature]:
         """What each number is, in a scenario with these robots."""
 
     def write(

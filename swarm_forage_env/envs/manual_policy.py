@@ -47,7 +47,7 @@ class ManualPolicy:
         self._window, self._names = bare.window, names
         self._window.drive(int(self.agent.rpartition("_")[2]))
 
-    def __call__(self, observation: Any, agent: str) -> Float32[Array, "2"]:  # noqa: ANN401 unused, as PettingZoo calls it
+    def __call__(self, observation: object, agent: str) -> Float32[Array, "2"]:
         """The action of the keys held now; UnknownNameError for another agent."""
         if agent != self.agent:
             raise UnknownNameError("agent driven by hand", agent, [self.agent])

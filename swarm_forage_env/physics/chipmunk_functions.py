@@ -17,7 +17,7 @@ PLAIN: Mapping[Number, type[Any]] = {intp: ctypes.c_size_t, float64: ctypes.c_do
 """Types of arguments with the compiler switched off."""
 
 
-def address_of(pointer: Any) -> int:  # noqa: ANN401 pymunk's
+def address_of(pointer: object) -> int:
     """Where what pymunk points to lies."""
     return int(ffi.cast("uintptr_t", pointer))
 

@@ -100,7 +100,7 @@ def _space(scenario: EpuckScenario) -> pymunk.Space:
     return space
 
 
-def _connected(memory: Array) -> list[Any]:
+def _connected(memory: Array) -> list[object]:
     memory["writer"] = address_of(ffi.addressof(lib, "pmSpaceBodySetIteratorFuncBatched"))
     memory["reader"] = address_of(ffi.addressof(lib, "pmSpaceBodyGetIteratorFuncBatched"))
     to_write = _argument(WRITTEN, memory["writing"], memory["written"])
