@@ -5,7 +5,8 @@
 >>> observations, infos = env.reset(seed=0)
 """
 
-from typing import TYPE_CHECKING, Any
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 from swarm_forage_env.envs.registration import register_with_gymnasium, register_with_pettingzoo
 
@@ -28,26 +29,21 @@ __all__ = [
     "raw_env",
 ]
 
-_WHERE = {
-    "ArrayEnv": "swarm_forage_env.envs.array_env",
-    "array_env": "swarm_forage_env.envs.array_env",
-    "ConfigError": "swarm_forage_env.errors",
-    "UnknownNameError": "swarm_forage_env.errors",
-    "ForagingWorld": "swarm_forage_env.foraging.world",
-    "env": "swarm_forage_env.envs.pettingzoo_env",
-    "find_scenario": "swarm_forage_env.scenarios",
-    "parallel_env": "swarm_forage_env.envs.pettingzoo_env",
-    "raw_env": "swarm_forage_env.envs.pettingzoo_env",
+_NAMES = {
+    "envs.array_env": ("ArrayEnv", "array_env"),
+    "envs.pettingzoo_env": ("env", "parallel_env", "raw_env"),
+    "errors": ("ConfigError", "UnknownNameError"),
+    "foraging.world": ("ForagingWorld",),
+    "scenarios": ("find_scenario",),
 }
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401 whatever the module holds
+def __getattr__(name: str) -> object:
     """Import a public name at its first use, so that importing the package is quick."""
-    from importlib import import_module
-
-    if name not in _WHERE:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_WHERE[name]), name)
+    for module, names in _NAMES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{module}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 register_with_gymnasium()

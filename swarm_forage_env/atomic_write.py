@@ -51,7 +51,7 @@ def replacing(file: Path) -> Iterator[Path]:
 
 
 def temporary_of(file: Path) -> Path:
-    """The temporary file of this process that stands for a file until it is whole."""
+    """The temporary file of this process for a file until it is whole."""
     host = quote(socket.gethostname(), safe="")
     return file.with_name(f"_{file.name}.{host}-{os.getpid()}{TEMPORARY}")
 

@@ -19,33 +19,33 @@ from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 from threading import Lock
-from types import FunctionType
-from typing import Any, TypeVar, cast
+from types import ModuleType
+from typing import Protocol, cast
 
 import llvmlite
 import numba
 import numpy as np
 from numba.core import bytecode, caching, config
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import Dispatcher
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.extras import remedy
 from swarm_forage_env.fingerprint import fingerprint
+from swarm_forage_env.fingerprint import plain as plain
 from swarm_forage_env.kernel_cache import CheckedFiles, cache_folder, is_trusted, tell_once
 from swarm_forage_env.lanes import ON_CPU, on_gpu
 from swarm_forage_env.lean import Lean, lean
-from swarm_forage_env.templates import Parts, parts_of, with_parts
-
-FunctionT = TypeVar("FunctionT")
+from swarm_forage_env.templates import Bindings, Function, FunctionT, parts_of, with_parts
 
 _listeners: list[Callable[[str], None]] = []
-"""Who is told of each entry point that is about to be compiled."""
+"""Called with the name of each entry point that is about to be compiled."""
 
 _SWITCH = Lock()
 """Held while numba's warning of few blocks, or its fusing of operations, is switched off."""
 
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
-INLINED: dict[str, Any] = {**OPTIONS, "forceinline": True}
+OPTIONS = {"error_model": "numpy", "nogil": True}
+INLINED = {**OPTIONS, "forceinline": True}
 
 
 def _name_functions_anew() -> None:
@@ -71,43 +71,34 @@ os.register_at_fork(  # a fork amid a compilation of another thread's waits: its
 
 def kernel(function: FunctionT) -> FunctionT:
     """Compile a function for the kernels that call it."""
-    if config.DISABLE_JIT:
-        return function
-    return cast(FunctionT, lean(cast(Any, function), OPTIONS))
+    return function if config.DISABLE_JIT else lean(function, OPTIONS)
 
 
 def inlined(function: FunctionT) -> FunctionT:
     """Compile a function into the kernels that call it, as the body of a loop over robots."""
-    if config.DISABLE_JIT:
-        return function
-    return cast(FunctionT, lean(cast(Any, function), INLINED))
+    return function if config.DISABLE_JIT else lean(function, INLINED)
 
 
 def entry_point(function: FunctionT) -> FunctionT:
     """Compile a function that Python calls on structured arrays; its machine code is kept."""
-    return cast(FunctionT, _compiled(cast(Any, plain(function))))
+    return _compiled(plain(function))
 
 
-def plain(function: FunctionT) -> FunctionT:
-    """The function that a kernel was made of, for a use that is not worth compiling."""
-    return cast(FunctionT, getattr(cast(Any, function), "py_func", function))
+def bind(template: FunctionT, functions: Mapping[str, Function]) -> FunctionT:
+    """Compile a template with functions of chosen parts for its free names.
 
-
-def bind(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel
-    """Compile a template with functions of chosen parts in the place of its free names.
-
-    Functions that the template does not name are let be. The same template and functions, in
+    Functions that the template does not name are ignored. The same template and functions, in
     another process too, share their machine code on disk.
     """
-    return _bound(template, parts_of(template, {**_lanes_on_cpu(), **functions}))
+    return cast(FunctionT, _bound(template, parts_of(template, {**_lanes_on_cpu(), **functions})))
 
 
-def bind_row(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel
+def bind_row(template: FunctionT, functions: Mapping[str, Function]) -> FunctionT:
     """Bind a template of one row, which becomes part of the kernels that call it."""
-    return _bound_row(template, parts_of(template, functions))
+    return cast(FunctionT, _bound_row(template, parts_of(template, functions)))
 
 
-def typed_once(kernel: Callable[..., Any]) -> Callable[..., Any]:
+def typed_once(kernel: FunctionT) -> FunctionT:
     """The kernel for arguments of the types of its first call: later ones must have the same.
 
     Numba looks at the types of all arguments in every call, which takes it a microsecond for each
@@ -115,40 +106,47 @@ def typed_once(kernel: Callable[..., Any]) -> Callable[..., Any]:
     """
     if config.DISABLE_JIT:
         return kernel
-    machine_code: list[Callable[..., Any]] = []
+    dispatcher = cast(Dispatcher, kernel)
+    machine_code: list[Function] = []
 
-    def call(*arguments: Any) -> Any:  # noqa: ANN401 whatever the kernel takes
+    def call(*arguments: object) -> object:
         if not machine_code:
             signature = tuple(map(numba.typeof, arguments))
-            cast(Any, kernel).compile(signature)
-            machine_code.append(cast(Any, kernel).get_overload(signature))
+            dispatcher.compile(signature)
+            machine_code.append(dispatcher.get_overload(signature))
         return machine_code[0](*arguments)
 
-    return call
+    return cast(FunctionT, call)
 
 
 @cache
-def _lanes_on_cpu() -> dict[str, Callable[..., Any]]:
+def _lanes_on_cpu() -> dict[str, Function]:
     return {name: inlined(each) for name, each in ON_CPU.items()}
 
 
 @cache
-def _lanes_on_gpu() -> dict[str, Callable[..., Any]]:
-    functions = on_gpu(_SimulatedThread() if is_simulated() else gpu())
-    return {name: inlined(each) for name, each in functions.items()}
+def _lanes_on_gpu() -> dict[str, Function]:
+    cuda = cast(ModuleType, _SimulatedThread()) if is_simulated() else gpu()
+    return {name: inlined(each) for name, each in on_gpu(cuda).items()}
 
 
 class _SimulatedThread:
     """What `cuda` is to a thread of numba's simulator, in any function that it runs."""
 
-    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 as of numba's module for GPUs
-        """An attribute of `cuda`, as the kernel that is running has it."""
+    def __getattr__(self, name: str) -> object:
         from numba.cuda.simulator.kernel import _get_kernel_context
 
         return getattr(_get_kernel_context(), name)
 
 
-def bind_grid(template: Callable[..., Any], functions: Mapping[str, Callable[..., Any]]) -> Any:  # noqa: ANN401 a kernel
+class GridKernel(Protocol):
+    """A kernel of a GPU, to be called on a grid: `kernel[launch](...)`."""
+
+    def __getitem__(self, launch: tuple[object, ...], /) -> Callable[..., None]:
+        """The kernel on that grid."""
+
+
+def bind_grid(template: Function, functions: Mapping[str, Function]) -> GridKernel:
     """Compile a template for a GPU, whose threads are the lanes of its worlds.
 
     The same template and functions share their machine code within a process. ConfigError where
@@ -158,28 +156,28 @@ def bind_grid(template: Callable[..., Any], functions: Mapping[str, Callable[...
 
 
 @cache
-def _bound_grid(template: Callable[..., Any], parts: Parts) -> Any:  # noqa: ANN401 a kernel
-    function = _function_of(template, parts)
-    if config.ENABLE_CUDASIM:
-        return gpu().jit(_plain(function))
-    compiled = gpu().jit(function)
-    compiled.compile = rounding_each()(compiled.compile)
-    compiled.configure = _without_size_warning(compiled.configure)
-    return compiled
+def _bound_grid(template: Function, parts: Bindings) -> GridKernel:
+    function = with_parts(template, parts, _bound_row)
+    compiled = gpu().jit(_on_records(function) if config.ENABLE_CUDASIM else function)
+    if not config.ENABLE_CUDASIM:
+        compiled.compile = rounding_each()(compiled.compile)
+        compiled.configure = _without_size_warning(compiled.configure)
+    kernel: GridKernel = compiled
+    return kernel
 
 
-def _without_size_warning(configure: Callable[..., Any]) -> Callable[..., Any]:
-    """A kernel's method that sizes its launch, silent on few blocks: so many worlds there are.
+def _without_size_warning(configure: Function) -> Function:
+    """A kernel's method that sizes its launch, without the warning of few blocks.
 
     Numba warns of them by one switch for all kernels of the process, the user's own among them.
     """
 
-    def configured(*on: Any) -> Any:  # noqa: ANN401 numba's
+    def configured(*launch: object) -> object:
         with _SWITCH:
             warns = config.CUDA_LOW_OCCUPANCY_WARNINGS
             config.CUDA_LOW_OCCUPANCY_WARNINGS = 0
             try:
-                return configure(*on)
+                return configure(*launch)
             finally:
                 config.CUDA_LOW_OCCUPANCY_WARNINGS = warns
 
@@ -203,57 +201,50 @@ def rounding_each() -> Iterator[None]:
             nvvm.compile_ir = usual
 
 
-def gpu() -> Any:  # noqa: ANN401 numba's module for GPUs
-    """What moves arrays to a GPU and back; ConfigError where numba-cuda is missing."""
+def gpu() -> ModuleType:
+    """The module of numba for GPUs; ConfigError where numba-cuda is missing."""
     if find_spec("numba_cuda") is None:
         raise ConfigError(f"device='cuda': needs numba-cuda; {remedy('numba_cuda')}")
     from numba import cuda
 
-    return cuda
+    return cast(ModuleType, cuda)
 
 
 def is_simulated() -> bool:
-    """Whether numba's simulator is in the place of a GPU: its arrays lie in the CPU's memory."""
+    """Whether numba's simulator replaces a GPU: its arrays lie in the CPU's memory."""
     return bool(config.ENABLE_CUDASIM)
 
 
 @cache
-def _bound(template: Callable[..., Any], parts: Parts) -> Any:  # noqa: ANN401 a kernel
-    return _compiled(_function_of(template, parts))
+def _bound(template: Function, parts: Bindings) -> Function:
+    return _compiled(with_parts(template, parts, _bound_row))
 
 
 @cache
-def _bound_row(template: Callable[..., Any], parts: Parts) -> Any:  # noqa: ANN401 a kernel
-    return inlined(_function_of(template, parts))
+def _bound_row(template: Function, parts: Bindings) -> Function:
+    return inlined(with_parts(template, parts, _bound_row))
 
 
-def _function_of(template: Callable[..., Any], parts: Parts) -> Callable[..., Any]:
-    """A template whose free names are these parts."""
-    return with_parts(template, parts, _bound_row)
-
-
-def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The kernel of a function, whose machine code is kept on disk."""
+def _compiled(function: FunctionT) -> FunctionT:
     if config.DISABLE_JIT:
-        return _plain(function)
+        return _on_records(function)
     compiled = lean(function, OPTIONS)
-    compiled._cache = _LateCache(function)
-    return cast(Callable[..., Any], compiled)
+    cast(Dispatcher, compiled)._cache = _LateCache(function)  # type: ignore[attr-defined]
+    return compiled
 
 
-def _plain(function: Callable[..., Any]) -> FunctionType:
+def _on_records(function: FunctionT) -> FunctionT:
     """The function on records that have attributes in Python too."""
-
     usable, warnings_off = _with_attributes, np.errstate
 
-    def run(*arguments: Any) -> Any:  # noqa: ANN401 whatever the kernel takes
+    def run(*arguments: object) -> object:
         with warnings_off(over="ignore"):  # whole numbers wrap around in machine code
             return function(*map(usable, arguments))
 
-    return cast(FunctionType, run)
+    return cast(FunctionT, run)
 
 
-def _with_attributes(argument: Any) -> Any:  # noqa: ANN401 whatever was passed
+def _with_attributes(argument: object) -> object:
     if isinstance(argument, tuple):
         return tuple(map(_with_attributes, argument))
     simulated = getattr(argument, "_item", argument)  # an array in numba's simulator of a GPU
@@ -269,33 +260,27 @@ def _with_attributes(argument: Any) -> Any:  # noqa: ANN401 whatever was passed
 class _Locator:
     """Where numba keeps a kernel: one folder for all, under the kernel's fingerprint."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        """Of one kernel."""
+    def __init__(self, function: Function) -> None:
         compilers = numba.__version__, llvmlite.__version__, sys.version_info[:2]
         # the last: machine code of before could be called in the place of another function
         options = INLINED, Lean.__name__, config.BOUNDSCHECK, _name_functions_anew.__name__
         self._key = fingerprint(function, *compilers, *options)
 
     @classmethod
-    def from_function(cls, function: Callable[..., Any], file: str) -> "_Locator":
-        """The locator of a function, wherever its file lies."""
+    def from_function(cls, function: Function, file: str) -> "_Locator":
         return cls(function)
 
     def ensure_cache_path(self) -> None:
-        """Make the folder, which only the user may write."""
         cache_folder().parent.mkdir(parents=True, exist_ok=True)
         cache_folder().mkdir(mode=0o700, exist_ok=True)
 
     def get_cache_path(self) -> str:
-        """The folder."""
         return str(cache_folder())
 
     def get_source_stamp(self) -> str:
-        """What machine code must have been made from to be used again."""
         return self._key
 
     def get_disambiguator(self) -> str:
-        """The part of the file's name that tells kernels of one name apart."""
         return self._key
 
 
@@ -308,22 +293,19 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
 
     _impl_class = _CacheOfKernels
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        """Of one kernel."""
+    def __init__(self, function: Function) -> None:
         super().__init__(function)
         stamp = self._impl.locator.get_source_stamp()
         self._cache_file = CheckedFiles(self._cache_path, self._impl.filename_base, stamp)
         if not is_trusted(cache_folder()):
             self.disable()
 
-    def load_overload(self, *signature: Any) -> Any:  # noqa: ANN401 numba's
-        """The machine code for a signature, None if it is not kept."""
+    def load_overload(self, *signature: object) -> object:
         with suppress(OSError):
             return super().load_overload(*signature)
         return None
 
-    def save_overload(self, *code: Any) -> None:  # noqa: ANN401 numba's
-        """Keep the machine code for a signature; where that fails, the user is told once."""
+    def save_overload(self, *code: object) -> None:
         try:
             super().save_overload(*code)
         except OSError as error:
@@ -333,13 +315,11 @@ class _KernelCache(caching.FunctionCache):  # type: ignore[misc]
 class _LateCache:
     """Numba's cache of a kernel, made at the first call, when all that it calls is defined."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        """Of one kernel."""
+    def __init__(self, function: Function) -> None:
         self._function = function
-        self._made: Any = None
+        self._made: _KernelCache | None = None
 
-    def __getattr__(self, name: str) -> Any:  # noqa: ANN401 numba's
-        """An attribute of numba's own cache."""
+    def __getattr__(self, name: str) -> object:
         if self._made is None:
             self._made = _KernelCache(self._function)
             if not Path(self._made._cache_file._index_path).exists():

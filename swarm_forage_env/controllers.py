@@ -23,7 +23,7 @@ Controllers = (
 """One for all robots, one for each of them, or some of them by robot."""
 
 OTHERS = "*"
-"""Stands for all robots that a mapping does not name."""
+"""The key of a mapping for all robots that it does not name."""
 
 
 def find_controller(controller: str | Controller, references: bool = False) -> Controller:
@@ -59,17 +59,15 @@ def find_controllers(controller: Controllers | None, scenario: BaseScenario) -> 
     if isinstance(controller, Mapping):
         named = _by_number(controller, task.agents(scenario.task.n_robots))
         others = controller.get(OTHERS, task.controller)
-        given = [named.get(robot, others) for robot in range(scenario.task.n_robots)]
+        wanted = [named.get(robot, others) for robot in range(scenario.task.n_robots)]
     elif isinstance(controller, list | tuple):
-        given = list(controller)
+        wanted = list(controller)
     else:
         return find_controller(task.controller if controller is None else controller)
-    found: dict[str | int, Controller] = {}
-    keys = [each if isinstance(each, str) else id(each) for each in given]
-    for key, each in zip(keys, given, strict=True):
-        if key not in found:
-            found[key] = find_controller(each)
-    members = [found[key] for key in keys]
+    keys = [each if isinstance(each, str) else id(each) for each in wanted]
+    distinct = dict(zip(keys, wanted, strict=True))
+    controllers = {key: find_controller(each) for key, each in distinct.items()}
+    members = [controllers[key] for key in keys]
     mixed = MixedController(tuple(members))
     mixed.check_supports(scenario)
     return members[0] if all(each == members[0] for each in members) else mixed
@@ -78,23 +76,21 @@ def find_controllers(controller: Controllers | None, scenario: BaseScenario) -> 
 def _by_number(
     controllers: Mapping[Any, OneController], agents: Sequence[str]
 ) -> dict[int, OneController]:
-    """The entries of a mapping by the numbers of the robots."""
     names = {agent: robot for robot, agent in enumerate(agents)}
-    found: dict[int, OneController] = {}
+    numbered: dict[int, OneController] = {}
     for key, controller in controllers.items():
         if key == OTHERS:
             continue
         robot = names.get(key, key)
         if isinstance(robot, bool) or robot not in range(len(agents)):
             raise UnknownNameError("robot", str(key), [*names, OTHERS])
-        if robot in found:
+        if robot in numbered:
             raise ConfigError(f"controller: robot {robot} is given twice, by name and by number")
-        found[robot] = controller
-    return found
+        numbered[robot] = controller
+    return numbered
 
 
 def _named(name: str, references: bool) -> Controller:
-    """The controller of a name; the error for an unknown one gives the nearest allowed."""
     registry = next((each for each in (CONTROLLERS, POLICIES, REFERENCES) if name in each), None)
     if registry is None:
         known = {*CONTROLLERS, *POLICIES, *(REFERENCES if references else ())}
@@ -104,7 +100,6 @@ def _named(name: str, references: bool) -> Controller:
 
 
 def _admitted(controller: Controller, references: bool) -> Controller:
-    """The controller, or a ConfigError if it is a reference where none may be."""
     if is_privileged(controller) and not references:
         raise ConfigError(
             f"controller '{controller.name}' is a reference that knows the ground truth: it can be"

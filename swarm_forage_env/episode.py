@@ -18,7 +18,6 @@ class MeasuredLoop(Protocol):
     @property
     def situation(self) -> Rows:
         """A copy of what the motion layer of every robot sees, a row for each."""
-        ...
 
 
 class EpisodeMeter(Protocol):
@@ -26,15 +25,12 @@ class EpisodeMeter(Protocol):
 
     def next_sample(self, tick: int) -> int:
         """The next tick after this one with which something is to be measured."""
-        ...
 
     def sample(self, tick: int) -> None:
         """Look at the worlds after this tick, 1 being the first."""
-        ...
 
-    def results(self) -> list[dict[str, Any]]:
+    def results(self) -> list[dict[str, object]]:
         """What each world came to, by the names of its metrics; the worlds are over."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -77,10 +73,8 @@ class EpisodeHeader:
     """Which episode it was."""
 
     scenario: str
-    """Name of the scenario."""
-
     controller: str
-    """The controller as it was asked for: `ssgiff`, or `ssgiff:beta=0.02`."""
+    """The controller as the user named it: `ssgiff`, or `ssgiff:beta=0.02`."""
 
     seed: int
     """Seed of the world; controllers under one seed meet the same world."""
@@ -89,8 +83,6 @@ class EpisodeHeader:
     """Engine that moved the robots."""
 
     n_robots: int
-    """Robots."""
-
     duration_s: float
     """Length of the episode [s]."""
 
@@ -111,7 +103,6 @@ class FinalMeter:
     """Judges worlds by how they stand when they are over."""
 
     def __init__(self, judge: Judge, loop: MeasuredLoop) -> None:
-        """Of a loop whose worlds are about to start."""
         self._judge, self._loop = judge, loop
 
     def next_sample(self, tick: int) -> int:
@@ -121,11 +112,11 @@ class FinalMeter:
     def sample(self, tick: int) -> None:
         """All is read in `results`."""
 
-    def results(self) -> list[dict[str, Any]]:
+    def results(self) -> list[dict[str, object]]:
         """The metrics of each world."""
-        found = self._judge(self._loop.world)
-        columns = (each.tolist() for each in found.values())
-        return [dict(zip(found, row, strict=True)) for row in zip(*columns, strict=True)]
+        metrics = self._judge(self._loop.world)
+        columns = (each.tolist() for each in metrics.values())
+        return [dict(zip(metrics, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
 def judged_at_the_end(judge: Judge) -> Callable[[MeasuredLoop], EpisodeMeter]:

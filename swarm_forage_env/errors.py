@@ -16,7 +16,7 @@ class RenamedWarning(FutureWarning):
 
 
 class UnknownNameError(KeyError):
-    """A name that stands for nothing: the message names the nearest one that does."""
+    """An unknown name: the message gives the nearest known one."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], note: str = "") -> None:
         """Say which kind of thing is unknown, under which name, and which names are known.
@@ -35,7 +35,6 @@ class UnknownNameError(KeyError):
         super().__init__(self.message)
 
     def __str__(self) -> str:
-        """The message itself, without the quotes that KeyError puts around it."""
         return self.message
 
 
@@ -75,6 +74,5 @@ def file_reason(error: OSError) -> str:
 
 
 def _either(names: list[str]) -> str:
-    """Names in quotes, the last two joined by "or"."""
     *others, last = (f"'{name}'" for name in names)
     return f"{', '.join(others)} or {last}" if others else last

@@ -35,7 +35,7 @@ def remedy(module: str | None) -> str | None:
 
 
 def other_package(module: str | None) -> str | None:
-    """What to do about a package of somebody else that is found in the place of one of ours.
+    """What to do about a package of somebody else that hides one of ours.
 
     None where that is not what a module is missing for.
     """

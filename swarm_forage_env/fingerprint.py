@@ -1,16 +1,23 @@
 """The fingerprint of a function: a hash of all that its machine code depends on."""
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from enum import EnumMeta
 from types import CodeType, FunctionType, ModuleType
-from typing import Any
+from typing import cast
 
 import numpy as np
 from numba.core.types import ExternalFunction
 
+from swarm_forage_env.templates import Function, FunctionT
 
-def fingerprint(function: Callable[..., Any], *around: object) -> str:
+
+def plain(function: FunctionT) -> FunctionT:
+    """The function in Python that a kernel was made of; anything else as it is."""
+    return cast(FunctionT, getattr(function, "py_func", function))
+
+
+def fingerprint(function: Function, *around: object) -> str:
     """A hash of the bytecode and the constants of a function and of all that it calls.
 
     What is read of other modules and of enumerations belongs to it, the variables of the function
@@ -18,34 +25,27 @@ def fingerprint(function: Callable[..., Any], *around: object) -> str:
     a compiler.
     """
     text = hashlib.sha256(repr(around).encode())
-    for piece in _pieces(function, set()):
+    for piece in _pieces(cast(FunctionType, plain(function)), set()):
         text.update(repr(piece).encode())
     return text.hexdigest()[:20]
 
 
-def _pieces(function: object, seen: set[int]) -> Iterator[object]:
+def _pieces(function: FunctionType, seen: set[int]) -> Iterator[object]:
     """What the machine code of a function depends on, in the order of its names."""
-    plain = _plain(function)
-    if id(plain) in seen:
+    if id(function) in seen:
         return
-    seen.add(id(plain))
-    yield from _code(plain.__code__, plain.__doc__)
-    names = tuple(_names(plain.__code__))
-    yield from _content(plain.__defaults__, names, seen)
-    around = zip(plain.__code__.co_freevars, plain.__closure__ or (), strict=True)
-    named = {name: plain.__globals__.get(name) for name in names}
+    seen.add(id(function))
+    yield from _code(function.__code__, function.__doc__)
+    names = tuple(_names(function.__code__))
+    yield from _content(function.__defaults__, names, seen)
+    around = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+    named = {name: function.__globals__.get(name) for name in names}
     for name, value in {**named, **{name: cell.cell_contents for name, cell in around}}.items():
         yield name
         yield from _content(value, names, seen)
 
 
-def _plain(function: object) -> Any:  # noqa: ANN401 a function
-    """What a kernel was made of; anything else itself."""
-    return getattr(function, "py_func", function)
-
-
 def _names(code: CodeType) -> Iterator[str]:
-    """The names that a function reads, and the functions within it."""
     yield from code.co_names
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -54,8 +54,9 @@ def _names(code: CodeType) -> Iterator[str]:
 
 def _content(value: object, names: tuple[str, ...], seen: set[int]) -> Iterator[object]:
     """What machine code takes from a value that is at hand to a function with these names."""
-    if isinstance(_plain(value), FunctionType):
-        yield from _pieces(value, seen)
+    function = getattr(value, "py_func", value)
+    if isinstance(function, FunctionType):
+        yield from _pieces(function, seen)
     elif isinstance(value, tuple | list):
         yield type(value).__name__, len(value)
         for each in value:
@@ -81,7 +82,6 @@ def _constant(value: object) -> object:
 
 
 def _code(code: CodeType, docstring: str | None) -> Iterator[object]:
-    """Bytecode and constants without the docstring."""
     yield code.co_name, code.co_code, code.co_names
     for constant in code.co_consts:
         if isinstance(constant, CodeType):

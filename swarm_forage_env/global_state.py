@@ -30,7 +30,6 @@ class GlobalState(ABC):
         agents: Sequence[str],
         scenario: Any,  # noqa: ANN401 of its task
     ) -> None:
-        """The truth about these worlds, whose robots have these names."""
         self._world, self._controller, self._scenario = world, controller, scenario
         self._has_beliefs = has_estimators(controller.minds)
         own = self.robot_features()

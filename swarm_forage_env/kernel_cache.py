@@ -16,7 +16,6 @@ from functools import cache
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 from numba.core.caching import IndexDataCacheFile
 
@@ -60,7 +59,7 @@ def tell_once(why: str) -> None:
 class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
     """Numba's files of one kernel, with the hash of its content in front of each."""
 
-    def _load_index(self) -> dict[Any, str]:
+    def _load_index(self) -> dict[object, str]:
         content = _sound_content(Path(self._index_path))
         if content is None:
             return {}
@@ -72,7 +71,7 @@ class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
         is_fresh = (version, stamp) == (self._version, self._source_stamp)
         return dict(overloads) if is_fresh else {}
 
-    def _load_data(self, name: str) -> Any:  # noqa: ANN401 numba's
+    def _load_data(self, name: str) -> object:
         content = _sound_content(Path(self._data_path(name)))
         try:
             return None if content is None else pickle.loads(content)
@@ -88,7 +87,6 @@ class CheckedFiles(IndexDataCacheFile):  # type: ignore[misc]
 
 
 def _sound_content(file: Path) -> bytes | None:
-    """The content of a file behind its hash; None if the file is missing or damaged."""
     try:
         found = file.read_bytes()
     except FileNotFoundError:

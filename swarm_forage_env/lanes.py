@@ -13,9 +13,9 @@ a chunk of worlds, world by world. On a GPU a block of threads holds a few whole
 """
 
 from collections.abc import Callable
-from typing import Any
+from types import ModuleType
 
-Functions = dict[str, Callable[..., Any]]
+Functions = dict[str, Callable[..., int | None]]
 
 
 def lane() -> int:
@@ -46,7 +46,7 @@ ON_CPU: Functions = {each.__name__: each for each in (lane, lanes, barrier, firs
 """The names on a CPU."""
 
 
-def on_gpu(cuda: Any) -> Functions:  # noqa: ANN401 a module, or what simulates it
+def on_gpu(cuda: ModuleType) -> Functions:
     """The names on a GPU, of numba's module for GPUs or of what simulates it.
 
     A thread of a GPU runs one world, which may lie beyond the last: it has no robots then, and

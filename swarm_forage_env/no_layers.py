@@ -11,6 +11,7 @@ from swarm_forage_env.compiler import bind, kernel, typed_once
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import CompiledLayers, Kernel, NoMemory, refuse_falsifying
 from swarm_forage_env.observed_fields import Sizes
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.record import Record, field
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import Arrays, only, run_ticks
@@ -50,7 +51,7 @@ class Membership(Record):
 
 @row_template
 def hear_world(world_arrays: Arrays, layer_arrays: Arrays, w: int, n_robots: int) -> None:
-    """Write what the members of a world are told. Free names: hear_words, lane, lanes."""
+    """Write what the members of a world hear. Free names: hear_words, lane, lanes."""
     minds, settings = layer_arrays[0], layer_arrays[3]
     for i in range(lane(), n_robots, lanes()):
         if settings[w, i].is_member:
@@ -78,26 +79,24 @@ class NoLayers:
     """The controller of robots whose policy is everything: no estimator, nothing hand-written."""
 
     said: type[Record]
-    """What the policy says beside what it commands, and what it is told."""
+    """What the policy says beside what it commands, and what it hears."""
 
     carry_out: Kernel
     """Commands what the action says; of one robot and what it said."""
 
     hear_words: Kernel
-    """Writes what a robot is told; of the world's arrays, what all said, world and robot."""
+    """Writes what a robot hears; of the world's arrays, what all said, world and robot."""
 
-    sizes: Callable[[Any], Sizes]
+    sizes: Callable[..., Sizes]
     """Sizes of the named axes of what is said in a scenario."""
 
     name: str = "policy"
 
-    def build(self, world: Any, seeds: Sequence[int], each: Sequence[Any]) -> "RunningPolicy":  # noqa: ANN401 of its task
+    def build(self, world: Any, seeds: Sequence[int], each: Sequence[object]) -> "RunningPolicy":  # noqa: ANN401 of its task
         """The running policy of a block of worlds; ConfigError where faults falsify messages."""
-        for scenario in world.scenarios:
-            refuse_falsifying(self.name, scenario)
-        return RunningPolicy(self, world, range(world.n_robots))
+        return self.build_team(world, seeds, [[self] * world.n_robots])
 
-    def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
+    def language(self, scenario: BaseScenario) -> object:
         """What is said is words, whose meaning is the policy's."""
         return self
 
@@ -105,7 +104,7 @@ class NoLayers:
         self,
         world: Any,  # noqa: ANN401 of its task
         seeds: Sequence[int],
-        each: Sequence[Sequence[Any]],
+        each: Sequence[Sequence[object]],
     ) -> "RunningPolicy":
         """The running policy of some robots, worlds by robots; None for one of another's."""
         for scenario in world.scenarios:
@@ -113,7 +112,7 @@ class NoLayers:
         robots = [robot for robot, own in enumerate(each[0]) if own is not None]
         return RunningPolicy(self, world, robots)
 
-    def with_parameters(self, values: Mapping[str, Any]) -> "NoLayers":
+    def with_parameters(self, values: Mapping[str, object]) -> "NoLayers":
         """There are no parameters."""
         return self
 
@@ -127,7 +126,6 @@ class RunningPolicy:
         world: Any,  # noqa: ANN401 of its task
         robots: Sequence[int],
     ) -> None:
-        """Nobody has said anything yet; these robots have the policy."""
         self._policy, self._world = policy, world
         shape = world.n_worlds, world.n_robots
         self.minds: Array = self._said(shape)
@@ -156,7 +154,7 @@ class RunningPolicy:
         return CompiledLayers(self._functions, arrays, firsts, 0, has_beliefs=False)
 
     def observe(self, first: int, last: int) -> None:
-        """Write what the robots of the worlds first .. last - 1 are told."""
+        """Write what the robots of the worlds first .. last - 1 hear."""
         self._run(self._observe, first, last)
 
     def consult(self) -> None:
@@ -170,7 +168,7 @@ class RunningPolicy:
         world, arrays = self._world, (self.minds, *self._nothing)
         stage(world.arrays, arrays, world.modes, world.trouble, first, last, 1)
 
-    def numbers_in(self, world: int, scenario: Any) -> None:  # noqa: ANN401 of its task
+    def numbers_in(self, world: int, scenario: BaseScenario) -> None:
         """There are no numbers; ConfigError where faults falsify messages."""
         refuse_falsifying("policy", scenario)
 
@@ -190,7 +188,7 @@ class RunningPolicy:
         self.minds[...] = kept
 
     def _said(self, shape: tuple[int, ...]) -> Array:
-        """Records of what is said, with room for all that a robot may be told."""
+        """Records of what is said, with room for all that a robot may hear."""
         return self._policy.said.array(shape, **self._policy.sizes(self._world.scenario))
 
     def check_on_gpu(self) -> None:

@@ -17,7 +17,7 @@ from swarm_forage_env.compiler import inlined
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.parameters import BaseScenario
-from swarm_forage_env.record import Field, Record, offset_of
+from swarm_forage_env.record import Field, Record, RecordType, Rows, offset_of, rows
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.templates import row_template
 
@@ -88,7 +88,7 @@ def paths(part: str, source: str, record: type[Record], names: str) -> tuple[Fie
     return tuple(FieldPath(part, source, record, name) for name in names.split())
 
 
-def _cycled(value: Any, scenario: BaseScenario | None) -> Iterator[Any]:  # noqa: ANN401 of any kind
+def _cycled(value: object, scenario: BaseScenario | None) -> Iterator[Any]:
     """The value of each number of a field, again and again: the same, or one for each component."""
     known = value(scenario) if callable(value) else value
     parts = known if isinstance(known, list | tuple) else [known]
@@ -104,43 +104,41 @@ class FieldLayout(Layout):
     def __new__(
         cls, features: Iterable[Feature], paths: Sequence[FieldPath], sizes: Sizes
     ) -> "FieldLayout":
-        """These features, which are those of the fields, in order."""
+        """Make the layout of these features, which are those of the fields, in order."""
         layout = super().__new__(cls, features)
         layout.paths, layout.sizes = tuple(paths), dict(sizes)
         return layout
 
-    def __getnewargs__(self) -> tuple[Any, ...]:
-        """What makes the same layout again in another process."""
+    def __getnewargs__(self) -> tuple[object, ...]:
         return tuple(self), self.paths, self.sizes
 
     def columns(self, part: str) -> dict[str, slice]:
         """The columns of each field of a part, by its name in the part."""
         return {path.shown_as: span for path, span in self._spans() if path.part == part}
 
-    def records(self, rows: Float32[Array, "rows numbers"]) -> dict[str, Any]:
+    def records(self, observations: Float32[Array, "rows numbers"]) -> dict[str, Rows]:
         """The records that observations in SI units show, a row for each robot, by name.
 
         `records["exchange"]` is what the weighting layer sees; fields that are not observed have
         their first value.
         """
-        matrix, n = np.asarray(rows, np.float32), len(self)
+        matrix, n = np.asarray(observations, np.float32), len(self)
         if matrix.ndim != 2 or matrix.shape[1] != n:
             told = f"observations of shape {matrix.shape}: must be (robots, {n})"
             raise ConfigError(f"{told}, as numpy.stack(list(observations.values())) gives")
-        found: dict[str, Any] = {}
+        records: dict[str, Rows] = {}
         for path, span in self._spans():
             name = path.source.rpartition(".")[2]
-            if name not in found:
-                made = path.record.array((len(matrix),), **self.sizes)
-                found[name] = made.view(np.recarray)
+            if name not in records:
+                records[name] = rows(path.record.array((len(matrix),), **self.sizes))
             column = matrix[:, span].reshape(len(matrix), *path.shape(self.sizes))
-            found[name][path.name] = column
+            records[name][path.name] = column
             for count, each in path.record.fields.items():
                 if each.counts == path.name:
-                    found[name][count] = column.sum(axis=1)
-        return found
+                    records[name][count] = column.sum(axis=1)
+        return records
 
-    def matrix(self, records: Mapping[str, Any]) -> Float32[Array, "rows numbers"]:
+    def matrix(self, records: Mapping[str, Array]) -> Float32[Array, "rows numbers"]:
         """Observations in SI units of robots whose records are these, by name."""
         columns = []
         for path, _ in self._spans():
@@ -165,7 +163,7 @@ def layout_of(
     return FieldLayout(features, paths, sizes)
 
 
-def spans_of(layout: FieldLayout, dtypes: Mapping[str, np.dtype[Any]]) -> Spans:
+def spans_of(layout: FieldLayout, dtypes: Mapping[str, RecordType]) -> Spans:
     """Where the numbers of a layout lie in records of these types, in the order of `dtypes`."""
     spans, names, to = [], list(dtypes), 0
     for path in layout.paths:
@@ -220,10 +218,7 @@ def source_of_its_own(layout: FieldLayout) -> str:
 
 @row_template
 def read_fields(
-    fields: Fields,
-    w: int,
-    which: Int64[Array, " some"],
-    rows: Float32[Array, "some numbers"],
+    fields: Fields, w: int, which: Int64[Array, " some"], rows: Float32[Array, "some numbers"]
 ) -> None:
     """Write the fields of these robots of world w to the first numbers of rows.
 
@@ -250,17 +245,6 @@ def write_fields(row: Float32[Array, " numbers"], fields: Fields, w: int, i: int
         at = np.uint64(i) * size + spans[s, 1]
         for k in range(spans[s, 2]):
             words[w, at + k] = row[spans[s, 3] + k]
-
-
-def read_rows(
-    fields: Fields,
-    robots: Int64[Array, " some"],
-    out: Float32[Array, "worlds some numbers"],
-    which: tuple[int, int],
-) -> None:
-    """Write the fields of some robots of every world to rows. Free names: lanes."""
-    for w in range(first_world(which[0]), min(end_world(which[1]), which[1])):
-        read_fields(fields, w, robots, out[w])
 
 
 def write_rows(

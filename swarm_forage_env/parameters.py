@@ -1,10 +1,10 @@
 """Parameters: frozen models that refuse nonsense, and how single numbers of them are changed."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic_core import ErrorDetails, PydanticCustomError
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError, shown
 
@@ -87,7 +87,7 @@ class BaseScenario(Part):
         return ()
 
 
-def override(part: PartT, values: Mapping[str, Any], kind: str = "parameter") -> PartT:
+def override(part: PartT, values: Mapping[str, object], kind: str = "parameter") -> PartT:
     """The same part with some fields changed, each named by its dotted path or, if only one
     field has it, by its last word.
 
@@ -112,18 +112,18 @@ def override(part: PartT, values: Mapping[str, Any], kind: str = "parameter") ->
     return validated(type(part), tree)
 
 
-def leaves(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+def leaves(tree: Mapping[str, object], prefix: str = "") -> dict[str, Any]:
     """Every field of a nested mapping by its dotted path."""
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for name, value in tree.items():
         if isinstance(value, Mapping):
-            found |= leaves(value, f"{prefix}{name}.")
+            values |= leaves(value, f"{prefix}{name}.")
         else:
-            found[prefix + name] = value
-    return found
+            values[prefix + name] = value
+    return values
 
 
-def resolve(name: str, paths: Mapping[str, Any], kind: str) -> str:
+def resolve(name: str, paths: Collection[str], kind: str) -> str:
     """The full dotted path of a name: itself, or the one path that ends in it."""
     if name in paths:
         return name
@@ -135,7 +135,7 @@ def resolve(name: str, paths: Mapping[str, Any], kind: str) -> str:
     raise UnknownNameError(kind, name, paths)
 
 
-def validated(model: type[PartT], tree: Mapping[str, Any], where: str = "") -> PartT:
+def validated(model: type[PartT], tree: Mapping[str, object], where: str = "") -> PartT:
     """The model made from a mapping, or one ConfigError that names each field at fault."""
     try:
         return model.model_validate(dict(tree))
@@ -143,7 +143,7 @@ def validated(model: type[PartT], tree: Mapping[str, Any], where: str = "") -> P
         raise ConfigError("; ".join(_complaint(model, e, where) for e in error.errors())) from None
 
 
-def _complaint(model: type[Part], error: Mapping[str, Any], where: str) -> str:
+def _complaint(model: type[Part], error: ErrorDetails, where: str) -> str:
     path = ".".join(str(step) for step in error["loc"])
     prefix = f"{where}: " if where else ""
     if error["type"] == "extra_forbidden":

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,7 @@ Index = slice | Int64[Array, " learners"]
 
 @dataclass(frozen=True)
 class Steering:
-    """A form in which a policy steers: two numbers, and the command that they stand for."""
+    """A form in which a policy steers: two numbers, which become a command."""
 
     layout: Layout
     """What the two numbers are, each in [-1, 1]."""
@@ -27,7 +26,7 @@ class Steering:
     """The discrete actions in this form, by default."""
 
     command: Kernel | None = None
-    """The command that two numbers stand for, under a sharpest turn; None: they are the command."""
+    """The command of two numbers, under a sharpest turn; None: they are the command."""
 
     is_course: bool = False
     """The second number is how far off the course to steer, and reflexes are kept."""
@@ -48,9 +47,9 @@ class PolicyInterface:
     """The fields of records that an action is written to, in order."""
 
     replaces: tuple[str, ...]
-    """The layers that the policy takes the place of: `weighting`, `motion`."""
+    """The layers that the policy replaces: `weighting`, `motion`."""
 
-    sizes: Callable[[Any], Sizes] = lambda scenario: {}
+    sizes: Callable[..., Sizes] = lambda scenario: {}
     """Sizes of the named axes of these fields in a scenario."""
 
     decision_period: int = 1

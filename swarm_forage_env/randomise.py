@@ -27,7 +27,7 @@ class Randomisation:
     episodes before, nor on what else is randomised.
     """
 
-    def __init__(self, scenario: BaseScenario, ranges: Mapping[str, tuple[Number, Number]]) -> None:
+    def __init__(self, scenario: BaseScenario, ranges: Mapping[str, object]) -> None:
         """Ranges go by dotted name, or by its last word where that is enough: low and high.
 
         UnknownNameError for a name that is no number of the scenario, ConfigError for a range that
@@ -76,7 +76,6 @@ class Randomisation:
 
 
 def _check_is_free(name: str, value: object, fixed: tuple[str, ...]) -> None:
-    """ConfigError for what is no number, or fixes the sizes of a world's records."""
     if name in fixed:
         raise ConfigError(
             f"randomise: {name} fixes the sizes of a world's records and is the same in all"
@@ -87,7 +86,6 @@ def _check_is_free(name: str, value: object, fixed: tuple[str, ...]) -> None:
 
 
 def _pair(name: str, pair: object, value: Number) -> tuple[Number, Number]:
-    """Low and high of a range; ConfigError if they are not."""
     is_whole = isinstance(value, int)
     what, kind = ("two whole numbers", Integral) if is_whole else ("two numbers", Real)
     ends = pair if isinstance(pair, tuple | list) else ()

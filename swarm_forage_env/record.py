@@ -14,15 +14,25 @@ from functools import cache
 from typing import Any, ClassVar, TypeAlias, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from swarm_forage_env.arrays import Array
 
-Rows: TypeAlias = np.recarray[Any, Any]
+RecordType = np.dtype[np.void]
+"""The dtype of records."""
+
+Rows: TypeAlias = np.recarray[tuple[int, ...], RecordType]
 """Records, a row for each robot: `rows.own_p` is a column."""
 
 Numbers = Any
 """A record of parameters, whose fields are those of the part that it belongs to."""
+
+
+Bound = float | Callable[..., float]
+"""A number, or a function of a scenario."""
+
+Noise = str | Callable[..., str]
+"""A text, or a function of a scenario."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +43,8 @@ class Field:
     differ: a unit `m, rad`, a tuple of numbers.
     """
 
-    kind: Any
-    """A NumPy scalar type, or the class of a nested record."""
+    kind: "type[np.generic | Record] | RecordType"
+    """A NumPy scalar type, or the class or the dtype of a nested record."""
 
     shape: tuple[int | str, ...]
     """Axes of the field; one that is named (`slots`) gets its size with the dtype."""
@@ -42,12 +52,11 @@ class Field:
     unit: str = ""
     """SI, or what the number is."""
 
-    scale: Any = None
+    scale: Bound | tuple[Bound, ...] | None = None
     """Typical size in that unit; None: the bounds are typical."""
 
-    low: Any = -math.inf
-    high: Any = math.inf
-    """Bounds: numbers, or functions of a scenario."""
+    low: Bound | tuple[Bound, ...] = -math.inf
+    high: Bound | tuple[Bound, ...] = math.inf
 
     names: tuple[Sequence[str], ...] = ()
     """Names along each axis; without them, numbers."""
@@ -55,8 +64,8 @@ class Field:
     label: str = ""
     """Its name in an observation; empty: that of the field."""
 
-    noise: str | Callable[[Any], Any] | tuple[Any, ...] = ""
-    """How it differs from the truth, for what is measured: text, or a function of a scenario."""
+    noise: Noise | tuple[Noise, ...] = ""
+    """How it differs from the truth, for what is measured."""
 
     counts: str = ""
     """The flags of the same record that it is the sum of; empty: none."""
@@ -65,7 +74,11 @@ class Field:
     """Value before anything has happened: a number, or one for each of the field's."""
 
 
-def field(kind: type | np.dtype[Any], *shape: int | str, **about: Any) -> Any:  # noqa: ANN401 the annotation says what
+def field(
+    kind: "type[np.generic | Record] | RecordType",
+    *shape: int | str,
+    **about: Any,  # noqa: ANN401 the fields of `Field`
+) -> Any:  # noqa: ANN401 the annotation says what it is
     """A field of a `Record`: its type, its shape, and what `Field` says of an observation of it."""
     return Field(kind, shape, **about)
 
@@ -85,12 +98,11 @@ class Record:
     """
 
     def __init_subclass__(cls) -> None:
-        """Collect the fields, so that `dtype` and `array` can be made."""
         own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
         cls.fields = {**own, **{name: each for name, each in cls.fields.items() if name not in own}}
 
     @classmethod
-    def dtype(cls, **sizes: int) -> np.dtype[Any]:
+    def dtype(cls, **sizes: int) -> RecordType:
         """The structured dtype; `sizes` are those of named axes, as slots=4."""
         columns = [(name, *_column(each, sizes)) for name, each in cls.fields.items()]
         return _the_one(np.dtype(columns, align=True))
@@ -98,9 +110,9 @@ class Record:
     @classmethod
     def array(cls, shape: tuple[int, ...], **sizes: int) -> Array:
         """A structured array in which every field has its first value."""
-        found = np.zeros(shape, cls.dtype(**sizes))
-        cls.restart(found)
-        return found
+        records = np.zeros(shape, cls.dtype(**sizes))
+        cls.restart(records)
+        return records
 
     @classmethod
     def restart(cls, records: Array) -> None:
@@ -121,7 +133,7 @@ class Record:
 
 
 @cache
-def _first_bytes(kind: type[Record], dtype: np.dtype[Any]) -> Array | None:
+def _first_bytes(kind: type[Record], dtype: RecordType) -> Array | None:
     """A record at its start, as bytes; None where records have fields beside those of the class.
 
     To copy it is ten times as fast as to write every field.
@@ -133,31 +145,32 @@ def _first_bytes(kind: type[Record], dtype: np.dtype[Any]) -> Array | None:
     return first.view(np.dtype((np.void, dtype.itemsize)))
 
 
-def _column(each: Field, sizes: Mapping[str, int]) -> tuple[Any, tuple[int, ...]]:
-    """Type and shape of a field, as a structured dtype takes them."""
+def _column(
+    each: Field, sizes: Mapping[str, int]
+) -> tuple[type[np.generic] | RecordType, tuple[int, ...]]:
     shape = tuple(sizes[axis] if isinstance(axis, str) else axis for axis in each.shape)
     if isinstance(each.kind, type) and issubclass(each.kind, Record):
         return each.kind.dtype(**sizes), shape
     return each.kind, shape
 
 
-def record_dtype(columns: list[Any]) -> np.dtype[Any]:
+def record_dtype(columns: Sequence[tuple[str, DTypeLike]]) -> RecordType:
     """The dtype of a record, with the columns added last, as by a subclass, in front.
 
     Numba would take a record for a subtype of one that its columns begin with, and warn of it.
     Equal dtypes are one object: numba compares others field by field at every call of a kernel.
     """
-    return _the_one(np.dtype(columns[::-1], align=True))
+    return _the_one(np.dtype([*reversed(columns)], align=True))
 
 
-def offset_of(record: np.dtype[Any], name: str) -> int:
+def offset_of(record: RecordType, name: str) -> int:
     """Where a field of a record begins [bytes]."""
-    fields: Any = record.fields
-    return int(fields[name][1])
+    assert record.fields is not None
+    return int(record.fields[name][1])
 
 
 @cache
-def _the_one(dtype: np.dtype[Any]) -> np.dtype[Any]:
+def _the_one(dtype: RecordType) -> RecordType:
     """The first of all equal dtypes."""
     return dtype
 
@@ -167,7 +180,7 @@ def under_the_one_dtype(records: Array) -> Array:
     return records if records.dtype.names is None else records.view(_the_one(records.dtype))
 
 
-def numbers_record(**numbers: ArrayLike) -> np.dtype[Any]:
+def numbers_record(**numbers: ArrayLike) -> RecordType:
     """The dtype of a record of parameters: float64, each in the shape of its value.
 
     Its last column says where it ends, so that no such record begins with all of another's columns:
@@ -177,20 +190,20 @@ def numbers_record(**numbers: ArrayLike) -> np.dtype[Any]:
     return _the_one(np.dtype([*columns, ("end", np.int8)], align=True))
 
 
-def one_record(numbers: Mapping[str, Any]) -> Array:
+def one_record(numbers: Mapping[str, ArrayLike]) -> Array:
     """A structured array of one record of parameters."""
-    found = np.zeros(1, numbers_record(**numbers))
+    record = np.zeros(1, numbers_record(**numbers))
     for name, value in numbers.items():
-        found[name] = value
-    return found
+        record[name] = value
+    return record
 
 
 def copied_rows(records: Array, path: Sequence[str]) -> Any:  # noqa: ANN401 Rows, or an array
     """A copy of a field of nested records, with a row for each record of every world."""
     for name in path:
         records = records[name]
-    found = records.reshape(-1, *records.shape[2:]).copy()
-    return found if found.dtype.names is None else found.view(np.recarray)
+    copied = records.reshape(-1, *records.shape[2:]).copy()
+    return copied if copied.dtype.names is None else copied.view(np.recarray)
 
 
 def rows(records: Array) -> Rows:

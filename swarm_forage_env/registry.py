@@ -59,7 +59,7 @@ class Registry(Generic[PartT]):
         return enter
 
     def alias(self, old: str, new: str) -> None:
-        """Let a part be found under an old name too; whoever uses it is told the new one."""
+        """Find a part under an old name too, with a warning that gives the new one."""
         self._new_names[old] = new
 
     def compose_by(self, make: Callable[[str, Sequence[str]], PartT]) -> None:
@@ -67,7 +67,6 @@ class Registry(Generic[PartT]):
         self._compose = make
 
     def __getitem__(self, name: str) -> PartT:
-        """The part of that name; UnknownNameError, with the nearest name, if there is none."""
         if not isinstance(name, str):
             raise UnknownNameError(self.kind, repr(name), self)
         for load in (self._load_built_in, load_plugins):
@@ -76,7 +75,6 @@ class Registry(Generic[PartT]):
         return self._parts[name] if name in self._parts else self._otherwise_named(name)
 
     def __contains__(self, name: object) -> bool:
-        """Whether there is a part of that name, an old name and a composition included."""
         if name in self._parts or name in set(self) or name in self._new_names:
             return True
         return isinstance(name, str) and self._compose is not None and JOINT in name
@@ -124,7 +122,7 @@ CONTROLLERS: Registry[Any] = Registry("controller")
 """Whole controllers; the world itself knows none."""
 
 POLICIES: Registry[Any] = Registry("kind of policy")
-"""Controllers that wait for the file of a policy: `sb3` stands for `sb3:model.zip`."""
+"""Controllers that need the file of a policy: `sb3` as in `sb3:model.zip`."""
 
 REFERENCES: Registry[Any] = Registry("reference")
 """Controllers that know the ground truth: for comparison only, never beside a learner."""
@@ -165,7 +163,6 @@ def left_out() -> str:
 
 
 def _reason(error: ImportError) -> str:
-    """Which package is missing and what would install it, or what else an import failed for."""
     if namesake := other_package(error.name):
         return namesake
     if not isinstance(error, ModuleNotFoundError) or error.name is None:

@@ -10,10 +10,11 @@ from swarm_forage_env.parameters import BaseScenario, leaves, override
 from swarm_forage_env.registry import SCENARIOS
 from swarm_forage_env.task import task_of
 
+ScenarioSource = str | Path | BaseScenario
+"""A name, a TOML file or a scenario."""
 
-def find_scenario(
-    scenario: str | Path | BaseScenario, overrides: Mapping[str, Any] | None = None
-) -> Any:  # noqa: ANN401 of any task
+
+def find_scenario(scenario: ScenarioSource, overrides: Mapping[str, object] | None = None) -> Any:  # noqa: ANN401 of any task
     """The scenario of a name (`es1`), a TOML file (`mine.toml`), or the given one, overridden.
 
     Overrides go by dotted name: {"radio.max_range": 0.2}. UnknownNameError for an

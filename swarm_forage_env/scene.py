@@ -56,8 +56,6 @@ class Stage:
     """What stays as it is for a whole episode."""
 
     scenario: str
-    """Name of the scenario."""
-
     controller: str
     """What moves the robots, as the user named it."""
 
@@ -80,8 +78,6 @@ class Stage:
     """Radius of a robot's body [m]."""
 
     n_robots: int
-    """Robots."""
-
     tick: float
     """Time between two scenes [s]."""
 
@@ -95,8 +91,6 @@ class Stage:
     """Corners of an outer wall inside the arena, in order [m]; none: the rectangle alone."""
 
     obstacles: tuple[Outline, ...] = ()
-    """Obstacles inside the arena."""
-
     kinds: tuple[int, ...] = (NEST, PREY)
     """What each area is."""
 

@@ -58,21 +58,18 @@ class Layout(tuple[Feature, ...]):
         return Box(low, high, dtype=np.float32)
 
     def __str__(self) -> str:
-        """One line for each slot: number, name, unit, bounds and noise."""
         lines = [HEADS, *self._lines()]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         padded = ([c.ljust(w) for c, w in zip(line, widths, strict=True)] for line in lines)
         return "\n".join("  ".join(line).rstrip() for line in padded)
 
     def _repr_html_(self) -> str:
-        """The same as a table, for notebooks."""
         rows = ["".join(f"<th>{name}</th>" for name in HEADS)]
         rows += ["".join(f"<td>{html.escape(t)}</td>" for t in line) for line in self._lines()]
         table = "".join(f"<tr>{row}</tr>" for row in rows)
         return f'<div style="max-height:20em;overflow:auto"><table>{table}</table></div>'
 
     def _lines(self) -> Iterator[tuple[str, ...]]:
-        """The texts of each slot, as HEADS names them."""
         for k, slot in enumerate(self):
             low, high = f"{slot.low:.6g}", f"{slot.high:.6g}"
             yield str(k), slot.name, slot.unit, low, high, slot.noise

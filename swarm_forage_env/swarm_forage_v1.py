@@ -3,29 +3,29 @@
 from typing import Any
 
 from pettingzoo import AECEnv
+from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, parallel_to_aec
 
 from swarm_forage_env.envs import pettingzoo_env
 from swarm_forage_env.envs.registration import keywords_of
-from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.scenarios import ScenarioSource, find_scenario
 
 __all__ = ["env", "parallel_env", "raw_env"]
 
 
-def parallel_env(scenario: Any = "es1", **options: Any) -> pettingzoo_env.parallel_env:  # noqa: ANN401 as its class
+def parallel_env(
+    scenario: ScenarioSource = "es1",
+    **options: Any,  # noqa: ANN401 as its class
+) -> pettingzoo_env.parallel_env:
     """As the newest `parallel_env`, under the defaults of version 1."""
-    return pettingzoo_env.parallel_env(scenario, **{**_defaults(scenario), **options})
+    defaults = keywords_of(1, find_scenario(scenario).name)
+    return pettingzoo_env.parallel_env(scenario, **{**defaults, **options})
 
 
-def raw_env(scenario: Any = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
+def raw_env(scenario: ScenarioSource = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
     """As the newest `raw_env`, under the defaults of version 1."""
-    return pettingzoo_env.raw_env(scenario, **{**_defaults(scenario), **options})
+    return parallel_to_aec(parallel_env(scenario, **options))
 
 
-def env(scenario: Any = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
+def env(scenario: ScenarioSource = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
     """As the newest `env`, under the defaults of version 1."""
-    return pettingzoo_env.env(scenario, **{**_defaults(scenario), **options})
-
-
-def _defaults(scenario: Any) -> dict[str, Any]:  # noqa: ANN401 of any task
-    """Those of the environments with ids of version 1."""
-    return keywords_of(1, find_scenario(scenario).name)
+    return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(raw_env(scenario, **options)))

@@ -50,11 +50,10 @@ class World(ABC):
     worlds: Array
     """Clock and numbers of every world."""
 
-    scenarios: tuple[Any, ...]
+    scenarios: tuple[BaseScenario, ...]
     """The scenario of every world: they differ in numbers only, not in how many robots."""
 
     def __init__(self, scenarios: Sequence[BaseScenario], seeds: Sequence[int]) -> None:
-        """One world for each seed, of one scenario each; all have the same number of robots."""
         self.scenarios = tuple(scenarios)
         self.n_worlds, self.n_robots = len(seeds), _n_robots(scenarios)
         self.earned: Float64[Array, "worlds robots"] = np.zeros((self.n_worlds, self.n_robots))
@@ -100,11 +99,10 @@ class World(ABC):
 
     @cached_property
     def _tick(self) -> Kernel:
-        """The tick alone, without a controller."""
         return typed_once(bind(run_ticks, {**self.functions, **only("engine", "tick")}))
 
     @property
-    def scenario(self) -> Any:  # noqa: ANN401 of its task
+    def scenario(self) -> BaseScenario:
         """The scenario of the first world."""
         return self.scenarios[0]
 
@@ -188,11 +186,10 @@ class World(ABC):
             else:
                 setattr(self, name, copy(each))
 
-    def __getstate__(self) -> dict[str, Any]:
-        """All but the compiled tick."""
+    def __getstate__(self) -> dict[str, object]:
         return {name: each for name, each in vars(self).items() if name != "_tick"}
 
-    def __setstate__(self, state: Mapping[str, Any]) -> None:
+    def __setstate__(self, state: Mapping[str, object]) -> None:
         """Arrays of records have the one dtype again that kernels know."""
         vars(self).update(state)
         for name, each in self._arrays().items():
@@ -234,7 +231,6 @@ def trouble_in(world: World, name_of: Callable[[int, int], str]) -> Exception:
 
 
 def _n_robots(scenarios: Sequence[BaseScenario]) -> int:
-    """How many robots there are in each world; ConfigError if not equally many."""
     numbers = sorted({scenario.task.n_robots for scenario in scenarios})
     if len(numbers) > 1:
         raise ConfigError(f"task.n_robots={numbers}: must be the same in all worlds of a block")
@@ -312,8 +308,7 @@ class Events(Record):
         raise NotImplementedError
 
 
-def _any_weight(scenario: Any) -> tuple[float, str]:  # noqa: ANN401 of its task
-    """Any weight leaves a scenario as it is."""
+def _any_weight(scenario: BaseScenario) -> tuple[float, str]:
     return math.inf, ""
 
 
@@ -324,7 +319,7 @@ class Potential:
     of: Kernel
     """The potential Phi of one robot; of the robot and its world."""
 
-    max_shaping: Callable[[Any], tuple[float, str]] = _any_weight
+    max_shaping: Callable[..., tuple[float, str]] = _any_weight
     """The largest weight of it that leaves a scenario as it is, and why."""
 
 

@@ -6,23 +6,26 @@ which are bound with it. So one text of what a world does serves several ways to
 
 from collections.abc import Callable, Iterator, Mapping
 from types import FunctionType
-from typing import Any, TypeVar, cast
+from typing import TypeVar, cast
 
-FunctionT = TypeVar("FunctionT")
+Function = Callable[..., object]
+"""A function in Python, or a compiled one."""
 
-Function = Callable[..., Any]
+FunctionT = TypeVar("FunctionT", bound=Function)
 
-Parts = tuple[tuple[str, Function], ...]
-"""The functions of chosen parts by the free names that they stand for, in order."""
+Bindings = tuple[tuple[str, Function], ...]
+"""The functions of chosen parts by the free names that they are bound to, in order."""
+
+_row_templates: set[Function] = set()
 
 
 def row_template(template: FunctionT) -> FunctionT:
     """Mark a template of one world or robot: it is bound with the template that names it."""
-    cast(Any, template).is_row_template = True
+    _row_templates.add(template)
     return template
 
 
-def parts_of(template: Function, functions: Mapping[str, Function]) -> Parts:
+def parts_of(template: Function, functions: Mapping[str, Function]) -> Bindings:
     """Those functions that the template, or a template that it names, has a free name for."""
     names = set(_free_names(template, functions))
     used = ((name, each) for name, each in functions.items() if name in names)
@@ -30,31 +33,34 @@ def parts_of(template: Function, functions: Mapping[str, Function]) -> Parts:
 
 
 def with_parts(
-    template: Function, parts: Parts, compiled: Callable[[Function, Parts], Function]
-) -> Function:
+    template: Function, parts: Bindings, compiled: Callable[[Function, Bindings], Function]
+) -> FunctionType:
     """A template as a function whose free names are these parts.
 
     `compiled` makes a compiled function of each row template that it names, or that is a part.
     """
-    rows = _row_templates(template, dict(parts))
+    function, rows = cast(FunctionType, template), _rows_in(template, dict(parts))
     bound_rows = {name: compiled(each, parts) for name, each in rows.items()}
-    names = {**cast(Any, template).__globals__, **dict(parts), **bound_rows}
-    bound = FunctionType(cast(Any, template).__code__, names, template.__name__)
-    bound.__module__, bound.__qualname__ = template.__module__, template.__qualname__
-    bound.__doc__ = template.__doc__
+    names = {**function.__globals__, **dict(parts), **bound_rows}
+    bound = FunctionType(function.__code__, names, function.__name__)
+    bound.__module__, bound.__qualname__ = function.__module__, function.__qualname__
+    bound.__doc__ = function.__doc__
     return bound
 
 
-def _row_templates(template: Function, parts: Mapping[str, Function]) -> dict[str, Function]:
+def _rows_in(template: Function, parts: Mapping[str, Function]) -> dict[str, Function]:
     """The row templates that a template names, itself or by a free name that is a part."""
-    function = cast(Any, template)
-    known: dict[str, Any] = {**function.__globals__, **parts}
+    function = cast(FunctionType, template)
+    known = {**function.__globals__, **parts}
     named = {name: known[name] for name in function.__code__.co_names if name in known}
-    return {name: each for name, each in named.items() if hasattr(each, "is_row_template")}
+    return {
+        name: each
+        for name, each in named.items()
+        if isinstance(each, FunctionType) and each in _row_templates
+    }
 
 
 def _free_names(template: Function, parts: Mapping[str, Function]) -> Iterator[str]:
-    """The names in a template and in the row templates that it names."""
-    yield from cast(Any, template).__code__.co_names
-    for each in _row_templates(template, parts).values():
+    yield from cast(FunctionType, template).__code__.co_names
+    for each in _rows_in(template, parts).values():
         yield from _free_names(each, parts)

@@ -19,7 +19,7 @@ class TrajectoryColumn:
     """What the column holds, with its unit."""
 
     words: tuple[str, ...] = ()
-    """What each code stands for, where the column holds words."""
+    """The word of each code, where the column holds words."""
 
     @property
     def is_nullable(self) -> bool:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.compiler import bind, typed_once
@@ -18,69 +19,57 @@ from swarm_forage_env.observed_fields import (
 )
 
 
-class Place(Protocol):
-    """The worlds of a loop where they run."""
-
-    memory: Any
-    """A `HostMemory` or a `DeviceMemory`."""
+class PlacedArray(Protocol):
+    """An array where worlds run: of NumPy on a CPU, of numba on a GPU."""
 
     @property
-    def arrays(self) -> Mapping[str, Any]:
-        """Records by name: `robots`, `worlds`, `minds` (what the estimators keep), `earned`."""
-        ...
+    def shape(self) -> tuple[int, ...]:
+        """Its axes."""
 
     @property
-    def estimators(self) -> Any:  # noqa: ANN401 as above
-        """What the estimators keep; None where no robot has one."""
-        ...
+    def dtype(self) -> np.dtype[Any]:
+        """What its elements are."""
 
-    def kernel(self, template: Kernel, functions: Mapping[str, Kernel]) -> Callable[..., None]:
-        """A template over worlds, whose last argument, the first of them and the last + 1, it is
-        given here."""
-        ...
-
-    def fields(self, layout: FieldLayout) -> Fields:
-        """Where the fields of a layout lie, for `read_fields` and `write_fields`."""
-        ...
+    def __getitem__(self, index: Any, /) -> Any:  # noqa: ANN401 an element, or a view
+        """An element, or a view."""
 
 
-class HostMemory:
+class Memory:
     """The memory of a CPU: nothing is copied that lies as kernels want it."""
 
     stream = 0
-    """There is no stream of CUDA: what is asked for is done when a call returns."""
+    """The address of the stream of CUDA in whose order a GPU works; 0: the default stream."""
 
-    def change_stream(self, address: int) -> None:
-        """Do nothing: every call of a CPU waits for the one before."""
+    def change_stream(self, address: object) -> None:
+        """Go on in another stream: every call of a CPU waits for the one before."""
 
-    def to_device(self, array: Array) -> Array:
-        """The array, contiguous."""
+    def to_device(self, array: Array) -> PlacedArray:
+        """The array where the worlds run, contiguous."""
         return np.ascontiguousarray(array)
 
-    def empty(self, shape: tuple[int, ...], dtype: Any) -> Array:  # noqa: ANN401 NumPy's
-        """A new array."""
+    def empty(self, shape: tuple[int, ...], dtype: DTypeLike) -> PlacedArray:
+        """A new array where the worlds run."""
         return np.empty(shape, dtype)
 
-    def write(self, there: Array, array: Array) -> None:
-        """Copy an array into another."""
+    def write(self, there: Any, array: Array) -> None:  # noqa: ANN401 a PlacedArray of its own
+        """Copy an array into one where the worlds run."""
         there[...] = array
 
-    def read(self, there: Array) -> Array:
-        """The array itself."""
-        return there
+    def read(self, there: Any) -> Array:  # noqa: ANN401 as above
+        """The array in the memory of the CPU: the array itself, or a copy from a GPU."""
+        return np.asarray(there)
 
-    def lend(self, there: Array) -> Array:
-        """A copy, to be given out."""
-        return there.copy()
+    def lend(self, there: Any) -> PlacedArray:  # noqa: ANN401 as above
+        """The array to be handed out: a copy, or one that its receiver must not write to."""
+        return np.array(there)
 
 
 class WorldsOnCpu:
     """The worlds of a block and the minds of their robots, in a CPU's memory."""
 
-    memory = HostMemory()
+    memory: Memory = Memory()
 
-    def __init__(self, world: Any, minds: Array) -> None:  # noqa: ANN401 of any task
-        """A block of worlds; `minds` are what its running controller keeps of each robot."""
+    def __init__(self, world: Any, minds: Array) -> None:  # noqa: ANN401 a World, from the floor above
         self._block, self._minds = world, minds
 
     @property
@@ -100,7 +89,7 @@ class WorldsOnCpu:
         """A template over worlds, whose last argument it is given here."""
         compiled = typed_once(bind(template, functions))
 
-        def run(*arguments: Any) -> None:  # noqa: ANN401 the template's
+        def run(*arguments: object) -> None:
             self._on_all_threads(lambda first, last: compiled(*arguments, (first, last)))
 
         return run

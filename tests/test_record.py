@@ -58,13 +58,6 @@ def test_a_dtype_has_the_fields_in_their_order():
     assert dtype["left"].names == ("speed", "is_stuck")
 
 
-def test_a_field_says_its_unit_and_its_scale():
-    assert Wheel.fields["speed"].unit == "m/s"
-    assert Wheel.fields["speed"].scale == 0.1
-    assert Wheel.fields["is_stuck"].unit == ""
-    assert Vehicle.fields["goal"].start == -1
-
-
 def test_fields_of_base_classes_come_last():
     assert [*Lorry.fields] == ["load", *Vehicle.fields]
     assert "load" not in Vehicle.fields

@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords
-from swarm_forage_env.envs.make import Parts, checked_parts
+from swarm_forage_env.envs.make import EnvParts, checked_parts
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.registration import keywords_of
 from swarm_forage_env.errors import ConfigError
@@ -71,7 +71,7 @@ class PolicyCard(Part):
         return {**told, "format": 2, "keywords": {**keywords, **first}}
 
 
-def card_of(parts: Parts) -> PolicyCard:
+def card_of(parts: EnvParts) -> PolicyCard:
     """The card of a policy that is trained under checked keywords of `parallel_env`."""
     config = parts.config
     form = PolicyForm([parts.scenario], config)

@@ -14,8 +14,7 @@ from torchrl.envs import EnvBase
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
-from swarm_forage_env.envs.notebook import title_of
-from swarm_forage_env.envs.render import Frame
+from swarm_forage_env.envs.render import Frame, title_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import Viewer, check_render_mode
 from swarm_forage_env.task import stage_of

@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from itertools import product
-from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box, Discrete
@@ -43,7 +42,6 @@ class ActionForm:
     """
 
     def __init__(self, task: Task, policy: PolicyInterface, config: EnvConfig) -> None:
-        """The form that the options of an environment ask for."""
         self._policy = policy
         self._steering = steering = _steering(task, policy, config)
         self.has_reflexes = _has_reflexes(policy, steering, config)
@@ -59,7 +57,7 @@ class ActionForm:
             own, by = share_of_command, config.residual
         n_symmetric = policy.n_weights if self._is_symmetric else 0
         no_choices = np.zeros((0, len(policy.action)), np.float32)
-        self.space: Box | Discrete[Any] = self.layout.box()
+        self.space: Box | Discrete[np.int64] = self.layout.box()
         self.conversion: Form = (
             no_choices, n_symmetric, -1 if own is None else policy.n_weights, by
         )  # fmt: skip
@@ -100,16 +98,15 @@ class ActionForm:
             return Layout((*weights, *raw[n:]))
         return Layout((*weights, *self._steering.layout, *raw[n + 2 :]))
 
-    def _choices(self, discrete: Any) -> Float32[Array, "choices numbers"]:  # noqa: ANN401 True or n, m
-        """Every discrete action as the numbers that it stands for; the last varies fastest."""
-        grid = None if discrete is True else discrete
+    def _choices(self, discrete: bool | tuple[int, int]) -> Float32[Array, "choices numbers"]:
+        """The numbers of every discrete action; the last varies fastest."""
+        grid = discrete if isinstance(discrete, tuple) else None
         parts = [*self._weights(grid), self._steers(grid), self._policy.said]
         check_choices(discrete, math.prod(len(each) for each in parts))
         rows = [np.concatenate(each) for each in product(*(p for p in parts if p.shape[1]))]
         return np.array(rows, np.float32)
 
     def _weights(self, grid: tuple[int, int] | None) -> list[Float32[Array, "levels 1"]]:
-        """The levels of each weight."""
         numbers = grid if grid is not None and self._steering is None else (LEVELS, LEVELS)
         levels = numbers[: self._policy.n_weights]
         return [
@@ -118,7 +115,6 @@ class ActionForm:
         ]
 
     def _steers(self, grid: tuple[int, int] | None) -> Float32[Array, "choices 2"]:
-        """The choices of a way to steer."""
         if self._steering is None:
             return np.zeros((1, 0), np.float32)
         if grid is None:
@@ -128,7 +124,7 @@ class ActionForm:
 
 
 def _steering(task: Task, policy: PolicyInterface, config: EnvConfig) -> Steering | None:
-    """The form of steering that is asked for; None where a policy does not steer."""
+    """The chosen form of steering; None where a policy does not steer."""
     if config.residual and config.action in (None, "wheels"):
         return task.steerings["wheels"]
     if config.residual:
@@ -165,7 +161,6 @@ def _has_reflexes(policy: PolicyInterface, steering: Steering | None, config: En
 
 
 def _motion_mode(steering: Steering | None, config: EnvConfig) -> int:
-    """What becomes of the hand-written motion."""
     if config.residual:
         return CORRECT
     return COURSE if steering is not None and steering.is_course else REPLACE
@@ -175,13 +170,12 @@ class Actions:
     """Checks the actions of all learners, a row for each, or says what is wrong."""
 
     def __init__(self, agents: Sequence[str], form: ActionForm) -> None:
-        """Actions of this form, one for each of these agents."""
         self._agents, self.form = tuple(agents), form
         self._shape = (len(agents), *form.shape)
         if isinstance(form.space, Box):
             self._low, self._high = form.space.low, form.space.high
 
-    def matrix(self, actions: Mapping[str, Any]) -> Array:
+    def matrix(self, actions: Mapping[str, object]) -> Array:
         """A row for each agent, of numbers or choices.
 
         ConfigError or UnknownNameError for what cannot be used.
@@ -219,8 +213,7 @@ class Actions:
             return given.astype(np.float32, copy=False)
         return None
 
-    def _complaint(self, actions: Any) -> Exception:  # noqa: ANN401 whatever was passed
-        """The first thing that is wrong."""
+    def _complaint(self, actions: object) -> Exception:
         if not isinstance(actions, Mapping):
             return ConfigError(f"actions={actions!r}: must be a dictionary, agent to action")
         for agent in actions:
@@ -229,17 +222,17 @@ class Actions:
         for agent in self._agents:
             if agent not in actions:
                 return ConfigError(f"actions: {agent} has none; every agent needs one")
-            complaint = self._complaint_about(agent, actions[agent])
+            complaint = self._complaint_about(actions[agent])
             if complaint:
                 return ConfigError(f"action of {agent}: {complaint}")
         return ConfigError("actions: must be arrays of one and the same kind of number")
 
-    def _complaint_about(self, agent: str, action: Any) -> str:  # noqa: ANN401
+    def _complaint_about(self, action: object) -> str:
         layout = self.form.layout
         if self.form.is_discrete:
             return self._complaint_about_choice(action)
         try:
-            if np.iscomplexobj(action):
+            if np.asarray(action).dtype.kind == "c":
                 raise TypeError
             given = np.asarray(action, dtype=np.float64)
         except OverflowError:
@@ -257,16 +250,16 @@ class Actions:
                 )
         return ""
 
-    def _complaint_about_choice(self, choice: Any) -> str:  # noqa: ANN401
+    def _complaint_about_choice(self, choice: object) -> str:
         n = len(self.form.choices)
         with suppress(ValueError):  # of rows of several lengths
-            found = np.asarray(choice)
-            if found.shape == () and found.dtype.kind in "iu" and 0 <= found < n:
+            number = np.asarray(choice)
+            if number.shape == () and number.dtype.kind in "iu" and 0 <= number < n:
                 return ""
         return f"{shown(choice)}: must be a whole number from 0 to {n - 1}"
 
 
-def as_array(actions: Any) -> Array:  # noqa: ANN401 whatever was passed
+def as_array(actions: object) -> Array:
     """Actions as one array; ConfigError where some have more numbers than others."""
     try:
         return np.asarray(actions)

@@ -7,6 +7,7 @@ import numpy as np
 from gymnasium.spaces import Box
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Int64
+from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.actions import Actions, as_array
 from swarm_forage_env.envs.config import EnvConfig, chosen_robots, n_steps
@@ -14,19 +15,21 @@ from swarm_forage_env.envs.decision import Decisions
 from swarm_forage_env.envs.decision_kernels import write_log
 from swarm_forage_env.envs.episodes import Episodes, Seeds, checked_options, parts_of
 from swarm_forage_env.envs.extra_observations import RowObservation
-from swarm_forage_env.envs.make import Parts, checked_parts
-from swarm_forage_env.envs.notebook import html_of, title_of
+from swarm_forage_env.envs.make import EnvParts, checked_parts
 from swarm_forage_env.envs.observations import Normaliser, added, normalised
 from swarm_forage_env.envs.policy_form import PolicyForm
+from swarm_forage_env.envs.render import html_of, title_of
 from swarm_forage_env.envs.rewards import REWARDS, OwnReward
-from swarm_forage_env.envs.stepping import Exchanges, Stepper, Ticks, Worlds
+from swarm_forage_env.envs.stepping import Exchanges, Ticks, Worlds
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.parameters import Count, Part, validated
+from swarm_forage_env.parameters import BaseScenario, Count, Part, validated
 from swarm_forage_env.policy_interface import Index, PolicyInterface
+from swarm_forage_env.scenarios import ScenarioSource
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import BEGINS, STANDS
+from swarm_forage_env.worlds_on_cpu import Memory, PlacedArray
 
 Infos = dict[str, Any]
 """Numbers that are no observation, by name: arrays of shape (worlds, learners) or (worlds,)."""
@@ -51,7 +54,7 @@ class ArrayEnv:
         env = ArrayEnv("es1", n_worlds=64, threads=2)
         observations, infos = env.reset(seed=0)              # (64, 10, numbers)
         observations, rewards, terminated, truncated, infos = env.step(actions)
-        observations, infos = env.reset(worlds=truncated)    # those start anew
+        observations, infos = env.reset(worlds=truncated)    # resets those
 
     The first axis is the world, the second the learner, in the order of `learners`. A world equals
     the same world alone, bit for bit, and the number of threads changes nothing. Nobody dies:
@@ -80,9 +83,9 @@ class ArrayEnv:
 
     def __init__(
         self,
-        scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
+        scenario: ScenarioSource = "es1",
         n_worlds: int = 1,
-        controller: Any = None,  # noqa: ANN401 a name, a controller, or one for each robot
+        controller: Controllers | None = None,
         stagger: bool = False,
         device: str = "cpu",
         **options: Any,  # noqa: ANN401 as parallel_env
@@ -140,12 +143,9 @@ class ArrayEnv:
         return self.episodes.is_over
 
     def reset(
-        self,
-        seed: Seeds = None,
-        worlds: Any = None,  # noqa: ANN401 a mask, or numbers
-        options: Mapping[str, Any] | None = None,
-    ) -> tuple[Float32[Array, "worlds learners numbers"], Infos]:
-        """Start worlds anew, all unless `worlds` is a mask or numbers of some; observe all.
+        self, seed: Seeds = None, worlds: object = None, options: Mapping[str, object] | None = None
+    ) -> tuple[Any, Infos]:
+        """Reset worlds, all unless `worlds` is a mask or numbers of some; observe all.
 
         A seed fixes an episode and all that follow without one: one for the first of these
         worlds, whose others take the next whole numbers, or one for each of them. `options` are
@@ -162,7 +162,7 @@ class ArrayEnv:
         seen = self._decisions.observe(self.episodes.share_left, memory.to_device(modes))
         return seen, self._infos(memory.to_device(np.zeros((self.n_worlds, len(self.learners)))))
 
-    def step(self, actions: Any) -> Step:  # noqa: ANN401 checked against the action space
+    def step(self, actions: object) -> Step:
         """One decision; observations, rewards, terminated, truncated, infos.
 
         `actions` have the shape (worlds, learners, numbers), or (worlds, learners) where they are
@@ -172,12 +172,12 @@ class ArrayEnv:
         self.episodes.check_running()
         if self.device == "cuda":
             return self._decided(self._decisions.checked_on_gpu(actions))
-        given, rows = as_array(actions), (self.n_worlds, len(self.learners))
-        if given.shape[:2] != rows:
+        array, rows = as_array(actions), (self.n_worlds, len(self.learners))
+        if array.shape[:2] != rows:
             raise ConfigError(
-                f"actions of shape {given.shape}: must be {(*rows, *self.action_shape)}"
+                f"actions of shape {array.shape}: must be {(*rows, *self.action_shape)}"
             )
-        return self.advance(self.actions.rows(given.reshape(-1, *given.shape[2:])))
+        return self.advance(self.actions.rows(array.reshape(-1, *array.shape[2:])))
 
     def advance(self, rows: Array) -> Step:
         """`step` with a row for each learner of each world, as `actions` has checked them."""
@@ -185,9 +185,8 @@ class ArrayEnv:
         shape = self.n_worlds, len(self.learners), *self.action_shape
         return self._decided(self.memory.to_device(rows.reshape(shape)))
 
-    def _decided(self, given: Any) -> Step:  # noqa: ANN401 an array of the device
-        """One decision after checked actions."""
-        self._decisions.take(given)
+    def _decided(self, actions: PlacedArray) -> Step:
+        self._decisions.take(actions)
         self._stepper.run()
         unshaped, rewards = self._decisions.rewards()
         seen = self._decisions.observe(self.episodes.share_left)
@@ -205,7 +204,7 @@ class ArrayEnv:
             self._state(state)
         return state
 
-    def log(self) -> Any:  # noqa: ANN401 an array of the device
+    def log(self) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
         """What is logged of each learner, in the order of `infos`: worlds, learners, infos."""
         if self._write_log is None:
             of_robots: Array = self.truth.log()
@@ -225,7 +224,7 @@ class ArrayEnv:
         return self
 
     @property
-    def memory(self) -> Any:  # noqa: ANN401 HostMemory, or DeviceMemory
+    def memory(self) -> Memory:
         """Where the arrays lie that `reset` and `step` give: what copies them to and from there."""
         return self._on.memory
 
@@ -242,12 +241,12 @@ class ArrayEnv:
     def stream(self, address: int) -> None:
         self.memory.change_stream(address)
 
-    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+    def snapshot(self) -> object:
         """All that the next steps depend on: to be restored any number of times, and pickled."""
         self.download()
         return self.loop.snapshot(), (self.episodes.snapshot(), self._decisions.snapshot())
 
-    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+    def restore(self, snapshot: object) -> None:
         """Go on as when the snapshot was taken, bit for bit.
 
         ConfigError if it is of a block of another kind or of other sizes.
@@ -263,21 +262,17 @@ class ArrayEnv:
             self._on.upload(range(self.n_worlds))
 
     def _repr_html_(self) -> str:
-        """A picture of the first world and a table, for notebooks."""
         return html_of(self, type(self).__name__, title_of(self._made_by[2], self))
 
-    def __getstate__(self) -> dict[str, Any]:
-        """What makes the same environment again, and how it stands."""
+    def __getstate__(self) -> dict[str, object]:
         return {"made_by": self._made_by, "snapshot": self.snapshot()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the environment again, and let it go on where it was."""
         *made_by, options = state["made_by"]
         ArrayEnv.__init__(self, *made_by, **options)
         self.restore(state["snapshot"])
 
-    def _made_loop(self, parts: Parts) -> Loop:
-        """The worlds, and who runs the robots."""
+    def _made_loop(self, parts: EnvParts) -> Loop:
         config, seeds = parts.config, range(self.n_worlds)
         return Loop(parts.scenario, parts.controller, seeds, config.physics, config.threads)
 
@@ -287,7 +282,7 @@ class ArrayEnv:
         scenarios = self.episodes.extremes
         form = PolicyForm(scenarios, config)
         self._decisions = Decisions(worlds, form, learners)
-        self._stepper: Stepper
+        self._stepper: Exchanges | Ticks
         if config.step_on == "exchange":
             self._stepper = Exchanges(worlds, self.episodes, learners)
         else:
@@ -304,7 +299,7 @@ class ArrayEnv:
         self.actions = Actions(_names(self.learners, self.n_worlds), form.action)
         self._describe_state(scenarios)
 
-    def _describe_state(self, scenarios: Sequence[Any]) -> None:
+    def _describe_state(self, scenarios: Sequence[BaseScenario]) -> None:
         """Make what writes the truth, which is as wide as in any of these scenarios."""
         truths = [
             self.task.global_state(self.world, self.loop.controller, self.agents, each)
@@ -317,32 +312,30 @@ class ArrayEnv:
         self.state_layout = normalised(state_layout) if is_normal else state_layout
         self.state_space: Box = self.state_layout.box()
 
-    def _infos(self, unshaped: Any) -> Infos:  # noqa: ANN401 an array of the device
-        """What is told beside: the reward, whose action counts, and what was drawn."""
+    def _infos(self, unshaped: PlacedArray) -> Infos:
+        """The unshaped reward, whose next action counts, and what was drawn."""
         acts, lend = self._stepper.acts(), self.memory.lend
         told = {} if acts is None else {"acts": acts}
         drawn = {name: lend(each) for name, each in self._drawn.items()}
         return {"unshaped_reward": unshaped, **told, **drawn}
 
-    def _lent_drawn(self) -> dict[str, Any]:
+    def _lent_drawn(self) -> dict[str, PlacedArray]:
         """What was drawn of each world's episode, on the device."""
         drawn = self.episodes.drawn.items()
         return {name: self.memory.to_device(each) for name, each in drawn}
 
 
-def array_env(scenario: Any = "es1", **options: Any) -> ArrayEnv:  # noqa: ANN401 as ArrayEnv
+def array_env(scenario: ScenarioSource = "es1", **options: Any) -> ArrayEnv:  # noqa: ANN401 as ArrayEnv
     """The batch API: `ArrayEnv` under these keywords, `device="cuda"` among them."""
     return ArrayEnv(scenario, **options)
 
 
-def _check_reward(reward: Any) -> None:  # noqa: ANN401 a name or a callable
-    """UnknownNameError for the name of no reward."""
+def _check_reward(reward: object) -> None:
     if isinstance(reward, str) and reward not in REWARDS:
         raise UnknownNameError("reward", reward, REWARDS)
 
 
 def _check_on_gpu(config: EnvConfig, policy: PolicyInterface) -> None:
-    """ConfigError for what runs on a CPU only."""
     _, beside = added(config.observation, policy)
     own = [each for each in beside if not isinstance(each, RowObservation)]
     refused = "runs on a CPU only; leave it out, or take device='cpu'"
@@ -354,7 +347,6 @@ def _check_on_gpu(config: EnvConfig, policy: PolicyInterface) -> None:
 
 
 def _log_of(worlds: Worlds) -> Callable[..., None] | None:
-    """What writes what is logged of learners where worlds run; None: a CPU, by `truth`."""
     if isinstance(worlds, Loop):
         return None
     return worlds.kernel(write_log, {"log": worlds.task.log[worlds.layers.has_beliefs]})
@@ -367,7 +359,6 @@ class _Worlds(Part):
 
 
 def _names(learners: Sequence[str], n_worlds: int) -> list[str]:
-    """The names of all learners, in the order of the rows."""
     if n_worlds == 1:
         return list(learners)
     return [f"{name} of world {w}" for w in range(n_worlds) for name in learners]

@@ -2,12 +2,20 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
 from swarm_forage_env.errors import ConfigError, shown
-from swarm_forage_env.parameters import MAX_TICKS, Count, NotNegative, Part, Positive, Share
+from swarm_forage_env.parameters import (
+    MAX_TICKS,
+    BaseScenario,
+    Count,
+    NotNegative,
+    Part,
+    Positive,
+    Share,
+)
 
 MAX_CHOICES = 4096
 """Discrete actions of a robot, at most: a network has one output for each."""
@@ -17,7 +25,7 @@ MAX_FRAMES = 1000
 
 
 class PolicyKeywords(Part):
-    """What a policy takes the place of, what it is shown, and how its actions are read."""
+    """What a policy replaces, what it observes, and how its actions are read."""
 
     learn: str = Field("motion", description="Layer that the policy takes the place of")
     residual: Share = Field(
@@ -42,7 +50,7 @@ class PolicyKeywords(Part):
     discrete: bool | tuple[Count, Count] = Field(
         False, description="Actions are choices: a few, or n speeds times m turns"
     )
-    observation: Any = Field(
+    observation: object = Field(
         "layer", description="What is observed: names, or classes of the user's, one or several"
     )
     normalise: bool = Field(
@@ -62,16 +70,16 @@ class PolicyKeywords(Part):
 class EnvConfig(PolicyKeywords):
     """What is learned, from what, for what reward, and how the world runs."""
 
-    learners: Any = Field(
+    learners: object = Field(
         None, description="Robots that learn: how many, or which by name or number; none: all"
     )
-    reward: Any = Field("own", description="Who is credited with a round trip, or a callable")
+    reward: object = Field("own", description="Who is credited with a round trip, or a callable")
     shaping: NotNegative = Field(0.0, description="Weight of the potential-based shaping; 0: none")
     discount: Share = Field(0.99, description="The learner's discount, for the shaping")
     step_on: Literal["tick", "exchange"] = Field(
         "tick", description="A step is a decision period, or ends with an exchange of a learner"
     )
-    randomise: Mapping[str, Any] = Field(
+    randomise: Mapping[str, object] = Field(
         default_factory=dict,
         description="Numbers of the scenario drawn anew for each episode, from low to high",
     )
@@ -115,7 +123,7 @@ def check_choices(discrete: bool | tuple[int, int], n_choices: int) -> None:
         )
 
 
-def n_steps(scenario: Any, config: EnvConfig) -> int:  # noqa: ANN401 of any task
+def n_steps(scenario: BaseScenario, config: EnvConfig) -> int:
     """Decisions in an episode: `max_cycles`, or as many as fit into the scenario's time."""
     if config.period > scenario.n_ticks:
         raise ConfigError(
@@ -125,7 +133,7 @@ def n_steps(scenario: Any, config: EnvConfig) -> int:  # noqa: ANN401 of any tas
     return config.max_cycles or scenario.n_ticks // config.period
 
 
-def chosen_robots(learners: Any, agents: Sequence[str]) -> list[int]:  # noqa: ANN401 whatever was given
+def chosen_robots(learners: object, agents: Sequence[str]) -> list[int]:
     """The numbers of the robots that learn, in order; ConfigError for what names none.
 
     >>> chosen_robots(2, ["epuck_0", "epuck_1", "epuck_2"])
@@ -145,11 +153,11 @@ def chosen_robots(learners: Any, agents: Sequence[str]) -> list[int]:  # noqa: A
     return sorted({_number_of(robot, agents) for robot in named})
 
 
-def _number_of(robot: Any, agents: Sequence[str]) -> int:  # noqa: ANN401 whatever was given
+def _number_of(robot: object, agents: Sequence[str]) -> int:
     if isinstance(robot, int) and not isinstance(robot, bool) and 0 <= robot < len(agents):
         return robot
-    if robot in agents:
-        return list(agents).index(robot)
+    if isinstance(robot, str) and robot in agents:
+        return agents.index(robot)
     raise ConfigError(
         f"learners: no robot {robot!r}; must be from {agents[0]} to {agents[-1]}, or its number"
     )

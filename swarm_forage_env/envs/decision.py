@@ -21,6 +21,7 @@ from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.stepping import Worlds
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.ticks import RUNS
+from swarm_forage_env.worlds_on_cpu import PlacedArray
 
 Snapshot = tuple[Array, tuple[Array, Array]]
 """Actions, and of observations frames and streams."""
@@ -30,12 +31,8 @@ class Decisions:
     """The decisions of the learners of a block of worlds, where these run."""
 
     def __init__(
-        self,
-        worlds: Worlds,
-        form: PolicyForm,
-        learners: Int64[Array, " learners"],
+        self, worlds: Worlds, form: PolicyForm, learners: Int64[Array, " learners"]
     ) -> None:
-        """Learners of these numbers in every world."""
         self._worlds, self._form, config, memory = worlds, form, form.config, worlds.memory
         self._config: EnvConfig = config
         self._earned = worlds.arrays["earned"]
@@ -63,30 +60,33 @@ class Decisions:
         self.observing = form.observing(worlds, learners.tolist())
         self._run = memory.to_device(np.full(shape[0], RUNS, np.int8))
 
-    def checked_on_gpu(self, actions: Any) -> Any:  # noqa: ANN401 of any library
+    def checked_on_gpu(self, actions: object) -> PlacedArray:
         """Actions as they lie on a GPU; ConfigError for another shape or type.
 
         What is out of bounds is noted, and raised here where the GPU has come so far.
         """
         assert isinstance(self._worlds, DeviceLoop)
-        given, is_discrete = self._worlds.memory.taken(actions), self._form.action.is_discrete
-        fits = given.dtype.kind in "iu" if is_discrete else given.dtype == np.float32
+        array = self._worlds.memory.as_device_array(actions)
+        is_discrete = self._form.action.is_discrete
+        fits = array.dtype.kind in "iu" if is_discrete else array.dtype == np.float32
         kind = "whole numbers, as int64," if is_discrete else "float32"
         shape = *self._rows, *self._form.action.shape
-        if given.shape != shape or not fits:
-            told = f"actions of shape {given.shape} and type {given.dtype}"
-            raise ConfigError(f"{told}: must be {kind} of shape {shape}")
-        self._check(given, self._limits, self._worlds.trouble)
+        if array.shape != shape or not fits:
+            raise ConfigError(
+                f"actions of shape {array.shape} and type {array.dtype}: must be {kind} of shape"
+                f" {shape}"
+            )
+        self._check(array, self._limits, self._worlds.trouble)
         self._worlds.check()
-        return given
+        return array
 
-    def take(self, given: Any) -> None:  # noqa: ANN401 an array where the worlds run
+    def take(self, actions: PlacedArray) -> None:
         """Hand checked actions to the layers of the learners."""
-        self._take(self._fields, self._learners, given, self._conversion, self.raw, self._earned)
+        self._take(self._fields, self._learners, actions, self._conversion, self.raw, self._earned)
         self._note_potential(0)
 
-    def rewards(self) -> tuple[Any, Any]:
-        """What every learner is given since it acted: without shaping, and with it."""
+    def rewards(self) -> tuple[PlacedArray, PlacedArray]:
+        """The rewards of every learner since it acted: without shaping, and with it."""
         config, memory = self._config, self._worlds.memory
         self._note_potential(1)
         out = memory.empty((2, *self._rows), np.float64)
@@ -95,10 +95,8 @@ class Decisions:
         return out[0], out[1]
 
     def observe(
-        self,
-        time_left: Callable[[], Float64[Array, " worlds"]],
-        modes: Any = None,  # noqa: ANN401 an array where the worlds run
-    ) -> Any:  # noqa: ANN401 as above
+        self, time_left: Callable[[], Float64[Array, " worlds"]], modes: PlacedArray | None = None
+    ) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
         """What every learner observes after its action, or where worlds begin as `modes` say."""
         return self.observing(self.raw, self._run if modes is None else modes, time_left)
 
@@ -125,8 +123,10 @@ class Decisions:
             self._note(at["robots"], at["worlds"], self._potentials[when])
 
 
-def _limits_of(form: ActionForm, to_device: Callable[[Array], Any]) -> Any:  # noqa: ANN401 bounds, or how many choices
-    """What actions of a form must be within."""
+def _limits_of(
+    form: ActionForm, to_device: Callable[[Array], PlacedArray]
+) -> tuple[PlacedArray, PlacedArray] | int:
+    """The bounds of the actions of a form, or how many choices there are."""
     if isinstance(form.space, Box):
         return to_device(form.space.low), to_device(form.space.high)
     return len(form.choices)

@@ -11,7 +11,7 @@ from swarm_forage_env.arrays import Array, Bool, Float64, Int64
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
-from swarm_forage_env.parameters import leaves, override, resolve
+from swarm_forage_env.parameters import BaseScenario, leaves, override, resolve
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
 from swarm_forage_env.randomise import Randomisation
 
@@ -22,7 +22,7 @@ LASTING = frozenset({"name", "tick", "task.n_robots", "task.duration", "radio.sl
 """Numbers of a scenario that are those of an environment, not of an episode."""
 
 TESTED_OPTION = "options"
-"""The option that PettingZoo's tests hand to every environment, which must be let be."""
+"""The option that PettingZoo's tests pass to every environment: it is ignored."""
 
 OPTION = "scenario parameter for an episode"
 
@@ -30,8 +30,9 @@ OPTION = "scenario parameter for an episode"
 class Episodes:
     """The episode that each world of a loop is in."""
 
-    def __init__(self, loop: Loop | DeviceLoop, scenario: Any, ranges: Mapping[str, Any]) -> None:  # noqa: ANN401 of any task
-        """Episodes of a scenario of which some numbers are drawn anew for each, within ranges."""
+    def __init__(
+        self, loop: Loop | DeviceLoop, scenario: BaseScenario, ranges: Mapping[str, object]
+    ) -> None:
         self._loop, self._scenario = loop, scenario
         self._randomisation = Randomisation(scenario, ranges)
         for name in LASTING.intersection(self._randomisation.ranges):
@@ -49,7 +50,7 @@ class Episodes:
         """Decisions after which its episode ends; 0 before the first one."""
 
     @property
-    def extremes(self) -> list[Any]:
+    def extremes(self) -> list[BaseScenario]:
         """The scenario, and at the corners of its ranges: how far numbers can get."""
         return self._randomisation.extremes() if self.drawn else [self._scenario]
 
@@ -80,20 +81,16 @@ class Episodes:
         )
 
     def begin(
-        self,
-        seed: Seeds,
-        worlds: Any,  # noqa: ANN401 a mask, or numbers
-        options: Mapping[str, Any],
-        n_steps: int,
+        self, seed: Seeds, worlds: object, options: Mapping[str, object], n_steps: int
     ) -> Int64[Array, " chosen"]:
-        """Start these worlds anew, for so many decisions; which they are.
+        """Reset these worlds for `n_steps` decisions. Returns their indices.
 
         ConfigError, before anything changes, for what cannot be used.
         """
         chosen = numbers_of(worlds, len(self.ends))
-        given = checked_seeds(seed, len(chosen))
+        seeds = checked_seeds(seed, len(chosen))
         base = self.scenario_under(options)
-        self._restart(self._seeds(given, chosen), chosen, base)
+        self._restart(self._drawn_where_none(seeds, chosen), chosen, base)
         self.steps[chosen], self.ends[chosen] = 0, n_steps
         return chosen
 
@@ -102,15 +99,15 @@ class Episodes:
         share = np.arange(1, len(self.ends) + 1) / len(self.ends)
         self.ends[:] = np.maximum(1, np.ceil(share * self.ends))
 
-    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+    def snapshot(self) -> object:
         """What a later `restore` needs."""
         return deepcopy((self.drawn, self.generators, self.steps, self.ends))
 
-    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+    def restore(self, snapshot: object) -> None:
         """Go on as when the snapshot was taken."""
-        self.drawn, self.generators, self.steps, self.ends = deepcopy(snapshot)
+        self.drawn, self.generators, self.steps, self.ends = deepcopy(parts_of(snapshot, 4))
 
-    def scenario_under(self, options: Mapping[str, Any]) -> Any:  # noqa: ANN401 of any task
+    def scenario_under(self, options: Mapping[str, object]) -> BaseScenario:
         """The scenario of an episode under some options; ConfigError for what does not fit it."""
         numbers = {name: value for name, value in options.items() if name != TESTED_OPTION}
         known = leaves(self._scenario.model_dump()) if numbers else {}
@@ -123,8 +120,9 @@ class Episodes:
                 )
         return override(self._scenario, numbers, OPTION)
 
-    def _restart(self, seeds: Sequence[int], chosen: Int64[Array, " chosen"], base: Any) -> None:  # noqa: ANN401 of any task
-        """Start these worlds anew, with the numbers of their episodes."""
+    def _restart(
+        self, seeds: Sequence[int], chosen: Int64[Array, " chosen"], base: BaseScenario
+    ) -> None:
         usual = self._randomisation
         drawn = usual if base is self._scenario else Randomisation(base, usual.ranges)
         episodes = [drawn.draw(seed) for seed in seeds]
@@ -135,18 +133,20 @@ class Episodes:
             for name, number in numbers.items():
                 self.drawn[name][world] = number
 
-    def _seeds(self, given: Sequence[int | None], chosen: Int64[Array, " chosen"]) -> list[int]:
-        """A seed for each of these worlds: the given one, or the next of its sequence."""
-        found = []
-        for world, own in zip(chosen, given, strict=True):
-            if own is not None:
-                self.generators[world] = np.random.default_rng(own)
-            found.append(drawn_seed(self.generators[world]) if own is None else own)
-        return found
+    def _drawn_where_none(
+        self, seeds: Sequence[int | None], chosen: Int64[Array, " chosen"]
+    ) -> list[int]:
+        for world, seed in zip(chosen, seeds, strict=True):
+            if seed is not None:
+                self.generators[world] = np.random.default_rng(seed)
+        return [
+            drawn_seed(self.generators[world]) if seed is None else seed
+            for world, seed in zip(chosen, seeds, strict=True)
+        ]
 
 
-def checked_options(options: Any) -> Mapping[str, Any]:  # noqa: ANN401 whatever was given
-    """Options of a reset; ConfigError unless they go by name."""
+def checked_options(options: object) -> Mapping[str, object]:
+    """Options of a reset; ConfigError unless they are a mapping by name."""
     if options is None:
         return {}
     if isinstance(options, Mapping) and all(isinstance(name, str) for name in options):
@@ -157,7 +157,7 @@ def checked_options(options: Any) -> Mapping[str, Any]:  # noqa: ANN401 whatever
     )
 
 
-def parts_of(snapshot: Any, n_parts: int) -> Any:  # noqa: ANN401 whatever was given
+def parts_of(snapshot: object, n_parts: int) -> tuple[Any, ...]:
     """The parts of a snapshot; ConfigError for what is none."""
     if isinstance(snapshot, tuple) and len(snapshot) == n_parts:
         return snapshot
@@ -177,16 +177,16 @@ def checked_seeds(seed: Seeds, n: int) -> Sequence[int | None]:
     return [None if own is None else checked_seed(own) for own in seed]
 
 
-def numbers_of(worlds: Any, n_worlds: int) -> Int64[Array, " chosen"]:  # noqa: ANN401 whatever was given
+def numbers_of(worlds: object, n_worlds: int) -> Int64[Array, " chosen"]:
     """The numbers of the chosen worlds, all for None; ConfigError for what names none."""
     if worlds is None:
         return np.arange(n_worlds)
-    found = np.asarray(worlds)
-    if found.dtype == np.bool_ and found.shape == (n_worlds,):
-        return np.flatnonzero(found)
-    is_number = found.dtype.kind in "iu" and found.ndim == 1
-    if is_number and ((found >= 0) & (found < n_worlds)).all():
-        return np.unique(found).astype(np.int64)
+    chosen = np.asarray(worlds)
+    if chosen.dtype == np.bool_ and chosen.shape == (n_worlds,):
+        return np.flatnonzero(chosen)
+    is_number = chosen.dtype.kind in "iu" and chosen.ndim == 1
+    if is_number and ((chosen >= 0) & (chosen < n_worlds)).all():
+        return np.unique(chosen).astype(np.int64)
     raise ConfigError(
         f"worlds={worlds!r}: must be a mask of {n_worlds}, or numbers from 0 to {n_worlds - 1}"
     )

@@ -1,18 +1,18 @@
-"""Additions to what the learned layer is shown: what an observation is, and those that go by name.
+"""Additions to what the learned layer is shown: what an observation is, and the named ones.
 
 An addition by name is a function of one robot, `write_row`, which a CPU and a GPU call.
 """
 
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64, UInt64
 from swarm_forage_env.compiler import inlined
 from swarm_forage_env.interface import Kernel
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import draw_rows
 from swarm_forage_env.registry import Registry
 from swarm_forage_env.spaces import Feature, Layout
@@ -61,49 +61,32 @@ class ObservationContext:
 class Observation(Protocol):
     """Some features of every robot."""
 
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+    def features(self, scenario: BaseScenario, agents: Sequence[str]) -> Sequence[Feature]:
         """What each number is, in a scenario with these robots."""
-        ...
 
     def write(
         self, context: ObservationContext, out: Float32[Array, "worlds robots numbers"]
     ) -> None:
         """Write the numbers of every robot."""
-        ...
+
+
+Row = Float32[Array, " numbers"]
 
 
 @inlined
-def write_time_left(
-    i: int,
-    n_robots: int,
-    time_left: float,
-    last_action: Float32[Array, " numbers"],
-    out: Float32[Array, " numbers"],
-) -> None:
+def write_time_left(i: int, n_robots: int, time_left: float, last_action: Row, out: Row) -> None:
     """Write the share of the episode that is left."""
     out[0] = time_left
 
 
 @inlined
-def write_robot_id(
-    i: int,
-    n_robots: int,
-    time_left: float,
-    last_action: Float32[Array, " numbers"],
-    out: Float32[Array, " numbers"],
-) -> None:
+def write_robot_id(i: int, n_robots: int, time_left: float, last_action: Row, out: Row) -> None:
     """Write the robot's number as a share of the last one's."""
     out[0] = i / max(n_robots - 1, 1)
 
 
 @inlined
-def write_one_hot(
-    i: int,
-    n_robots: int,
-    time_left: float,
-    last_action: Float32[Array, " numbers"],
-    out: Float32[Array, " numbers"],
-) -> None:
+def write_one_hot(i: int, n_robots: int, time_left: float, last_action: Row, out: Row) -> None:
     """Write a number for each robot: 1 for robot i, 0 for the others."""
     for k in range(n_robots):
         out[k] = 1.0 if k == i else 0.0
@@ -111,77 +94,50 @@ def write_one_hot(
 
 @inlined
 def write_previous_action(
-    i: int,
-    n_robots: int,
-    time_left: float,
-    last_action: Float32[Array, " numbers"],
-    out: Float32[Array, " numbers"],
+    i: int, n_robots: int, time_left: float, last_action: Row, out: Row
 ) -> None:
-    """Write what the layers took last."""
+    """Write what the layers took last; zeros before the first action."""
     for k in range(last_action.shape[0]):
         out[k] = last_action[k]
 
 
-class RowObservation(ABC):
+@dataclass(frozen=True)
+class RowObservation:
     """An addition that is a function of one robot."""
 
     write_row: Kernel
     """Writes its numbers: of robot, robots of its world, time left, last action, and output."""
 
-    @abstractmethod
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
+    features_of: Callable[[Sequence[str]], Sequence[Feature]]
+    """What each number is, in a world of these robots."""
+
+    def features(self, scenario: object, agents: Sequence[str]) -> Sequence[Feature]:
         """What each number is, in a scenario with these robots."""
+        return self.features_of(agents)
 
 
-OBSERVATIONS: Registry[type[RowObservation]] = Registry("observation")
+OBSERVATIONS: Registry[RowObservation] = Registry("observation")
 """Additions to what the learned layer is shown, by name."""
 
-
-@OBSERVATIONS.register("time_left")
-class TimeLeft(RowObservation):
-    """Share of the episode that is left, the same for all robots of a world."""
-
-    write_row = staticmethod(write_time_left)
-
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
-        """One number."""
-        return [Feature("time_left", "of the episode", 0.0, 1.0)]
-
-
-@OBSERVATIONS.register("robot_id")
-class RobotId(RowObservation):
-    """The robot's number, as a share of all: 0 is the first robot and 1 the last."""
-
-    write_row = staticmethod(write_robot_id)
-
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
-        """One number."""
-        return [Feature("robot_id", "of all robots", 0.0, 1.0)]
+OBSERVATIONS.register("time_left", "Share of the episode that is left, the same for all robots.")(
+    RowObservation(
+        write_time_left, lambda agents: [Feature("time_left", "of the episode", 0.0, 1.0)]
+    )
+)
+OBSERVATIONS.register("robot_id", "The robot's number as a share: 0 is the first, 1 the last.")(
+    RowObservation(write_robot_id, lambda agents: [Feature("robot_id", "of all robots", 0.0, 1.0)])
+)
+OBSERVATIONS.register("one_hot", "One number for each robot; that of the robot itself is 1.")(
+    RowObservation(
+        write_one_hot, lambda agents: [Feature(f"is.{each}", "0 or 1", 0.0, 1.0) for each in agents]
+    )
+)
 
 
-@OBSERVATIONS.register("one_hot")
-class OneHot(RowObservation):
-    """The robot's number as one number for each robot, one of which is 1."""
-
-    write_row = staticmethod(write_one_hot)
-
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
-        """One number for each robot."""
-        return [Feature(f"is.{agent}", "0 or 1", 0.0, 1.0) for agent in agents]
-
-
-class PreviousAction(RowObservation):
-    """What the layers took last from the policy; zeros before the first action."""
-
-    write_row = staticmethod(write_previous_action)
-
-    def __init__(self, layout: Layout) -> None:
-        """Actions as the layers take them have this layout."""
-        self._layout = layout
-
-    def features(self, scenario: Any, agents: Sequence[str]) -> Sequence[Feature]:  # noqa: ANN401 of any task
-        """The numbers of an action."""
-        return [
-            Feature(f"previous.{each.name}", each.unit, min(each.low, 0.0), each.high)
-            for each in self._layout
-        ]
+def previous_action(layout: Layout) -> RowObservation:
+    """What the layers took last from the policy, whose actions have this layout."""
+    features = [
+        Feature(f"previous.{each.name}", each.unit, min(each.low, 0.0), each.high)
+        for each in layout
+    ]
+    return RowObservation(write_previous_action, lambda agents: features)

@@ -1,7 +1,7 @@
 """The environment as Gymnasium wants it: `LearnerEnv`, `JointEnv`, `TupleEnv`."""
 
 from copy import copy, deepcopy
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium as gym
 from gymnasium.envs.registration import EnvSpec
@@ -9,38 +9,24 @@ from gymnasium.spaces import Space, Tuple
 
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.envs.episodes import checked_options, parts_of
-from swarm_forage_env.envs.gymnasium_core import JointEnvCore
+from swarm_forage_env.envs.gymnasium_core import JointWorlds
 from swarm_forage_env.envs.pettingzoo_env import parallel_env
-from swarm_forage_env.envs.render import render_modes
 from swarm_forage_env.random_streams import checked_seed, drawn_seed
-from swarm_forage_env.task import World
 
-METADATA: dict[str, Any] = {
+METADATA: dict[str, object] = {
     name: parallel_env.metadata[name] for name in ("render_modes", "render_fps")
 }
 """As of the PettingZoo environment."""
 
 
-class _SwarmEnv(gym.Env[Any, Any]):
-    """One world of a block, in which the first robot learns, or all do."""
-
-    metadata: dict[str, Any] = METADATA
-    single_learner: ClassVar[bool] = False
+class _SwarmEnv(JointWorlds, gym.Env[Any, Any]):
+    metadata: dict[str, object] = METADATA
     _spec: EnvSpec | None = None
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401 as parallel_env
-        """Make the environment; `reset` starts an episode."""
-        self._core = core = JointEnvCore(1, self.single_learner, options)
-        self.render_mode = core.render_mode
-        self.metadata = {
-            **self.metadata,
-            "render_modes": render_modes(self.scenario),
-        }
-        self.max_cycles = core.env.max_cycles
-        self.observation_layout = core.env.observation_layout
-        self.action_layout = core.env.action_layout
-        self.observation_space: Space[Any] = core.observation_space
-        self.action_space: Space[Any] = core.action_space
+        self._make(1, options)
+        self.observation_space: Space[Any] = self._joint_observations
+        self.action_space: Space[Any] = self._joint_actions
 
     @property
     def spec(self) -> EnvSpec | None:
@@ -53,46 +39,30 @@ class _SwarmEnv(gym.Env[Any, Any]):
         if self._spec is not None and self._spec.max_episode_steps is None:
             self._spec.max_episode_steps = self.max_cycles
 
-    @property
-    def world(self) -> World:
-        """The worlds of the robots: their records are the truth."""
-        return self._core.env.world
-
-    @property
-    def scenario(self) -> Any:  # noqa: ANN401 of any task
-        """The scenario of the first world's episode."""
-        return self.world.scenario
-
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Any, dict[str, Any]]:
+        self, *, seed: int | None = None, options: dict[str, object] | None = None
+    ) -> tuple[Any, dict[str, object]]:
         """Start an episode; a seed fixes it and all that follow without one."""
         seed = None if seed is None else checked_seed(seed)
-        self._core.env.episodes.scenario_under(
-            checked_options(options)
-        )  # refused before a seed is drawn
+        # refused before a seed is drawn:
+        self.array_env.episodes.scenario_under(checked_options(options))
         super().reset(seed=seed)
         world_seed = drawn_seed(self.np_random) if seed is None else seed
-        (observation,) = self._core.reset([world_seed], options)
-        return self._shown(observation), self._info()
+        (observation,) = self._begin([world_seed], options)
+        return self._in_space(observation), self._info()
 
-    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:  # noqa: ANN401
+    def step(self, action: object) -> tuple[Any, Any, bool, bool, dict[str, object]]:
         """One decision period; a refused action leaves everything as it was."""
-        observations, rewards, truncated = self._core.step([action])
-        observation = self._shown(observations[0])
+        observations, rewards, truncated = self._advance([action])
+        observation = self._in_space(observations[0])
         return observation, self._reward(rewards), False, bool(truncated[0]), self._info()
 
-    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
-        """All that the next steps depend on: to be restored any number of times, and pickled."""
-        return self._core.snapshot(), deepcopy(self.np_random)
+    def snapshot(self) -> object:
+        return super().snapshot(), deepcopy(self.np_random)
 
-    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
-        """Go on as when the snapshot was taken, bit for bit.
-
-        ConfigError if it is of an environment of other options.
-        """
-        core, generator = parts_of(snapshot, 2)
-        self._core.restore(core)
+    def restore(self, snapshot: object) -> None:
+        joint, generator = parts_of(snapshot, 2)
+        super().restore(joint)
         self.np_random = deepcopy(generator)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
@@ -100,24 +70,16 @@ class _SwarmEnv(gym.Env[Any, Any]):
 
         ConfigError where no `render_mode` was given, or no display is found for a window.
         """
-        return self._core.render()[0]
+        return self._frames()[0]
 
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        self._core.close()
+    def _info(self) -> dict[str, object]:
+        return {name: float(value[0]) for name, value in self._joint_infos().items()}
 
-    def _repr_html_(self) -> str:
-        """A picture of this moment and a table, for notebooks."""
-        return self._core.html(type(self).__name__)
-
-    def _info(self) -> dict[str, float]:
-        return {name: float(value[0]) for name, value in self._core.infos().items()}
-
-    def _shown(self, observation: Float32[Array, " numbers"]) -> Any:  # noqa: ANN401 of its space
+    def _in_space(self, observation: Float32[Array, " numbers"]) -> object:
         return observation
 
-    def _reward(self, rewards: Float64[Array, "1 learners"]) -> Any:  # noqa: ANN401 one, or a list
-        return float(self._core.joint(rewards)[0])
+    def _reward(self, rewards: Float64[Array, "1 learners"]) -> float | list[float]:
+        return float(self._joint(rewards)[0])
 
 
 class LearnerEnv(_SwarmEnv):
@@ -150,16 +112,16 @@ class TupleEnv(_SwarmEnv):
     """
 
     def __init__(self, discrete: bool | tuple[int, int] = True, **options: Any) -> None:  # noqa: ANN401
-        """Make the environment; `reset` starts an episode."""
         super().__init__(discrete=discrete, **options)
-        env = self._core.env
-        self.n_agents = len(self._core.learners)
-        self._core.action_shape = (self.n_agents, *env.action_shape)
+        env = self.array_env
+        self.n_agents = len(env.learners)
+        self._action_shape = (self.n_agents, *env.action_shape)
         self.action_space = Tuple([env.action_space] * self.n_agents)
         self.observation_space = Tuple([env.observation_space] * self.n_agents)
 
-    def _shown(self, observation: Float32[Array, " numbers"]) -> Any:  # noqa: ANN401 of its space
+    def _in_space(self, observation: Float32[Array, " numbers"]) -> object:
         return tuple(row.copy() for row in observation.reshape(self.n_agents, -1))
 
-    def _reward(self, rewards: Float64[Array, "1 learners"]) -> Any:  # noqa: ANN401 one, or a list
-        return rewards[0].tolist()
+    def _reward(self, rewards: Float64[Array, "1 learners"]) -> list[float]:
+        each: list[float] = rewards[0].tolist()
+        return each

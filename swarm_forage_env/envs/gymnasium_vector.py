@@ -1,6 +1,7 @@
 """Worlds in one block of arrays, as Gymnasium vector environments: one learner in each, or all."""
 
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -8,23 +9,20 @@ from gymnasium.vector.utils import batch_space
 
 from swarm_forage_env.arrays import Array, Bool, Float32, Float64
 from swarm_forage_env.envs.episodes import Seeds, checked_options, checked_seeds
-from swarm_forage_env.envs.gymnasium_core import JointEnvCore
+from swarm_forage_env.envs.gymnasium_core import JointWorlds
 from swarm_forage_env.envs.gymnasium_env import METADATA
-from swarm_forage_env.envs.render import render_modes
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.task import World
 
-VECTOR_METADATA: dict[str, Any] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
+VECTOR_METADATA: dict[str, object] = {**METADATA, "autoreset_mode": AutoresetMode.NEXT_STEP}
 
 
-class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
-    """Worlds side by side, equal to so many single environments, step for step and bit for bit.
+class _SwarmVectorEnv(VectorEnv[Any, Any, Any], JointWorlds):
+    """Worlds side by side, equal to single environments, step for step and bit for bit.
 
-    All episodes have the same length, so all worlds are truncated and start anew together.
+    All episodes have the same length, so all worlds are truncated and reset together.
     """
 
-    metadata: dict[str, Any] = VECTOR_METADATA
-    single_learner: ClassVar[bool] = False
+    metadata: dict[str, object] = VECTOR_METADATA
 
     def __init__(
         self,
@@ -36,61 +34,41 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         """Make the worlds; `reset` starts their episodes.
 
         `max_episode_steps`, which `gymnasium.make_vec` hands on, ends episodes that `max_cycles`
-        or the scenario's time would let go on, as a TimeLimit does; -1 stands for none.
+        or the scenario's time would let go on, as a TimeLimit does; -1 is none.
         """
         self._mode = _autoreset_mode(autoreset_mode)
         self.num_envs = _count("num_envs", num_envs)
-        self._core = core = JointEnvCore(self.num_envs, self.single_learner, options)
+        self._make(self.num_envs, options)
         if max_episode_steps not in (None, -1):
-            core.env.max_cycles = min(
-                core.env.max_cycles, _count("max_episode_steps", max_episode_steps)
-            )
-        self.render_mode = core.render_mode
-        self.metadata = {
-            **self.metadata,
-            "render_modes": render_modes(self.scenario),
-            "autoreset_mode": self._mode,
-        }
-        self.max_cycles = core.env.max_cycles
-        self.observation_layout = core.env.observation_layout
-        self.action_layout = core.env.action_layout
-        self.single_observation_space = core.observation_space
-        self.single_action_space = core.action_space
-        self.observation_space = batch_space(core.observation_space, self.num_envs)
-        self.action_space = batch_space(core.action_space, self.num_envs)
-
-    @property
-    def world(self) -> World:
-        """The worlds of the robots: their records are the truth."""
-        return self._core.env.world
-
-    @property
-    def scenario(self) -> Any:  # noqa: ANN401 of any task
-        """The scenario of the first world's episode."""
-        return self.world.scenario
+            longest = _count("max_episode_steps", max_episode_steps)
+            self.max_cycles = self.array_env.max_cycles = min(self.max_cycles, longest)
+        self.metadata = {**self.metadata, "autoreset_mode": self._mode}
+        self.single_observation_space = self._joint_observations
+        self.single_action_space = self._joint_actions
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
 
     def reset(
-        self, *, seed: Seeds = None, options: dict[str, Any] | None = None
-    ) -> tuple[Float32[Array, "worlds numbers"], dict[str, Any]]:
-        """Start every world anew; a seed fixes its episode and all that follow without one.
+        self, *, seed: Seeds = None, options: dict[str, object] | None = None
+    ) -> tuple[Float32[Array, "worlds numbers"], dict[str, object]]:
+        """Reset every world; a seed fixes its episode and all that follow without one.
 
         With the autoreset mode DISABLED `options["reset_mask"]` chooses some of them; the other
         options are numbers of the scenario for these episodes.
         """
-        given = dict(checked_options(options))
-        chosen = self._chosen(given.pop("reset_mask", None))
+        numbers = dict(checked_options(options))
+        chosen = self._chosen(numbers.pop("reset_mask", None))
         seeds = checked_seeds(seed, self.num_envs)
-        return self._core.reset([seeds[w] for w in chosen], given, chosen), self._infos()
+        return self._begin([seeds[w] for w in chosen], numbers, chosen), self._infos()
 
     def step(
-        self,
-        actions: Any,  # noqa: ANN401 whatever was passed
+        self, actions: object
     ) -> tuple[
         Float32[Array, "worlds numbers"],
         Float64[Array, " worlds"],
         Bool[Array, " worlds"],
         Bool[Array, " worlds"],
-        dict[str, Any],
+        dict[str, object],
     ]:
         """One decision period; a refused action leaves everything as it was.
 
@@ -99,77 +77,61 @@ class _SwarmVectorEnv(VectorEnv[Any, Any, Any]):
         `final_info`; DISABLED wants a call of reset().
         """
         never = np.zeros(self.num_envs, np.bool_)
-        if self._core.over and self._mode is AutoresetMode.NEXT_STEP:
+        if self._is_over and self._mode is AutoresetMode.NEXT_STEP:
             observations, infos = self.reset()
             return observations, np.zeros(self.num_envs), never, never.copy(), infos
-        observations, rewards, truncated = self._core.step(actions)
-        infos, over = self._infos(), self._core.over
+        observations, rewards, truncated = self._advance(actions)
+        infos, over = self._infos(), self._is_over
         if over and self._mode is AutoresetMode.SAME_STEP:
             last = {"final_obs": _unbatched(observations), "final_info": infos}
             observations, infos = self.reset()
             infos |= self._masked(last)
-        return observations, self._core.joint(rewards), never, truncated, infos
+        return observations, self._joint(rewards), never, truncated, infos
 
     @property  # type: ignore[misc]
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
         """The generator of each world's seeds, as of single environments side by side."""
-        return tuple(self._core.env.episodes.generators)
+        return tuple(self.array_env.episodes.generators)
 
     @property
     def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
-        """The seed of each of them."""
         sequences: list[Any] = [each.bit_generator.seed_seq for each in self.np_random]
         return tuple(each.entropy for each in sequences)
-
-    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
-        """All that the next steps depend on: to be restored any number of times, and pickled."""
-        return self._core.snapshot()
-
-    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
-        """Go on as when the snapshot was taken, bit for bit.
-
-        ConfigError if it is of an environment of other options.
-        """
-        self._core.restore(snapshot)
 
     def render(self) -> Any:  # noqa: ANN401 as Gymnasium has it
         """A frame of each world, as rows of red, green and blue.
 
         ConfigError where no `render_mode` was given.
         """
-        return tuple(self._core.render())
+        return tuple(self._frames())
 
-    def _repr_html_(self) -> str:
-        """A picture of this moment and a table, for notebooks."""
-        return self._core.html(type(self).__name__)
-
-    def close_extras(self, **kwargs: Any) -> None:  # noqa: ANN401 as Gymnasium has it
+    def close_extras(self, **kwargs: object) -> None:
         """Close the window, if there is one."""
-        self._core.close()
+        self._screen.close()
 
-    def _chosen(self, mask: Any) -> list[int]:  # noqa: ANN401 whatever was passed
+    def _chosen(self, mask: object) -> list[int]:
         """The worlds of a mask; ConfigError for one that does not fit."""
         if mask is None:
             return list(range(self.num_envs))
-        found = np.asarray(mask)
-        if found.dtype != np.bool_ or found.shape != (self.num_envs,):
+        chosen = np.asarray(mask)
+        if chosen.dtype != np.bool_ or chosen.shape != (self.num_envs,):
             raise ConfigError(
                 f"options['reset_mask']={mask!r}: must be a mask of {self.num_envs} worlds"
             )
-        if self._mode is not AutoresetMode.DISABLED and not found.all():
+        if self._mode is not AutoresetMode.DISABLED and not chosen.all():
             raise ConfigError(
                 "options['reset_mask']: worlds that reset by themselves keep in step; take"
                 " autoreset_mode='Disabled', or reset all of them"
             )
-        return np.flatnonzero(found).tolist()
+        return np.flatnonzero(chosen).tolist()
 
-    def _infos(self) -> dict[str, Any]:
-        return self._masked(self._core.infos())
+    def _infos(self) -> dict[str, object]:
+        return self._masked(self._joint_infos())
 
-    def _masked(self, infos: dict[str, Any]) -> dict[str, Any]:
+    def _masked(self, infos: Mapping[str, object]) -> dict[str, object]:
         """Infos and, as Gymnasium wants, who has each of them: every world."""
         has = {f"_{name}": np.ones(self.num_envs, np.bool_) for name in infos}
-        return infos | has
+        return {**infos, **has}
 
 
 class LearnerVectorEnv(_SwarmVectorEnv):
@@ -182,7 +144,7 @@ class JointVectorEnv(_SwarmVectorEnv):
     """`JointEnv` side by side: in each world one learner steers all robots."""
 
 
-def _count(name: str, value: Any) -> int:  # noqa: ANN401 whatever was passed
+def _count(name: str, value: object) -> int:
     if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1:
         return int(value)
     raise ConfigError(f"{name}={value!r}: must be a whole number, at least 1")
@@ -197,7 +159,6 @@ def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
 
 
 def _unbatched(observations: Float32[Array, "worlds numbers"]) -> Array:
-    """One object for each world, as Gymnasium keeps final observations."""
     each = np.empty(len(observations), object)
     each[:] = list(observations)
     return each

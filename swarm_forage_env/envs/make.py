@@ -2,34 +2,32 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from swarm_forage_env.controllers import Controllers, find_controllers
 from swarm_forage_env.envs.config import EnvConfig, chosen_robots
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.mixed import members_of, with_members
-from swarm_forage_env.parameters import leaves, resolve, validated
-from swarm_forage_env.scenarios import find_scenario
+from swarm_forage_env.parameters import BaseScenario, leaves, resolve, validated
+from swarm_forage_env.scenarios import ScenarioSource, find_scenario
 from swarm_forage_env.task import Task, task_of
 
 
 @dataclass(frozen=True)
-class Parts:
+class EnvParts:
     """What an environment is made of."""
 
-    scenario: Any
+    scenario: BaseScenario
     config: EnvConfig
     controller: Controller
     task: Task
 
 
 def checked_parts(
-    scenario: Any,  # noqa: ANN401 a name, a file or a scenario of any task
-    controller: Controllers | None,
-    options: Mapping[str, Any],
-) -> Parts:
-    """What the keywords of `parallel_env` stand for.
+    scenario: ScenarioSource, controller: Controllers | None, options: Mapping[str, object]
+) -> EnvParts:
+    """The parts that the keywords of `parallel_env` name.
 
     `options` are the fields of `EnvConfig` and changes of single numbers of the scenario.
     UnknownNameError or ConfigError for what cannot be used.
@@ -53,20 +51,21 @@ def checked_parts(
     if config.decision_period is None:
         usual = min(task.policies[config.learn].decision_period, chosen.n_ticks)
         config = config.model_copy(update={"decision_period": usual})
-    return Parts(chosen, config, found, task)
+    return EnvParts(chosen, config, found, task)
 
 
 def _check_learns(config: EnvConfig, task: Task) -> None:
-    """ConfigError or UnknownNameError for what cannot be learned so in a task."""
     if config.learn not in task.policies:
         raise UnknownNameError("layer to learn", config.learn, task.policies)
-    if config.residual:
-        _check_residual(config, task)
+    if config.residual and not task.residuals:
+        raise ConfigError(f"residual=True: cannot be had in the task {task.name}; leave it out")
+    if config.residual and config.learn not in task.residuals:
+        raise UnknownNameError("layer to learn as a residual", config.learn, task.residuals)
     if config.step_on == "exchange":
         _check_exchanges(config)
 
 
-def _check_shaping(weight: float, scenario: Any, task: Task) -> None:  # noqa: ANN401 of that task
+def _check_shaping(weight: float, scenario: BaseScenario, task: Task) -> None:
     """ConfigError for a weight of the potential under which a round trip would cost something."""
     most, why = 0.0, f"the task {task.name} has no potential"
     if task.potential is not None:
@@ -76,10 +75,7 @@ def _check_shaping(weight: float, scenario: Any, task: Task) -> None:  # noqa: A
 
 
 def _beside_everything(
-    controller: Controller,
-    is_given: bool,
-    config: EnvConfig,
-    scenario: Any,  # noqa: ANN401 of any task
+    controller: Controller, is_given: bool, config: EnvConfig, scenario: BaseScenario
 ) -> Controller:
     """What runs the swarm where some robots learn everything: the given controller all others."""
     task, n_robots = task_of(scenario), scenario.task.n_robots
@@ -98,11 +94,8 @@ def _beside_everything(
 
 
 def _check_leaves_a_layer(
-    controller: Controller,
-    config: EnvConfig,
-    scenario: Any,  # noqa: ANN401 of any task
+    controller: Controller, config: EnvConfig, scenario: BaseScenario
 ) -> None:
-    """ConfigError if a policy of everything drives a robot that learns."""
     n_robots = scenario.task.n_robots
     members = members_of(controller, n_robots)
     for robot in chosen_robots(config.learners, task_of(scenario).agents(n_robots)):
@@ -114,31 +107,22 @@ def _check_leaves_a_layer(
             )
 
 
-def _overridden(scenario: Any, overrides: Mapping[str, Any]) -> Any:  # noqa: ANN401 as above
-    """The scenario with its overrides; a misspelt keyword is told from a misspelt parameter."""
+def _overridden(scenario: ScenarioSource, overrides: Mapping[str, object]) -> BaseScenario:
+    """The scenario with its overrides; UnknownNameError for what is no keyword and no number."""
     chosen = find_scenario(scenario)
     keywords = (*EnvConfig.model_fields, "controller", "render_mode")
     known = {**leaves(chosen.model_dump()), **dict.fromkeys(keywords)}
     for name in overrides:
         resolve(name, known, "keyword or scenario parameter")
-    return find_scenario(chosen, overrides)
+    changed: BaseScenario = find_scenario(chosen, overrides)
+    return changed
 
 
 def _refuse(controller: Controller, why: str) -> NoReturn:
-    """A ConfigError that names the controller."""
     raise ConfigError(f"controller '{getattr(controller, 'name', controller)}': {why}")
 
 
-def _check_residual(config: EnvConfig, task: Task) -> None:
-    """ConfigError where there is no motion to add a policy's to."""
-    if not task.residuals:
-        raise ConfigError(f"residual=True: cannot be had in the task {task.name}; leave it out")
-    if config.learn not in task.residuals:
-        raise UnknownNameError("layer to learn as a residual", config.learn, task.residuals)
-
-
 def _check_exchanges(config: EnvConfig) -> None:
-    """ConfigError where a step cannot end with an exchange."""
     if config.learn != "weighting":
         raise ConfigError("step_on='exchange': only learn='weighting' acts in exchanges alone")
     if config.decision_period not in (None, 1):

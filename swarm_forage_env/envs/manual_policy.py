@@ -31,7 +31,6 @@ class ManualPolicy:
     """
 
     def __init__(self, env: Any, agent_id: int = 0) -> None:  # noqa: ANN401 of either API, wrapped
-        """Drive the learner of this number. ConfigError where there is no window, or no wheel."""
         bare = env.unwrapped
         if bare.window is None:
             raise ConfigError("manual control: make the environment with render_mode='human'")
@@ -48,7 +47,7 @@ class ManualPolicy:
         self._window, self._names = bare.window, names
         self._window.drive(int(self.agent.rpartition("_")[2]))
 
-    def __call__(self, observation: Any, agent: str) -> Float32[Array, "2"]:  # noqa: ANN401 unused, as PettingZoo calls it
+    def __call__(self, observation: object, agent: str) -> Float32[Array, "2"]:
         """The action of the keys held now; UnknownNameError for another agent."""
         if agent != self.agent:
             raise UnknownNameError("agent driven by hand", agent, [self.agent])

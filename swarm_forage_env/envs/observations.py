@@ -14,12 +14,13 @@ from the records of a block of worlds:
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from swarm_forage_env.arrays import Array, Bool, Float32, Float64, Int8, Int64
+from swarm_forage_env.arrays import Array, Float32, Float64, Int8, Int64
 from swarm_forage_env.compiler import bind_row, entry_point
+from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.envs.decision_kernels import (
     Scaling,
     add_feature,
@@ -31,69 +32,64 @@ from swarm_forage_env.envs.extra_observations import (
     OBSERVATIONS,
     Observation,
     ObservationContext,
-    PreviousAction,
     RowObservation,
+    previous_action,
 )
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Kernel
 from swarm_forage_env.observed_fields import FieldLayout
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.policy_interface import PolicyInterface
 from swarm_forage_env.random_streams import hash_of
 from swarm_forage_env.spaces import Feature, Layout
 from swarm_forage_env.ticks import BEGINS, STANDS
-from swarm_forage_env.worlds_on_cpu import Place
+from swarm_forage_env.worlds_on_cpu import PlacedArray, WorldsOnCpu
 
 LAYER = "layer"
 """The name of what the learned layer is shown."""
 
-
 PREVIOUS = "previous_action"
+
+Place = WorldsOnCpu | DeviceLoop
+"""Worlds where they run."""
 
 Addition = Observation | RowObservation
 """What is observed beside the layer: by name, or a class of the user's own."""
 
 
-def added(observation: Any, policy: PolicyInterface) -> tuple[bool, list[Addition]]:  # noqa: ANN401 names and classes
+def added(observation: object, policy: PolicyInterface) -> tuple[bool, list[Addition]]:
     """Whether what the layer sees is shown, and what is shown beside it.
 
     ConfigError or UnknownNameError for what is no observation.
     """
-    given = list(observation) if isinstance(observation, list | tuple) else [observation]
-    if not given:
+    wanted = list(observation) if isinstance(observation, list | tuple) else [observation]
+    if not wanted:
         raise ConfigError("observation=[]: must name something; leave it out for the layer's own")
-    found: list[Addition] = []
-    for each in given:
-        if each == PREVIOUS:
-            found.append(PreviousAction(policy.action))
-        elif isinstance(each, str) and each != LAYER:
-            found.append(OBSERVATIONS[each]())
+    additions: list[Addition] = []
+    for each in wanted:
+        if not isinstance(each, str):
+            additions.append(_own(each))
+        elif each == PREVIOUS:
+            additions.append(previous_action(policy.action))
         elif each != LAYER:
-            found.append(_own(each))
-    return LAYER in [each for each in given if isinstance(each, str)], found
+            additions.append(OBSERVATIONS[each])
+    return LAYER in [each for each in wanted if isinstance(each, str)], additions
 
 
-def _own(given: Any) -> Observation:  # noqa: ANN401 whatever was passed
-    """An observation of the user's own, made if it is a class; ConfigError for anything else."""
-    made = given() if isinstance(given, type) else given
+def _own(observation: object) -> Observation:
+    made = observation() if isinstance(observation, type) else observation
     if not (hasattr(made, "features") and hasattr(made, "write")):
         raise ConfigError(
-            f"observation={given!r}: must be '{LAYER}', '{PREVIOUS}', a name of"
+            f"observation={observation!r}: must be '{LAYER}', '{PREVIOUS}', a name of"
             f" {', '.join(OBSERVATIONS)}, or a class with `features` and `write`"
         )
-    found: Observation = made
-    return found
+    return cast(Observation, made)
 
 
 def normalised(layout: Layout) -> Layout:
     """The same features as shares of their typical sizes, within [-1, 1]."""
     return Layout(
-        Feature(
-            each.name,
-            _unit_of(each),
-            -1.0 if each.low < 0.0 else 0.0,
-            1.0,
-            each.noise,
-        )
+        Feature(each.name, _unit_of(each), -1.0 if each.low < 0.0 else 0.0, 1.0, each.noise)
         for each in layout
     )
 
@@ -113,7 +109,6 @@ class Normaliser:
     """
 
     def __init__(self, layout: Layout) -> None:
-        """Numbers of this layout; ConfigError for one of no typical size."""
         for each in layout:
             if each.scale is None and not 0.0 < each.bound < np.inf:
                 raise ConfigError(
@@ -126,7 +121,7 @@ class Normaliser:
         self.squashes = np.array([each.scale is not None for each in layout])
 
     def __call__(self, numbers: Float32[Array, "*any numbers"]) -> None:
-        """In place."""
+        """Normalise numbers in place."""
         normalise_rows(numbers.reshape(-1, len(self.bound)), self.bound, self.squashes)
 
 
@@ -142,29 +137,18 @@ def normalise_rows(
 class Observer:
     """What a policy observes: the layout of its numbers, and what writes them."""
 
-    layout: Layout
-    """What each number is."""
-
-    parts: list[Addition]
-    """What is observed beside the layer."""
-
-    spans: list[tuple[int, int]]
-    """Where the numbers of each of these stand: first and last + 1."""
-
-    shown: FieldLayout
-    """What is observed of what the layer sees: all, or nothing."""
-
     def __init__(
         self,
         policy: PolicyInterface,
-        observation: Any,  # noqa: ANN401 names and classes
+        observation: object,
         shown: FieldLayout,
-        scenario: Any,  # noqa: ANN401 of any task
+        scenario: BaseScenario,
         agents: Sequence[str],
         normalise: bool,
     ) -> None:
-        """What the layer is `shown`, if it is, and what is asked for beside it."""
+        """`shown` is what the layer sees, `observation` what a policy observes of it and beside."""
         has_layer, self.parts = added(observation, policy)
+        """Whether what the layer sees is observed; and what is observed beside it."""
         self.shown = shown if has_layer else FieldLayout((), (), shown.sizes)
         layout: Layout = self.shown
         self._direction, has_walk = -1, bool(policy.walk) and shown.paths[-1:] == policy.walk
@@ -174,7 +158,8 @@ class Observer:
             if not has_walk:
                 layout = Layout((*layout, *_directions(policy.target)))
         self._direction_to = len(layout) - 2
-        self.spans = []
+        self.spans: list[tuple[int, int]] = []
+        """Where the numbers of each of the parts stand: first and last + 1."""
         for part in self.parts:
             features = part.features(scenario, agents)
             self.spans.append((len(layout), len(layout) + len(features)))
@@ -182,6 +167,7 @@ class Observer:
         _check_names(layout)
         self._normalise = Normaliser(layout) if normalise else None
         self.layout = normalised(layout) if normalise else layout
+        """What each number is."""
 
     @property
     def scaling(self) -> Scaling:
@@ -198,7 +184,6 @@ class Observing:
     def __init__(
         self, observer: Observer, place: Place, robots: Int64[Array, " learners"], stack: int
     ) -> None:
-        """Of the robots of these numbers in every world; the last `stack` observations together."""
         self._observer, self._place, memory = observer, place, place.memory
         self._shape = place.arrays["robots"].shape
         rows = self._shape[0], len(robots)
@@ -210,17 +195,15 @@ class Observing:
         *where, bound, squashes = observer.scaling
         self._scaling = *where, memory.to_device(bound), memory.to_device(squashes)
         self._fields = place.fields(observer.shown)
-        self._numpy = [
-            (part, span)
-            for part, span in zip(observer.parts, observer.spans, strict=True)
-            if not isinstance(part, RowObservation)
-        ]
+        self._numpy: list[tuple[Observation, tuple[int, int]]] = []
         add: Kernel = add_nothing
         spans: list[tuple[int, int]] = []
         for part, span in zip(observer.parts, observer.spans, strict=True):
             if isinstance(part, RowObservation):
                 parts = {"features_before": add, "write_feature": part.write_row}
                 add, spans = bind_row(add_feature, parts), [*spans, span]
+            else:
+                self._numpy.append((part, span))
         self._spans = memory.to_device(np.array(spans, np.int64).reshape(-1, 2))
         self._none = memory.to_device(np.zeros(rows[0]))
         self._streams = np.zeros(self._shape if self._numpy else (0, 0), np.uint64)
@@ -228,10 +211,10 @@ class Observing:
 
     def __call__(
         self,
-        raw: Any,  # noqa: ANN401 an array of the place
-        modes: Any,  # noqa: ANN401 as above
+        raw: PlacedArray,
+        modes: PlacedArray,
         time_left: Callable[[], Float64[Array, " worlds"]],
-    ) -> Any:  # noqa: ANN401 as above
+    ) -> Any:  # noqa: ANN401 an array of NumPy, or of a GPU
         """What every robot observes after these actions, as the layers took them.
 
         Of a world that BEGINS the action is forgotten, and its frames are the first observation;
@@ -246,9 +229,7 @@ class Observing:
             share = time_left()
             left = memory.to_device(share)
             if self._numpy:
-                self._begin_streams(modes == BEGINS)
-            for part, span in self._numpy:
-                self._add(part, span, share, raw, modes, seen)
+                self._add_all(share, cast(Array, raw), cast(Array, modes), cast(Array, seen))
         beside = self._spans, left, raw
         rows = seen, self._kept, out
         self._observe(self._fields, self._learners, self._scaling, beside, modes, rows)
@@ -268,26 +249,20 @@ class Observing:
         frames, self._streams[...] = kept
         self._place.memory.write(self._kept, frames)
 
-    def _begin_streams(self, begins: Bool[Array, " worlds"]) -> None:
-        """Derive the streams of new episodes from those of the robots, which follow the seed."""
-        words = self._place.arrays["robots"]["streams"][begins, :, 0]
-        self._streams[begins] = words ^ hash_of("observation")
-
-    def _add(
+    def _add_all(
         self,
-        part: Observation,
-        span: tuple[int, int],
         share: Float64[Array, " worlds"],
         raw: Float32[Array, "worlds learners numbers"],
         modes: Int8[Array, " worlds"],
         seen: Float32[Array, "worlds learners numbers"],
     ) -> None:
-        """Write what a class of the user's own observes; ConfigError for what is not finite."""
-        raw[modes == BEGINS] = 0.0
+        """Write what the classes of the user's own observe; ConfigError for what is not finite."""
+        at, begins = self._place.arrays, modes == BEGINS
+        # the streams of new episodes derive from those of the robots, which follow the seed
+        self._streams[begins] = at["robots"]["streams"][begins, :, 0] ^ hash_of("observation")
+        raw[begins] = 0.0
         actions = np.zeros((*self._shape, raw.shape[2]), np.float32)
         actions[:, self._robots] = raw
-        out = np.empty((*self._shape, span[1] - span[0]), np.float32)
-        at = self._place.arrays
         context = ObservationContext(
             robots=at["robots"],
             worlds=at["worlds"],
@@ -297,9 +272,11 @@ class Observing:
             streams=self._streams,
             is_observed=modes != STANDS,
         )
-        part.write(context, out)
-        seen[:, :, slice(*span)] = own = out[:, self._robots]
-        _check_finite(own, self._observer.layout[slice(*span)])
+        for part, (first, last) in self._numpy:
+            out = np.empty((*self._shape, last - first), np.float32)
+            part.write(context, out)
+            seen[:, :, first:last] = own = out[:, self._robots]
+            _check_finite(own, self._observer.layout[first:last])
 
 
 def stacked(layout: Layout, n: int) -> Layout:
@@ -319,7 +296,6 @@ def _directions(target: str) -> list[Feature]:
 
 
 def _check_names(layout: Layout) -> None:
-    """ConfigError if there is nothing to observe, or two numbers have one name."""
     names = layout.names
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice or not names:

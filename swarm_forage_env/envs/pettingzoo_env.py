@@ -1,7 +1,7 @@
 """The environment as PettingZoo wants it: `parallel_env`, `raw_env`, `env`."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium.error import ResetNeeded
@@ -12,19 +12,21 @@ from pettingzoo.utils import ClipOutOfBoundsWrapper, OrderEnforcingWrapper, para
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import parts_of
-from swarm_forage_env.envs.notebook import title_of
-from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes
+from swarm_forage_env.envs.render import Frame, ShownEnv
 from swarm_forage_env.errors import UnknownNameError, shown
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.rendering.viewer import RENDER_MODES, check_render_mode
-from swarm_forage_env.task import World
+from swarm_forage_env.scenarios import ScenarioSource
+
+if TYPE_CHECKING:
+    from swarm_forage_env.rendering.window import Window
 
 Observations = dict[str, Float32[Array, " numbers"]]
 Infos = dict[str, dict[str, float]]
 
 
-METADATA: dict[str, Any] = {
+METADATA: dict[str, object] = {
     "name": "swarm_forage_v2",
     "render_modes": list(RENDER_MODES),
     "is_parallelizable": True,
@@ -33,7 +35,7 @@ METADATA: dict[str, Any] = {
 """Of the class; an environment says which render modes its scenario has."""
 
 
-class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo's name
+class parallel_env(ShownEnv, ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo's name
     """Foraging e-pucks, or robots that visit waypoints, of which a policy is one layer, or all.
 
     `learn` cuts the control loop: "weighting", "motion", "both" or "everything". The rest is
@@ -57,27 +59,21 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
     number is: print them. All keywords: the fields of `swarm_forage_env.envs.config.EnvConfig`.
     """
 
-    metadata: dict[str, Any] = METADATA
+    metadata: dict[str, object] = METADATA
 
     def __init__(
         self,
-        scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
+        scenario: ScenarioSource = "es1",
         learn: str = "motion",
         controller: str | Controller | None = None,
         render_mode: str | None = None,
         **options: Any,  # noqa: ANN401 fields of EnvConfig, or numbers of the scenario
     ) -> None:
-        """Make the environment; `reset` starts an episode."""
         check_render_mode(render_mode)
-        self.render_mode = render_mode
-        self.array_env = env = ArrayEnv(scenario, 1, controller, learn=learn, **options)
-        self._screen = EnvRenderer(env, render_mode, title_of(controller, env))
-        self.metadata = {**self.metadata, "render_modes": render_modes(self.scenario)}
-        self.max_cycles = env.max_cycles
+        env = ArrayEnv(scenario, 1, controller, learn=learn, **options)
+        self._show(env, render_mode, controller)
         self.possible_agents = env.learners
         self.agents: list[str] = []
-        self.observation_layout = env.observation_layout
-        self.action_layout = env.action_layout
         self.state_layout = env.state_layout
         self.state_space = env.state_space
         self.observation_spaces = dict.fromkeys(env.learners, env.observation_space)
@@ -86,22 +82,12 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         self._cycles: int | None = None
 
     @property
-    def world(self) -> World:
-        """The world of the robots: its records are the truth."""
-        return self.array_env.world
-
-    @property
-    def scenario(self) -> Any:  # noqa: ANN401 of any task
-        """The scenario of the episode."""
-        return self.world.scenario
-
-    @property
     def np_random(self) -> np.random.Generator:
         """The generator of the seeds of episodes for which none is given."""
         return self.array_env.episodes.generators[0]
 
     def reset(
-        self, seed: int | None = None, options: Mapping[str, Any] | None = None
+        self, seed: int | None = None, options: Mapping[str, object] | None = None
     ) -> tuple[Observations, Infos]:
         """Start an episode; a seed fixes it and all that follow without one."""
         seeds = None if seed is None else [checked_seed(seed)]
@@ -112,15 +98,15 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         return dict(zip(self.agents, observations, strict=True)), self._infos()
 
     def step(
-        self, actions: Mapping[str, Any]
+        self, actions: Mapping[str, object]
     ) -> tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos]:
         """One decision period; a refused action leaves everything as it was."""
         cycles = self._started()
         if not self.agents:
             raise ResetNeeded(f"step after the end, at {cycles} cycles: call reset() first")
         env = self.array_env
-        found = env.advance(env.actions.matrix(actions))
-        (observations,), (rewards,), _, (is_over,), self._infos_of_step = found
+        step = env.advance(env.actions.matrix(actions))
+        (observations,), (rewards,), _, (is_over,), self._infos_of_step = step
         self._cycles = cycles + 1
         agents, over = self.agents, bool(is_over) or self._cycles >= self.max_cycles
         if over:
@@ -139,11 +125,11 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         self._started()
         return np.asarray(self.array_env.state()[0])
 
-    def snapshot(self) -> Any:  # noqa: ANN401 for `restore` alone
+    def snapshot(self) -> object:
         """All that the next steps depend on: to be restored any number of times, and pickled."""
         return self.array_env.snapshot(), list(self.agents), self._cycles
 
-    def restore(self, snapshot: Any) -> None:  # noqa: ANN401 of `snapshot`
+    def restore(self, snapshot: object) -> None:
         """Go on as when the snapshot was taken, bit for bit.
 
         ConfigError if it is of an environment of other options.
@@ -170,25 +156,14 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         return self._screen.draw()[0]
 
     @property
-    def window(self) -> Any:  # noqa: ANN401 a Window, which only pygame can make
+    def window(self) -> "Window | None":
         """The window under `render_mode="human"`, else None; `ManualPolicy` asks it for keys."""
         return self._screen.window
 
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        self._screen.close()
-
-    def _repr_html_(self) -> str:
-        """A picture of this moment and a table, for notebooks."""
-        return self._screen.html(type(self).__name__)
-
-    def _space_of(self, agent: object, spaces: Mapping[str, Any]) -> Space[Any]:
-        if not isinstance(agent, str):
-            raise UnknownNameError("agent", shown(agent), spaces)
-        if agent not in spaces:
-            raise UnknownNameError("agent", agent, spaces)
-        found: Space[Any] = spaces[agent]
-        return found
+    def _space_of(self, agent: object, spaces: Mapping[str, Space[Any]]) -> Space[Any]:
+        if isinstance(agent, str) and agent in spaces:
+            return spaces[agent]
+        raise UnknownNameError("agent", agent if isinstance(agent, str) else shown(agent), spaces)
 
     def _infos(self) -> Infos:
         env, step = self.array_env, self._infos_of_step
@@ -208,11 +183,11 @@ class parallel_env(ParallelEnv):  # type: ignore[misc]  # noqa: N801 PettingZoo'
         return self._cycles
 
 
-def raw_env(scenario: Any = "es1", **options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
+def raw_env(scenario: ScenarioSource = "es1", **options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
     """The environment with agents acting in turn, as bare as `parallel_env`."""
     return parallel_to_aec(parallel_env(scenario, **options))
 
 
-def env(scenario: Any = "es1", **options: Any) -> AECEnv:  # noqa: ANN401
+def env(scenario: ScenarioSource = "es1", **options: Any) -> AECEnv:  # noqa: ANN401 as parallel_env
     """The environment with agents acting in turn: actions clipped, order of calls checked."""
     return OrderEnforcingWrapper(ClipOutOfBoundsWrapper(raw_env(scenario, **options)))

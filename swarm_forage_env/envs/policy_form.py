@@ -10,22 +10,22 @@ from gymnasium.spaces import Box, Discrete
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.actions import ActionForm, Actions
 from swarm_forage_env.envs.config import EnvConfig, n_steps
-from swarm_forage_env.envs.observations import Observer, Observing, stacked
+from swarm_forage_env.envs.observations import Observer, Observing, Place, stacked
 from swarm_forage_env.errors import UnknownNameError
 from swarm_forage_env.interface import REPLACE
 from swarm_forage_env.observed_fields import FieldLayout
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.spaces import Layout, widest
 from swarm_forage_env.task import task_of
-from swarm_forage_env.worlds_on_cpu import Place
 
 BOUND = re.compile(r"of [-+.e0-9]+ ")
-"""Start of the unit of a number that is divided by its bound, which goes by the scenario."""
+"""Start of the unit of a number that is divided by its bound, which depends on the scenario."""
 
 
 class PolicyForm:
     """What a policy observes of a robot and gives for it, under the keywords of an environment."""
 
-    def __init__(self, scenarios: Sequence[Any], config: EnvConfig) -> None:
+    def __init__(self, scenarios: Sequence[BaseScenario], config: EnvConfig) -> None:
         """The form in the first of these scenarios; bounds hold in all of them.
 
         ConfigError or UnknownNameError for keywords that the scenario's task does not have.
@@ -51,7 +51,7 @@ class PolicyForm:
         self.layout: Layout = stacked(self.observer.layout, config.stack)
         self.observation_space: Box = self.layout.box()
         self.action = ActionForm(self.task, policy, config)
-        self.action_space: Box | Discrete[Any] = self.action.space
+        self.action_space: Box | Discrete[np.int64] = self.action.space
 
     def hand_over(self, action: Array, own: Mapping[str, Any]) -> None:
         """Mark the layers that it replaces as a learner's, of some robots for each layer."""

@@ -3,6 +3,7 @@
 Nothing of the world is imported for it: entry points are text, and read by `make`.
 """
 
+from itertools import product
 from typing import Any
 
 import gymnasium
@@ -34,32 +35,25 @@ VERSIONS = (2, 1)
 """The versions that have ids, the newest first; an older one stays for a release."""
 
 
+KINDS = {"": "Learner", "-Joint": "Joint", "-Tuple": "Tuple"}
+"""What follows a name in an id of Gymnasium, and with what the name of the class begins."""
+
+
 def register_with_gymnasium() -> None:
     """Enter for each scenario `SwarmForage/<Name>-v2`, `<Name>-Joint-v2`, `<Name>-Tuple-v2`.
 
     And the same of version 1.
     """
-    for version in VERSIONS:
-        for scenario, name in NAMES.items():
-            kwargs = {"scenario": scenario, **keywords_of(version, scenario)}
-            gymnasium.register(
-                f"SwarmForage/{name}-v{version}",
-                f"{ENVS}.gymnasium_env:LearnerEnv",
-                vector_entry_point=f"{ENVS}.gymnasium_vector:LearnerVectorEnv",
-                kwargs=kwargs,
-            )
-            gymnasium.register(
-                f"SwarmForage/{name}-Joint-v{version}",
-                f"{ENVS}.gymnasium_env:JointEnv",
-                vector_entry_point=f"{ENVS}.gymnasium_vector:JointVectorEnv",
-                kwargs=kwargs,
-            )
-            gymnasium.register(
-                f"SwarmForage/{name}-Tuple-v{version}",
-                f"{ENVS}.gymnasium_env:TupleEnv",
-                disable_env_checker=True,  # it warns of rewards that are a list
-                kwargs=kwargs,
-            )
+    for (scenario, name), version, (kind, cls) in product(NAMES.items(), VERSIONS, KINDS.items()):
+        is_tuple = cls == "Tuple"
+        vector = None if is_tuple else f"{ENVS}.gymnasium_vector:{cls}VectorEnv"
+        gymnasium.register(
+            f"SwarmForage/{name}{kind}-v{version}",
+            f"{ENVS}.gymnasium_env:{cls}Env",
+            vector_entry_point=vector,
+            disable_env_checker=is_tuple,  # it warns of rewards that are a list
+            kwargs={"scenario": scenario, **keywords_of(version, scenario)},
+        )
 
 
 def register_with_pettingzoo() -> None:

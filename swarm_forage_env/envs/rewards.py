@@ -8,9 +8,10 @@ robots before and after it and with its events, all of shape (worlds, robots):
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import inlined
@@ -47,8 +48,7 @@ def shaping(before: float, after: float, discount: float, weight: float) -> floa
 class OwnReward:
     """A reward of the user's own: what every robot earned in a tick."""
 
-    def __init__(self, world: World, task: Task, reward: Any) -> None:  # noqa: ANN401 whatever was given
-        """ConfigError if it cannot be called, or if the task tells no events."""
+    def __init__(self, world: World, task: Task, reward: object) -> None:
         self._world, self._task, self._reward = world, task, _callable(reward, task)
         assert task.events is not None
         self._events = task.events.array(world.robots.shape)
@@ -66,8 +66,7 @@ class OwnReward:
         return _checked(rewards, self._world.robots.shape)
 
 
-def _callable(reward: Any, task: Task) -> Callable[[Array, Array, Array], Any]:  # noqa: ANN401
-    """A reward of the user's own; ConfigError or UnknownNameError if it cannot be called."""
+def _callable(reward: object, task: Task) -> Callable[[Array, Array, Array], object]:
     if not callable(reward):
         known = ", ".join(f"'{name}'" for name in REWARDS)
         raise ConfigError(
@@ -76,16 +75,14 @@ def _callable(reward: Any, task: Task) -> Callable[[Array, Array, Array], Any]: 
         )
     if task.events is None:
         raise ConfigError(f"reward={reward!r}: the task {task.name} tells no events; take a name")
-    found: Callable[[Array, Array, Array], Any] = reward
-    return found
+    return reward
 
 
-def _checked(found: Any, shape: tuple[int, ...]) -> Float64[Array, "worlds robots"]:  # noqa: ANN401
-    """A number for each robot; ConfigError for anything else."""
+def _checked(rewards: object, shape: tuple[int, ...]) -> Float64[Array, "worlds robots"]:
     try:
-        earned = np.asarray(found, np.float64)
+        earned = np.asarray(cast(ArrayLike, rewards), np.float64)
     except (TypeError, ValueError):
-        raise ConfigError(f"reward: gave {found!r}, must be numbers of shape {shape}") from None
+        raise ConfigError(f"reward: gave {rewards!r}, must be numbers of shape {shape}") from None
     if earned.shape != shape:
         raise ConfigError(f"reward: gave shape {earned.shape}, must be {shape}, worlds by robots")
     if not np.isfinite(earned).all():

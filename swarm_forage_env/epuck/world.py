@@ -49,6 +49,7 @@ class EpuckWorld(World):
     A world in a block goes through the same states as the same world alone, bit for bit.
     """
 
+    scenarios: tuple[EpuckScenario, ...]
     robot_kind: type[EpuckState]
     world_kind: type[EpuckWorldState]
     task_functions: Mapping[str, Kernel]

@@ -33,9 +33,9 @@ class Physics:
         return ()
 
     def reset(self, world: int, scenario: EpuckScenario) -> None:
-        """Forget what the engine remembers of one world's past; go by this scenario from now on."""
+        """Forget one world's past; its scenario is this one from now on."""
 
-    def snapshot(self) -> Any:  # noqa: ANN401 of the engine
+    def snapshot(self) -> object:
         """All that it remembers of the past, picklable."""
 
     def restore(self, kept: Any, scenarios: Sequence[EpuckScenario]) -> None:  # noqa: ANN401 as above
@@ -57,3 +57,12 @@ class PythonPhysics(Physics):
 
 ENGINES: Registry[Callable[[Sequence[EpuckScenario]], Physics]] = Registry("physics engine")
 """Engines by name; each is made from the scenario of every world of a block."""
+
+
+@ENGINES.register("kinematic")
+class Kinematic(Physics):
+    """Robots go where their wheels take them, without forces; where two overlap, they part.
+
+    In a contact they keep turning their wheels and are moved apart along the line between their
+    centres; they do not push, slide or turn each other.
+    """

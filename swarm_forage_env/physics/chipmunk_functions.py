@@ -17,13 +17,12 @@ PLAIN: Mapping[Number, type[Any]] = {intp: ctypes.c_size_t, float64: ctypes.c_do
 """Types of arguments with the compiler switched off."""
 
 
-def address_of(pointer: Any) -> int:  # noqa: ANN401 pymunk's
+def address_of(pointer: object) -> int:
     """Where what pymunk points to lies."""
     return int(ffi.cast("uintptr_t", pointer))
 
 
 def _function(name: str, *arguments: Number) -> Callable[..., None]:
-    """A function of Chipmunk that returns nothing, for compiled functions."""
     address = address_of(ffi.addressof(lib, name))
     if config.DISABLE_JIT:
         return ctypes.CFUNCTYPE(None, *(PLAIN[each] for each in arguments))(address)
@@ -35,4 +34,4 @@ step_space = _function("cpSpaceStep", intp, float64)
 """Move the bodies of a space (its address) by a time [s]."""
 
 each_body = _function("cpSpaceEachBody", intp, intp, intp)
-"""Call a function (its address) with each body of a space, and with what it is told."""
+"""Call a function (its address) with each body of a space, and with an argument (its address)."""

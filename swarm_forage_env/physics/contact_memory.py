@@ -19,10 +19,10 @@ from pymunk._chipmunk import ffi, lib
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.physics.chipmunk_functions import address_of
-from swarm_forage_env.physics.chipmunk_layout import Body, Node, Pair, Space, Tree
+from swarm_forage_env.physics.chipmunk_layout import Body, Node, Pair, Space, Thread, Tree
 
 INNER = -1
-"""Stands for a node that has no shape, but two nodes below it."""
+"""Marks a node that has no shape, but two nodes below it."""
 
 FIRST_TOUCH, TOUCHING = 0, 1
 """States of a contact; the space goes from the first to the second when its next step begins."""
@@ -114,17 +114,14 @@ def _trees(space: pymunk.Space) -> tuple[Tree, Tree]:
 
 
 def _bodies(space: pymunk.Space) -> list[Body]:
-    """The bodies of the robots, in order."""
     return [Body.from_address(address_of(body._body)) for body in space.bodies]
 
 
 def _shapes(space: pymunk.Space) -> list[int]:
-    """Addresses of all shapes, by number."""
     return [address_of(shape._shape) for shape in space.shapes]
 
 
 def _leaves(space: pymunk.Space, tree: Tree, walls: Tree) -> list[Node]:
-    """The leaf of each shape, by number."""
     nodes = (*_walk(tree.root), *_walk(walls.root))
     leaf_of = {node.shape: node for node in nodes if node.shape}
     return [leaf_of[shape] for shape in _shapes(space)]
@@ -141,7 +138,6 @@ def _walk(root: int) -> Iterator[Node]:
 
 
 def _pairs_of(leaf: Node) -> Iterator[int]:
-    """Addresses of the pairs of a leaf, in order."""
     at = leaf.leaf.pairs
     while at:
         yield at
@@ -149,9 +145,9 @@ def _pairs_of(leaf: Node) -> Iterator[int]:
         at = _thread_of(pair, leaf).next
 
 
-def _thread_of(pair: Pair, leaf: Node) -> Any:  # noqa: ANN401 a Thread of it
-    """The end of a pair that belongs to a leaf."""
-    return pair.a if pair.a.leaf == ctypes.addressof(leaf) else pair.b
+def _thread_of(pair: Pair, leaf: Node) -> Thread:
+    thread: Thread = pair.a if pair.a.leaf == ctypes.addressof(leaf) else pair.b
+    return thread
 
 
 def _grow(tree: Tree, memory: ContactMemory, leaves: list[Node]) -> None:
@@ -177,8 +173,7 @@ def _grow(tree: Tree, memory: ContactMemory, leaves: list[Node]) -> None:
             parents.append(node)
 
 
-def _link(memory: ContactMemory, leaves: list[Node]) -> Any:  # noqa: ANN401 an array of them
-    """Pairs as they are remembered, each in the lists of its two leaves."""
+def _link(memory: ContactMemory, leaves: list[Node]) -> "ctypes.Array[Pair]":
     pairs = (Pair * len(memory.pairs))()
     for pair, (a, b, kept) in zip(pairs, memory.pairs, strict=True):
         pair.a.leaf, pair.b.leaf = map(ctypes.addressof, (leaves[a], leaves[b]))
@@ -202,7 +197,6 @@ def _empty_touching(space: pymunk.Space) -> None:
 
 
 def _contact(arbiter: Any, number: dict[int, int]) -> tuple[int, int, int, int, bytes]:  # noqa: ANN401 pymunk's
-    """A contact as it will be when the next step begins."""
     a, b = (number[address_of(shape)] for shape in (arbiter.a, arbiter.b))
     state = TOUCHING if arbiter.state == FIRST_TOUCH else arbiter.state
     size = arbiter.count * ffi.sizeof("struct cpContact")
@@ -210,7 +204,9 @@ def _contact(arbiter: Any, number: dict[int, int]) -> tuple[int, int, int, int, 
     return a, b, arbiter.stamp, state, points
 
 
-def _add_contact(space: pymunk.Space, a: int, b: int, stamp: int, state: int, points: bytes) -> Any:  # noqa: ANN401 pymunk's
+def _add_contact(
+    space: pymunk.Space, a: int, b: int, stamp: int, state: int, points: bytes
+) -> object:
     """Let a space know a contact; the memory that it lies in."""
     shapes = list(space.shapes)
     arbiter = ffi.new("struct cpArbiter *")
@@ -225,6 +221,6 @@ def _add_contact(space: pymunk.Space, a: int, b: int, stamp: int, state: int, po
     return arbiter
 
 
-def _body_of(shape: Any) -> Any:  # noqa: ANN401 pymunk's
-    """The body that a shape belongs to, as Chipmunk knows it."""
+def _body_of(shape: pymunk.Shape) -> object:
+    assert shape.body is not None
     return shape.body._body

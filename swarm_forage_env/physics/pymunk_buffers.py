@@ -49,10 +49,10 @@ class SpaceMemory(Record):
     """Address of the function that reads a body."""
 
     to_write: int = field(np.intp)
-    """Address of what `writer` is told: which fields, from which list."""
+    """Address of the argument of `writer`: which fields, from which list."""
 
     to_read: int = field(np.intp)
-    """Address of what `reader` is told."""
+    """Address of the argument of `reader`."""
 
     writing: Any = field(_FLOATS)
     """The list whose numbers are `written`."""

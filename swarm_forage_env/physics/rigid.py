@@ -34,10 +34,9 @@ class Rigid(Physics):
     """
 
     def __init__(self, scenarios: Sequence[EpuckScenario]) -> None:
-        """Spaces with the robots and walls of these scenarios."""
         n_bodies = scenarios[0].task.n_robots + 1  # the walls' static body comes last
         self._memory = SpaceMemory.array((len(scenarios),), bodies=n_bodies, rows=2 * n_bodies + 8)
-        self._told = [_connected(self._memory[w : w + 1]) for w in range(len(scenarios))]
+        self._arguments = [_connected(self._memory[w : w + 1]) for w in range(len(scenarios))]
         self._scenarios = list(scenarios)
         self._spaces: dict[int, pymunk.Space] = {}
         for w, scenario in enumerate(scenarios):
@@ -70,18 +69,15 @@ class Rigid(Physics):
             recall(self._spaces[world], memory)
 
     def __getstate__(self) -> tuple[list[EpuckScenario], list[ContactMemory]]:
-        """Scenarios and memories: spaces and buffers are made anew from them."""
         return self._scenarios, self.snapshot()
 
     def __setstate__(self, state: tuple[list[EpuckScenario], list[ContactMemory]]) -> None:
-        """The engine as it was."""
         scenarios, kept = state
         Rigid.__init__(self, scenarios)
         self.restore(kept, scenarios)
 
 
 def _space(scenario: EpuckScenario) -> pymunk.Space:
-    """A space with the robots of one world, in order, its four walls and its obstacles."""
     space = pymunk.Space()
     space.collision_slop = 1e-4
     radius = scenario.robot.radius
@@ -104,21 +100,20 @@ def _space(scenario: EpuckScenario) -> pymunk.Space:
     return space
 
 
-def _connected(memory: Array) -> list[Any]:
-    """What pymunk is told of the buffers of a space, to be held as long as these."""
+def _connected(memory: Array) -> list[object]:
     memory["writer"] = address_of(ffi.addressof(lib, "pmSpaceBodySetIteratorFuncBatched"))
     memory["reader"] = address_of(ffi.addressof(lib, "pmSpaceBodyGetIteratorFuncBatched"))
-    to_write = _told(WRITTEN, memory["writing"], memory["written"])
-    to_read = _told(READ, memory["reading"], memory["read"])
+    to_write = _argument(WRITTEN, memory["writing"], memory["written"])
+    to_read = _argument(READ, memory["reading"], memory["read"])
     memory["to_write"], memory["to_read"] = address_of(to_write), address_of(to_read)
     return [to_write, to_read]
 
 
-def _told(fields: BodyFields, floats: Array, numbers: Array) -> Any:  # noqa: ANN401 pymunk's
-    """What pymunk is told: the fields of a body, and the list whose numbers they are."""
-    told = ffi.new("pmBatchedData *")
-    told.fields = fields.value
-    told.floatArray = ffi.cast("pmFloatArray *", floats.ctypes.data)
-    told.floatArray.arr = ffi.cast("cpFloat *", numbers.ctypes.data)
-    told.floatArray.max = numbers.size
-    return told
+def _argument(fields: BodyFields, floats: Array, numbers: Array) -> Any:  # noqa: ANN401 pymunk's
+    """An argument of pymunk: the fields of a body, and the list whose numbers they are."""
+    argument = ffi.new("pmBatchedData *")
+    argument.fields = fields.value
+    argument.floatArray = ffi.cast("pmFloatArray *", floats.ctypes.data)
+    argument.floatArray.arr = ffi.cast("cpFloat *", numbers.ctypes.data)
+    argument.floatArray.max = numbers.size
+    return argument

@@ -27,6 +27,8 @@ class WaypointsWorld(World):
     A world in a block goes through the same states as the same world alone, bit for bit.
     """
 
+    scenarios: tuple[WaypointsScenario, ...]
+
     def __init__(
         self, scenarios: Sequence[WaypointsScenario], seeds: Sequence[int], physics: str = PHYSICS
     ) -> None:

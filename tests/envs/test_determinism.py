@@ -1,7 +1,6 @@
 """One seed, one episode: in one process, in two, and after any other episode."""
 
 import os
-import pickle
 import subprocess
 import sys
 from hashlib import sha256
@@ -69,19 +68,6 @@ def test_one_seed_one_episode_in_every_process(learn):
     assert {digest_elsewhere(learn, hash_seed) for hash_seed in "12"} == {here}
 
 
-def test_two_environments_side_by_side_do_not_disturb_each_other(sampler):
-    one, two = parallel_env(), parallel_env()
-    one.reset(seed=5)
-    two.reset(seed=5)
-    act = sampler(one, 0)
-    for _ in range(100):
-        actions = act()
-        first, second = one.step(actions), two.step(actions)
-        for agent in first[0]:
-            assert_array_equal(first[0][agent], second[0][agent])
-        assert first[1:] == second[1:]
-
-
 def first_states(env, n):
     states = []
     for _ in range(n):
@@ -102,15 +88,3 @@ def test_a_seed_fixes_the_episodes_that_follow_without_one():
 
 def test_without_any_seed_every_environment_is_another():
     assert (first_states(parallel_env(), 1) != first_states(parallel_env(), 1)).any()
-
-
-def test_a_pickled_environment_is_made_again_with_its_options():
-    env = parallel_env(
-        "es1", learn="both", controller="dsgiff:beta=0.02", max_cycles=9, **{"radio.slots": 2}
-    )
-    env.reset(seed=0)
-    again = pickle.loads(pickle.dumps(env))
-    assert again.observation_layout == env.observation_layout
-    assert again.scenario == env.scenario
-    assert again.max_cycles == 9
-    assert digest(again, 3, 9) == digest(env, 3, 9)

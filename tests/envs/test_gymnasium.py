@@ -260,8 +260,6 @@ def test_no_step_before_the_first_reset_nor_after_the_end(made):
         ),
         (SINGLE, None, r"action of shape \(\)"),
         (SINGLE, [0.0, 1.5], "epuck_0: wheels.right=1.5: must be from -1 to 1 .* clip it first"),
-        (SINGLE, [np.nan, 0.0], "epuck_0: wheels.left=nan"),
-        (SINGLE, ["a", "b"], "epuck_0: .*: must be numbers, wheels.left, wheels.right"),
         (JOINT, [0.0] * 5 + [-2.0], "epuck_2: wheels.right=-2.0: must be from -1 to 1"),
         (JOINT, np.zeros((3, 2)), r"shape \(3, 2\): must be \(6,\)"),
         (JOINT, [[0.0], [0.0, 0.0]], "inhomogeneous"),
@@ -288,11 +286,6 @@ def test_a_bad_seed_is_refused(seed):
     env = gym.make(SINGLE, **FEW).unwrapped
     with pytest.raises(ConfigError, match="seed="):
         env.reset(seed=seed)
-
-
-def test_a_misspelt_keyword_is_answered_with_the_nearest():
-    with pytest.raises(UnknownNameError, match="named 'lern', did you mean 'learn'"):
-        gym.make(JOINT, lern="motion")
 
 
 def test_a_frame_is_drawn_where_a_mode_was_given():

@@ -3,14 +3,12 @@
 import pytest
 from pettingzoo.test import (
     api_test,
-    max_cycles_test,
     parallel_api_test,
     parallel_seed_test,
     seed_test,
     state_test,
 )
 
-import swarm_forage_env
 from swarm_forage_env import env, parallel_env, raw_env
 from swarm_forage_env.foraging.policies import LEARNABLE
 
@@ -36,10 +34,6 @@ def test_pettingzoo_finds_one_seed_one_episode_in_turn(learn):
 @every_layer
 def test_pettingzoo_finds_one_seed_one_episode_in_parallel(learn):
     parallel_seed_test(lambda: parallel_env(learn=learn, **few), num_cycles=50)
-
-
-def test_pettingzoo_counts_the_cycles():
-    max_cycles_test(swarm_forage_env)
 
 
 @every_layer

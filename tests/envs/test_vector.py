@@ -221,10 +221,3 @@ def test_each_world_has_a_frame():
 def test_a_window_on_several_worlds_is_refused():
     with pytest.raises(ConfigError, match="one window shows one world, not 2"):
         gym.make_vec(SINGLE, num_envs=2, render_mode="human")
-
-
-def test_nothing_is_drawn_without_a_mode():
-    worlds = gym.make_vec(SINGLE)
-    worlds.reset(seed=0)
-    with pytest.raises(ConfigError, match="give render_mode='human' or 'rgb_array'"):
-        worlds.render()

@@ -84,7 +84,7 @@ import gymnasium as gym
 env = gym.{make}("cautious_swarm:CautiousSwarm/ES1-v0", learn="motion").unwrapped
 env.reset(seed=0)
 print(type(env).__name__, env.world.n_robots, env.spec.id)
-print(env._core.env.loop.controller.weighting.gain.__module__)
+print(env.array_env.loop.controller.weighting.gain.__module__)
 for _ in range(5):
     env.step(env.action_space.sample())
 """

@@ -28,11 +28,6 @@ def test_the_original_stays_as_it_was():
     assert find_scenario("es1") == before
 
 
-def test_nothing_changed_is_the_same_scenario():
-    assert find_scenario("es1", {}) == find_scenario("es1")
-    assert find_scenario(find_scenario("es2")) == find_scenario("es2")
-
-
 def test_numbers_that_fit_only_together_may_be_given_together():
     changed = find_scenario("es1", {"start_radius": 0.4, "area_distance": 1.2, "n_robots": 40})
     assert changed.task.n_robots == 40
@@ -81,11 +76,6 @@ def test_a_name_like_no_other_is_refused_with_all_known():
         UnknownNameError, match=r"no scenario parameter named 'xyzzy', known: arena"
     ):
         find_scenario("es1", {"xyzzy": 1.0})
-
-
-@pytest.mark.parametrize("name", ["es1", "es2", "es3", "real", "ants2008"])
-def test_a_scenario_is_found_by_name(name):
-    assert find_scenario(name).name == name
 
 
 @pytest.mark.parametrize(("typo", "advice"), [("ess1", "did you mean 'es1'"), ("?", "known: agg")])
