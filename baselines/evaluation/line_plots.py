@@ -32,9 +32,8 @@ RESAMPLES = 1000
 BANDS = "Means with 95 % bootstrap bands."
 """What a caption says of them."""
 
-
 FEW = 6
-"""So many values of x are numbered one by one."""
+"""Up to this many values of x are numbered one by one."""
 
 
 @dataclass(frozen=True)

@@ -35,16 +35,12 @@ class Opening:
 
     start: float = 0.0
     """The time at which it begins [s]; earlier scenes are for trails alone."""
-
     speed: float = 10.0
     """Multiple of real time."""
-
     select: int | None = None
     """The robot that is chosen."""
-
     beside: str | None = None
     """What moves a second swarm in the same world, shown beside the first."""
-
     colours: tuple[str, ...] = ("#0072b2", "#e69f00")
     """The colour of each controller, as `#rrggbb`: of its curves, and beside its name."""
 

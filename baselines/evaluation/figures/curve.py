@@ -3,6 +3,7 @@
 import json
 import logging
 from collections.abc import Callable, Sequence
+from itertools import chain
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -66,9 +67,7 @@ def _panels(
 
 def _named(name: str, groups: Sequence[EpisodeGroup]) -> str:
     """The full name of a setting, given as `beta` or `weighting.beta`."""
-    known: dict[str, float] = {}
-    for group in groups:
-        known |= _numeric(group)
+    known = dict(chain(*(_numeric(group).items() for group in groups)))
     return resolve(name, known, "number behind these episodes")
 
 
