@@ -147,7 +147,7 @@ class Scene:
     doing: Int8[Array, " robots"]
     """What each robot is doing, as a place in STATES.
 
-    Lost: it once found itself lost, and neither saw an area nor was told of one since. Where no
+    Lost: it once reported to be lost, and has neither seen an area nor heard of one since. Where no
     hand-written estimator runs, a robot is going where the task sends it next.
     """
     believed: Float64[Array, "robots areas 2"]

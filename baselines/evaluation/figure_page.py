@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baselines.evaluation.console import check_file
-from baselines.evaluation.plot_style import FAINT, GRID, style_of
+from baselines.evaluation.plot_style import FAINT, GRID
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.registry import Registry
@@ -86,7 +86,7 @@ class Caption:
     code: tuple[str, ...] = ()
     """Of the code that ran the episodes."""
     n: int = 0
-    """Episodes behind each mean or box, the most; 0: not told."""
+    """Episodes behind each mean or box, at most; 0: not stated."""
 
     def __str__(self) -> str:
         """All of it, as text."""
@@ -156,12 +156,6 @@ def label_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
     axes.set_xlabel(axes_names[0], fontsize=style.points(LABEL))
     axes.set_ylabel(axes_names[1], fontsize=style.points(LABEL))
     axes.tick_params(labelsize=style.points(TICK))
-
-
-def draw_frame(axes: Axes, controller: str) -> None:
-    """Draw the frame of a heat map in the colour of its controller."""
-    width = style_in_use().points(2.5)
-    axes.spines[:].set(color=style_of(controller).colour, linewidth=width)
 
 
 def finish_figure(

@@ -19,13 +19,12 @@ from baselines.evaluation.figure_page import (
     TICK,
     Caption,
     CaptionedFigure,
-    draw_frame,
     finish_figure,
     label_panel,
     panel_grid,
     style_in_use,
 )
-from baselines.evaluation.plot_style import FAINT, INK
+from baselines.evaluation.plot_style import FAINT, INK, colour_of
 from baselines.evaluation.statistics import Estimate
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.scene import Outline, Stage
@@ -191,7 +190,7 @@ def _label_places(
 
 
 def _finish_map(axes: Axes, title: str, controller: str, names: tuple[str, str]) -> None:
-    draw_frame(axes, controller)
+    axes.spines[:].set(color=colour_of(controller), linewidth=style_in_use().points(2.5))
     label_panel(axes, title, names)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(nbins=4))

@@ -94,7 +94,7 @@ class ForagingMeter:
         self._has_faults: Bool[Array, " worlds"] = loop.world.worlds["has_faults"] != 0
         self._on_path: list[Float64[Array, " worlds"]] = []
         self._n_ticks: int = scenario.n_ticks
-        self._period = max(1, round(SAMPLE_EVERY / scenario.tick))
+        self._period: int = max(1, round(SAMPLE_EVERY / scenario.tick))
 
     def _hundredths(self, tick: int) -> int:
         """How many hundredths of the episode are over with a tick."""

@@ -1,7 +1,7 @@
 """Head-up display: names, clock and counts above the arena; legend and selected robot below."""
 
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 import pygame
@@ -210,22 +210,17 @@ class TextRenderer:
     def __init__(self, height: int) -> None:
         pygame.font.init()
         self._font = pygame.font.Font(None, height * FINENESS)
-        self._lines: dict[tuple[str, Colour], pygame.Surface] = {}
+        self.line = lru_cache(ROOM)(self._line)
 
     def width(self, text: str) -> int:
         """How wide a line is [px]."""
         return round(self._font.size(text)[0] / FINENESS)
 
-    def line(self, text: str, ink: Colour) -> pygame.Surface:
+    def _line(self, text: str, ink: Colour) -> pygame.Surface:
         """One line of text on nothing."""
-        key = text, ink
-        if key not in self._lines:
-            if len(self._lines) >= ROOM:
-                self._lines.clear()
-            large = self._font.render(text, True, ink)
-            size = self.width(text), round(large.get_height() / FINENESS)
-            self._lines[key] = pygame.transform.smoothscale(large, size)
-        return self._lines[key]
+        large = self._font.render(text, True, ink)
+        size = self.width(text), round(large.get_height() / FINENESS)
+        return pygame.transform.smoothscale(large, size)
 
     def cut(self, text: str, room: float) -> str:
         """As much of a text as there is room for [px]."""

@@ -72,7 +72,7 @@ class Painter:
         self._trails.take(scene)
 
     def paint(self, scene: Scene, show: Show, aside: str = "") -> pygame.Surface:
-        """The picture of the last scene that `take` was given; valid until the next is painted."""
+        """The picture of the scene that `take` had last; valid until the next is painted."""
         areas = self._stage.areas_at(scene.time)
         if not np.array_equal(areas, self._areas):
             self._areas = areas

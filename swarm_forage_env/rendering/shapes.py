@@ -88,16 +88,13 @@ def draw_walls(
 
     Points and radius in pixels; thin walls are drawn three pixels wide.
     """
-    ends = [*points, points[0]] if is_closed else points
+    ends, width = [*points, points[0]] if is_closed else points, max(radius, 1.5)
     if is_closed:
         pygame.draw.polygon(surface, palette.WALL, points)
     for place in ends:
-        pygame.draw.circle(surface, palette.WALL, place, max(radius, 1.5))
-    for (ax, ay), (bx, by) in pairwise(ends):
-        length = math.hypot(bx - ax, by - ay)
-        nx, ny = (max(radius, 1.5) / max(length, 1e-9) * each for each in (ay - by, bx - ax))
-        side = [(ax + nx, ay + ny), (bx + nx, by + ny), (bx - nx, by - ny), (ax - nx, ay - ny)]
-        pygame.draw.polygon(surface, palette.WALL, side)
+        pygame.draw.circle(surface, palette.WALL, place, width)
+    for start, end in pairwise(ends):
+        pygame.draw.line(surface, palette.WALL, start, end, round(2.0 * width))
 
 
 def dashed_circle(

@@ -71,12 +71,12 @@ class Window:
         before = self._scene
         if self.closed:
             return
-        started_anew = before is None or scene.time < before.time or scene.time == 0.0
-        if before is not None and scene.time == before.time and not started_anew:
+        is_first = before is None or scene.time < before.time or scene.time == 0.0
+        if before is not None and scene.time == before.time and not is_first:
             return
         self._scene = scene
         self._painter.take(scene)
-        if started_anew:
+        if is_first:
             self._begin()
         elif scene.time < self._due - 1e-9:
             return
@@ -134,7 +134,7 @@ class Window:
         return self.paused and not self.closed and not self._one_step
 
     def _set_clock(self) -> None:
-        """From now on, time goes by from the scene that is seen."""
+        """Set the clock to the time of the scene that is seen."""
         if self._scene is not None:
             self._anchor = time.perf_counter(), self._scene.time
 
@@ -247,4 +247,4 @@ KEYS: dict[int, Callable[[Window], None]] = {
     pygame.K_s: Window._save,
     pygame.K_q: Window.close,
 }
-"""What each key does; `hud.HELP` tells the user."""
+"""What each key does; `hud.HELP` lists them for the user."""

@@ -16,7 +16,7 @@ BODY_RADIUS = 0.17
 """Of an iRobot Create [m]; the world has no contacts, so that no scenario has it."""
 
 SEEING = {EXPLORING: "sees nobody", TALKING: "sees others"}
-"""What robots are told apart by: those that see each other exchange what they believe."""
+"""What robots are doing: those that see each other exchange what they believe."""
 
 
 def stage_of(scenario: WaypointsScenario, controller: str) -> Stage:

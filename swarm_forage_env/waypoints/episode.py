@@ -30,9 +30,7 @@ class WaypointEpisode(EpisodeHeader):
 
 
 class WaypointMeter:
-    """All metrics of a block of worlds, which are about to start.
-
-    Covariance norms and position errors are summed over robots and time.
+    """Covariance norms, position errors and claims of the worlds of a loop that is about to start.
 
     Source: BOIDS, Section 5, for the metric.
     """

@@ -116,7 +116,7 @@ class Readings(Record):
         label="fix",
         noise=lambda scenario: f"sd {scenario.sensors.home_noise:g}",
     )
-    """x, y [m] and heading [rad] as home tells them; zeros out of its reach."""
+    """x, y [m] and heading [rad] as measured at home; zeros out of its reach."""
 
     goal: Float32[Array, "2"] = place()
     """Where to go next, world frame [m]."""
@@ -142,14 +142,14 @@ class Sighting(Record):
 
 
 class Command(Record):
-    """What a controller tells a robot to do in the next tick. Writer: decide."""
+    """What a controller commands for the next tick. Writer: decide."""
 
     acceleration: Float32[Array, "2"] = pull()
     """Acceleration, ahead and to the left of the body; its direction is the new course. Zeros:
     straight on at the same speed."""
 
     claim: bool = field(np.bool_)
-    """The robot says that it is at its goal, and is given another."""
+    """The robot claims that it is at its goal, and gets another."""
 
 
 class Action(Record):

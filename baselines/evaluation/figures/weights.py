@@ -82,7 +82,7 @@ def _exchanges(
     exchange = Exchange.array((len(own),)).view(np.recarray)
     exchange.is_valid = exchange.own_known = exchange.heard_known = 1.0
     exchange.goal = np.eye(3)[PREY]
-    exchange.own_p, found.heard_p = (np.stack([p / 4, p], axis=1) for p in (own, heard))
-    exchange.disagreement, found.range, found.n_averaged = disagreement, RANGE, MESSAGES
+    exchange.own_p, exchange.heard_p = (np.stack([p / 4, p], axis=1) for p in (own, heard))
+    exchange.disagreement, exchange.range, exchange.n_averaged = disagreement, RANGE, MESSAGES
     exchange.own_distance = exchange.heard_distance = AWAY
     return exchange
