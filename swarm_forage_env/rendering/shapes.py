@@ -93,8 +93,11 @@ def draw_walls(
         pygame.draw.polygon(surface, palette.WALL, points)
     for place in ends:
         pygame.draw.circle(surface, palette.WALL, place, width)
-    for start, end in pairwise(ends):
-        pygame.draw.line(surface, palette.WALL, start, end, round(2.0 * width))
+    for (ax, ay), (bx, by) in pairwise(ends):
+        share = width / max(math.hypot(bx - ax, by - ay), 1e-9)
+        nx, ny = share * (ay - by), share * (bx - ax)
+        side = [(ax + nx, ay + ny), (bx + nx, by + ny), (bx - nx, by - ny), (ax - nx, ay - ny)]
+        pygame.draw.polygon(surface, palette.WALL, side)
 
 
 def dashed_circle(

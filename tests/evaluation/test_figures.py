@@ -115,8 +115,8 @@ def test_of_several_numbers_that_vary_one_must_be_named(keep):
 def test_shares_over_time_count_robots(episode):
     curve = recruited_over_time([episode], points=5)
     assert curve.x.tolist() == [0.0, 5.0, 10.0, 15.0, 20.0]
-    assert curve.y.tolist() == [[0.0, 0.0, 10.0, 10.0, 20.0]]
-    assert path_over_time([episode]).y[0] == pytest.approx([0.0, 10.0, 30.0])
+    assert curve.mean.tolist() == [0.0, 0.0, 10.0, 10.0, 20.0]
+    assert path_over_time([episode]).mean == pytest.approx([0.0, 10.0, 30.0])
 
 
 @pytest.mark.parametrize("kind", ["on-path", "recruitment"])

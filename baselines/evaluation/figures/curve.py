@@ -12,7 +12,6 @@ from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.figures.base import SELECTION, PlotOptions, by_setup, figure, sample
 from baselines.evaluation.line_plots import (
     BANDS,
-    Curve,
     Means,
     curve_panels,
     mean_panels,
@@ -163,7 +162,7 @@ def draw_recruitment(options: PlotOptions) -> Figure:
 
 
 def _share_over_time(
-    options: PlotOptions, words: str, axis: str, curve: Callable[[Sequence[ForagingEpisode]], Curve]
+    options: PlotOptions, words: str, axis: str, curve: Callable[[Sequence[ForagingEpisode]], Means]
 ) -> Figure:
     """A curve with its band for each controller, a panel for each setup."""
     panels = {
