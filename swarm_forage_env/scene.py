@@ -23,10 +23,8 @@ class Outline:
 
     points: Float64[Array, "points 2"]
     """Corners in order [m]."""
-
     radius: float
     """Radius of a disc; half the thickness of walls [m]."""
-
     is_closed: bool
     """A wall joins the last point to the first one."""
 
@@ -42,10 +40,8 @@ class GoalField:
 
     side: float
     """Goals lie in a square of this side [m]."""
-
     tolerance: float
     """A goal is reached within this distance [m]."""
-
     reach: float
     """How far the lidar of a robot sees others and home [m]."""
 
@@ -58,64 +54,49 @@ class Stage:
     scenario: str
     controller: str
     """What moves the robots, as the user named it."""
-
     length: float
     """Side of the arena along x [m]; its centre is the origin."""
-
     width: float
     """Side of the arena along y [m]."""
-
     areas: Float64[Array, "areas 2"]
     """True centres of the areas at the start [m]: first nest, first prey area, all others."""
-
     area_radius: float
     """Radius of the nest and of the prey area [m]."""
-
     start_radius: float
     """Robots start with their centres in a circle of this radius about the origin [m]."""
-
     robot_radius: float
     """Radius of a robot's body [m]."""
-
     n_robots: int
     tick: float
     """Time between two scenes [s]."""
-
     duration: float
     """Length of the episode [s]."""
-
     has_faults: bool = False
     """Robots may be faulty: pictures say how those are marked."""
-
     corners: Float64[Array, "corners 2"] = field(default_factory=lambda: np.zeros((0, 2)))
     """Corners of an outer wall inside the arena, in order [m]; none: the rectangle alone."""
-
     obstacles: tuple[Outline, ...] = ()
+    """Obstacles inside the arena."""
     kinds: tuple[int, ...] = (NEST, PREY)
     """What each area is."""
-
     names: tuple[str, ...] = ("nest", "prey")
     """What each area is called."""
-
     moves: tuple[tuple[int, float, float, float], ...] = ()
     """Areas that move: which, when [s], and where to, x and y [m]."""
-
     states: tuple[str, ...] = STATES
     """What each code of `Scene.doing` is called here; empty: no robot ever does that."""
-
     goals: GoalField | None = None
     """Where robots visit goals; None: they do something else."""
-
     headings: tuple[str, str] = ("Round trips", "On path")
     """What the score of a scene and its share are called."""
 
     def areas_at(self, time: float) -> Float64[Array, "areas 2"]:
         """True centres of the areas at a time since the start [s]."""
-        found = self.areas.copy()
+        centres = self.areas.copy()
         for area, when, x, y in self.moves:
             if time >= when:
-                found[area] = x, y
-        return found
+                centres[area] = x, y
+        return centres
 
     def nearest_area(
         self, kind: int, place: Float64[Array, " 2"], time: float
@@ -133,17 +114,13 @@ class Localised:
 
     goal: Float64[Array, "robots 2"]
     """Where each robot is to go [m]."""
-
     believed: Float64[Array, "robots 2"]
     """Where it believes it is [m]; where it is, if nothing estimates that."""
-
     ellipse: Float64[Array, "robots 3"]
     """Standard deviations of its estimate along the long and short axis [m], and the direction of
     the long [rad]; zeros if nothing estimates."""
-
     right: Int32[Array, " robots"]
     """Goals that it has claimed so far and reached."""
-
     wrong: Int32[Array, " robots"]
     """Goals that it has claimed so far and not reached."""
 
@@ -153,10 +130,8 @@ class Localised:
         x, y = (pose[:, :2] - self.believed).T
         c, s = np.cos(direction), np.sin(direction)
         least = np.finfo(np.float64).tiny
-        u, v = (
-            (c * x + s * y) / np.maximum(along, least),
-            (c * y - s * x) / np.maximum(across, least),
-        )
+        u = (c * x + s * y) / np.maximum(along, least)
+        v = (c * y - s * x) / np.maximum(across, least)
         return np.asarray(np.hypot(u, v) <= WITHIN)
 
 
@@ -167,38 +142,28 @@ class Scene:
 
     time: float
     """Since the start of the episode [s]."""
-
     pose: Float64[Array, "robots 3"]
     """x, y [m] and heading [rad]."""
-
     doing: Int8[Array, " robots"]
     """What each robot is doing, as a place in STATES.
 
-    Lost: it once found itself lost, and neither saw an area nor was told of one since. Where no
+    Lost: it once reported to be lost, and has neither seen an area nor heard of one since. Where no
     hand-written estimator runs, a robot is going where the task sends it next.
     """
-
     believed: Float64[Array, "robots areas 2"]
     """Where each robot believes the areas to be [m]; zeros where it does not know."""
-
     known: Bool[Array, "robots areas"]
     """The robot believes it knows where the area is."""
-
     p: Float32[Array, "robots areas"]
     """Inverse confidence: path travelled since the area was seen [m]; zeros where unknown."""
-
     messages: Int32[Array, "messages ends"]
     """Sender and receiver of every message heard in this tick."""
-
     round_trips: Int32[Array, " robots"]
     """Completed trips nest -> prey -> nest of each robot so far."""
-
     on_path: float
     """Share of the robots that is on the path now, as `metrics.knows_both_areas_now` defines it."""
-
     faulty: Bool[Array, " robots"] | None = None
     """A fault of the robot is in effect; None where no robot can be faulty."""
-
     localised: Localised | None = None
     """Goals, estimates and claims; None where robots forage."""
 

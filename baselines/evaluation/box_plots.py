@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -60,8 +61,6 @@ class _Layout:
     """Boxes lie, and their labels stand beside them: a tick is a name."""
     is_log: bool
     """Ticks are numbers over decades."""
-    highest: float = 1.0
-    """Value in the panel."""
 
     @property
     def is_plain(self) -> bool:
@@ -104,37 +103,28 @@ def _layout(
     panels: Mapping[str, Samples], controllers: Mapping[str, str], n_episodes: int
 ) -> _Layout:
     every = [group for groups in panels.values() for group in groups.values()]
-    ticks = list(dict.fromkeys(tick for groups in panels.values() for tick in groups))
-    series = list(dict.fromkeys(name for group in every for name in group))
+    ticks = list(dict.fromkeys(chain(*panels.values())))
+    series = list(dict.fromkeys(chain(*every)))
     styles = styles_of(ticks if len(series) == 1 else series, controllers)
     n = n_episodes or max(len(values) for group in every for values in group.values())
-    numbers = [float(tick) for tick in ticks if _is_number(tick)]
-    are_numbers = len(numbers) == len(ticks)
-    lies = len(series) == 1 and not are_numbers
-    return _Layout(series, styles, n, lies, are_numbers and spans_decades(np.array(numbers)))
-
-
-def _is_number(tick: str) -> bool:
     try:
-        float(tick)
-    except ValueError:
-        return False
-    return True
+        numbers = np.array(ticks, np.float64)
+    except ValueError:  # ticks are names
+        return _Layout(series, styles, n, lies=len(series) == 1, is_log=False)
+    return _Layout(series, styles, n, lies=False, is_log=spans_decades(numbers))
 
 
 def _draw_groups(axes: Axes, groups: Samples, layout: _Layout) -> None:
     places = layout.places(groups)
-    every = [max(values, default=0.0) for group in groups.values() for values in group.values()]
-    layout = replace(layout, highest=max(every))
     step = min([*np.diff(sorted(places)), 1.0])
     width = (0.6 if layout.is_plain else 0.84 / len(layout.series)) * step
-    for place, (tick, group) in zip(places, groups.items(), strict=True):
-        for name, values in group.items():
-            at = place + (layout.series.index(name) - (len(layout.series) - 1) / 2.0) * width
-            style = layout.styles[tick if layout.is_plain else name]
-            _box(axes, values, at, 0.86 * width, style, layout)
-            if len(values) != layout.n or not len(values):
-                _tell_size(axes, values, at, layout)
+    boxes = [
+        (values, place + (layout.series.index(name) - (len(layout.series) - 1) / 2.0) * width,
+         layout.styles[tick if layout.is_plain else name])
+        for place, (tick, group) in zip(places, groups.items(), strict=True)
+        for name, values in group.items()
+    ]  # fmt: skip
+    _draw_boxes(axes, boxes, 0.86 * width, layout)
     _set_ticks(axes, groups, layout, (min(places) - 0.6 * step, max(places) + 0.6 * step))
     for name in () if layout.is_plain else layout.series:
         colour, hatch = layout.styles[name].colour, layout.styles[name].hatch
@@ -160,46 +150,44 @@ def _hatch_on(colour: str) -> str:
     return ON_DARK if is_dark(colour) else INK
 
 
-def _box(
-    axes: Axes, values: Sequence[float], at: float, width: float, style: SeriesStyle,
+def _draw_boxes(
+    axes: Axes,
+    boxes: Sequence[tuple[Sequence[float], float, SeriesStyle]],
+    width: float,
     layout: _Layout,
-) -> None:  # fmt: skip
-    """Draw one box: quartiles, median bar, whiskers within 1.5 IQR, outliers as circles."""
-    if not len(values):
-        return
+) -> None:
+    """Draw boxes of these samples at these places, and the sizes of samples unlike the others."""
     scale = style_in_use().scale
-    low, high = np.percentile(values, [25.0, 75.0])
-    is_light = is_dark(style.colour) and high - low > FLAT * layout.highest
+    highest = max(max(values, default=0.0) for values, _, _ in boxes)
     drawn = axes.boxplot(
-        [list(values)],
-        positions=[at],
+        [list(values) for values, _, _ in boxes],
+        positions=[at for _, at, _ in boxes],
         orientation="horizontal" if layout.lies else "vertical",
         whis=1.5,
         widths=width,
         patch_artist=True,
         manage_ticks=False,
-        boxprops={"edgecolor": INK, "linewidth": 0.9 * scale, "facecolor": style.colour},
-        medianprops={
-            "color": "white" if is_light else INK,
-            "linewidth": scale * (0.8 if is_light else 1.6),
-            "solid_capstyle": "butt",
-        },
+        boxprops={"edgecolor": INK, "linewidth": 0.9 * scale},
+        medianprops={"color": INK, "linewidth": 1.6 * scale, "solid_capstyle": "butt"},
         whiskerprops={"color": INK, "linewidth": scale},
         capprops={"color": INK, "linewidth": scale},
         flierprops={"marker": "o", "markersize": 3.5 * scale, "markeredgecolor": INK},
     )
-    if style.hatch and not layout.is_plain:
-        box = drawn["boxes"][0].get_path()
-        axes.add_patch(
-            PathPatch(
-                box,
-                facecolor="none",
-                edgecolor=_hatch_on(style.colour),
-                linewidth=0.0,
-                hatch=style.hatch,
-                zorder=2.5,
-            )
-        )
+    for (values, at, style), box, median in zip(
+        boxes, drawn["boxes"], drawn["medians"], strict=True
+    ):
+        box.set_facecolor(style.colour)
+        if len(values) != layout.n or not len(values):
+            _tell_size(axes, values, at, layout)
+        if not len(values):
+            continue
+        low, high = np.percentile(values, [25.0, 75.0])
+        if is_dark(style.colour) and high - low > FLAT * highest:
+            median.set(color="white", linewidth=0.8 * scale)
+        if style.hatch and not layout.is_plain:
+            hatch = PathPatch(box.get_path(), facecolor="none", linewidth=0.0, zorder=2.5)
+            hatch.set(edgecolor=_hatch_on(style.colour), hatch=style.hatch)
+            axes.add_patch(hatch)
 
 
 def _tell_size(axes: Axes, values: Sequence[float], at: float, layout: _Layout) -> None:

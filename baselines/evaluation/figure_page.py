@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass, replace
 from io import BytesIO
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -16,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from baselines.evaluation.console import check_file
-from baselines.evaluation.plot_style import FAINT, GRID, style_of
+from baselines.evaluation.plot_style import FAINT, GRID
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.registry import Registry
@@ -30,6 +31,11 @@ class PageStyle:
     """Of the figure [inch]."""
     scale: float
     """Of letters, lines and panels, against those of the style `screen`."""
+
+    @property
+    def is_narrow(self) -> bool:
+        """Broad things stand below each other, as in a column of a paper."""
+        return self.width < 5.0
 
     def points(self, size: float) -> float:
         """A size of letters or lines on this page [pt], from that of `screen`."""
@@ -80,7 +86,7 @@ class Caption:
     code: tuple[str, ...] = ()
     """Of the code that ran the episodes."""
     n: int = 0
-    """Episodes behind each mean or box, the most; 0: not told."""
+    """Episodes behind each mean or box, at most; 0: not stated."""
 
     def __str__(self) -> str:
         """All of it, as text."""
@@ -121,11 +127,11 @@ def finish_panel(
 ) -> None:
     """Set labels, grid and ticks of a panel whose values start at zero: on y, or across on x."""
     label_panel(axes, title, axes_names)
-    values = axes.xaxis if is_across else axes.yaxis
-    set_limits = axes.set_xlim if is_across else axes.set_ylim
-    highest = axes.dataLim.x1 if is_across else axes.dataLim.y1
-    set_limits(0.0, None if highest > 0.0 else 1.0)
-    values.grid(visible=True, color=GRID, linewidth=0.7)
+    if is_across:
+        axes.set_xlim(0.0, None if axes.dataLim.x1 > 0.0 else 1.0)
+    else:
+        axes.set_ylim(0.0, None if axes.dataLim.y1 > 0.0 else 1.0)
+    axes.grid(visible=True, axis="x" if is_across else "y", color=GRID, linewidth=0.7)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
 
@@ -152,17 +158,11 @@ def label_panel(axes: Axes, title: str, axes_names: tuple[str, str]) -> None:
     axes.tick_params(labelsize=style.points(TICK))
 
 
-def draw_frame(axes: Axes, controller: str) -> None:
-    """Draw the frame of a heat map in the colour of its controller."""
-    width = style_in_use().points(2.5)
-    axes.spines[:].set(color=style_of(controller).colour, linewidth=width)
-
-
 def finish_figure(
     figure: CaptionedFigure, panels: Sequence[Axes], caption: Caption, order: Iterable[str] = ()
 ) -> Figure:
     """Draw the legend of the series in this order and the note; name an axis at the margin only."""
-    _name_at_the_margins(panels)
+    _clear_inner_names(panels)
     draw_legend(figure, panels, order)
     figure.caption = caption
     if caption.note:
@@ -170,7 +170,7 @@ def finish_figure(
     return figure
 
 
-def _name_at_the_margins(panels: Sequence[Axes]) -> None:
+def _clear_inner_names(panels: Sequence[Axes]) -> None:
     """Leave out the name of an axis where the panel to the left, or below, has the same one."""
     columns = panels[0].get_gridspec().ncols  # type: ignore[union-attr]
     names = [(axes.get_xlabel(), axes.get_ylabel()) for axes in panels]
@@ -183,10 +183,8 @@ def _name_at_the_margins(panels: Sequence[Axes]) -> None:
 
 def draw_legend(figure: Figure, panels: Sequence[Axes], order: Iterable[str]) -> None:
     """Draw one legend above the panels, with every series once."""
-    handles: dict[str, Artist] = {}
-    for axes in panels:
-        of_panel, names = axes.get_legend_handles_labels()
-        handles |= dict(zip(names, of_panel, strict=True))
+    drawn = [zip(*axes.get_legend_handles_labels()[::-1], strict=True) for axes in panels]
+    handles: dict[str, Artist] = dict(chain(*drawn))
     shown = [name for name in order if name in handles]
     if not shown:
         return
@@ -236,8 +234,12 @@ def wrapped_name(name: str, letters: int) -> str:
     return "\n".join(lines)
 
 
-FORMATS = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
-"""Endings of a figure's file, and the field of its metadata that holds the caption."""
+FORMATS = {
+    ".png": ("Description", ()),
+    ".pdf": ("Subject", ("CreationDate",)),
+    ".svg": ("Description", ("Date",)),
+}
+"""Endings of a figure's file: the metadata that hold the caption, and those left out."""
 
 
 def check_plot(file: Path, option: str = "--plot") -> None:
@@ -250,11 +252,8 @@ def save_figure(figure: Figure, file: Path, command: str, title: str = "Round tr
     caption = figure.caption if isinstance(figure, CaptionedFigure) else Caption()
     caption = replace(caption, command=caption.command or command)
     ending, content = file.suffix.lower(), BytesIO()
-    metadata: dict[str, str | None] = {FORMATS[ending]: str(caption), "Title": title}
-    if ending == ".pdf":
-        metadata["CreationDate"] = None
-    if ending == ".svg":
-        metadata["Date"] = None
+    field, date = FORMATS[ending]
+    metadata = {field: str(caption), "Title": title} | dict.fromkeys(date)
     with rc_context({"svg.hashsalt": "swarm-forage", "svg.fonttype": "none", "pdf.fonttype": 42}):
         figure.savefig(content, format=ending[1:], dpi=200, metadata=metadata)
     write_atomically(file, content.getvalue())

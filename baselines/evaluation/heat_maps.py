@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, pairwise
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,14 +19,12 @@ from baselines.evaluation.figure_page import (
     TICK,
     Caption,
     CaptionedFigure,
-    PageStyle,
-    draw_frame,
     finish_figure,
     label_panel,
     panel_grid,
     style_in_use,
 )
-from baselines.evaluation.plot_style import FAINT, INK
+from baselines.evaluation.plot_style import FAINT, INK, colour_of
 from baselines.evaluation.statistics import Estimate
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.scene import Outline, Stage
@@ -62,9 +62,9 @@ def table_panels(
     tables: Mapping[str, Table], axes_names: tuple[str, str], caption: Caption
 ) -> Figure:
     """A figure of shaded tables of means, a panel for each setup with a range of its own."""
-    rows = list(dict.fromkeys(row for table in tables.values() for row in table))
+    rows = list(dict.fromkeys(chain(*tables.values())))
     columns = list(
-        dict.fromkeys(name for table in tables.values() for row in table.values() for name in row)
+        dict.fromkeys(chain(*(row for each in tables.values() for row in each.values())))
     )
     letters = max(len(word) for name in columns for word in (*name.split(), "10.1 to 10.2"))
     margin = 0.5 + LETTER * TICK * max(map(len, rows))
@@ -115,17 +115,17 @@ def density_panels(densities: Mapping[str, Density], caption: Caption) -> Figure
     shape = max(each.stage.width / each.stage.length for each in densities.values())
     figure, all_axes = _map_grid(len(densities), MAP, shape)
     top = max(float(density.values.max()) for density in densities.values())
-    names: dict[str, None] = {}
+    names: list[str] = []
     for axes, (title, density) in zip(all_axes, densities.items(), strict=True):
         x, y = density.stage.length / 2, density.stage.width / 2
         image = axes.imshow(
             density.values, origin="lower", cmap=SHADES, norm=PowerNorm(0.5, 0.0, top),
             extent=(-x, x, -y, y),
         )  # fmt: skip
-        names |= dict.fromkeys(draw_arena(axes, density.stage))
+        names += draw_arena(axes, density.stage)
         _finish_map(axes, title, density.stage.controller, ("x [m]", "y [m]"))
     _draw_bar(figure, image, all_axes, "robots per m$^2$ (square-root scale)")
-    return finish_figure(figure, all_axes, caption, names)
+    return finish_figure(figure, all_axes, caption, dict.fromkeys(names))
 
 
 Weights = Mapping[str, Mapping[str, Float64[Array, "heard own"]]]
@@ -160,16 +160,12 @@ def _map_grid(n_panels: int, least: float, shape: float) -> tuple[CaptionedFigur
     style = style_in_use()
     fitting = max(1, int(style.width / (style.scale * least)))
     columns = -(-n_panels // -(-n_panels // fitting))
-    bar = 0.0 if _is_narrow(style) else BAR
+    bar = 0.0 if style.is_narrow else BAR
     broad = (style.width / style.scale - bar) / columns - 0.45
     figure, panels = panel_grid(n_panels, least, broad * shape + 0.55)
-    if _is_narrow(style):
+    if style.is_narrow:
         figure.set_figheight(figure.get_figheight() + style.scale * BAR)
     return figure, panels
-
-
-def _is_narrow(style: PageStyle) -> bool:
-    return style.width < 5.0
 
 
 def _draw_contours(axes: Axes, weights: Float64[Array, "heard own"], longest: float) -> None:
@@ -194,7 +190,7 @@ def _label_places(
 
 
 def _finish_map(axes: Axes, title: str, controller: str, names: tuple[str, str]) -> None:
-    draw_frame(axes, controller)
+    axes.spines[:].set(color=colour_of(controller), linewidth=style_in_use().points(2.5))
     label_panel(axes, title, names)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(nbins=4))
@@ -203,10 +199,8 @@ def _finish_map(axes: Axes, title: str, controller: str, names: tuple[str, str])
 def _draw_bar(figure: Figure, image: AxesImage, panels: Sequence[Axes], words: str) -> None:
     """Draw the colour bar of all panels, which says what is shown: below on a narrow page."""
     style = style_in_use()
-    narrow = _is_narrow(style)
-    bar = figure.colorbar(
-        image, ax=panels, location="bottom" if narrow else "right", shrink=0.9, pad=0.02, aspect=30
-    )
+    location: Literal["bottom", "right"] = "bottom" if style.is_narrow else "right"
+    bar = figure.colorbar(image, ax=panels, location=location, shrink=0.9, pad=0.02, aspect=30)
     bar.set_label(words, fontsize=style.points(LABEL))
     bar.ax.tick_params(labelsize=style.points(TICK))
 
@@ -224,52 +218,42 @@ ARC = 12
 def draw_arena(axes: Axes, stage: Stage) -> list[str]:
     """Draw what stands in an arena; return the names of its areas, for a legend."""
     if len(stage.corners):
-        _draw_outside(axes, stage)
+        wall = Polygon(stage.corners, fill=False, edgecolor=INK, lw=style_in_use().points(1.0))
+        axes.add_patch(wall)
+        axes.set_facecolor(BODY)
+        for image in axes.images:
+            image.set_clip_path(wall)
     for outline in stage.obstacles:
         _draw_obstacle(axes, outline)
     names = list(dict.fromkeys(stage.names))
     moved = {area: (x, y) for area, _, x, y in stage.moves}
     for area, (name, centre) in enumerate(zip(stage.names, stage.areas, strict=True)):
         dashes = DASHES[names.index(name) % len(DASHES)]
-        is_first = stage.names.index(name) == area
-        _draw_area(axes, centre, stage.area_radius, dashes, name if is_first else "")
-        if area in moved:
-            _draw_area(axes, np.array(moved[area]), stage.area_radius, dashes, "")
+        if stage.names.index(name) == area:
+            width = style_in_use().points(1.4)
+            axes.plot([], [], color=INK, linewidth=width, linestyle=dashes, label=name)
+        for place in (centre, moved.get(area)):
+            if place is not None:
+                _draw_area(axes, place, stage.area_radius, dashes)
     axes.set_xlim(-stage.length / 2, stage.length / 2)
     axes.set_ylim(-stage.width / 2, stage.width / 2)
     return names
 
 
-def _draw_area(
-    axes: Axes, centre: Float64[Array, " 2"], radius: float, dashes: str, name: str
-) -> None:
+def _draw_area(axes: Axes, centre: Sequence[float], radius: float, dashes: str) -> None:
     """Draw a circle that is seen on light and on dark."""
     width = style_in_use().points(1.4)
     x, y = map(float, centre)
     axes.add_patch(Circle((x, y), radius, fill=False, color="white", lw=2.4 * width))
     axes.add_patch(Circle((x, y), radius, fill=False, color=INK, lw=width, ls=dashes))
-    if name:
-        axes.plot([], [], color=INK, linewidth=width, linestyle=dashes, label=name)
-
-
-def _draw_outside(axes: Axes, stage: Stage) -> None:
-    x, y = stage.length / 2, stage.width / 2
-    corners, ahead = stage.corners, np.roll(stage.corners, -1, axis=0)
-    area = float(np.sum(corners[:, 0] * ahead[:, 1] - ahead[:, 0] * corners[:, 1]))
-    inner = corners if area < 0.0 else corners[::-1]  # the other way round: a hole
-    around = np.array([(-x, -y), (x, -y), (x, y), (-x, y), (-x, -y)])
-    points = np.concatenate([around, inner, inner[:1], around[:1]])
-    axes.add_patch(Polygon(points, facecolor=BODY, edgecolor="none"))
-    axes.add_patch(Polygon(corners, fill=False, edgecolor=INK, lw=style_in_use().points(1.0)))
 
 
 def _draw_obstacle(axes: Axes, outline: Outline) -> None:
     points = outline.points
     if outline.is_closed:
         axes.add_patch(Polygon(points, facecolor=BODY, edgecolor=INK, lw=0.8))
-    ends = np.roll(points, -1, axis=0) if outline.is_closed else points[1:]
-    starts = points if outline.is_closed or len(points) == 1 else points[:-1]
-    for start, end in zip(starts, ends if len(points) > 1 else starts, strict=True):
+        points = np.concatenate([points, points[:1]])
+    for start, end in pairwise(points) if len(points) > 1 else [(points[0], points[0])]:
         wall = capsule(start, end, outline.radius)
         axes.add_patch(Polygon(wall, facecolor=BODY, edgecolor=INK, lw=0.8))
 

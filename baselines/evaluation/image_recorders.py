@@ -1,8 +1,9 @@
 """Recorders that paint, with pygame: a window, a video, a still."""
 
-from pathlib import Path
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-from baselines.evaluation.watch import Recorder
+from baselines.evaluation.watch import Take, WatchOptions
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.frame import frame_of, save
 from swarm_forage_env.rendering.layout import Layout, checked_size
@@ -12,92 +13,74 @@ from swarm_forage_env.rendering.window import Window
 from swarm_forage_env.scene import Scene, Stage
 
 
-class LiveWindow(Recorder):
-    """A window that shows the scenes as they come."""
+@contextmanager
+def live_window(stage: Stage, options: WatchOptions) -> Iterator[Take]:
+    """Show the scenes in a window, from `options.start` on, until the user closes it."""
+    window = Window(stage, options.size, options.speed, options.select)
 
-    def __init__(self, window: Window, start: float) -> None:
-        """Use this window; it opens with the first scene."""
-        self._window, self._start = window, start
-
-    def take(self, scene: Scene) -> bool:
-        """Show the scene; return false once the user has closed the window."""
-        if scene.time >= self._start - 1e-9:
-            self._window.show(scene)
+    def take(scene: Scene) -> bool:
+        if scene.time >= options.start - 1e-9:
+            window.show(scene)
         else:
-            self._window.take_past(scene)
-        return not self._window.closed
+            window.take_past(scene)
+        return not window.closed
 
-    def close(self) -> None:
-        """Close the window."""
-        self._window.close()
-
-    discard = close
-
-
-class ImageRecorder(Recorder):
-    """Base of the recorders that paint scenes into a file."""
-
-    def __init__(self, file: Path, stage: Stage, size: int, select: int | None) -> None:
-        """Paint images of this width, with the beliefs of the selected robot if any."""
-        self._file = file
-        self._layout = Layout(stage, checked_size(size), beliefs=select is not None)
-        self._painter = Painter(stage, self._layout)
-        self._show = Show(selected=select)
+    try:
+        yield take
+    finally:
+        window.close()
 
 
-class StillRecorder(ImageRecorder):
-    """Writes the last scene as a PNG."""
+def painter_of(stage: Stage, options: WatchOptions) -> tuple[Painter, Show]:
+    """What paints images, with the beliefs of the selected robot if any."""
+    layout = Layout(stage, checked_size(options.size), beliefs=options.select is not None)
+    return Painter(stage, layout), Show(selected=options.select)
 
-    _scene: Scene | None = None
 
-    def take(self, scene: Scene) -> bool:
-        """Remember the scene."""
-        self._scene = scene
-        self._painter.take(scene)
+@contextmanager
+def still(stage: Stage, options: WatchOptions) -> Iterator[Take]:
+    """Write the last scene as a PNG. ConfigError where that fails."""
+    painter, show = painter_of(stage, options)
+    last: Scene | None = None
+
+    def take(scene: Scene) -> bool:
+        nonlocal last
+        last = scene
+        painter.take(scene)
         return True
 
-    def close(self) -> None:
-        """Paint and write the last scene. ConfigError where that fails."""
-        if self._scene is None:
-            return
-        picture = self._painter.paint(self._scene, self._show)
+    yield take
+    if last is not None and options.frame is not None:
         try:
-            save(picture, self._file)
+            save(painter.paint(last, show), options.frame)
         except OSError as error:
             raise ConfigError(
-                f"--frame {self._file}: cannot be written ({error.strerror})"
+                f"--frame {options.frame}: cannot be written ({error.strerror})"
             ) from None
 
 
-class VideoRecorder(ImageRecorder):
-    """Writes a video at a multiple of real time."""
+@contextmanager
+def video(stage: Stage, options: WatchOptions) -> Iterator[Take]:
+    """Write a video at a multiple of real time. ConfigError where that fails."""
+    assert options.video is not None
+    painter, show = painter_of(stage, options)
+    film = Video(options.video, painter.layout.width, painter.layout.height)
+    every, due = options.speed / fps_of(options.video), options.start
 
-    def __init__(
-        self, file: Path, stage: Stage, size: int, select: int | None, speed: float, start: float
-    ) -> None:
-        """Open the video file. ConfigError where there is no ffmpeg."""
-        super().__init__(file, stage, size, select)
-        self._video = Video(file, self._layout.width, self._layout.height)
-        self._speed = speed
-        self._every = speed / fps_of(file)
-        self._start = start
-        self._made = 0
-
-    def take(self, scene: Scene) -> bool:
+    def take(scene: Scene) -> bool:
         """Add as many frames as are due, the same one again where time is slow."""
-        self._painter.take(scene)
-        due = self._start + self._made * self._every
+        nonlocal due
+        painter.take(scene)
         if scene.time >= due - 1e-9:
-            frame = frame_of(self._painter.paint(scene, self._show, f"{self._speed:g}x"))
-            while scene.time >= self._start + self._made * self._every - 1e-9:
-                self._video.add(frame)
-                self._made += 1
+            frame = frame_of(painter.paint(scene, show, f"{options.speed:g}x"))
+            while scene.time >= due - 1e-9:
+                film.add(frame)
+                due += every
         return True
 
-    def close(self) -> None:
-        """Finish the video file."""
-        self._video.close()
-
-    def discard(self) -> None:
-        """Delete the unfinished video."""
-        self._video.discard()
+    try:
+        yield take
+    except BaseException:  # also when the user stops it: half a film is no film
+        film.discard()
+        raise
+    film.close()

@@ -32,17 +32,8 @@ RESAMPLES = 1000
 BANDS = "Means with 95 % bootstrap bands."
 """What a caption says of them."""
 
-
 FEW = 6
-"""So many values of x are numbered one by one."""
-
-
-@dataclass(frozen=True)
-class Curve:
-    """One value over x for each episode."""
-
-    x: Float64[Array, " points"]
-    y: Float64[Array, "episodes points"]
+"""Up to this many values of x are numbered one by one."""
 
 
 @dataclass(frozen=True)
@@ -64,23 +55,6 @@ PANEL = 2.4
 
 
 def curve_panels(
-    panels: Mapping[str, Mapping[str, Curve]],
-    axes_names: tuple[str, str],
-    caption: Caption,
-    controllers: Mapping[str, str] | None = None,
-) -> Figure:
-    """A figure of mean curves with 95 % bootstrap bands, a panel for each setup."""
-    means = {
-        title: {
-            name: Means(curve.x, curve.y.mean(axis=0), *band(curve.y))
-            for name, curve in curves.items()
-        }
-        for title, curves in panels.items()
-    }
-    return band_panels(means, axes_names, caption, controllers)
-
-
-def band_panels(
     panels: Mapping[str, Mapping[str, Means]],
     axes_names: tuple[str, str],
     caption: Caption,
@@ -185,27 +159,27 @@ def draw_band(axes: Axes, name: str, means: Means, style: SeriesStyle) -> None:
     )  # fmt: skip
 
 
-def band(values: Float64[Array, "episodes points"]) -> Float64[Array, "2 points"]:
-    """The 95 % percentile bootstrap interval of the mean at each point."""
-    n_episodes = len(values)
+def mean_curve(x: Float64[Array, " points"], y: Float64[Array, "episodes points"]) -> Means:
+    """The mean over episodes at each x, with its 95 % percentile bootstrap interval."""
+    n_episodes = len(y)
     draws = np.random.default_rng(0).integers(n_episodes, size=(RESAMPLES, n_episodes))
     weights = np.stack([np.bincount(draw, minlength=n_episodes) for draw in draws]) / n_episodes
     tail = 50.0 * (1.0 - CONFIDENCE)
-    return np.asarray(np.percentile(weights @ values, [tail, 100.0 - tail], axis=0))
+    return Means(x, y.mean(axis=0), *np.percentile(weights @ y, [tail, 100.0 - tail], axis=0))
 
 
-def path_over_time(episodes: Sequence[ForagingEpisode]) -> Curve:
+def path_over_time(episodes: Sequence[ForagingEpisode]) -> Means:
     """Share of the robots on the path [%] over time [s]."""
     shares = 100.0 * np.array([episode.on_path_over_time for episode in episodes])
     n_samples = shares.shape[1]
-    return Curve(np.arange(1, n_samples + 1) / n_samples * episodes[0].duration_s, shares)
+    return mean_curve(np.arange(1, n_samples + 1) / n_samples * episodes[0].duration_s, shares)
 
 
-def recruited_over_time(episodes: Sequence[ForagingEpisode], points: int = 101) -> Curve:
+def recruited_over_time(episodes: Sequence[ForagingEpisode], points: int = 101) -> Means:
     """Share of the robots that had visited both areas [%] over time [s]."""
     times = np.linspace(0.0, episodes[0].duration_s, points)
     counts = [np.searchsorted(each.recruited_at_s, times, side="right") for each in episodes]
-    return Curve(times, 100.0 * np.array(counts) / episodes[0].n_robots)
+    return mean_curve(times, 100.0 * np.array(counts) / episodes[0].n_robots)
 
 
 def _draw_means(axes: Axes, name: str, means: Means, style: SeriesStyle) -> None:

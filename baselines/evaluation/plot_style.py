@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from itertools import count
 from zlib import crc32
 
 from baselines.controllers import OLD_NAMES
@@ -86,19 +85,16 @@ def styles_of(
     later one, or the one with parameters, takes the next. `controllers` maps the series whose names
     are not those of their controllers.
     """
+    controller_of = {name: (controllers or {}).get(name, name) for name in names}
     styles: dict[str, SeriesStyle] = {}
     taken: set[int] = set()
-    known = controllers or {}
-    asked = {name: known.get(name, name) for name in names}
-    for name in sorted(asked, key=lambda each: ":" in asked[each]):
-        colour, mark = _colour_and_mark(asked[name])
-        if len(taken) < len(MARKERS):
-            mark = next(
-                each % len(MARKERS) for each in count(mark) if each % len(MARKERS) not in taken
-            )
+    for name in sorted(controller_of, key=lambda each: ":" in controller_of[each]):
+        colour, mark = _colour_and_mark(controller_of[name])
+        while mark in taken and len(taken) < len(MARKERS):
+            mark = (mark + 1) % len(MARKERS)
         taken.add(mark)
         styles[name] = _style(colour, mark)
-    return {name: styles[name] for name in asked}
+    return {name: styles[name] for name in controller_of}
 
 
 def colour_of(controller: str) -> str:
@@ -118,13 +114,9 @@ def nth_style(number: int) -> SeriesStyle:
 
 
 def is_dark(colour: str) -> bool:
-    """Whether lines on a fill of this colour must be white to be seen."""
-    parts = bytes.fromhex(colour.removeprefix("#"))
-    return sum(share * part for share, part in zip(LUMA, parts, strict=True)) < 0.4 * 255
-
-
-LUMA = (0.299, 0.587, 0.114)
-"""Shares of red, green and blue in the lightness of a colour (ITU-R BT.601)."""
+    """Whether lines on a fill of this colour must be white to be seen (lightness: BT.601)."""
+    red, green, blue = bytes.fromhex(colour.removeprefix("#"))
+    return 0.299 * red + 0.587 * green + 0.114 * blue < 0.4 * 255
 
 
 def _colour_and_mark(name: str) -> tuple[str, int]:

@@ -1,10 +1,9 @@
 """Run one episode and pass its scenes to windows and recorders."""
 
 import shlex
-from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
-from itertools import chain
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from baselines.evaluation.console import check_file, say
@@ -20,37 +19,24 @@ from swarm_forage_env.rendering.video import FORMATS
 from swarm_forage_env.scene import Scene, Stage
 from swarm_forage_env.task import stage_of
 
+Take = Callable[[Scene], bool]
+"""Takes the next scene of an episode, those before `start` for trails only; false: no more."""
 
-class Recorder(ABC):
-    """Receives an episode's scenes; those before `start` are for trails only."""
-
-    @abstractmethod
-    def take(self, scene: Scene) -> bool:
-        """Receive the next scene; return false to stop the episode."""
-
-    def close(self) -> None:  # noqa: B027 some have nothing to finish
-        """Finish after the last scene."""
-
-    def discard(self) -> None:  # noqa: B027 some have written nothing yet
-        """Remove what is half-made, after an error."""
+Recorder = AbstractContextManager[Take]
+"""Writes its file when it is left, and nothing if an error or the user ends the episode."""
 
 
-class ReplayRecorder(Recorder):
-    """Adds the scenes of a swarm to a replay, and writes it as one HTML file if it is the first."""
+@contextmanager
+def recorded(file: Path, replay: Replay, swarm: int) -> Iterator[Take]:
+    """Add the scenes of a swarm to a replay; the first writes it as one HTML file."""
 
-    def __init__(self, file: Path, replay: Replay, swarm: int = 0) -> None:
-        """Start with an empty recording."""
-        self._file, self._replay, self._swarm = file, replay, swarm
-
-    def take(self, scene: Scene) -> bool:
-        """Record the scene."""
-        self._replay.add(scene, self._swarm)
+    def take(scene: Scene) -> bool:
+        replay.add(scene, swarm)
         return True
 
-    def close(self) -> None:
-        """Write the HTML file."""
-        if self._swarm == 0:
-            self._replay.write(self._file)
+    yield take
+    if swarm == 0:
+        replay.write(file)
 
 
 MAX_CONTROLLERS = 2
@@ -98,33 +84,20 @@ def watch(chosen: EvaluateOptions, options: WatchOptions) -> None:
     if options.drive is not None:
         _drive(configurations[0], chosen.seeds()[0], stage, options)
         return
-    recorders = _recorders(stage, chosen, options, command)
-    _record(configurations, chosen.seeds()[0], stage, options, recorders)
+    episodes = [_scenes(each, chosen.seeds()[0], stage, options) for each in configurations]
+    _record(episodes, _recorders(stage, chosen, options, command))
     for file in (options.video, options.html, options.frame):
         if file:
             say(f"wrote {file} ({file.stat().st_size / 1e6:.1f} MB)")
 
 
-def _record(
-    configurations: Sequence[ExperimentConfig],
-    seed: int,
-    stage: Stage,
-    options: WatchOptions,
-    recorders: Sequence[Sequence[Recorder]],
-) -> None:
-    episodes = [_scenes(each, seed, stage, options) for each in configurations]
-    try:
+def _record(episodes: Sequence[Iterator[Scene]], recorders: Sequence[Sequence[Recorder]]) -> None:
+    with ExitStack() as stack:
+        takes = [[stack.enter_context(each) for each in several] for several in recorders]
         for scenes in zip(*episodes, strict=True):
-            pairs = zip(recorders, scenes, strict=True)
-            watched = [each.take(scene) for several, scene in pairs for each in several]
-            if not all(watched):
+            pairs = zip(takes, scenes, strict=True)
+            if not all(take(scene) for own, scene in pairs for take in own):
                 break
-    except BaseException:  # also when the user stops it: half a film is no film
-        for recorder in chain(*recorders):
-            recorder.discard()
-        raise
-    for recorder in chain(*recorders):
-        recorder.close()
 
 
 def _drive(configuration: ExperimentConfig, seed: int, stage: Stage, options: WatchOptions) -> None:
@@ -180,12 +153,9 @@ def command_of(chosen: EvaluateOptions, options: WatchOptions) -> str:
     """The command line that shows the same again, with every option that is not the usual one."""
     words = [f"--set={each}" for each in chosen.settings] + [f"--seed={chosen.seed}"]
     words += [f"--physics={chosen.physics}"] if chosen.physics else []
-    for each in fields(WatchOptions):
-        value = getattr(options, each.name)
-        if value != each.default:
-            words.append(
-                f"--{each.name}={value:g}" if isinstance(value, float) else f"--{each.name}={value}"
-            )
+    for name, value in vars(options).items():
+        if value != vars(WatchOptions)[name]:
+            words.append(f"--{name}={value:g}" if isinstance(value, float) else f"--{name}={value}")
     return shlex.join(["swarm-forage", "watch", chosen.scenario, *chosen.controllers, *words])
 
 
@@ -213,26 +183,14 @@ def _recorders(
         opening = Opening(options.start, options.speed, options.select, beside, colours)
         replay = Replay(stage, chosen.seeds()[0], command, opening=opening)
         for swarm, own in enumerate(recorders):
-            own.append(ReplayRecorder(options.html, replay, swarm))
-    if options.needs_pictures:
-        recorders[0] += _image_recorders(stage, options)
+            own.append(recorded(options.html, replay, swarm))
+    if options.needs_pictures:  # ImportError without pygame
+        from baselines.evaluation import image_recorders as images
+
+        recorders[0] += [images.video(stage, options)] if options.video else []
+        recorders[0] += [images.still(stage, options)] if options.frame else []
+        recorders[0] += [images.live_window(stage, options)] if options.in_a_window else []
     return recorders
-
-
-def _image_recorders(stage: Stage, options: WatchOptions) -> list[Recorder]:
-    """The recorders that paint. ImportError without pygame."""
-    from baselines.evaluation.image_recorders import LiveWindow, StillRecorder, VideoRecorder
-    from swarm_forage_env.rendering.window import Window
-
-    size, select, start = options.size, options.select, options.start
-    found: list[Recorder] = []
-    if options.video:
-        found.append(VideoRecorder(options.video, stage, size, select, options.speed, start))
-    if options.frame:
-        found.append(StillRecorder(options.frame, stage, size, select))
-    if options.in_a_window:
-        found.append(LiveWindow(Window(stage, size, options.speed, select), start))
-    return found
 
 
 def _check_robot(option: str, robot: int | None, stage: Stage) -> None:
@@ -242,24 +200,17 @@ def _check_robot(option: str, robot: int | None, stage: Stage) -> None:
         )
 
 
-def _check_drive(options: WatchOptions, stage: Stage) -> None:
-    """ConfigError for a robot that cannot be driven by hand."""
-    if options.drive is None:
-        return
-    _check_robot("--drive", options.drive, stage)
-    if not options.in_a_window or options.start:
-        raise ConfigError(
-            f"--drive={options.drive}: a robot is driven in a window, from the start on; leave out"
-            " --start, --video, --html and --frame"
-        )
-
-
 def _checked(options: WatchOptions, stage: Stage) -> WatchOptions:
     """Check the options and fill in the length; ConfigError for what cannot be shown."""
     checked_speed(options.speed)
     checked_size(options.size)
     _check_robot("--select", options.select, stage)
-    _check_drive(options, stage)
+    _check_robot("--drive", options.drive, stage)
+    if options.drive is not None and (options.start or not options.in_a_window):
+        raise ConfigError(
+            f"--drive={options.drive}: a robot is driven in a window, from the start on; leave out"
+            " --start, --video, --html and --frame"
+        )
     if not 0.0 <= options.start < stage.duration:
         raise ConfigError(
             f"--start={options.start:g}: must be 0 to less than the {stage.duration:g} s of an"

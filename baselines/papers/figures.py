@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from baselines.evaluation.box_plots import BOXES, box_panels
 from baselines.evaluation.figure_page import Caption, page_style, save_figure
-from baselines.evaluation.line_plots import BANDS, Curve, curve_panels
+from baselines.evaluation.line_plots import BANDS, Means, curve_panels, mean_curve
 from baselines.papers.experiments import (
     HasExperiments,
     Metric,
@@ -93,7 +93,7 @@ class Curves(UsesFields):
     """Names of x and y."""
     panels: Mapping[str, Mapping[str, Source]]
     """Sources by panel and series."""
-    curve: Callable[[Sequence[ForagingEpisode]], Curve]
+    curve: Callable[[Sequence[ForagingEpisode]], Means]
     reading: ClassVar[str] = BANDS
 
     def draw(self, results: Results, command: str) -> Figure:
@@ -128,13 +128,13 @@ def controllers_of(named: Iterable[tuple[str, Source]]) -> dict[str, str]:
     }
 
 
-def time_of_each_robot(episodes: Sequence[ForagingEpisode]) -> Curve:
+def time_of_each_robot(episodes: Sequence[ForagingEpisode]) -> Means:
     """Time until k robots had visited both areas [s]; else the whole episode."""
     n_robots = episodes[0].n_robots
     times = np.full((len(episodes), n_robots), episodes[0].duration_s)
     for row, episode in zip(times, episodes, strict=True):
         row[: len(episode.recruited_at_s)] = episode.recruited_at_s
-    return Curve(np.arange(1.0, n_robots + 1.0), times)
+    return mean_curve(np.arange(1.0, n_robots + 1.0), times)
 
 
 def recruitment_time_if_finished(episode: ForagingEpisode) -> float:

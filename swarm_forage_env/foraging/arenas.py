@@ -37,10 +37,8 @@ class Shape:
     n_sides: int
     side: float
     """Length of a side [m]."""
-
     ring: float
     """Distance of an obstacle from the centre, as a share of the circumradius."""
-
     obstacle: float
     """Length of an obstacle [m]."""
 

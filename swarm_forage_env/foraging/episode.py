@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -32,53 +31,39 @@ class ForagingEpisode(EpisodeHeader):
 
     round_trips: int
     """Round trips of all robots."""
-
     recruitment_time_s: float | None
     """Time until every robot had visited both areas [s]; None if not all did."""
-
     on_path_share: float
     """Share of the robots on the path, mean over the second half."""
-
     lost_events: int
     """How often robots found themselves lost."""
-
     messages: int
     """Messages heard."""
-
     localisation_error_m: float | None
     """Mean over robots with an estimator, areas they know of, and time [m]; None if nothing was
     ever known, as where policies are everything."""
-
     wall_s: float
     """Computing time: an equal share of that of the block the episode ran in [s]."""
-
     on_path_over_time: tuple[float, ...] = ()
     """Share of the robots on the path at the end of each hundredth of the episode."""
-
     recruited_at_s: tuple[float, ...] = ()
     """When the robots had visited both areas, earliest first; the others are left out [s]."""
-
     sound_robots: int | None = None
     """Robots without a fault; like all that follows None in a scenario without faults."""
-
     round_trips_sound: int | None = None
     """Round trips of the sound robots."""
-
     on_path_share_sound: float | None = None
     """Share of the sound robots on the path, mean over the second half; None if none is sound."""
-
     lost_events_sound: int | None = None
     """How often sound robots found themselves lost."""
-
     localisation_error_sound_m: float | None = None
     """Mean over sound robots, areas they know of, and time [m]; None if nothing was ever known."""
 
 
 class LocalisationErrorMeter:
-    """The localisation error of each world, summed over robots, known areas and samples."""
+    """The localisation error of each world, summed over chosen robots, known areas and samples."""
 
     def __init__(self, is_meant: Bool[Array, "worlds robots"]) -> None:
-        """Nothing measured yet; only the robots that are meant count."""
         self._is_meant = is_meant
         self._sum: Float64[Array, " worlds"] = np.zeros(len(is_meant))
         self._count: Int64[Array, " worlds"] = np.zeros(len(is_meant), np.int64)
@@ -97,93 +82,45 @@ class LocalisationErrorMeter:
         return float(self._sum[world] / self._count[world]) if self._count[world] else None
 
 
-class OnPathMeter:
-    """The share of the robots on the path in each world, sampled evenly over the episode."""
-
-    def __init__(self, n_ticks: int) -> None:
-        """Nothing sampled yet; an episode shorter than the series has a sample a tick."""
-        self._n_ticks = n_ticks
-        self._samples: list[Float64[Array, " worlds"]] = []
-
-    def next_sample(self, tick: int) -> int:
-        """The next tick after this one with which a hundredth of the episode ends."""
-        hundredths = tick * SERIES_LENGTH // self._n_ticks
-        return -(-(hundredths + 1) * self._n_ticks // SERIES_LENGTH)
-
-    def sample(self, loop: MeasuredLoop, tick: int) -> None:
-        """Take a sample if a hundredth of the episode ends with this tick."""
-        if tick * SERIES_LENGTH // self._n_ticks > (tick - 1) * SERIES_LENGTH // self._n_ticks:
-            world = loop.world
-            self._samples.append(knows_both_areas_now(world.state.known, world.n_worlds))
-
-    def series(self, world: int) -> tuple[float, ...]:
-        """The samples of one world."""
-        return tuple(float(sample[world]) for sample in self._samples)
-
-
-class SoundMeter:
-    """The metrics of the sound robots of each world."""
-
-    def __init__(self, loop: MeasuredLoop) -> None:
-        """Of a loop of whose worlds some may have faulty robots."""
-        self._loop = loop
-        self._is_sound: Bool[Array, "worlds robots"] = is_sound(loop.world.faults["kinds"])
-        self._error = LocalisationErrorMeter(self._is_sound)
-
-    def sample(self) -> None:
-        """Compare what sound robots believe now with what is true."""
-        self._error.sample(self._loop)
-
-    def results(self, world: int) -> dict[str, Any]:
-        """The metrics of one world; none in one whose scenario has no faults."""
-        block = self._loop.world
-        if not block.worlds["has_faults"][world]:
-            return {}
-        sound = block.robots[world][self._is_sound[world]]
-        on_path = None
-        if len(sound):
-            n_ticks = block.scenarios[world].n_ticks
-            on_path = float(knows_both_areas_share(sound["path_ticks"], 1, n_ticks)[0])
-        return {
-            "sound_robots": len(sound),
-            "round_trips_sound": int(sound["round_trips"].sum()),
-            "on_path_share_sound": on_path,
-            "lost_events_sound": int(sound["lost_events"].sum()),
-            "localisation_error_sound_m": self._error.mean(world),
-        }
-
-
 class ForagingMeter:
-    """All metrics of a block of worlds."""
+    """All metrics of a block of worlds, which are about to start."""
 
     def __init__(self, loop: MeasuredLoop) -> None:
-        """Of a loop whose worlds are about to start."""
         self._loop = loop
-        scenario = loop.world.scenario
-        self._error = LocalisationErrorMeter(np.ones(loop.world.robots.shape, np.bool_))
-        self._sound = SoundMeter(loop) if loop.world.worlds["has_faults"].any() else None
-        self._path = OnPathMeter(scenario.n_ticks)
-        self._period = max(1, round(SAMPLE_EVERY / scenario.tick))
+        robots, scenario = loop.world.robots, loop.world.scenario
+        self._error = LocalisationErrorMeter(np.ones(robots.shape, np.bool_))
+        self._is_sound: Bool[Array, "worlds robots"] = is_sound(loop.world.faults["kinds"])
+        self._sound_error = LocalisationErrorMeter(self._is_sound)
+        self._has_faults: Bool[Array, " worlds"] = loop.world.worlds["has_faults"] != 0
+        self._on_path: list[Float64[Array, " worlds"]] = []
+        self._n_ticks: int = scenario.n_ticks
+        self._period: int = max(1, round(SAMPLE_EVERY / scenario.tick))
+
+    def _hundredths(self, tick: int) -> int:
+        """How many hundredths of the episode are over with a tick."""
+        return tick * SERIES_LENGTH // self._n_ticks
 
     def next_sample(self, tick: int) -> int:
-        """The next tick after this one with which something is to be measured."""
-        next_error: int = (tick // self._period + 1) * self._period
-        return min(next_error, self._path.next_sample(tick))
+        """The next tick after this one with which a period or a hundredth of the episode ends."""
+        next_share = -(-(self._hundredths(tick) + 1) * self._n_ticks // SERIES_LENGTH)
+        return min((tick // self._period + 1) * self._period, next_share)
 
     def sample(self, tick: int) -> None:
-        """Measure what is over with this tick."""
+        """Measure what is over with this tick; a short episode has a share on the path a tick."""
         if tick % self._period == 0:
             self._error.sample(self._loop)
-            if self._sound is not None:
-                self._sound.sample()
-        self._path.sample(self._loop, tick)
+            if self._has_faults.any():
+                self._sound_error.sample(self._loop)
+        if self._hundredths(tick) > self._hundredths(tick - 1):
+            world = self._loop.world
+            self._on_path.append(knows_both_areas_now(world.state.known, world.n_worlds))
 
-    def results(self) -> list[dict[str, Any]]:
+    def results(self) -> list[dict[str, object]]:
         """The metrics of each world."""
         world, tick = self._loop.world, self._loop.world.scenario.tick
         state, n, first_visit = world.state, world.n_worlds, world.robots["first_visit"]
         recruited = recruitment_time(state.first_visit, n, tick)
-        on_path = knows_both_areas_share(state.path_ticks, n, world.scenario.n_ticks)
+        on_path = knows_both_areas_share(state.path_ticks, n, self._n_ticks)
         trips, lost = total(state.round_trips, n), total(state.lost_events, n)
         messages = total(state.messages, n)
         return [
@@ -194,12 +131,27 @@ class ForagingMeter:
                 "lost_events": int(lost[w]),
                 "messages": int(messages[w]),
                 "localisation_error_m": self._error.mean(w),
-                "on_path_over_time": self._path.series(w),
+                "on_path_over_time": tuple(float(shares[w]) for shares in self._on_path),
                 "recruited_at_s": tuple(recruited_at(first_visit[w], tick).tolist()),
-                **(self._sound.results(w) if self._sound is not None else {}),
+                **(self._results_of_sound(w) if self._has_faults[w] else {}),
             }
             for w in range(n)
         ]
+
+    def _results_of_sound(self, w: int) -> dict[str, object]:
+        """The metrics of the robots without a fault of one world."""
+        world = self._loop.world
+        sound, n_ticks = world.robots[w][self._is_sound[w]], world.scenarios[w].n_ticks
+        on_path = None
+        if len(sound):
+            on_path = float(knows_both_areas_share(sound["path_ticks"], 1, n_ticks)[0])
+        return {
+            "sound_robots": len(sound),
+            "round_trips_sound": int(sound["round_trips"].sum()),
+            "on_path_share_sound": on_path,
+            "lost_events_sound": int(sound["lost_events"].sum()),
+            "localisation_error_sound_m": self._sound_error.mean(w),
+        }
 
 
 FORAGING_EPISODE = EpisodeKind(

@@ -46,19 +46,21 @@ class ForagingState(GlobalState):
     def robot_features(self) -> list[Feature]:
         """Pose, beliefs and faults of one robot."""
         half = self._half
-        found = [Feature(f"pose.{k}", "m", -half[k], half[k]) for k in half]
-        found += [Feature(f"heading.{k}", "ratio", -1.0, 1.0) for k in ("cos", "sin")]
-        found += [
+        features = [Feature(f"pose.{k}", "m", -half[k], half[k]) for k in half]
+        features += [Feature(f"heading.{k}", "ratio", -1.0, 1.0) for k in ("cos", "sin")]
+        features += [
             Feature(f"believed.{area}.{k}", "m", -math.inf, math.inf, scale=PLACE["scale"])
             for area in AREAS
             for k in half
         ]
-        found += [Feature(f"known.{area}", "0 or 1", *FLAG) for area in AREAS]
-        found += [Feature(f"p.{area}", "m", 0.0, math.inf, scale=PATH["scale"]) for area in AREAS]
-        found += [Feature(f"goal.{goal}", "0 or 1", *FLAG) for goal in GOALS]
+        features += [Feature(f"known.{area}", "0 or 1", *FLAG) for area in AREAS]
+        features += [
+            Feature(f"p.{area}", "m", 0.0, math.inf, scale=PATH["scale"]) for area in AREAS
+        ]
+        features += [Feature(f"goal.{goal}", "0 or 1", *FLAG) for goal in GOALS]
         if self._scenario.faults.is_any:
-            found += [Feature(f"fault.{kind}", "0 or 1", *FLAG) for kind in KINDS]
-        return found
+            features += [Feature(f"fault.{kind}", "0 or 1", *FLAG) for kind in KINDS]
+        return features
 
     def of_robots(self) -> list[Array]:
         """The same numbers of all robots."""
@@ -80,15 +82,15 @@ class ForagingState(GlobalState):
     def world_features(self) -> list[Feature]:
         """The areas: two, or as many as a scenario has room for."""
         half = self._half
-        found = [Feature(f"areas.{a}.{k}", "m", -half[k], half[k]) for a in AREAS for k in half]
+        features = [Feature(f"areas.{a}.{k}", "m", -half[k], half[k]) for a in AREAS for k in half]
         if not self._scenario.task.areas:
-            return found
-        found += [Feature(f"areas.{a}.worth", *WORTH, scale=1.0) for a in AREAS]
+            return features
+        features += [Feature(f"areas.{a}.worth", *WORTH, scale=1.0) for a in AREAS]
         for n in range(2, MAX_AREAS):
-            found += [Feature(f"areas.{n}.{k}", "m", -half[k], half[k]) for k in half]
-            found += [Feature(f"areas.{n}.{kind}", "0 or 1", *FLAG) for kind in AREAS]
-            found += [Feature(f"areas.{n}.worth", *WORTH, scale=1.0)]
-        return found
+            features += [Feature(f"areas.{n}.{k}", "m", -half[k], half[k]) for k in half]
+            features += [Feature(f"areas.{n}.{kind}", "0 or 1", *FLAG) for kind in AREAS]
+            features += [Feature(f"areas.{n}.worth", *WORTH, scale=1.0)]
+        return features
 
     def of_world(self) -> list[Array]:
         """Where areas are now; if the scenario lists them all of them, and what they are worth."""

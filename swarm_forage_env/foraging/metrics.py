@@ -1,7 +1,7 @@
 """What an episode is judged by: pure functions of the state, one number for each world.
 
 Each takes arrays over all rows and the number of worlds W, robots of a world being consecutive; the
-localisation error, which is sampled all the time, goes by records.
+localisation error, which is sampled often, takes records.
 """
 
 import numpy as np
@@ -96,13 +96,13 @@ def nearest_areas(
     n_areas = worlds["n_areas"].max()
     centres, kinds = worlds["areas"][:, :n_areas], worlds["kinds"][:, :n_areas]
     own = places.reshape(len(worlds), -1, 2, 2)
-    found = np.empty_like(own)
+    nearest_of = np.empty_like(own)
     for kind in (NEST, PREY):
         away = own[:, :, None, kind] - centres[:, None]
         squared = np.where((kinds == kind)[:, None], (away**2).sum(axis=3), np.inf)
         nearest = squared.argmin(axis=2)
-        found[:, :, kind] = np.take_along_axis(centres, nearest[:, :, None], axis=1)
-    return found.reshape(places.shape)
+        nearest_of[:, :, kind] = np.take_along_axis(centres, nearest[:, :, None], axis=1)
+    return nearest_of.reshape(places.shape)
 
 
 @kernel

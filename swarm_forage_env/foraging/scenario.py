@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from swarm_forage_env.arrays import Array, Float64
-from swarm_forage_env.epuck.obstacles import ROUNDING, Point, check_clear
+from swarm_forage_env.epuck.obstacles import ROUNDING, check_clear
 from swarm_forage_env.epuck.parts import Arena, Mission
 from swarm_forage_env.epuck.scenario import EpuckScenario
 from swarm_forage_env.foraging.areas import Area, check_areas, in_order
@@ -115,7 +115,8 @@ def _check_own_areas(task: Task, arena: Arena) -> None:
                     f" {arena.width} m; move it inside"
                 )
             for other in range(number):
-                if _nearest((x, y), task.areas[other].centres) < 2.0 * task.area_radius - ROUNDING:
+                apart = min(math.dist((x, y), centre) for centre in task.areas[other].centres)
+                if apart < 2.0 * task.area_radius - ROUNDING:
                     raise ValueError(
                         f"{what} about ({x:g}, {y:g}) overlaps task.areas[{other}], where that is"
                         " or moves to; keep them apart"
@@ -125,8 +126,3 @@ def _check_own_areas(task: Task, arena: Arena) -> None:
                 f"{what} about ({area.centre[0]:g}, {area.centre[1]:g}) reaches into the start"
                 f" circle of radius {task.start_radius} m; move it away from the origin"
             )
-
-
-def _nearest(place: Point, others: list[Point]) -> float:
-    """Distance from a place to the nearest of some others [m]."""
-    return min(math.dist(place, other) for other in others)

@@ -1,7 +1,5 @@
 """Where things go in a picture: a panel above, the arena to scale, a legend below; and bounds."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float64
@@ -36,84 +34,32 @@ def checked_speed(speed: float) -> float:
     return speed
 
 
-@dataclass(frozen=True)
 class Layout:
-    """A picture `width` px wide; the arena lies in the middle and nothing else overlaps it."""
+    """A picture `width` px wide; the arena lies in the middle and nothing else overlaps it.
 
-    stage: Stage
-    width: int
-    beliefs: bool = False
-    """There is room below the arena for what a selected robot believes."""
-    keys: bool = False
-    """There is room for the keys of the window."""
+    Sizes are in pixels. With `beliefs` there is room below the arena for what a selected robot
+    believes, with `keys` for the keys of the window.
+    """
 
-    @property
-    def lines(self) -> int:
-        """Lines of text below the arena."""
-        return self.legend_lines + 2 * self.beliefs + self.keys
-
-    @property
-    def legend_lines(self) -> int:
-        """Lines of the legend."""
-        return 1 if self.stage.goals is None else 2
-
-    @property
-    def unit(self) -> float:
+    def __init__(self, stage: Stage, width: int, beliefs: bool = False, keys: bool = False) -> None:
+        self.stage, self.width, self.beliefs, self.keys = stage, width, beliefs, keys
+        self.unit = min(max(width / 512.0, 0.8), 2.0)
         """Everything but the arena is as large as in a picture of 512 px, times this."""
-        return min(max(self.width / 512.0, 0.8), 2.0)
-
-    @property
-    def margin(self) -> int:
-        """Free space at the sides [px]."""
-        return round(12 * self.unit)
-
-    @property
-    def text(self) -> int:
-        """Height of the letters [px]."""
-        return round(14 * self.unit)
-
-    @property
-    def line(self) -> int:
-        """Height of a line of text [px]."""
-        return round(20 * self.unit)
-
-    @property
-    def header(self) -> int:
-        """Height of the panel above the arena [px]."""
-        return 2 * self.line + self.margin + round(6 * self.unit)
-
-    @property
-    def scale(self) -> float:
+        self.margin, self.text, self.line = (round(size * self.unit) for size in (12, 14, 20))
+        """Free space at the sides, and the heights of letters and of a line of text."""
+        self.scale = (width - 2 * self.margin) / max(stage.length, stage.width)
         """Pixels in a metre."""
-        room = self.width - 2 * self.margin
-        return room / max(self.stage.length, self.stage.width)
-
-    @property
-    def arena(self) -> tuple[int, int]:
-        """Width and height of the arena [px]."""
-        stage, scale = self.stage, self.scale
-        return round(stage.length * scale), round(stage.width * scale)
-
-    @property
-    def corner(self) -> tuple[int, int]:
-        """Upper left corner of the arena [px]."""
-        return (self.width - self.arena[0]) // 2, self.header
-
-    @property
-    def height(self) -> int:
-        """Height of the picture [px], an even number."""
-        height = self.header + self.arena[1] + self.lines * self.line + self.margin
-        return height + height % 2
-
-    @property
-    def robot_radius(self) -> float:
-        """Radius of a robot as drawn [px]: to scale, unless that is too small to see."""
-        return max(self.stage.robot_radius * self.scale, SMALLEST_RADIUS * self.unit)
-
-    @property
-    def enlarges(self) -> bool:
-        """Robots are drawn larger than they are."""
-        return self.robot_radius > self.stage.robot_radius * self.scale
+        self.arena = round(stage.length * self.scale), round(stage.width * self.scale)
+        header = 2 * self.line + self.margin + round(6 * self.unit)
+        self.corner = (width - self.arena[0]) // 2, header
+        """Upper left corner of the arena, below the panel."""
+        self.legend_lines = 1 if stage.goals is None else 2
+        n_lines = self.legend_lines + 2 * beliefs + keys
+        height = header + self.arena[1] + n_lines * self.line + self.margin
+        self.height = height + height % 2  # videos want even numbers
+        self.robot_radius = max(stage.robot_radius * self.scale, SMALLEST_RADIUS * self.unit)
+        """Radius of a robot as drawn: to scale, unless that is too small to see."""
+        self.enlarges = self.robot_radius > stage.robot_radius * self.scale
 
     def pixels(self, places: Float64[Array, "*any 2"]) -> Float64[Array, "*any 2"]:
         """World frame [m] to the arena's own pixels, y down."""

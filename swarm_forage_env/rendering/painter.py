@@ -21,7 +21,7 @@ from swarm_forage_env.rendering.shapes import (
     draw_walls,
 )
 from swarm_forage_env.rendering.trails import Trails
-from swarm_forage_env.scene import Scene, Stage
+from swarm_forage_env.scene import Localised, Scene, Stage
 
 FINENESS = 3
 """The arena is drawn this many times larger, then made smaller: that smooths every edge."""
@@ -42,31 +42,37 @@ class Painter:
     """Draws the scenes of one stage."""
 
     def __init__(self, stage: Stage, layout: Layout) -> None:
-        """A picture with nobody on it yet."""
-        self.layout = layout
-        self._stage = stage
+        self.layout, self._stage = layout, stage
         self._fine = FINENESS if layout.width <= 640 else 2
+        self._scale = layout.scale * self._fine
+        """Pixels of the canvas in a metre."""
+        self._pixel = layout.unit * self._fine
+        """A line of normal width, on the canvas [px]."""
+        self._wall = max(2, round(2 * layout.unit))
+        """Thickness of the walls, which stand around the arena [px]."""
         self._trails = Trails()
         pygame.font.init()
         self._large = pygame.font.Font(None, round(1.1 * layout.text * self._fine))
         self._goals = None
         if stage.goals is not None:
-            scale = layout.scale * self._fine
-            self._goals = GoalPainter(stage, self._spot, scale, self._pixel)
+            self._goals = GoalPainter(stage, self._spot, self._scale, self._pixel)
         self._areas = stage.areas_at(0.0)
         self._places: dict[int, int] = {}
+        length, height = (side + 2 * self._wall for side in layout.arena)
+        self._smooth = pygame.Surface((length, height), depth=32)
+        self._canvas = pygame.Surface((self._fine * length, self._fine * height), depth=32)
+        self._inside = self._canvas.get_rect().inflate(*([-2 * self._fine * self._wall] * 2))
+        """The arena on the canvas."""
         self._floor = self._empty_floor()
-        self._canvas = self._floor.copy()
         self._picture = pygame.Surface((layout.width, layout.height), depth=32)
         self._panel = HeadUpDisplay(stage, layout, self._picture)
-        self._smooth = pygame.Surface(self._with_walls(layout.arena), depth=32)
 
     def take(self, scene: Scene) -> None:
         """Remember a scene, drawn or not: trails and messages go back to it."""
         self._trails.take(scene)
 
     def paint(self, scene: Scene, show: Show, aside: str = "") -> pygame.Surface:
-        """The picture of the scene that was taken in last; valid until the next is painted."""
+        """The picture of the scene that `take` had last; valid until the next is painted."""
         areas = self._stage.areas_at(scene.time)
         if not np.array_equal(areas, self._areas):
             self._areas = areas
@@ -74,10 +80,10 @@ class Painter:
         self._canvas.blit(self._floor, (0, 0))
         if show.trails:
             self._draw_trails(scene)
-        if self._goals is None:
+        if self._goals is None or scene.localised is None:
             self._draw_foraging(scene, show)
         else:
-            self._draw_goals(self._goals, scene, show)
+            self._draw_goals(self._goals, scene, scene.localised, show)
         self._draw_robots(scene, show.selected)
         if self.layout.enlarges:
             self._draw_rims()
@@ -89,33 +95,23 @@ class Painter:
         return self._picture
 
     def _draw_foraging(self, scene: Scene, show: Show) -> None:
-        """Who hears whom, and what the selected robot believes."""
         if show.messages:
-            self._draw_messages(scene)
+            spots, width = self._spot(scene.pose[:, :2]), max(2, round(1.4 * self._pixel))
+            for sender, receiver in self._trails.messages().tolist():
+                draw_arc(self._canvas, spots[sender], spots[receiver], width)
         if show.beliefs and show.selected is not None:
             self._draw_beliefs(scene, show.selected)
 
-    def _draw_goals(self, goals: GoalPainter, scene: Scene, show: Show) -> None:
-        """Who sees whom, where everyone is to go and has been, and believes it is."""
+    def _draw_goals(self, goals: GoalPainter, scene: Scene, own: Localised, show: Show) -> None:
         if show.messages:
             goals.draw_lidar(self._canvas, scene, show.selected)
-        goals.draw_goals(self._canvas, scene, show.selected)
+        goals.draw_goals(self._canvas, scene, own, show.selected)
         goals.draw_claims(self._canvas, self._trails.claims())
         if show.beliefs:
-            goals.draw_estimates(self._canvas, scene, show.selected)
+            goals.draw_estimates(self._canvas, scene, own, show.selected)
 
-    @property
-    def _wall(self) -> int:
-        """Thickness of the walls, which stand around the arena [px]."""
-        return max(2, round(2 * self.layout.unit))
-
-    @property
-    def _pixel(self) -> float:
-        """A line of normal width, on the canvas [px]."""
-        return self._fine * self.layout.unit
-
-    def _with_walls(self, size: tuple[int, int]) -> tuple[int, int]:
-        return size[0] + 2 * self._wall, size[1] + 2 * self._wall
+    def _width(self, width: float) -> int:
+        return max(1, round(width * self._pixel))
 
     def _spot(self, places: Float64[Array, "*any 2"]) -> Float64[Array, "*any 2"]:
         """World frame [m] to pixels of the canvas."""
@@ -123,28 +119,25 @@ class Painter:
 
     def _empty_floor(self) -> pygame.Surface:
         """Walls, floor, start circle, areas and obstacles."""
-        stage, scale = self._stage, self.layout.scale * self._fine
-        size = [self._fine * side for side in self._with_walls(self.layout.arena)]
-        floor = pygame.Surface(size, depth=32)
+        stage = self._stage
+        floor = pygame.Surface(self._canvas.get_size(), depth=32)
         floor.fill(palette.WALL)
-        inside = floor.get_rect().inflate(*([-2 * self._fine * self._wall] * 2))
         if len(stage.corners):
             pygame.draw.polygon(floor, palette.FLOOR, self._spot(stage.corners).tolist())
         else:
-            floor.fill(palette.FLOOR, inside)
+            floor.fill(palette.FLOOR, self._inside)
         if self._goals is not None:
             self._goals.draw_field(floor)
         else:
-            start = self._spot(np.zeros(2))
-            stroke = max(1, round(self._pixel)), 6.0 * self._pixel
-            dashed_circle(floor, palette.FAINT, start, stage.start_radius * scale, stroke)
+            radius, stroke = stage.start_radius * self._scale, (self._width(1.0), 6.0 * self._pixel)
+            dashed_circle(floor, palette.FAINT, self._spot(np.zeros(2)), radius, stroke)
         for centre, colour, _ in self._named_areas():
-            radius = stage.area_radius * scale
+            radius = stage.area_radius * self._scale
             pygame.draw.circle(floor, mixed(colour, palette.FLOOR, 0.28), centre, radius)
-            pygame.draw.circle(floor, colour, centre, radius, round(1.5 * self._pixel))
+            pygame.draw.circle(floor, colour, centre, radius, self._width(1.5))
         for each in stage.obstacles:
             points = self._spot(each.points).tolist()
-            draw_walls(floor, points, each.radius * scale, each.is_closed)
+            draw_walls(floor, points, each.radius * self._scale, each.is_closed)
         return floor
 
     def _named_areas(self) -> Iterator[tuple[Float64[Array, " 2"], Colour, str]]:
@@ -153,21 +146,19 @@ class Painter:
         return zip(self._spot(self._areas), colours, self._stage.names, strict=True)
 
     def _draw_rims(self) -> None:
-        """The rims of the areas, over robots that are drawn larger than they are."""
-        radius = self._stage.area_radius * self.layout.scale * self._fine
+        """Draw the rims of the areas, over robots that are drawn larger than they are."""
+        radius, width = self._stage.area_radius * self._scale, self._width(1.5)
         for centre, colour, _ in self._named_areas():
-            wide = round(1.5 * self._pixel)
-            pygame.draw.circle(self._canvas, palette.WHITE, centre, radius + wide / 2, 2 * wide)
-            pygame.draw.circle(self._canvas, colour, centre, radius, wide)
+            pygame.draw.circle(self._canvas, palette.WHITE, centre, radius + width / 2, 2 * width)
+            pygame.draw.circle(self._canvas, colour, centre, radius, width)
 
     def _write_names(self, scene: Scene) -> None:
-        """The names of areas and home, each where no robot is, on the floor's own colour.
+        """Write the names of areas and home, each where no robot is, on the floor's own colour.
 
         A name stays where it was for as long as it can, and is left out where it cannot stand.
         """
         robots = self._spot(scene.pose[:, :2])
         clear = self.layout.robot_radius * self._fine + 5.0 * self._pixel
-        arena = self._canvas.get_rect().inflate(*([-2 * self._fine * self._wall] * 2))
         taken: list[pygame.Rect] = []
         for which, (centre, radius, ground, name) in enumerate(self._names()):
             word = self._large.render(name, True, palette.INK)
@@ -175,7 +166,7 @@ class Painter:
             x, y = centre.tolist()
             places = places_about((x, y), word.get_size(), radius + 3.0 * self._pixel, is_inside)
             order = [self._places.get(which, 0), *range(len(places))]
-            free = (k for k in order if is_free(places[k], arena, robots, clear, taken))
+            free = (k for k in order if is_free(places[k], self._inside, robots, clear, taken))
             if (chosen := next(free, None)) is None:
                 continue
             self._places[which] = chosen
@@ -186,17 +177,17 @@ class Painter:
 
     def _names(self) -> Iterator[tuple[Float64[Array, " 2"], float, Colour, str]]:
         """Centre and radius on the canvas [px], colour inside and name of what has one."""
-        radius = self._stage.area_radius * self.layout.scale * self._fine
+        radius = self._stage.area_radius * self._scale
         for centre, colour, name in self._named_areas():
             yield centre, radius, mixed(colour, palette.FLOOR, 0.28), name
         if self._stage.goals is not None:
             yield self._spot(np.zeros(2)), 6.0 * self._pixel, palette.FLOOR, "home"
 
     def _draw_trails(self, scene: Scene) -> None:
-        """Where each robot came from, paler the longer ago, in the colour of what it did."""
+        """Draw where each robot came from, paler the longer ago, in the colour of what it did."""
         places, doing = self._trails.trails()
         spots = self._spot(np.concatenate([places, scene.pose[None, :, :2]]))
-        points, width = len(doing), max(1, round(1.3 * self._pixel))
+        points, width = len(doing), self._width(1.3)
         for k in range(points):
             share = 0.12 + 0.55 * (k + 1) / points
             inks = [mixed(trail_colour(code), palette.FLOOR, share) for code in palette.DOING]
@@ -205,40 +196,30 @@ class Painter:
             ):
                 pygame.draw.line(self._canvas, inks[code], a, b, width)
 
-    def _draw_messages(self, scene: Scene) -> None:
-        spots = self._spot(scene.pose[:, :2])
-        width = max(2, round(1.4 * self._pixel))
-        for sender, receiver in self._trails.messages().tolist():
-            draw_arc(self._canvas, spots[sender], spots[receiver], width)
-
     def _draw_beliefs(self, scene: Scene, robot: int) -> None:
-        """Where the robot believes each area to be, how sure it is, and how far that is off."""
-        stage, scale = self._stage, self.layout.scale * self._fine
-        believed = self._spot(scene.believed[robot])
+        """Draw where the robot believes each area to be, how sure it is, and how far off."""
+        stage, believed = self._stage, self._spot(scene.believed[robot])
         for area, colour in enumerate(palette.AREA):
             if not scene.known[robot, area]:
                 continue
             nearest = stage.nearest_area(area, scene.believed[robot, area], scene.time)
-            true = self._spot(nearest)
-            radius = stage.area_radius + P_RING * float(scene.p[robot, area])
-            radii = stage.area_radius * scale, radius * scale
-            wide = max(1, round(1.5 * self._pixel))
-            pygame.draw.line(self._canvas, palette.INK, true, believed[area], wide)
+            true, ring = self._spot(nearest), P_RING * float(scene.p[robot, area])
+            radii = stage.area_radius * self._scale, (stage.area_radius + ring) * self._scale
+            pygame.draw.line(self._canvas, palette.INK, true, believed[area], self._width(1.5))
             draw_belief(self._canvas, believed[area], radii, colour, self._pixel)
 
     def _draw_robots(self, scene: Scene, selected: int | None) -> None:
         size = self.layout.robot_radius * self._fine, 1.2 * self._pixel
         spots, headings = self._spot(scene.pose[:, :2]).tolist(), scene.pose[:, 2].tolist()
-        for (x, y), heading, doing in zip(spots, headings, scene.doing.tolist(), strict=True):
-            draw_robot(self._canvas, x, y, heading, doing, size)
+        for spot, heading, doing in zip(spots, headings, scene.doing.tolist(), strict=True):
+            draw_robot(self._canvas, spot, heading, doing, size)
         if scene.faulty is not None:
-            wide = max(1, round(1.5 * self._pixel))
             for robot in np.flatnonzero(scene.faulty):
-                x, y = spots[robot]
-                draw_fault_mark(self._canvas, x, y, size[0], wide)
+                draw_fault_mark(self._canvas, spots[robot], size[0], self._width(1.5))
         if selected is not None:
-            halo, wide = size[0] + 3.5 * self._pixel, round(2.0 * self._pixel)
-            pygame.draw.circle(self._canvas, palette.SELECTED, spots[selected], halo, wide)
+            halo = size[0] + 3.5 * self._pixel
+            width = self._width(2.0)
+            pygame.draw.circle(self._canvas, palette.SELECTED, spots[selected], halo, width)
 
 
 def places_about(
@@ -253,10 +234,10 @@ def places_about(
     away = [(0.0, 0.0)] if is_inside else []
     away += [(0.0, -across), (0.0, across), (along, 0.0), (-along, 0.0)]
     away += [(side * along, end * across) for side in (1.0, -1.0) for end in (-1.0, 1.0)]
-    found = [pygame.Rect((0, 0), size) for _ in away]
-    for rect, (right, down) in zip(found, away, strict=True):
+    rects = [pygame.Rect((0, 0), size) for _ in away]
+    for rect, (right, down) in zip(rects, away, strict=True):
         rect.center = round(x + right), round(y + down)
-    return found
+    return rects
 
 
 def is_free(

@@ -7,7 +7,6 @@ differences from frame to frame, low bytes and high bytes apart, which deflate w
 import math
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,71 +17,57 @@ from swarm_forage_env.scene import Scene
 CODES = 2**16
 
 
-@dataclass(frozen=True, slots=True)
-class Column:
-    """A quantity of every robot, and how finely it is kept."""
-
-    name: str
-    """As the page calls it."""
-
-    step: float
-    """Rounded to multiples of this, in its own unit; coarser only where the range needs it."""
-
-    wraps: bool = False
-    """An angle: kept as turned since the first frame, so that the last code follows the first."""
-
-
 PLACE, BELIEVED, PATH, WHOLE = 0.001, 0.002, 0.005, 1.0
 """Steps of places where robots are and where they believe areas to be, of paths travelled and
-standard deviations [m], and of numbers that are whole."""
+standard deviations [m], and of whole numbers; coarser only where the range needs it."""
 
 TURN = 2.0 * math.pi / 1024
 """Step of headings [rad]; CODES of them are whole turns."""
 
-POSE = (
-    Column("x", PLACE),
-    Column("y", PLACE),
-    Column("heading", TURN, wraps=True),
-    Column("doing", WHOLE),
-)
-"""What is kept of each robot."""
+ANGLES = ("heading", "direction")
+"""Columns of angles: turned since the first frame, so that the last code follows the first."""
 
-FORAGING = (
-    Column("known", WHOLE),
-    Column("trips", WHOLE),
-    Column("nestX", BELIEVED),
-    Column("nestY", BELIEVED),
-    Column("nestP", PATH),
-    Column("preyX", BELIEVED),
-    Column("preyY", BELIEVED),
-    Column("preyP", PATH),
-)
-"""What is kept where robots forage; `known` is 1 for the nest plus 2 for the prey."""
+POSE = {"x": PLACE, "y": PLACE, "heading": TURN, "doing": WHOLE}
+"""What is recorded of each robot, as the page calls it, and in which steps."""
 
-GOALS = (
-    Column("right", WHOLE),
-    Column("wrong", WHOLE),
-    Column("goalX", PLACE),
-    Column("goalY", PLACE),
-    Column("believedX", BELIEVED),
-    Column("believedY", BELIEVED),
-    Column("long", PATH),
-    Column("short", PATH),
-    Column("direction", TURN, wraps=True),
-)
-"""What is kept where robots visit goals: claims, and the ellipse of an estimate."""
+FORAGING = {
+    "known": WHOLE,
+    "trips": WHOLE,
+    "nestX": BELIEVED,
+    "nestY": BELIEVED,
+    "nestP": PATH,
+    "preyX": BELIEVED,
+    "preyY": BELIEVED,
+    "preyP": PATH,
+}
+"""Further columns of robots that forage; `known` is 1 for the nest plus 2 for the prey."""
 
-FAULTY = Column("faulty", WHOLE)
-"""Kept too where robots may be faulty: 1 while a fault is in effect."""
+GOALS = {
+    "right": WHOLE,
+    "wrong": WHOLE,
+    "goalX": PLACE,
+    "goalY": PLACE,
+    "believedX": BELIEVED,
+    "believedY": BELIEVED,
+    "long": PATH,
+    "short": PATH,
+    "direction": TURN,
+}
+"""Further columns of robots that visit goals: claims, and the ellipse of an estimate."""
+
+FAULTY = {"faulty": WHOLE}
+"""A further column where robots may be faulty: 1 while a fault is in effect."""
 
 
 class Recording:
-    """Scenes as they come: all of them, or every second, fourth ... if there are too many."""
+    """Scenes in order: all of them, or every second, fourth ... if there are too many.
 
-    def __init__(self, most: int) -> None:
-        """Keep `most` frames at most, two or more, and the last scene."""
+    It holds at most `max_frames`, two or more, and the last scene.
+    """
+
+    def __init__(self, max_frames: int) -> None:
         self.every = 1
-        self._most = most
+        self._max_frames = max_frames
         self._scenes = 0
         self._latest: Scene | None = None
         self._times: list[float] = []
@@ -92,7 +77,7 @@ class Recording:
         self._pending: list[Int64[Array, " pairs"]] = []
 
     def add(self, scene: Scene) -> None:
-        """Take the next scene of the episode. ConfigError if it is not later than the last."""
+        """Add the next scene of the episode. ConfigError if it is not later than the last."""
         if self._latest is not None and scene.time <= self._latest.time:
             raise ConfigError(
                 f"scene of {scene.time:g} s after one of {self._latest.time:g} s:"
@@ -101,14 +86,14 @@ class Recording:
         self._latest = scene
         self._pending.append(_pairs(scene.messages))
         if self._scenes % self.every == 0:
-            if len(self._times) >= self._most:
+            if len(self._times) >= self._max_frames:
                 self._thin()
             if self._scenes % self.every == 0:
                 self._keep(scene)
         self._scenes += 1
 
     def pack(self) -> tuple[dict[str, object], bytes]:
-        """What a reader must know about the packed numbers, and these, deflated.
+        """What a reader must know about the packed numbers, and those numbers, deflated.
 
         Little-endian: times [s] and shares of robots as float32, the number of messages up to and
         with each frame as uint32, sender and receiver of each as uint16, and then each column,
@@ -118,22 +103,19 @@ class Recording:
             raise ConfigError("no scene was recorded: add one before writing")
         if self._times[-1] < self._latest.time:
             self._keep(self._latest)
-        values = np.stack(self._rows, axis=2)
-        columns = _columns(self._latest)
-        scales = [_scale(column, v) for column, v in zip(columns, values, strict=True)]
+        steps = _steps(self._latest)
+        values = dict(zip(steps, np.stack(self._rows, axis=2), strict=True))
+        scales = {name: _scale(name, steps[name], each) for name, each in values.items()}
         counts = np.cumsum([len(pairs) for pairs in self._heard])
         parts = [
             np.array([self._times, self._shares], "<f4").tobytes(),
             counts.astype("<u4").tobytes(),
             np.stack(np.divmod(np.concatenate(self._heard), CODES), axis=1).astype("<u2").tobytes(),
         ]
-        parts += map(_differences, columns, values, scales)
-        told = [
-            {"name": column.name, "low": low, "step": step}
-            for column, (low, step) in zip(columns, scales, strict=True)
-        ]
+        parts += [_differences(name, values[name], *scale) for name, scale in scales.items()]
+        columns = [{"name": name, "low": low, "step": step} for name, (low, step) in scales.items()]
         frames = {"frames": len(self._times), "every": self.every}
-        about = frames | {"messages": int(counts[-1]), "columns": told}
+        about = frames | {"messages": int(counts[-1]), "columns": columns}
         return about, zlib.compress(b"".join(parts))
 
     def _keep(self, scene: Scene) -> None:
@@ -150,8 +132,8 @@ class Recording:
         if len(heard) % 2 == 0:
             self._pending.insert(0, heard[-1])
         self._heard = heard[:1] + [_together(heard[k : k + 2]) for k in range(1, len(heard) - 1, 2)]
-        for kept in (self._times, self._shares, self._rows):
-            del kept[1::2]
+        for series in (self._times, self._shares, self._rows):
+            del series[1::2]
 
 
 def _together(pairs: Sequence[Int64[Array, " pairs"]]) -> Int64[Array, " pairs"]:
@@ -164,10 +146,10 @@ def _pairs(messages: Int32[Array, "messages ends"]) -> Int64[Array, " pairs"]:
     return np.asarray(messages @ np.array([CODES, 1]))
 
 
-def _columns(scene: Scene) -> tuple[Column, ...]:
-    """What is kept of the robots of such scenes."""
+def _steps(scene: Scene) -> dict[str, float]:
+    """The columns of such scenes, and their steps."""
     own = FORAGING if scene.localised is None else GOALS
-    return (*POSE, *own) if scene.faulty is None else (*POSE, *own, FAULTY)
+    return POSE | own | ({} if scene.faulty is None else FAULTY)
 
 
 def _row(scene: Scene) -> Float32[Array, "columns robots"]:
@@ -185,19 +167,18 @@ def _row(scene: Scene) -> Float32[Array, "columns robots"]:
     return np.stack([each.astype(np.float32) for each in row])
 
 
-def _scale(column: Column, values: Float32[Array, "robots frames"]) -> tuple[float, float]:
+def _scale(name: str, step: float, values: Float32[Array, "robots frames"]) -> tuple[float, float]:
     """The value of code 0, and the step from code to code."""
-    if column.wraps:
-        return 0.0, column.step
+    if name in ANGLES:
+        return 0.0, step
     low, high = float(values.min()), float(values.max())
-    return low, max(column.step, (high - low) / (CODES - 1))
+    return low, max(step, (high - low) / (CODES - 1))
 
 
 def _differences(
-    column: Column, values: Float32[Array, "robots frames"], scale: tuple[float, float]
+    name: str, values: Float32[Array, "robots frames"], low: float, step: float
 ) -> bytes:
-    low, step = scale
     exact = values.astype(np.float64)
-    codes = np.rint(((np.unwrap(exact) if column.wraps else exact) - low) / step).astype(np.int64)
+    codes = np.rint(((np.unwrap(exact) if name in ANGLES else exact) - low) / step).astype(np.int64)
     steps = np.diff(codes, axis=1, prepend=0) % CODES
     return (steps % 256).astype(np.uint8).tobytes() + (steps // 256).astype(np.uint8).tobytes()

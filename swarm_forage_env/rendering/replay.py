@@ -25,16 +25,7 @@ BUDGET = 6_000_000
 BYTES_PER_ROBOT = 12
 """A robot in one frame takes about this much of the file [byte]; es1 and es3 take less."""
 
-SCRIPTS = (
-    "load.js",
-    "view.js",
-    "arena.js",
-    "labels.js",
-    "goals.js",
-    "curves.js",
-    "panel.js",
-    "player.js",
-)
+SCRIPTS = ("load", "view", "arena", "labels", "goals", "curves", "panel", "player")
 """The page's scripts, in the order they are read."""
 
 
@@ -44,22 +35,22 @@ class Opening:
 
     start: float = 0.0
     """The time at which it begins [s]; earlier scenes are for trails alone."""
-
     speed: float = 10.0
     """Multiple of real time."""
-
     select: int | None = None
     """The robot that is chosen."""
-
     beside: str | None = None
     """What moves a second swarm in the same world, shown beside the first."""
-
     colours: tuple[str, ...] = ("#0072b2", "#e69f00")
     """The colour of each controller, as `#rrggbb`: of its curves, and beside its name."""
 
 
 class Replay:
-    """Takes the scenes of one episode, or of two in the same world, and writes one HTML file."""
+    """Writes the scenes of one episode, or of two in the same world, as one HTML file.
+
+    `command` is what the user typed to make the episode. Every scene becomes a frame as long as the
+    file stays below the budget [byte]; beyond, every second, every fourth and so on.
+    """
 
     def __init__(
         self,
@@ -69,20 +60,15 @@ class Replay:
         budget: int = BUDGET,
         opening: Opening | None = None,
     ) -> None:
-        """Nothing recorded yet; `command` is what the user typed to make this episode.
-
-        Every scene becomes a frame as long as the file stays below the budget [byte]; beyond,
-        every second, every fourth and so on.
-        """
         self._stage, self._seed, self._command = stage, seed, command
         self._opening = opening or Opening()
         beside = self._opening.beside
-        self._controllers = (stage.controller, *([] if beside is None else [beside]))
-        most = budget // (BYTES_PER_ROBOT * stage.n_robots * len(self._controllers))
-        self._recordings = [Recording(max(2, most)) for _ in self._controllers]
+        self._controllers = [stage.controller] if beside is None else [stage.controller, beside]
+        max_frames = budget // (BYTES_PER_ROBOT * stage.n_robots * len(self._controllers))
+        self._recordings = [Recording(max(2, max_frames)) for _ in self._controllers]
 
     def add(self, scene: Scene, which: int = 0) -> None:
-        """Take the next scene of a swarm. ConfigError if it is not later than the last."""
+        """Add the next scene of a swarm. ConfigError if it is not later than the last."""
         self._recordings[which].add(scene)
 
     def write(self, file: Path) -> None:
@@ -102,21 +88,21 @@ class Replay:
         ConfigError where no scene was added, or not the same times for both swarms.
         """
         packs = [recording.pack() for recording in self._recordings]
-        if len({(told["frames"], told["every"]) for told, _ in packs}) > 1:
+        if len({(about["frames"], about["every"]) for about, _ in packs}) > 1:
             raise ConfigError("scenes of two swarms that are not of the same times: add them alike")
         colours = self._opening.colours[: len(packs)]
-        swarms = [
-            {"controller": name, "colour": colour} | told
-            for name, colour, (told, _) in zip(self._controllers, colours, packs, strict=True)
-        ]
-        about = json.dumps(self._about() | swarms[0] | {"beside": swarms[1:]})
+        first, *others = (
+            {"controller": name, "colour": colour} | about
+            for name, colour, (about, _) in zip(self._controllers, colours, packs, strict=True)
+        )
+        about = json.dumps(self._about() | first | {"beside": others})
         names = " and ".join(self._controllers)
         return Template(_part("replay.html")).substitute(
             title=html.escape(f"{self._stage.scenario} · {names} · seed {self._seed}"),
             style=_part("replay.css"),
             about=about.replace("<", "\\u003c"),
             recordings="\n".join(_script(k, packed) for k, (_, packed) in enumerate(packs)),
-            script="\n".join(_part(name) for name in SCRIPTS),
+            script="\n".join(_part(f"{name}.js") for name in SCRIPTS),
         )
 
     def _about(self) -> dict[str, object]:
@@ -154,25 +140,28 @@ class Replay:
         }
 
 
-def _colours() -> dict[str, object]:
+def _colours() -> dict[str, str | list[str]]:
     codes = range(len(STATES))
+    named = {
+        "message": palette.MESSAGE,
+        "selected": palette.SELECTED,
+        "faulty": palette.FAULTY,
+        "goal": palette.GOAL,
+        "right": palette.RIGHT,
+        "wrong": palette.WRONG,
+        "estimate": palette.ESTIMATE,
+        "lidar": palette.LIDAR,
+        "floor": palette.FLOOR,
+        "wall": palette.WALL,
+        "ink": palette.INK,
+        "faint": palette.FAINT,
+    }
     return {
         "doing": [_css(palette.DOING[code]) for code in codes],
         "noses": [_css(palette.INK if code == EXPLORING else palette.WHITE) for code in codes],
         "trails": [_css(palette.trail_colour(code)) for code in codes],
         "areas": [_css(colour) for colour in palette.AREA],
-        "message": _css(palette.MESSAGE),
-        "selected": _css(palette.SELECTED),
-        "faulty": _css(palette.FAULTY),
-        "goal": _css(palette.GOAL),
-        "right": _css(palette.RIGHT),
-        "wrong": _css(palette.WRONG),
-        "estimate": _css(palette.ESTIMATE),
-        "lidar": _css(palette.LIDAR),
-        "floor": _css(palette.FLOOR),
-        "wall": _css(palette.WALL),
-        "ink": _css(palette.INK),
-        "faint": _css(palette.FAINT),
+        **{name: _css(colour) for name, colour in named.items()},
     }
 
 

@@ -1,6 +1,7 @@
 """Shapes, drawn large: a picture made smaller afterwards has smooth edges."""
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -11,42 +12,42 @@ from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.palette import Colour
 from swarm_forage_env.scene import EXPLORING
 
+Point = Sequence[float] | Float64[Array, " 2"]
+"""A place on a surface [px]."""
+
 
 def draw_robot(
-    surface: pygame.Surface,
-    x: float,
-    y: float,
-    heading: float,
-    doing: int,
-    size: tuple[float, float],
+    surface: pygame.Surface, at: Point, heading: float, doing: int, size: tuple[float, float]
 ) -> None:
-    """A disc in the colour of what the robot does, with a wedge that points ahead.
+    """Draw a disc in the colour of what the robot does, with a wedge that points ahead.
 
     `size` is the radius and the thickness of the rim [px]; the rim keeps the robot apart from
     floor and neighbours, and takes a fifth of the radius at most.
     """
     radius, rim = size[0], min(size[1], 0.2 * size[0])
     c, s = math.cos(heading), -math.sin(heading)
-    pygame.draw.circle(surface, palette.INK, (x, y), radius)
-    pygame.draw.circle(surface, palette.DOING[doing], (x, y), radius - rim)
+    pygame.draw.circle(surface, palette.INK, at, radius)
+    pygame.draw.circle(surface, palette.DOING[doing], at, radius - rim)
     ink = palette.INK if doing == EXPLORING else palette.WHITE
     wedge = [(0.78, 0.0), (-0.1, 0.5), (-0.1, -0.5)]
     corners = [
-        (x + radius * (c * ahead - s * side), y + radius * (s * ahead + c * side))
+        (at[0] + radius * (c * ahead - s * side), at[1] + radius * (s * ahead + c * side))
         for ahead, side in wedge
     ]
     pygame.draw.polygon(surface, ink, corners)
 
 
-def draw_fault_mark(surface: pygame.Surface, x: float, y: float, radius: float, width: int) -> None:
-    """A red cross over a faulty robot, a little larger than its body [px]."""
-    arm = 0.85 * radius
-    for side in (-1.0, 1.0):
-        ends = (x - arm, y - side * arm), (x + arm, y + side * arm)
-        pygame.draw.line(surface, palette.WHITE, *ends, 2 * width)
-    for side in (-1.0, 1.0):
-        ends = (x - arm, y - side * arm), (x + arm, y + side * arm)
-        pygame.draw.line(surface, palette.FAULTY, *ends, width)
+def draw_cross(surface: pygame.Surface, colour: Colour, at: Point, arm: float, width: int) -> None:
+    """Draw a diagonal cross, `arm` being half of its side [px]."""
+    x, y = at
+    for side in (-arm, arm):
+        pygame.draw.line(surface, colour, (x - arm, y - side), (x + arm, y + side), width)
+
+
+def draw_fault_mark(surface: pygame.Surface, at: Point, radius: float, width: int) -> None:
+    """Draw a red cross over a faulty robot, as large as its body [px]."""
+    draw_cross(surface, palette.WHITE, at, 0.85 * radius, 2 * width)
+    draw_cross(surface, palette.FAULTY, at, 0.85 * radius, width)
 
 
 def draw_belief(
@@ -56,7 +57,7 @@ def draw_belief(
     colour: Colour,
     pixel: float,
 ) -> None:
-    """A believed area, dashed, with a cross at its centre and the ring of its p around it."""
+    """Draw a believed area, dashed, with a cross at its centre and the ring of its p around it."""
     area, ring = radii
     width = max(1, round(1.5 * pixel))
     pygame.draw.circle(surface, colour, centre, ring, width)
@@ -73,7 +74,7 @@ def draw_arc(
     receiver: Float64[Array, " 2"],
     width: int,
 ) -> None:
-    """A message, bent to the left of its way: an answer bends the other way."""
+    """Draw a message, bent to the left of its way: an answer bends the other way."""
     share = np.linspace(0.0, 1.0, 17)[:, None]
     bow = 0.35 * np.array([receiver[1] - sender[1], sender[0] - receiver[0]])
     arc = (1.0 - share) * sender + share * receiver + 4.0 * share * (1.0 - share) * bow
@@ -83,18 +84,18 @@ def draw_arc(
 def draw_walls(
     surface: pygame.Surface, points: list[list[float]], radius: float, is_closed: bool
 ) -> None:
-    """An obstacle: a disc, or walls of that radius with round ends, a polygon of them filled.
+    """Draw an obstacle: a disc, or walls of that radius with round ends, a polygon of them filled.
 
     Points and radius in pixels; thin walls are drawn three pixels wide.
     """
-    ends = [*points, points[0]] if is_closed else points
+    ends, width = [*points, points[0]] if is_closed else points, max(radius, 1.5)
     if is_closed:
         pygame.draw.polygon(surface, palette.WALL, points)
     for place in ends:
-        pygame.draw.circle(surface, palette.WALL, place, max(radius, 1.5))
+        pygame.draw.circle(surface, palette.WALL, place, width)
     for (ax, ay), (bx, by) in pairwise(ends):
-        length = math.hypot(bx - ax, by - ay)
-        nx, ny = (max(radius, 1.5) / max(length, 1e-9) * each for each in (ay - by, bx - ax))
+        share = width / max(math.hypot(bx - ax, by - ay), 1e-9)
+        nx, ny = share * (ay - by), share * (bx - ax)
         side = [(ax + nx, ay + ny), (bx + nx, by + ny), (bx - nx, by - ny), (ax - nx, ay - ny)]
         pygame.draw.polygon(surface, palette.WALL, side)
 
@@ -106,7 +107,7 @@ def dashed_circle(
     radius: float,
     stroke: tuple[int, float],
 ) -> None:
-    """A circle of dashes as long as the gaps; `stroke` is their width and length [px]."""
+    """Draw a circle of dashes as long as the gaps; `stroke` is their width and length [px]."""
     width, dash = stroke
     n = max(6, round(math.pi * radius / dash))
     for k in range(n):

@@ -15,30 +15,23 @@ POINTS = 25
 """Points of a trail."""
 
 JUST_NOW = 0.5
-"""Messages are drawn for so long [s]: one tick alone would be missed between two pictures."""
+"""How long messages are drawn [s]: one tick would be missed between two pictures."""
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A robot said that it was at its goal."""
+    """A robot at `place` said that it was at its goal, which was judged at `time` [s], [m]."""
 
     time: float
-    """When that was judged [s]."""
-
     place: Float64[Array, " 2"]
-    """Where the robot was [m]."""
-
     goal: Float64[Array, " 2"]
-    """Where the goal was [m]."""
-
     is_right: bool
 
 
 class Trails:
-    """The recent past of one world, taken in scene by scene."""
+    """The recent past of one world, scene by scene."""
 
     def __init__(self) -> None:
-        """Nothing seen yet."""
         self._past: deque[Scene] = deque(maxlen=POINTS)
         self._heard: deque[Scene] = deque()
         self._claims: deque[Claim] = deque()
@@ -72,7 +65,7 @@ class Trails:
             self._claims.popleft()
 
     def claims(self) -> list[Claim]:
-        """What was claimed of late, oldest first."""
+        """The recent claims, oldest first."""
         return list(self._claims)
 
     def trails(self) -> tuple[Float64[Array, "points robots 2"], Int8[Array, "points robots"]]:

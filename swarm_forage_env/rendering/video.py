@@ -2,7 +2,6 @@
 
 import subprocess
 from pathlib import Path
-from typing import Any
 
 from swarm_forage_env.arrays import Array, UInt8
 from swarm_forage_env.atomic_write import replacing, temporary_of
@@ -25,27 +24,21 @@ def fps_of(file: Path) -> int:
     return GIF_FPS if file.suffix.lower() == ".gif" else FPS
 
 
-PIPES: dict[str, Any] = {
-    "stdin": subprocess.PIPE,
-    "stdout": subprocess.DEVNULL,
-    "stderr": subprocess.DEVNULL,
-    "start_new_session": True,
-}
-"""Ctrl-C does not reach ffmpeg; the command that started it ends it."""
-
 FLAGS = {
     ".mp4": "-c:v h264 -crf 20 -pix_fmt yuv420p -vf scale=ceil(iw/2)*2:ceil(ih/2)*2"
     " -movflags +faststart -f mp4",
     ".gif": f"-c:v gif -pix_fmt pal8 -filter_complex {ONE_PALETTE} -loop 0 -f gif",
 }
-"""What ffmpeg is told of each format; H.264 in this form has an even width and height."""
+"""Options of ffmpeg for each format; H.264 in this form has an even width and height."""
 
 
 class Video:
-    """Writes frames of one size to a file, which appears when it is closed."""
+    """Writes frames of one size to a file, which appears when it is closed.
+
+    ConfigError where there is no ffmpeg. Ctrl-C does not reach ffmpeg: its starter ends it.
+    """
 
     def __init__(self, file: Path, width: int, height: int) -> None:
-        """ConfigError where there is no ffmpeg."""
         import imageio_ffmpeg
 
         self._file, self._trial = file, temporary_of(file)
@@ -53,7 +46,14 @@ class Video:
         try:
             program = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-v", "quiet", *frames.split()]
             program += [*FLAGS[file.suffix.lower()].split(), str(self._trial)]
-            self._ffmpeg = subprocess.Popen(program, bufsize=0, **PIPES)
+            self._ffmpeg = subprocess.Popen(
+                program,
+                bufsize=0,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+            )
         except (OSError, RuntimeError):
             raise ConfigError(
                 f"{file}: no ffmpeg was found to write it; pip install 'swarm-forage[render]'"
@@ -84,7 +84,7 @@ class Video:
         self._trial.unlink(missing_ok=True)
 
     def _end(self) -> int:
-        """The exit status of ffmpeg, which finishes what it has been given."""
+        """The exit status of ffmpeg, which finishes its input first."""
         self._frames.close()
         return self._ffmpeg.wait()
 

@@ -28,24 +28,23 @@ def check_render_mode(render_mode: object) -> None:
 
 
 class Viewer:
-    """Shows the scenes of one stage, in a window or as frames.
+    """Shows the scenes of one stage, in a window ("human") or as frames ("rgb_array").
 
-    Nothing is opened before the first scene is drawn.
+    `width` is that of a picture [px]; the beliefs of robot `select` are drawn. Nothing is opened
+    before the first scene is drawn.
     """
 
     def __init__(
         self, stage: Stage, mode: str, width: int | None = None, select: int | None = None
     ) -> None:
-        """Mode is "human" or "rgb_array", `width` that of a picture [px]; robot `select` has its
-        beliefs drawn."""
         from swarm_forage_env.rendering.layout import Layout, checked_size
         from swarm_forage_env.rendering.painter import Painter, Show
         from swarm_forage_env.rendering.window import Window
 
+        self.window: Window | None = None
         if mode == "human":
-            self.window: Window | None = Window(stage, width or WINDOW_WIDTH, select=select)
+            self.window = Window(stage, width or WINDOW_WIDTH, select=select)
             return
-        self.window = None
         layout = Layout(stage, checked_size(width or FRAME_WIDTH), beliefs=select is not None)
         self._painter = Painter(stage, layout)
         self._show = Show(selected=select)

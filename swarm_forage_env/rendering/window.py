@@ -24,21 +24,23 @@ BEHIND = 0.25
 NOTICE = 2.0
 """How long a notice stands above the arena [s]."""
 
+DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
+"""Variables that name a display on Linux; without any, SDL opens a window that nobody sees."""
+
 
 class Window:
     """A window on the user's screen; it opens with the first scene.
 
     A scene that would come sooner than the next picture is due is remembered, not drawn.
+    ConfigError for a width or a speed out of bounds.
     """
 
     def __init__(
         self, stage: Stage, width: int, speed: float = 1.0, select: int | None = None
     ) -> None:
-        """ConfigError for a width or a speed out of bounds."""
         self.speed = checked_speed(speed)
         self.show_what = Show(selected=select)
-        self.paused = False
-        self.closed = False
+        self.paused = self.closed = self._one_step = False
         self._stage = stage
         self._layout = Layout(stage, checked_size(width), beliefs=True, keys=True)
         self._painter = Painter(stage, self._layout)
@@ -47,12 +49,11 @@ class Window:
         self._due = 0.0
         self._anchor = 0.0, 0.0
         self._notice = "", 0.0
-        self._one_step = False
         self._driven: int | None = None
         self._held: set[int] = set()
 
     def drive(self, robot: int) -> None:
-        """Leave the arrow keys to who drives this robot, which is selected."""
+        """Leave the arrow keys to the driver of this robot, and select it."""
         self._driven = self.show_what.selected = robot
 
     @property
@@ -70,20 +71,23 @@ class Window:
         before = self._scene
         if self.closed:
             return
-        started_anew = before is None or scene.time < before.time or scene.time == 0.0
-        if before is not None and scene.time == before.time and not started_anew:
+        is_first = before is None or scene.time < before.time or scene.time == 0.0
+        if before is not None and scene.time == before.time and not is_first:
             return
         self._scene = scene
         self._painter.take(scene)
-        if started_anew:
-            self._begin(scene)
+        if is_first:
+            self._begin()
         elif scene.time < self._due - 1e-9:
             return
         self._due = scene.time + self.speed / FPS
         self._wait_for(scene)
         self._draw()
         while self._waits():
-            self._idle()
+            time.sleep(1.0 / FPS)
+            self._answer()
+            self._draw()
+            self._set_clock()
         if self._one_step:
             self._one_step = False
             self._due = 0.0
@@ -99,12 +103,13 @@ class Window:
         self._screen = None
         self.closed = True
 
-    def _begin(self, scene: Scene) -> None:
+    def _begin(self) -> None:
         """Open the window unless it is open, and start the clock."""
-        self._anchor = time.perf_counter(), scene.time
+        self._set_clock()
         if self._screen is not None:
             return
-        _check_display()
+        if sys.platform == "linux" and not any(map(os.environ.get, DISPLAYS)):
+            raise _no_display("DISPLAY is not set")
         try:
             pygame.display.init()
             self._screen = pygame.display.set_mode((self._layout.width, self._layout.height))
@@ -119,7 +124,7 @@ class Window:
             wall, then = self._anchor
             early = wall + (scene.time - then) / self.speed - time.perf_counter()
             if early < -BEHIND:
-                self._anchor = time.perf_counter(), scene.time
+                self._set_clock()
             if early <= 0.0:
                 return
             time.sleep(min(early, 1.0 / FPS))
@@ -128,11 +133,8 @@ class Window:
         """The user looks at this scene for as long as they like."""
         return self.paused and not self.closed and not self._one_step
 
-    def _idle(self) -> None:
-        """A moment of pause."""
-        time.sleep(1.0 / FPS)
-        self._answer()
-        self._draw()
+    def _set_clock(self) -> None:
+        """Set the clock to the time of the scene that is seen."""
         if self._scene is not None:
             self._anchor = time.perf_counter(), self._scene.time
 
@@ -177,17 +179,9 @@ class Window:
     def _step(self) -> None:
         self.paused = self._one_step = True
 
-    def _faster(self) -> None:
-        self._go(2.0 * self.speed)
-
-    def _slower(self) -> None:
-        self._go(0.5 * self.speed)
-
-    def _go(self, speed: float) -> None:
-        """Take another speed, from now on."""
-        self.speed = min(max(speed, SPEEDS[0]), SPEEDS[1])
-        if self._scene is not None:
-            self._anchor = time.perf_counter(), self._scene.time
+    def _change_speed(self, factor: float) -> None:
+        self.speed = min(max(factor * self.speed, SPEEDS[0]), SPEEDS[1])
+        self._set_clock()
 
     def _select_next(self) -> None:
         """The next robot, or the one before with shift held."""
@@ -199,6 +193,10 @@ class Window:
     def _select_none(self) -> None:
         self.show_what.selected = None
 
+    def _toggle(self, what: str) -> None:
+        shown = vars(self.show_what)
+        shown[what] = not shown[what]
+
     def _select_at(self, spot: tuple[int, int]) -> None:
         """The robot under the mouse, or none."""
         if self._scene is not None:
@@ -208,28 +206,18 @@ class Window:
             hit = away[near] <= self._layout.robot_radius + 4.0
             self.show_what.selected = near if hit else None
 
-    def _toggle(self, what: str) -> None:
-        setattr(self.show_what, what, not getattr(self.show_what, what))
-
     def _save(self) -> None:
         """Write what is seen to a PNG in the current folder."""
         if self._scene is None:
             return
         name = quote(self._stage.scenario, safe="")
         file = Path(f"{name}-{self._scene.time:07.1f}s.png")
-        picture = self._painter.paint(self._scene, self.show_what, f"{self.speed:g}x")
+        words = f"saved {file}"
         try:
-            save(picture, file)
-            self._notice = f"saved {file}", time.perf_counter() + NOTICE
+            save(self._painter.paint(self._scene, self.show_what, f"{self.speed:g}x"), file)
         except OSError:
-            self._notice = f"cannot write {file}", time.perf_counter() + NOTICE
-
-
-def _check_display() -> None:
-    """ConfigError on a Linux without a display, where SDL would open a window that nobody sees."""
-    wanted = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
-    if sys.platform == "linux" and not any(os.environ.get(name) for name in wanted):
-        raise _no_display("DISPLAY is not set")
+            words = f"cannot write {file}"
+        self._notice = words, time.perf_counter() + NOTICE
 
 
 def _no_display(reason: str) -> ConfigError:
@@ -242,15 +230,15 @@ def _no_display(reason: str) -> ConfigError:
 ARROWS = (pygame.K_UP, pygame.K_LEFT, pygame.K_RIGHT)
 """Keys that drive a robot: ahead, to the left, to the right."""
 
+FASTER = (pygame.K_PLUS, pygame.K_EQUALS, pygame.K_KP_PLUS)
+SLOWER = (pygame.K_MINUS, pygame.K_KP_MINUS)
+
 KEYS: dict[int, Callable[[Window], None]] = {
     pygame.K_SPACE: Window._pause,
     pygame.K_PERIOD: Window._step,
     pygame.K_RIGHT: Window._step,
-    pygame.K_PLUS: Window._faster,
-    pygame.K_EQUALS: Window._faster,
-    pygame.K_KP_PLUS: Window._faster,
-    pygame.K_MINUS: Window._slower,
-    pygame.K_KP_MINUS: Window._slower,
+    **dict.fromkeys(FASTER, lambda window: window._change_speed(2.0)),
+    **dict.fromkeys(SLOWER, lambda window: window._change_speed(0.5)),
     pygame.K_TAB: Window._select_next,
     pygame.K_ESCAPE: Window._select_none,
     pygame.K_t: lambda window: window._toggle("trails"),
@@ -259,4 +247,4 @@ KEYS: dict[int, Callable[[Window], None]] = {
     pygame.K_s: Window._save,
     pygame.K_q: Window.close,
 }
-"""What each key does; `panel.HELP` tells the user."""
+"""What each key does; `hud.HELP` lists them for the user."""

@@ -9,7 +9,7 @@ estimator is that of the whole swarm, as robots correct their estimates jointly.
 """
 
 import math
-from typing import Any
+from typing import Protocol
 
 from swarm_forage_env.arrays import Array, Float32, Int64
 from swarm_forage_env.compiler import kernel
@@ -17,7 +17,7 @@ from swarm_forage_env.interface import KEEP, Kernel
 from swarm_forage_env.record import Numbers, Record
 from swarm_forage_env.templates import row_template
 from swarm_forage_env.ticks import NOT_FINITE, Arrays, note
-from swarm_forage_env.waypoints.records import Action, RobotState
+from swarm_forage_env.waypoints.records import Action, Exchange, RobotState, Situation
 
 update_belief: Kernel
 describe: Kernel
@@ -26,8 +26,12 @@ gain: Kernel
 merge: Kernel
 """Free names of the templates: functions of the chosen layers."""
 
-Mind = Any
-"""What the chosen estimator keeps of a robot: a record."""
+
+class Mind(Protocol):
+    """What the chosen estimator keeps of a robot: a record."""
+
+    situation: Situation
+    exchange: Exchange
 
 
 @row_template

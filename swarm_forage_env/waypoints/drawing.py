@@ -16,7 +16,7 @@ BODY_RADIUS = 0.17
 """Of an iRobot Create [m]; the world has no contacts, so that no scenario has it."""
 
 SEEING = {EXPLORING: "sees nobody", TALKING: "sees others"}
-"""What robots are told apart by: those that see each other exchange what they believe."""
+"""What robots are doing: those that see each other exchange what they believe."""
 
 
 def stage_of(scenario: WaypointsScenario, controller: str) -> Stage:
@@ -80,7 +80,4 @@ def ellipses(covariance: Float64[Array, "robots 2 2"]) -> Float64[Array, "robots
     xx, xy, yy = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 1, 1]
     mean, half = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
     axes = np.sqrt(np.maximum(np.stack([mean + half, mean - half]), 0.0))
-    found: Float64[Array, "robots 3"] = np.stack(
-        [*axes, 0.5 * np.arctan2(2.0 * xy, xx - yy)], axis=1
-    )
-    return found
+    return np.stack([*axes, 0.5 * np.arctan2(2.0 * xy, xx - yy)], axis=1)

@@ -11,7 +11,7 @@ from swarm_forage_env.no_layers import has_estimators
 from swarm_forage_env.record import rows
 from swarm_forage_env.spaces import Feature
 from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
-from swarm_forage_env.waypoints.records import PLACE
+from swarm_forage_env.waypoints.records import PLACE_SCALE
 from swarm_forage_env.waypoints.world import WaypointsWorld
 
 
@@ -29,7 +29,7 @@ class WaypointsState(GlobalState):
     def robot_features(self) -> list[Feature]:
         """Pose, goal and believed place of one robot."""
         x, y, *others = (
-            Feature(f"{what}.{axis}", "m", -math.inf, math.inf, scale=PLACE["scale"])
+            Feature(f"{what}.{axis}", "m", -math.inf, math.inf, scale=PLACE_SCALE)
             for what in ("pose", "goal", "believed")
             for axis in "xy"
         )
@@ -57,9 +57,7 @@ class WaypointsState(GlobalState):
         """Where the robots believe to be, if a hand-written estimator runs."""
         if not self._has_beliefs:
             return None
-        place: Float64[Array, "rows 2"]
-        place = rows(self._controller.minds["estimator"]["belief"]).pose[:, :2]
-        return place
+        return np.asarray(rows(self._controller.minds["estimator"]["belief"]).pose[:, :2])
 
 
 def take(world: WaypointsWorld, minds: Array) -> Mapping[str, Array]:

@@ -40,6 +40,6 @@ for size in N_ROBOTS:
         ),
         "Runs behind the figures (code)",
     )
-    told = "with the numbers of the paper of 2021", "with those of the code behind its figures"
-    for scenario, how in zip((stated, ran), told, strict=True):
+    abouts = "with the numbers of the paper of 2021", "with those of the code behind its figures"
+    for scenario, how in zip((stated, ran), abouts, strict=True):
         SCENARIOS.register(scenario.name, f"robots visit goals, {how}")(scenario)

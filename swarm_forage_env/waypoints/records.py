@@ -10,7 +10,7 @@ hand-written layer sees.
 """
 
 import math
-from typing import Any
+from functools import partial
 
 import numpy as np
 
@@ -24,20 +24,28 @@ ENCODER, LANDMARK, LIDAR, GOAL = range(4)
 WORDS = 12
 """Numbers in a message of a learner of everything."""
 
-PLACE: dict[str, Any] = {"unit": "m", "scale": 2.0, "names": ("xy",)}
-"""The way to a place."""
+PLACE_SCALE = 2.0
+"""Typical distance of a place [m]."""
 
-VARIANCE: dict[str, Any] = {"unit": "m^2", "scale": 0.1, "low": 0.0}
-SHARE: dict[str, Any] = {"unit": "share", "scale": 1.0, "low": 0.0}
-OF_ALL: dict[str, Any] = {"unit": "of all robots", "low": 0.0, "high": 1.0}
-ANGLE: dict[str, Any] = {"unit": "rad", "low": -math.pi, "high": math.pi}
-FULL: dict[str, Any] = {"low": -1.0, "high": 1.0}
-PULL: dict[str, Any] = {
-    "unit": "of the highest acceleration",
-    "names": ("xy",),
-    "label": "pull",
-    **FULL,
-}
+place = partial(field, np.float32, 2, unit="m", scale=PLACE_SCALE, names=("xy",))
+"""A field of the way to a place."""
+
+direction = partial(field, np.float32, 2, scale=1.0, names=("xy",))
+pull = partial(
+    field,
+    np.float32,
+    2,
+    unit="of the highest acceleration",
+    names=("xy",),
+    label="pull",
+    low=-1.0,
+    high=1.0,
+)
+variance = partial(field, np.float32, unit="m^2", scale=0.1, low=0.0)
+share = partial(field, np.float32, unit="share", scale=1.0, low=0.0)
+share_of_robots = partial(field, np.float32, unit="of all robots", low=0.0, high=1.0)
+angle = partial(field, np.float32, unit="rad", low=-math.pi, high=math.pi)
+word = partial(field, np.float32, low=-1.0, high=1.0)
 
 SPEED, TURN = 0, 1
 """Columns of what is measured of a robot's motion."""
@@ -93,7 +101,7 @@ class Readings(Record):
     )
     """Speed [m/s] and turn rate [rad/s] of the last tick, as wheels and gyro tell them."""
 
-    compass: float = field(np.float32, **ANGLE)
+    compass: float = angle()
     """Heading [rad], without error: the authors steer by it, and estimate by the gyro."""
 
     at_home: float = flag()
@@ -108,9 +116,9 @@ class Readings(Record):
         label="fix",
         noise=lambda scenario: f"sd {scenario.sensors.home_noise:g}",
     )
-    """x, y [m] and heading [rad] as home tells them; zeros out of its reach."""
+    """x, y [m] and heading [rad] as measured at home; zeros out of its reach."""
 
-    goal: Float32[Array, "2"] = field(np.float32, 2, **PLACE)
+    goal: Float32[Array, "2"] = place()
     """Where to go next, world frame [m]."""
 
 
@@ -129,21 +137,19 @@ class Sighting(Record):
     )
     """How far it is, as measured."""
 
-    bearing: float = field(
-        np.float32, noise=lambda scenario: f"sd {scenario.sensors.bearing_noise:g} rad", **ANGLE
-    )
+    bearing: float = angle(noise=lambda scenario: f"sd {scenario.sensors.bearing_noise:g} rad")
     """In which direction of the own body frame."""
 
 
 class Command(Record):
-    """What a controller tells a robot to do in the next tick. Writer: decide."""
+    """What a controller commands for the next tick. Writer: decide."""
 
-    acceleration: Float32[Array, "2"] = field(np.float32, 2, **PULL)
+    acceleration: Float32[Array, "2"] = pull()
     """Acceleration, ahead and to the left of the body; its direction is the new course. Zeros:
     straight on at the same speed."""
 
     claim: bool = field(np.bool_)
-    """The robot says that it is at its goal, and is given another."""
+    """The robot claims that it is at its goal, and gets another."""
 
 
 class Action(Record):
@@ -160,7 +166,7 @@ class Action(Record):
     )
     """Share in [0, 1] of the correction by all neighbours that is carried out."""
 
-    acceleration: Float32[Array, "2"] = field(np.float32, 2, **PULL)
+    acceleration: Float32[Array, "2"] = pull()
     """Acceleration, ahead and to the left of the body."""
 
 
@@ -205,13 +211,13 @@ class Exchange(Record):
     is_valid: float = flag(label="valid")
     """There is a correction: the robot sees another, or is seen."""
 
-    neighbours: float = field(np.float32, **OF_ALL)
+    neighbours: float = share_of_robots()
     """Robots that it sees or that see it."""
 
-    own_covariance_norm: float = field(np.float32, label="own_doubt", **VARIANCE)
+    own_covariance_norm: float = variance(label="own_doubt")
     """Norm of the own covariance."""
 
-    heard_covariance_norm: float = field(np.float32, label="heard_doubt", **VARIANCE)
+    heard_covariance_norm: float = variance(label="heard_doubt")
     """Norm of the neighbours' covariances, the mean over them; zero without any."""
 
     disagreement: float = field(np.float32, unit="m", scale=2.0, low=0.0)
@@ -228,31 +234,31 @@ class Situation(Record):
     Writer: observe.
     """
 
-    goal: Float32[Array, "2"] = field(np.float32, 2, **PLACE)
+    goal: Float32[Array, "2"] = place()
     """To the goal from where the robot believes it is."""
 
-    home: Float32[Array, "2"] = field(np.float32, 2, **PLACE)
+    home: Float32[Array, "2"] = place()
     """To home."""
 
-    centre: Float32[Array, "2"] = field(np.float32, 2, **PLACE)
+    centre: Float32[Array, "2"] = place()
     """To the middle of the neighbours, by what they believe; zeros without any."""
 
-    separation: Float32[Array, "2"] = field(np.float32, 2, scale=1.0, names=("xy",), label="crowd")
+    separation: Float32[Array, "2"] = direction(label="crowd")
     """Away from the neighbours; zeros without any."""
 
-    alignment: Float32[Array, "2"] = field(np.float32, 2, scale=1.0, names=("xy",), label="flow")
+    alignment: Float32[Array, "2"] = direction(label="flow")
     """Which way the neighbours go; zeros without any."""
 
     velocity: Float32[Array, "2"] = field(np.float32, 2, unit="m/s", scale=0.25, names=("xy",))
     """The own velocity, as believed."""
 
-    density: float = field(np.float32, **OF_ALL)
+    density: float = share_of_robots()
     """Robots seen: rho."""
 
-    covariance_norm: float = field(np.float32, label="doubt", **SHARE)
+    covariance_norm: float = share(label="doubt")
     """Norm of the covariance, as a share of the highest allowed: s."""
 
-    dead_reckoning_offset: float = field(np.float32, label="drift", **SHARE)
+    dead_reckoning_offset: float = share(label="drift")
     """Distance between the estimate and dead reckoning, as a share of the highest allowed: e."""
 
     has_arrived: float = flag(label="arrived")
@@ -262,13 +268,11 @@ class Situation(Record):
 class Said(Record):
     """What a learner of everything says, claims and hears."""
 
-    claim: float = field(np.float32, unit="at the goal if > 0", **FULL)
+    claim: float = word(unit="at the goal if > 0")
     """Whether the robot is at its goal: another one, please. Writer: the environment."""
 
-    words: Float32[Array, " words"] = field(np.float32, WORDS, unit="as sent", **FULL)
+    words: Float32[Array, " words"] = word(WORDS, unit="as sent")
     """The message, whose meaning is the policy's. Writer: the environment."""
 
-    heard: Float32[Array, "robots words"] = field(
-        np.float32, "robots", WORDS, unit="as sent", label="words", **FULL
-    )
+    heard: Float32[Array, "robots words"] = word("robots", WORDS, unit="as sent", label="words")
     """What each robot that is seen says; zeros of others. Writer: observe."""

@@ -18,7 +18,7 @@ def measure_motion(robot: RobotState) -> None:
 
 @kernel
 def fix_at_home(robot: RobotState, world: WorldState) -> None:
-    """The pose as home, the origin, tells it to those within reach; zeros to others."""
+    """Measure the pose, of robots within reach of home, the origin; zeros for others."""
     readings, pose = robot.readings, robot.pose
     readings.at_home = hypot(pose[0], pose[1]) < world.reach
     for k in range(3):

@@ -1,16 +1,57 @@
 """The task of visiting waypoints, as the rest of the code knows it."""
 
+import numpy as np
+
+from swarm_forage_env.arrays import Array
+from swarm_forage_env.compiler import kernel
+from swarm_forage_env.equations.elementary import hypot
 from swarm_forage_env.no_layers import NoLayers
-from swarm_forage_env.task import TASKS, Task
+from swarm_forage_env.record import field
+from swarm_forage_env.task import TASKS, Events, Potential, Task
 from swarm_forage_env.waypoints.control import decide_world
 from swarm_forage_env.waypoints.drawing import scene_of, stage_of
 from swarm_forage_env.waypoints.episode import WAYPOINT_EPISODE
 from swarm_forage_env.waypoints.global_state import WAYPOINT_TRAJECTORY, WaypointsState
 from swarm_forage_env.waypoints.policies import LEARNABLE, STEERINGS, carry_out, hear_words, robots
-from swarm_forage_env.waypoints.records import Said
-from swarm_forage_env.waypoints.rewards import WAYPOINTS_POTENTIAL, WaypointEvents
+from swarm_forage_env.waypoints.records import RobotState, Said, WorldState
 from swarm_forage_env.waypoints.scenario import WaypointsScenario
 from swarm_forage_env.waypoints.world import WaypointsWorld
+
+
+class WaypointEvents(Events):
+    """What happened to one robot in the last tick."""
+
+    trip: bool = field(np.bool_)
+    """It claimed its goal and was there."""
+
+    loss: bool = field(np.bool_)
+    """It claimed its goal and was not there."""
+
+    message: int = field(np.int32)
+    """Robots that it sees, and so hears."""
+
+    @staticmethod
+    def write(world: WaypointsWorld, before: Array, out: Array) -> None:
+        """Write what happened to the robots of these worlds since they were as `before`."""
+        out["trip"] = world.robots["right"] > before["right"]
+        out["loss"] = world.robots["wrong"] > before["wrong"]
+        out["message"] = np.count_nonzero(world.sightings["seen"], axis=2)
+
+
+@kernel
+def potential(robot: RobotState, world: WorldState) -> float:
+    """How far a robot has come: goals reached, and the way to the next.
+
+        Phi = goals + 1 - d / far
+
+    d is the true distance to the goal [m], `far` the diagonal of the square of goals in the
+    robot's own world.
+
+    Source: Ng1999, Theorem 1, for shaping by a potential.
+    """
+    d = hypot(robot.goal[0] - robot.pose[0], robot.goal[1] - robot.pose[1])
+    return float(robot.right + 1.0 - d / hypot(2.0 * world.half_side, 2.0 * world.half_side))
+
 
 WAYPOINTS = Task(
     name="waypoints",
@@ -23,7 +64,7 @@ WAYPOINTS = Task(
     steerings=STEERINGS,
     is_joint=True,
     no_layers=NoLayers(Said, carry_out, hear_words, robots),
-    potential=WAYPOINTS_POTENTIAL,
+    potential=Potential(potential),
     global_state=WaypointsState,
     episode=WAYPOINT_EPISODE,
     events=WaypointEvents,

@@ -69,9 +69,9 @@ class WaypointsWorld(World):
     def restart(self, first: int, last: int, seeds: Sequence[int]) -> None:
         """Put the robots at home with an exact fix, and their streams at the seeds."""
         swarms = self.robots[first:last]
-        kept = swarms["action"].copy()
+        actions = swarms["action"].copy()
         RobotState.restart(swarms)
-        swarms["action"] = kept
+        swarms["action"] = actions
 
         def words(source: NoiseSource) -> UInt64[Array, "worlds robots"]:
             return streams(seeds, self.n_robots, source).reshape(swarms.shape)

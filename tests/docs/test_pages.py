@@ -1,14 +1,11 @@
 """The code of the guides and of the first pages runs as it is printed, each page as one script."""
 
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.scripts import ROOT, run_python
+
 PAGES = ("installation", "quickstart", "trainers", *(f"guides/{path.stem}" for path in sorted(
     (ROOT / "docs" / "guides").glob("*.md")) if path.stem != "index"))  # fmt: skip
 
@@ -22,18 +19,7 @@ def script_of(page):
 def test_the_code_of_a_page_runs(page, tmp_path):
     file = tmp_path / "page.py"
     file.write_text(script_of(page), encoding="utf-8")
-    paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
-    run = subprocess.run(
-        [sys.executable, "-W", "error", str(file)],
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": paths},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=500,
-    )
-    assert run.returncode == 0, run.stderr
-    assert run.stdout.strip()
+    assert run_python("-W", "error", file)
 
 
 def test_every_guide_that_the_navigation_names_has_code():

@@ -1,6 +1,5 @@
 """The built site in Chromium: nothing is fetched from elsewhere, nothing scrolls sideways."""
 
-import shutil
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -8,12 +7,11 @@ from threading import Thread
 
 import pytest
 
+from tests.chromium import launched_browser  # noqa: F401 the fixture browser
+
 pytestmark = pytest.mark.site
 
 SITE = Path(__file__).resolve().parents[2] / "site"
-NAMES = "chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
-CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
-FLAGS = ("--headless", "--no-sandbox", "--disable-gpu")
 WIDTHS = (390, 1280)
 TOO_WIDE = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
 
@@ -38,16 +36,6 @@ def address():
         Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}/"
         server.shutdown()
-
-
-@pytest.fixture(scope="module")
-def browser():
-    api = pytest.importorskip("playwright.sync_api", reason="Playwright comes with extra `dev`")
-    assert CHROMIUM, "no Chromium on the PATH; on Debian: apt-get install chromium"
-    with api.sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        yield found
-        found.close()
 
 
 @pytest.fixture

@@ -1,15 +1,12 @@
 """Every tutorial runs, as a script, at a small budget; and becomes a page."""
 
 import ast
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 import tutorial_pages
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.scripts import ROOT, run_python
+
 FOLDER = ROOT / "examples" / "tutorials"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.py"))
 NEEDS = {
@@ -41,19 +38,8 @@ def test_the_site_shows_all_tutorials():
 def test_a_tutorial_runs(name, tmp_path):
     for package in NEEDS.get(name, ()):
         pytest.importorskip(package)
-    environment = {k: v for k, v in os.environ.items() if k != "SWARM_CHECK_SHAPES"}
-    environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
-    environment |= {"SWARM_FORAGE_TUTORIAL": "small", "SWARM_FORAGE_OUT": str(tmp_path)}
-    run = subprocess.run(
-        [sys.executable, "-W", "error", str(FOLDER / f"{name}.py")],
-        cwd=ROOT,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=500,
-    )
-    assert run.returncode == 0, run.stdout + run.stderr
+    folder = {"SWARM_FORAGE_TUTORIAL": "small", "SWARM_FORAGE_OUT": str(tmp_path)}
+    run_python("-W", "error", FOLDER / f"{name}.py", SWARM_CHECK_SHAPES="", **folder)
 
 
 @pytest.mark.parametrize("name", NAMES)

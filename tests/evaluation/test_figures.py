@@ -115,8 +115,8 @@ def test_of_several_numbers_that_vary_one_must_be_named(keep):
 def test_shares_over_time_count_robots(episode):
     curve = recruited_over_time([episode], points=5)
     assert curve.x.tolist() == [0.0, 5.0, 10.0, 15.0, 20.0]
-    assert curve.y.tolist() == [[0.0, 0.0, 10.0, 10.0, 20.0]]
-    assert path_over_time([episode]).y[0] == pytest.approx([0.0, 10.0, 30.0])
+    assert curve.mean.tolist() == [0.0, 0.0, 10.0, 10.0, 20.0]
+    assert path_over_time([episode]).mean == pytest.approx([0.0, 10.0, 30.0])
 
 
 @pytest.mark.parametrize("kind", ["on-path", "recruitment"])
@@ -202,19 +202,25 @@ def card(trips=(1.0, 5.0), **changed):
     return json.dumps(content | changed)
 
 
-def test_learning_curves_come_from_cards_by_the_ends_of_their_names(tmp_path):
+@pytest.fixture
+def cards(tmp_path):
+    """The files of two policy cards."""
     files = [tmp_path / name / "best.json" for name in ("one", "two")]
     for file in files:
         file.parent.mkdir()
         file.write_text(card())
-    figure = draw("learning", str(files[0]), str(files[1].with_suffix(".safetensors")))
+    return list(map(str, files))
+
+
+def test_learning_curves_come_from_cards_by_the_ends_of_their_names(cards):
+    figure = draw("learning", cards[0], cards[1].replace(".json", ".safetensors"))
     assert legend(figure) == ["one/best", "two/best"]
     line = figure.axes[0].lines[0]
     assert (line.get_xdata().tolist(), line.get_ydata().tolist()) == ([0.0, 1.0], [1.0, 5.0])
     assert figure.axes[0].get_xlabel() == "simulated time of training [h]"
     assert "one/best: train weighting." in caption(figure)
     with pytest.raises(ConfigError, match="the cards have es1"):
-        draw("learning", str(files[0]), scenarios=("es2",))
+        draw("learning", cards[0], scenarios=("es2",))
 
 
 @pytest.mark.parametrize(
@@ -259,19 +265,15 @@ def test_no_texts_overlap_or_leave_the_page(keep, texts_at_fault, kind, style):
 
 
 @pytest.mark.parametrize("style", ["screen", "paper"])
-def test_no_texts_of_tables_maps_and_learning_overlap(keep, texts_at_fault, tmp_path, style):
+def test_no_texts_of_tables_maps_and_learning_overlap(keep, texts_at_fault, cards, style):
     trips = {
         f"{motion}:estimator={localisation}": 20
         for motion in ("subsumption", "boids-adaptive")
         for localisation in ("dead_reckoning", "covariance_intersection", "decentralised_ekf")
     }
-    files = [tmp_path / name / "best.json" for name in ("one", "two")]
-    for file in files:
-        file.parent.mkdir()
-        file.write_text(card())
     with page_style(style):
         assert texts_at_fault(draw("table", keep(trips))) == []
-        assert texts_at_fault(draw("learning", *map(str, files))) == []
+        assert texts_at_fault(draw("learning", *cards)) == []
         maps = draw("weights", "ssgikf", "ssgiff:beta=0.01", "dsgiff-penalised")
         for axes in maps.axes:
             for label in axes.texts:  # on the contours, where they may touch

@@ -132,7 +132,7 @@ def test_the_time_of_the_kth_robot_is_the_whole_run_where_there_was_none(episode
         episodes(A, [1, 1], recruited_at_s=[(100.0, 250.0), (1.0, 2.0, 3.0, 4.0)])
     )
     assert curve.x.tolist() == [1.0, 2.0, 3.0, 4.0]
-    assert curve.y.tolist() == [[100.0, 250.0, 1000.0, 1000.0], [1.0, 2.0, 3.0, 4.0]]
+    assert curve.mean.tolist() == [50.5, 126.0, 501.5, 502.0]
 
 
 @pytest.fixture

@@ -16,10 +16,11 @@ from swarm_forage_env.rendering.painter import Show
 from swarm_forage_env.rendering.recording import Recording
 from swarm_forage_env.rendering.trails import TRAIL, Trails
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.scene import EXPLORING, TALKING, WITHIN, Localised, Scene
+from swarm_forage_env.scene import TALKING, WITHIN, Localised
 from swarm_forage_env.task import stage_of
 from swarm_forage_env.waypoints.drawing import ellipses
-from tests.rendering.replay.conftest import _unpacked
+from tests.rendering.replay.pages import unpacked
+from tests.rendering.scenes import scene_of
 from tests.rendering.test_painter import near, painted
 
 STAGE = stage_of(find_scenario("waypoints-05"), "boids-adaptive")
@@ -44,20 +45,9 @@ def scene(time=60.0, n=1, **changes):
         "right": np.zeros(n, np.int32),
         "wrong": np.zeros(n, np.int32),
     }
-    pose = changes.pop("pose", np.zeros((n, 3)))
-    pairs = changes.pop("messages", np.zeros((0, 2), np.int32))
-    return Scene(
-        time=time,
-        pose=pose,
-        doing=np.full(n, EXPLORING, np.int8),
-        believed=np.zeros((n, 2, 2)),
-        known=np.zeros((n, 2), np.bool_),
-        p=np.zeros((n, 2), np.float32),
-        messages=pairs,
-        round_trips=np.zeros(n, np.int32),
-        on_path=0.0,
-        localised=Localised(**(own | changes)),
-    )
+    others = {name: changes.pop(name) for name in ("pose", "messages") if name in changes}
+    pose = others.pop("pose", np.zeros((n, 3)))
+    return scene_of(pose, time=time, localised=Localised(**(own | changes)), **others)
 
 
 def shown(*scenes, show=BARE):
@@ -155,7 +145,7 @@ def test_a_recording_holds_goals_claims_and_ellipses_within_its_rounding(loop):
         scenes.append(fresh.scene())
         recording.add(scenes[-1])
         fresh.step()
-    _, share, _, columns = _unpacked(*recording.pack())
+    _, share, _, columns = unpacked(*recording.pack())
     assert_allclose(share, [each.share for each in scenes], atol=1e-6)
     own = [each.localised for each in scenes]
     for name, atol, take in (

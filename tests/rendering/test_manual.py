@@ -8,6 +8,7 @@ from swarm_forage_env import swarm_forage_v2
 from swarm_forage_env.envs.manual_policy import ManualPolicy, action_of
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from swarm_forage_env.rendering import window as windows
+from tests.rendering.test_window import press
 
 few = {"decision_period": 1, "max_cycles": 40, "physics": "kinematic"}
 
@@ -16,14 +17,6 @@ few = {"decision_period": 1, "max_cycles": 40, "physics": "kinematic"}
 def hurried(monkeypatch):
     """Nobody waits."""
     monkeypatch.setattr(windows.time, "sleep", lambda seconds: None)
-
-
-def press(key, kind=pygame.KEYDOWN):
-    pygame.event.post(pygame.event.Event(kind, key=key))
-
-
-def let_go(key):
-    press(key, pygame.KEYUP)
 
 
 @pytest.fixture
@@ -58,7 +51,7 @@ def test_a_robot_goes_for_as_long_as_an_arrow_is_held(driven):
     step(made, policy)  # the window reads the key while it shows this step
     ahead, _ = step(made, policy, 5)
     assert ahead == pytest.approx(5 * 0.1 * made.scenario.robot.cruise_speed, rel=0.3)
-    let_go(pygame.K_UP)
+    press(pygame.K_UP, pygame.KEYUP)
     step(made, policy)
     assert step(made, policy, 3)[0] == pytest.approx(0.0, abs=0.02)
 

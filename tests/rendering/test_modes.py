@@ -14,6 +14,7 @@ from swarm_forage_env.rendering.layout import Layout
 from swarm_forage_env.rendering.viewer import FRAME_WIDTH
 from swarm_forage_env.task import stage_of
 from tests.commands import env, parallel_env
+from tests.scripts import run_python
 
 few = {"task.n_robots": 4, "task.duration": 3.0}
 
@@ -95,8 +96,9 @@ def test_a_mode_without_pygame_says_what_to_install(monkeypatch):
         parallel_env(render_mode="rgb_array")
 
 
-def test_nothing_is_loaded_until_somebody_looks(process_free_of_pygame):
-    assert process_free_of_pygame("parallel_env().reset(seed=1)") == "False"
+def test_nothing_is_loaded_until_somebody_looks():
+    code = "from swarm_forage_env import parallel_env; parallel_env().reset(seed=1)"
+    assert run_python("-c", f"{code}; import sys; print('pygame' in sys.modules)") == "False"
 
 
 def test_a_frame_of_an_episode_that_has_not_begun_is_refused():

@@ -13,8 +13,9 @@ from swarm_forage_env.rendering.frame import frame_of
 from swarm_forage_env.rendering.layout import Layout, checked_size
 from swarm_forage_env.rendering.painter import Painter, Show
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.scene import LOST, TALKING, TO_THE_NEST, Scene
+from swarm_forage_env.scene import LOST, TALKING, TO_THE_NEST
 from swarm_forage_env.task import stage_of
+from tests.rendering.scenes import AREAS, CORNERS, OBSTACLES, scene_of
 
 STAGE = stage_of(find_scenario("es1"), "ssgikf")
 
@@ -26,19 +27,8 @@ def near(colour, within=6):
 
 def scene(places, doing=LOST, **changes):
     """Robots at these places, looking along y, all doing the same, without messages."""
-    n = len(places)
-    found = Scene(
-        time=60.0,
-        pose=np.array([(x, y, np.pi / 2) for x, y in places]),
-        doing=np.full(n, doing, np.int8),
-        believed=np.zeros((n, 2, 2)),
-        known=np.zeros((n, 2), np.bool_),
-        p=np.zeros((n, 2), np.float32),
-        messages=np.zeros((0, 2), np.int32),
-        round_trips=np.zeros(n, np.int32),
-        on_path=0.0,
-    )
-    return replace(found, **changes)
+    pose = [(x, y, np.pi / 2) for x, y in places]
+    return scene_of(pose, doing=np.full(len(places), doing, np.int8), **changes)
 
 
 def painted(*scenes, stage=STAGE, width=512, show=None, beliefs=False):
@@ -68,12 +58,7 @@ def test_areas_and_floor_lie_where_they_are(name):
 
 
 def test_several_areas_lie_where_they_are_and_one_moves():
-    areas = [
-        {"kind": "nest", "centre": [-0.7, 0.0]},
-        {"kind": "nest", "centre": [-0.5, 0.4], "worth": 2.0},
-        {"kind": "prey", "centre": [0.7, 0.3], "moves_at": 50.0, "moves_to": [0.7, -0.3]},
-    ]
-    stage = stage_of(find_scenario("es1", {"task.areas": areas}), "nc")
+    stage = stage_of(find_scenario("es1", {"task.areas": AREAS}), "nc")
     assert stage.names == ("nest", "prey", "nest x2")
     nest, prey = (palette.mixed(colour, palette.FLOOR, 0.28) for colour in palette.AREA)
     early, late = scene([(0.0, 0.0)], time=49.0), scene([(0.0, 0.0)])
@@ -94,13 +79,7 @@ def test_the_error_of_a_belief_is_told_to_the_nearest_area_of_its_kind():
 
 
 def test_obstacles_and_the_outer_wall_lie_where_they_are():
-    obstacles = [
-        {"points": [[0.3, 0.25], [0.3, 0.45]], "radius": 0.02},
-        {"points": [[-0.3, 0.4]], "radius": 0.1},
-        {"points": [[-0.2, -0.5], [0.2, -0.5], [0.0, -0.3]], "is_closed": True},
-    ]
-    corners = [(-0.85, -0.6), (0.7, -0.6), (0.85, -0.45), (0.85, 0.6), (-0.85, 0.6)]
-    scenario = find_scenario("es1", {"obstacles": obstacles, "arena.corners": corners})
+    scenario = find_scenario("es1", {"obstacles": OBSTACLES, "arena.corners": CORNERS})
     _, at = painted(scene([(0.0, 0.0)]), stage=stage_of(scenario, "nc"), width=720)
     for place in ((0.3, 0.3), (-0.3, 0.4), (-0.3, 0.49), (0.0, -0.4), (0.83, -0.58)):
         assert at(*place) == near(palette.WALL)
@@ -193,19 +172,14 @@ def test_a_name_leaves_its_place_for_a_robot_and_only_then():
     assert dark(near_it, -radius - 14) > 20, "a robot is there: the name stands above"
 
 
-def test_trails_lead_back_to_where_a_robot_came_from():
+def test_trails_lead_back_to_where_a_robot_came_from_in_this_episode():
     way = [scene([(0.1 + 0.01 * k, 0.3)], time=60.0 + k) for k in range(20)]
     _, at = painted(*way)
     _, without = painted(*way, show=Show(trails=False))
-    assert without(0.2, 0.3) == near(palette.FLOOR)
+    _, begun = painted(*way, scene([(-0.2, -0.3)], time=0.0))
+    assert without(0.2, 0.3) == begun(0.2, 0.3) == near(palette.FLOOR)
     old, young = at(0.13, 0.3), at(0.22, 0.3)
     assert max(young) < max(old) < min(palette.FLOOR)
-
-
-def test_an_episode_begins_without_trails():
-    way = [scene([(0.1 + 0.01 * k, 0.3)], time=60.0 + k) for k in range(20)]
-    _, at = painted(*way, scene([(-0.2, -0.3)], time=0.0))
-    assert at(0.2, 0.3) == near(palette.FLOOR)
 
 
 def test_a_message_is_an_arc_to_the_left_of_its_way():

@@ -8,13 +8,7 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.foraging.task import FORAGING
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.scene import (
-    EXPLORING,
-    LOST,
-    TALKING,
-    TO_THE_NEST,
-    TO_THE_PREY,
-)
+from swarm_forage_env.scene import EXPLORING, LOST, TALKING, TO_THE_NEST, TO_THE_PREY
 from swarm_forage_env.task import stage_of
 from tests.beliefs import localisation_error
 

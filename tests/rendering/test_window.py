@@ -28,8 +28,8 @@ class Clock:
             press(key)
 
 
-def press(key):
-    pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key))
+def press(key, kind=pygame.KEYDOWN):
+    pygame.event.post(pygame.event.Event(kind, key=key))
 
 
 @pytest.fixture

@@ -72,6 +72,7 @@ METRES = st.floats(-10.0, 10.0)
         (0.3, -0.02, 0.001, (0.25, 1.0)),
         (0.3, 0.0, 1.0, (0.3, 1.0)),
         (0.3, 0.0, -1.0, (0.3, -1.0)),
+        (0.3, 0.0, 0.0, (0.3, 0.0)),
         (0.3, 0.04, 0.04, (0.4, math.pi / 4.0)),
     ],
 )
@@ -79,11 +80,6 @@ def test_an_acceleration_changes_speed_by_its_share_and_course_by_its_angle_with
     speed, ahead, left, expected
 ):
     assert limited(speed, ahead, left, WORLD) == pytest.approx(expected)
-
-
-@given(SPEEDS)
-def test_no_acceleration_keeps_speed_and_course(speed):
-    assert limited(speed, 0.0, 0.0, WORLD) == (speed, 0.0)
 
 
 @given(SPEEDS, SHARES, SHARES)

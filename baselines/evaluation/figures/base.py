@@ -38,10 +38,14 @@ class PlotOptions:
     @property
     def choices(self) -> dict[str, object]:
         """The options that the user has chosen, by name."""
-        names = "scenario", "controller", "metric", "x", "seed"
-        chosen = self.scenarios, self.controllers, self.metric, self.x, self.seed
-        values: dict[str, object] = dict(zip(names, chosen, strict=True))
-        return {name: value for name, value in values.items() if value not in ((), None)}
+        chosen: dict[str, object] = {
+            "scenario": self.scenarios,
+            "controller": self.controllers,
+            "metric": self.metric,
+            "x": self.x,
+            "seed": self.seed,
+        }
+        return {name: value for name, value in chosen.items() if value not in ((), None)}
 
     @property
     def command(self) -> str:
@@ -92,12 +96,11 @@ class PlotOptions:
 
 @dataclass(frozen=True)
 class FigureKind:
-    """A kind of figure."""
+    """A kind of figure, and the options that it has."""
 
     draw: Callable[[PlotOptions], Figure]
     """Draws the figure; ConfigError if the sources lack what it needs."""
     options: frozenset[str]
-    """Options that it has."""
 
 
 FIGURES: Registry[FigureKind] = Registry("kind of figure")

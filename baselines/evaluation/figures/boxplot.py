@@ -65,21 +65,13 @@ def draw_table(options: PlotOptions) -> Figure:
     if len(combined) < len(options.groups):
         left = {group.label() for group in options.groups if group not in combined}
         LOGGER.warning("left out, as they name no localisation: %s", ", ".join(sorted(left)))
-    tables = {setup: _table(options, each) for setup, each in by_setup(combined).items()}
+    tables: dict[str, dict[str, dict[str, Estimate | None]]] = {}
+    for group in combined:
+        rows = tables.setdefault(group.setup(), {})
+        localisation = str(group.numbers[LOCALISATION]).replace("_", " ")
+        mean = mean_interval(sample(group, options.shown_metric))
+        rows.setdefault(group.label(LOCALISATION), {})[localisation] = mean
     axis = combined[0].kind.axis(options.shown_metric)
     text = f"{axis.capitalize()}: mean over its 95 % bootstrap interval (BCa), darker is more."
     names = "localisation", "motion"
     return table_panels(tables, names, options.caption(text, combined))
-
-
-def _table(
-    options: PlotOptions, groups: list[EpisodeGroup]
-) -> dict[str, dict[str, Estimate | None]]:
-    table: dict[str, dict[str, Estimate | None]] = {}
-    for group in groups:
-        motion = group.label(LOCALISATION)
-        localisation = str(group.numbers[LOCALISATION]).replace("_", " ")
-        table.setdefault(motion, {})[localisation] = mean_interval(
-            sample(group, options.shown_metric)
-        )
-    return table

@@ -3,6 +3,7 @@
 import json
 import logging
 from collections.abc import Callable, Sequence
+from itertools import chain
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -11,7 +12,6 @@ from baselines.evaluation.dataset_reader import EpisodeGroup
 from baselines.evaluation.figures.base import SELECTION, PlotOptions, by_setup, figure, sample
 from baselines.evaluation.line_plots import (
     BANDS,
-    Curve,
     Means,
     curve_panels,
     mean_panels,
@@ -66,9 +66,7 @@ def _panels(
 
 def _named(name: str, groups: Sequence[EpisodeGroup]) -> str:
     """The full name of a setting, given as `beta` or `weighting.beta`."""
-    known: dict[str, float] = {}
-    for group in groups:
-        known |= _numeric(group)
+    known = dict(chain(*(_numeric(group).items() for group in groups)))
     return resolve(name, known, "number behind these episodes")
 
 
@@ -164,7 +162,7 @@ def draw_recruitment(options: PlotOptions) -> Figure:
 
 
 def _share_over_time(
-    options: PlotOptions, words: str, axis: str, curve: Callable[[Sequence[ForagingEpisode]], Curve]
+    options: PlotOptions, words: str, axis: str, curve: Callable[[Sequence[ForagingEpisode]], Means]
 ) -> Figure:
     """A curve with its band for each controller, a panel for each setup."""
     panels = {

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from baselines.evaluation.figures.base import PlotOptions, figure
-from baselines.evaluation.line_plots import Means, band_panels
+from baselines.evaluation.line_plots import Means, curve_panels
 from swarm_forage_env.errors import ConfigError
 
 HOUR = 3600.0
@@ -66,7 +66,7 @@ def draw(options: PlotOptions) -> Figure:
     made = " ".join(f"{name}: {card.command}." for name, card in cards.items())
     text = f"Means over the held-back seeds with 95 % intervals. {made}"
     names = "simulated time of training [h]", "round trips"
-    return band_panels(panels, names, options.caption(text))
+    return curve_panels(panels, names, options.caption(text))
 
 
 def read_card(file: Path) -> TrainingCard:

@@ -1,6 +1,6 @@
 """Heat maps of the robots' positions in one episode of each controller.
 
-The positions are those that `evaluate --trajectories` has kept. Where there are none, the same
+The positions are those that `evaluate --trajectories` has written. Where there are none, the same
 configuration and seed give the same episode to the last bit, so it is run again; its round trips
 must be those that the dataset holds.
 """
@@ -42,7 +42,7 @@ class Job:
     seed: int
     controller: str
     """By its name."""
-    kept: Path | None = None
+    trajectory: Path | None = None
     """The file of its trajectory; None: it is run."""
     configuration: ExperimentConfig | None = None
     """What to run."""
@@ -66,7 +66,7 @@ def draw(options: PlotOptions) -> Figure:
     if len(setups) == 1:
         note = f"{min(setups)}, {note}"
         densities = {title.partition("\n")[2]: each for title, each in densities.items()}
-    made = "as evaluated" if all(job.kept for job in jobs.values()) else "run for this figure"
+    made = "as evaluated" if all(job.trajectory for job in jobs.values()) else "run for this figure"
     text = (
         f"Robots per m^2, mean over one episode, in cells of {1000 * CELL:g} mm; {made}. The"
         " frame has the colour of the controller."
@@ -85,9 +85,9 @@ def _evaluated(options: PlotOptions) -> dict[str, Job]:
                 f"--seed {seed}: {group.label()} has the seeds {seeds[0]} to {seeds[-1]} here"
             )
         title = f"{group.setup()}\n{group.label()}"
-        kept = find_trajectory(options.sources, group.key, seed)
-        if kept:
-            jobs[title] = Job(group.model(), seed, group.label(), kept)
+        trajectory = find_trajectory(options.sources, group.key, seed)
+        if trajectory:
+            jobs[title] = Job(group.model(), seed, group.label(), trajectory)
             continue
         _check_same_code(group)
         trips = group.episodes[seeds.index(seed)].round_trips
@@ -125,13 +125,13 @@ def _check_same_code(group: EpisodeGroup) -> None:
 
 
 def _draw(title: str, job: Job) -> Density:
-    """The density of the robots of an episode, kept or run; ConfigError if they do not forage."""
+    """The density of the robots of an episode, read or run; ConfigError if they do not forage."""
     if task_of(job.scenario).name != "foraging":
         raise ConfigError(
             f"scenario '{job.scenario.name}': paths are shown of robots that forage, as in es1"
         )
-    if job.kept:
-        return _density(job, [_places(job.kept)])
+    if job.trajectory:
+        return _density(job, [_places(job.trajectory)])
     LOGGER.warning("running %s, seed %d", title.replace("\n", ", "), job.seed)
     return _density(job, _run(job))
 
@@ -145,7 +145,7 @@ def _places(file: Path) -> Array:
 
 def _run(job: Job) -> Iterator[Array]:
     """Run the episode: where the robots are after each tick. ConfigError if it is another one."""
-    assert job.configuration is not None, "what is not kept is run"
+    assert job.configuration is not None, "an episode without a trajectory is run"
     configuration = job.configuration
     loop = Loop(job.scenario, configuration.controller, [job.seed], configuration.physics)
     for _ in range(job.scenario.n_ticks):

@@ -79,10 +79,10 @@ def _exchanges(
     own: Float64[Array, " rows"], heard: Float64[Array, " rows"], disagreement: float
 ) -> Array:
     """Synthetic exchanges about the prey, one for each pair of paths [m]."""
-    found = Exchange.array((len(own),)).view(np.recarray)
-    found.is_valid = found.own_known = found.heard_known = 1.0
-    found.goal = np.eye(3)[PREY]
-    found.own_p, found.heard_p = (np.stack([p / 4, p], axis=1) for p in (own, heard))
-    found.disagreement, found.range, found.n_averaged = disagreement, RANGE, MESSAGES
-    found.own_distance = found.heard_distance = AWAY
-    return found
+    exchange = Exchange.array((len(own),)).view(np.recarray)
+    exchange.is_valid = exchange.own_known = exchange.heard_known = 1.0
+    exchange.goal = np.eye(3)[PREY]
+    exchange.own_p, exchange.heard_p = (np.stack([p / 4, p], axis=1) for p in (own, heard))
+    exchange.disagreement, exchange.range, exchange.n_averaged = disagreement, RANGE, MESSAGES
+    exchange.own_distance = exchange.heard_distance = AWAY
+    return exchange

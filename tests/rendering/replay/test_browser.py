@@ -2,7 +2,6 @@
 
 import io
 import re
-import shutil
 import time
 from dataclasses import replace
 
@@ -16,25 +15,13 @@ from swarm_forage_env.rendering import palette
 from swarm_forage_env.rendering.replay import Opening, Replay
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import stage_of
+from tests.chromium import CHROMIUM, MISSING, launched_browser  # noqa: F401 the fixture browser
+from tests.rendering.scenes import AREAS, CORNERS, OBSTACLES
 
-NAMES = "chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
-CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
 pytestmark = [
     pytest.mark.browser,
-    pytest.mark.skipif(
-        CHROMIUM is None, reason="no Chromium on the PATH; on Debian: apt-get install chromium"
-    ),
+    pytest.mark.skipif(CHROMIUM is None, reason=MISSING),
 ]
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 DESKTOP, PHONE = {"width": 1280, "height": 800}, {"width": 390, "height": 844}
 COLOURS = "#882255", "#bbbbbb"
 """Of two controllers: one is dark, the other is light."""
@@ -53,15 +40,6 @@ def file(stage, scenes, tmp_path_factory):
     found = tmp_path_factory.mktemp("replay") / "a replay.html"
     replay.write(found)
     return found
-
-
-@pytest.fixture(scope="module")
-def browser():
-    api = pytest.importorskip("playwright.sync_api", reason="Playwright comes with extra `dev`")
-    with api.sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        yield found
-        found.close()
 
 
 @pytest.fixture
@@ -261,21 +239,26 @@ def test_a_picture_shows_areas_and_robots_where_they_are(opened, scenes, stage, 
     assert len(seen) >= 3
 
 
-def test_a_picture_shows_obstacles_and_the_outer_wall_where_they_are(opened, made_up, tmp_path):
-    obstacles = [
-        {"points": [[0.3, 0.25], [0.3, 0.45]], "radius": 0.02},
-        {"points": [[-0.3, 0.4]], "radius": 0.1},
-        {"points": [[-0.2, -0.5], [0.2, -0.5], [0.0, -0.3]], "is_closed": True},
-    ]
-    corners = [(-0.85, -0.6), (0.7, -0.6), (0.85, -0.45), (0.85, 0.6), (-0.85, 0.6)]
-    overrides = {"obstacles": obstacles, "arena.corners": corners, "n_robots": 3}
-    replay = Replay(stage_of(find_scenario("es1", overrides), "nc"), 1, "")
-    away = np.array([[x, 0.0, 0.0] for x in (-0.3, 0.0, 0.3)])
-    replay.add(replace(made_up(0), pose=away))
-    replay.write(tmp_path / "walls.html")
-    page = opened(path=tmp_path / "walls.html")
-    until(page, LOADED)
-    page.evaluate(DRAWN)
+@pytest.fixture
+def still(opened, made_up, tmp_path):
+    """Opens a page of three robots that stand in a changed es1."""
+
+    def open_(ticks, **changes):
+        replay = Replay(stage_of(find_scenario("es1", {"n_robots": 3} | changes), "nc"), 1, "")
+        away = np.array([[x, 0.0, 0.0] for x in (-0.3, 0.0, 0.3)])
+        for tick in ticks:
+            replay.add(replace(made_up(tick), pose=away))
+        replay.write(tmp_path / "still.html")
+        page = opened(path=tmp_path / "still.html")
+        until(page, LOADED)
+        page.evaluate(DRAWN)
+        return page
+
+    return open_
+
+
+def test_a_picture_shows_obstacles_and_the_outer_wall_where_they_are(still):
+    page = still([0], **{"obstacles": OBSTACLES, "arena.corners": CORNERS})
     walls = [(0.3, 0.3), (0.3, 0.4), (-0.3, 0.4), (-0.3, 0.49), (0.0, -0.4)]
     assert all(alike(each, palette.WALL) for each in pixels(page, walls))
     floor = [(0.35, 0.3), (-0.3, 0.52), (0.2, -0.4), (0.7, -0.5)]
@@ -284,26 +267,14 @@ def test_a_picture_shows_obstacles_and_the_outer_wall_where_they_are(opened, mad
     assert not alike(beyond, palette.FLOOR)
 
 
-def test_a_picture_shows_several_areas_and_the_move_of_one(opened, made_up, tmp_path):
-    areas = [
-        {"kind": "nest", "centre": [-0.7, 0.0]},
-        {"kind": "nest", "centre": [-0.5, 0.4], "worth": 2.0},
-        {"kind": "prey", "centre": [0.7, 0.3], "moves_at": 5.0, "moves_to": [0.7, -0.3]},
-    ]
-    scenario = find_scenario("es1", {"task.areas": areas, "n_robots": 3})
-    replay = Replay(stage_of(scenario, "nc"), 1, "")
-    away = np.array([[x, 0.0, 0.0] for x in (-0.3, 0.0, 0.3)])
-    for tick in range(0, 101, 10):
-        replay.add(replace(made_up(tick), pose=away))
-    replay.write(tmp_path / "areas.html")
-    page = opened(path=tmp_path / "areas.html")
-    until(page, LOADED)
+def test_a_picture_shows_several_areas_and_the_move_of_one(still):
+    page = still(range(0, 601, 10), **{"task.areas": AREAS})
     nest, prey = (palette.mixed(colour, palette.FLOOR, 0x38 / 255) for colour in palette.AREA)
-    for seconds, up, down in ((2.0, prey, palette.FLOOR), (8.0, palette.FLOOR, prey)):
+    for seconds, up, down in ((49.0, prey, palette.FLOOR), (51.0, palette.FLOOR, prey)):
         scrub(page, seconds)
         places = [(0.7, 0.36), (0.7, -0.24), (-0.7, 0.06), (-0.5, 0.46)]
-        for found, colour in zip(pixels(page, places), (up, down, nest, nest), strict=True):
-            assert alike(found, colour)
+        for seen, colour in zip(pixels(page, places), (up, down, nest, nest), strict=True):
+            assert alike(seen, colour)
     off = page.evaluate("nearestArea(0, { x: -0.4, y: 0.2 })")
     assert off == [-0.5, 0.4]
 
@@ -333,7 +304,7 @@ def test_robots_that_visit_goals_show_what_they_are_about(opened, tmp_path):
     claims = page.evaluate("claimsNow().filter((claim) => claim.right).length")
     assert claims == (own.right - scenes[-41].localised.right).sum()
     assert page.evaluate("claimsNow().length") >= claims
-    spots = own.goal + np.array([STAGE_TOLERANCE, 0.0])
+    spots = own.goal + np.array([loop.world.scenario.task.tolerance, 0.0])
     assert any(alike(colour, palette.GOAL, 60) for colour in pixels(page, spots))
 
 
@@ -458,9 +429,6 @@ def test_no_name_is_over_a_robot_or_another_name(opened, size, scenes, stage):
                 assert apart > radius, (tick, box["text"], robot)
         assert len({box["text"] for box in boxes}) == len(boxes)
     assert {"nest", "prey", "start", "robot 4"} <= seen
-
-
-STAGE_TOLERANCE = find_scenario("waypoints-05").task.tolerance
 
 
 def test_keys_do_what_the_page_says(page):

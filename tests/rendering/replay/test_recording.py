@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.recording import Recording
+from tests.rendering.replay.pages import unpacked
 
 
 def recorded(scenes, most=10_000):
@@ -43,7 +44,7 @@ def check_columns(columns, scenes):
             assert_allclose(columns[name + letter], place, atol=0.00101)
 
 
-def test_an_episode_is_read_back_within_its_rounding(scenes, unpacked):
+def test_an_episode_is_read_back_within_its_rounding(scenes):
     times, on_path, heard, columns = unpacked(*recorded(scenes).pack())
     assert_allclose(times, [scene.time for scene in scenes], atol=1e-4)
     assert_allclose(on_path, [scene.on_path for scene in scenes], atol=1e-6)
@@ -53,28 +54,22 @@ def test_an_episode_is_read_back_within_its_rounding(scenes, unpacked):
 
 
 @pytest.mark.parametrize("most", [2, 3, 8, 9, 49])
-def test_too_many_frames_are_thinned_evenly_and_the_last_stays(made_up, most, unpacked):
+def test_too_many_frames_are_thinned_evenly_and_what_is_heard_between_is_in_the_later(
+    made_up, most
+):
     scenes = [made_up(tick) for tick in range(50)]
     recording = recorded(scenes, most)
-    times, _, _, columns = unpacked(*recording.pack())
+    times, _, heard, columns = unpacked(*recording.pack())
     kept = sorted({*range(0, 50, recording.every), 49})
     assert_allclose(times, [0.1 * tick for tick in kept], atol=1e-5)
     assert most / 2 <= len(range(0, 50, recording.every)) <= most
     check_columns(columns, [scenes[tick] for tick in kept])
-
-
-@pytest.mark.parametrize("most", [2, 3, 8, 9, 49])
-def test_what_is_heard_between_two_frames_is_kept_with_the_later(made_up, most, unpacked):
-    scenes = [made_up(tick) for tick in range(50)]
-    recording = recorded(scenes, most)
-    heard = unpacked(*recording.pack())[2]
-    kept = sorted({*range(0, 50, recording.every), 49})
-    for before, frame, found in zip([-1, *kept[:-1]], kept, heard, strict=True):
+    for before, frame, pairs in zip([-1, *kept[:-1]], kept, heard, strict=True):
         between = [scenes[tick].messages for tick in range(before + 1, frame + 1)]
-        assert found == set(map(tuple, np.concatenate(between).tolist()))
+        assert pairs == set(map(tuple, np.concatenate(between).tolist()))
 
 
-def test_places_too_far_apart_for_fine_steps_get_coarser_ones(made_up, unpacked):
+def test_places_too_far_apart_for_fine_steps_get_coarser_ones(made_up):
     far = made_up(1)
     far.pose[0, 0] = 1000.0
     about, packed = recorded([made_up(0), far]).pack()
@@ -83,12 +78,8 @@ def test_places_too_far_apart_for_fine_steps_get_coarser_ones(made_up, unpacked)
     assert x[0] == pytest.approx([made_up(0).pose[0, 0], 1000.0], abs=0.01)
 
 
-def test_robots_that_hear_nothing_are_recorded(made_up, unpacked):
-    scene = made_up(0)
-    silent = type(scene)(
-        **{name: getattr(scene, name) for name in scene.__slots__}
-        | {"messages": np.zeros((0, 2), np.int32)}
-    )
+def test_robots_that_hear_nothing_are_recorded(made_up):
+    silent = replace(made_up(0), messages=np.zeros((0, 2), np.int32))
     assert unpacked(*recorded([silent]).pack())[2] == [set()]
 
 
@@ -103,7 +94,7 @@ def test_nothing_recorded_cannot_be_packed():
         Recording(10).pack()
 
 
-def test_faults_are_kept_where_robots_may_be_faulty(made_up, unpacked):
+def test_faults_are_kept_where_robots_may_be_faulty(made_up):
     faulty = [np.array([tick >= 3, False, True]) for tick in range(6)]
     scenes = [replace(made_up(tick), faulty=own) for tick, own in enumerate(faulty)]
     *_, columns = unpacked(*recorded(scenes).pack())

@@ -9,6 +9,7 @@ import pytest
 
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.replay import BUDGET, BYTES_PER_ROBOT, Replay
+from tests.rendering.replay.pages import parts, unpacked
 
 COMMAND = "swarm-forage watch es1 ssgikf --seed=1"
 ES1_LIMIT = 5_000_000
@@ -42,14 +43,14 @@ def test_a_page_refers_to_nothing_outside_itself(replay):
     assert "default-src 'none'" in page
 
 
-def test_a_page_names_scenario_controller_seed_and_command(replay, parts):
+def test_a_page_names_scenario_controller_seed_and_command(replay):
     page = replay.page()
     assert "<title>es1 · ssgikf · seed 1</title>" in page
     assert "<h1>es1 · ssgikf · seed 1</h1>" in page
     assert parts(page)[0]["command"] == COMMAND
 
 
-def test_names_cannot_break_out_of_their_place(stage, made_up, parts):
+def test_names_cannot_break_out_of_their_place(stage, made_up):
     name = '</script><b>&amp; $about "x"'
     replay = Replay(replace(stage, n_robots=3, controller=name), 1, name)
     replay.add(made_up(0))
@@ -61,7 +62,7 @@ def test_names_cannot_break_out_of_their_place(stage, made_up, parts):
     assert "<b>" not in page
 
 
-def test_an_es1_episode_takes_less_than_its_limit(stage, scenes, parts):
+def test_an_es1_episode_takes_less_than_its_limit(stage, scenes):
     replay = Replay(stage, 1, COMMAND)
     for scene in scenes:
         replay.add(scene)
@@ -75,7 +76,7 @@ def test_an_es1_episode_takes_less_than_its_limit(stage, scenes, parts):
     assert BYTES_PER_ROBOT * ticks * stage.n_robots < BUDGET
 
 
-def test_a_smaller_budget_keeps_fewer_frames(stage, scenes, unpacked, parts):
+def test_a_smaller_budget_keeps_fewer_frames(stage, scenes):
     sizes = []
     for budget in (BUDGET, 40_000):
         replay = Replay(stage, 1, COMMAND, budget)
