@@ -2,6 +2,7 @@
 
 import statistics
 import time
+from timeit import Timer
 
 import numpy as np
 import pymunk
@@ -22,8 +23,7 @@ POSE_AND_VELOCITY = POSE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 def bare_pymunk(case: Case) -> Tick:
     """Make a function that runs one tick of pymunk alone for a block of worlds.
 
-    The robots are all over the arena and drive at random; every tick starts at the same
-    places, every world is stepped, and overlaps stay as pymunk leaves them.
+    Robots all over the arena drive randomly, in every tick from the same places; overlaps stay.
     """
     scenario = case.scenario
     written = _bodies(case)
@@ -80,18 +80,17 @@ def _buffer(memory: Array) -> Buffer:
     return buffer
 
 
-REPEATS, LENGTH = 5, 0.5
-"""How often a measure is repeated, and about how long each takes [s]; the median counts."""
-
-QUICK_REPEATS, QUICK_LENGTH = 3, 0.15
+REPEATS, LENGTH = (5, 3), (0.5, 0.15)
+"""Number of repeats and length of each [s], of a full and of a quick run; the median counts."""
 
 
 def seconds_per_tick(tick: Tick, quick: bool) -> float:
     """Median time of one tick [s], over repeats of as many ticks as fill a fixed time."""
-    repeats, length = (QUICK_REPEATS, QUICK_LENGTH) if quick else (REPEATS, LENGTH)
-    tick()
-    count = max(3, round(length / max(_timed(tick, 3), 1e-7)))
-    return statistics.median(_timed(tick, count) for _ in range(repeats))
+    repeats, length = REPEATS[quick], LENGTH[quick]
+    timer = Timer(tick, timer=time.perf_counter)
+    timer.timeit(1)
+    count = max(3, round(length / max(timer.timeit(3) / 3, 1e-7)))
+    return statistics.median(timer.repeat(repeats, count)) / count
 
 
 def case_speeds(case: Case, quick: bool) -> Measured:
@@ -111,18 +110,8 @@ def case_speeds(case: Case, quick: bool) -> Measured:
 
 def thread_gain(case: Case, physics: str, threads: int, quick: bool) -> float:
     """How much faster a block is on several threads than on one."""
-    one, several = (
-        seconds_per_tick(case.tick(physics, quick, each), quick) for each in (1, threads)
-    )
-    return one / several
-
-
-def _timed(tick: Tick, count: int) -> float:
-    """Mean time of a tick over `count` of them [s]."""
-    start = time.perf_counter()
-    for _ in range(count):
-        tick()
-    return (time.perf_counter() - start) / count
+    one = seconds_per_tick(case.tick(physics, quick), quick)
+    return one / seconds_per_tick(case.tick(physics, quick, threads), quick)
 
 
 TICKS, QUICK_TICKS = 600, 100
