@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import baselines.controllers
-import baselines.oracles.controllers
+import baselines.oracles.controllers  # noqa: F401 both enter their controllers
 import swarm_forage_env
 from baselines import composition, running
 from baselines.controller import REGISTRIES, LayeredController
@@ -48,11 +48,8 @@ there for."""
 LIBRARIES = ("numba", "numpy", "pymunk")
 """What the world calculates with; another version may round differently."""
 
-NAMED = baselines.controllers.NAMED
-"""The named baselines; importing their module has entered them in the registry."""
-
-ORACLES = baselines.oracles.controllers.NAMED
-"""The references that know the ground truth, entered in a registry of their own."""
+IDENTITY = ("overrides", "parameters", "settings", "code", "configuration")
+"""What tells configurations apart in a dataset: its key last."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +87,12 @@ class ExperimentConfig:
     def parameters(self) -> str:
         """Layers and parameters that differ from the controller of that name, as JSON text."""
         return _changed_parameters(self.controller)
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """What tells it apart in a dataset, by the names of `IDENTITY`."""
+        texts = self.overrides, self.parameters, self.settings, self.code, self.key
+        return dict(zip(IDENTITY, texts, strict=True))
 
     @property
     def short_label(self) -> str:

@@ -113,7 +113,7 @@ def report(episodes: Sequence[AnyEpisode]) -> Group:
     always = [metric for metric in kind.columns if metric not in kind.sometimes]
     others = [metric for metric in kind.columns if metric in kind.sometimes]
     present = [metric for metric in others if present_values(episodes, metric)]
-    parts = [Text(title, style="bold"), summary(groups, always)]
+    parts: list[Text | FittingTable] = [Text(title, style="bold"), summary(groups, always)]
     if present:
         parts += [Text(f"\n{kind.sometimes_words}", style="bold"), summary(groups, present)]
     intervals = f"n = {len(first)}: the mean, and below it its 95 % bootstrap interval."
