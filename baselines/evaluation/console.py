@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, TextIO, cast
 
 from swarm_forage_env.errors import ConfigError, RenamedWarning, UnknownNameError, file_reason
 
@@ -59,27 +59,30 @@ def progress_bar(unit: str) -> "Progress":
     )
 
     console = Console(stderr=True)
-    columns = (
+    return Progress(
         unit, BarColumn(), MofNCompleteColumn(), "elapsed", TimeElapsedColumn(),
         "left", TimeRemainingColumn(), "{task.description}",
+        console=console, disable=not console.is_terminal,
     )  # fmt: skip
-    return Progress(*columns, console=console, disable=not console.is_terminal)
 
 
 @contextmanager
 def old_names_told() -> Iterator[None]:
-    """Tell of each old name that a command is given in one line on stderr."""
+    """Report each old name that a command is given in one line on stderr."""
     with warnings.catch_warnings():
         warnings.simplefilter("default", RenamedWarning)
         show = warnings.showwarning
 
-        def tell(message: Warning | str, category: type[Warning], *where: Any) -> None:  # noqa: ANN401 as Python's
+        def report(
+            message: Warning | str, category: type[Warning], filename: str, lineno: int,
+            file: TextIO | None = None, line: str | None = None,
+        ) -> None:  # fmt: skip
             if issubclass(category, RenamedWarning):
                 say(str(message))
             else:
-                show(message, category, *where)
+                show(message, category, filename, lineno, file, line)
 
-        warnings.showwarning = cast(Any, tell)
+        warnings.showwarning = report
         yield
 
 

@@ -5,19 +5,14 @@ import time
 from timeit import Timer
 
 import numpy as np
-import pymunk
-from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
+from pymunk.batch import Buffer, get_space_bodies, set_space_bodies
 
 from baselines.evaluation.bench.cases import Case, Measured, Tick, uniform_poses
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import bind
-from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.physics.pymunk_buffers import SUBSTEPS
-from swarm_forage_env.physics.rigid import FRICTION, MASS
+from swarm_forage_env.physics.rigid import READ, WRITTEN, space_of
 from swarm_forage_env.ticks import STAGES, only, run_ticks
-
-POSE = BodyFields.POSITION | BodyFields.ANGLE
-POSE_AND_VELOCITY = POSE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 
 
 def bare_pymunk(case: Case) -> Tick:
@@ -27,17 +22,17 @@ def bare_pymunk(case: Case) -> Tick:
     """
     scenario = case.scenario
     written = _bodies(case)
-    spaces = [_space(scenario, world[:, :2]) for world in written]
+    spaces = [space_of(scenario) for _ in written]
     buffers = [_buffer(world) for world in written]
     reads = [_buffer(np.zeros(6 * written.shape[1] + 16)) for _ in spaces]
 
     def tick() -> None:
         for space, buffer, read in zip(spaces, buffers, reads, strict=True):
-            set_space_bodies(space, POSE_AND_VELOCITY, buffer)
+            set_space_bodies(space, WRITTEN, buffer)
             for _ in range(SUBSTEPS):
                 space.step(scenario.tick / SUBSTEPS)
             read.clear()
-            get_space_bodies(space, POSE, read)
+            get_space_bodies(space, READ, read)
 
     return tick
 
@@ -55,23 +50,6 @@ def _bodies(case: Case) -> Float64[Array, "worlds bodies 6"]:
     bodies[:, :n_robots, 4] = speed * np.sin(heading)
     bodies[:, :n_robots, 5] = (wheels[..., 1] - wheels[..., 0]) / robot.axle
     return bodies
-
-
-def _space(scenario: Scenario, places: Float64[Array, "bodies 2"]) -> pymunk.Space:
-    """A space with robots at their places: at one place, each would be paired with each."""
-    space = pymunk.Space()
-    for number in range(scenario.task.n_robots):
-        radius = scenario.robot.radius
-        body = pymunk.Body(MASS, pymunk.moment_for_circle(MASS, 0.0, radius))
-        body.position = tuple(places[number].tolist())
-        shape = pymunk.Circle(body, radius)
-        shape.friction = FRICTION
-        space.add(body, shape)
-    x, y = 0.5 * scenario.arena.length, 0.5 * scenario.arena.width
-    corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
-    walls = zip(corners, corners[1:] + corners[:1], strict=True)
-    space.add(*(pymunk.Segment(space.static_body, a, b, 0.0) for a, b in walls))
-    return space
 
 
 def _buffer(memory: Array) -> Buffer:
