@@ -1,4 +1,4 @@
-"""The commands `evaluate`, `plot` and `watch`; what they need is loaded when they run."""
+"""Commands `evaluate`, `plot` and `watch`; their modules are loaded when they run."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -56,14 +56,12 @@ def evaluate(  # noqa: PLR0913 the options of a command
     form: Annotated[
         Literal["table", "json", "csv"], Option("--format", help="How to write the result.")
     ] = "table",
-    series: Annotated[
-        bool, Option("--series", help="In JSON, tell what is known over time as well.")
-    ] = False,
+    series: Annotated[bool, Option("--series", help="Add the time series to JSON.")] = False,
     trajectories: Annotated[
         bool,
         Option(
             "--trajectories",
-            help="Keep where every robot was in every tick, in the folder OUT-trajectories.",
+            help="Write the pose of every robot in every tick to the folder OUT-trajectories.",
         ),
     ] = False,
     plot: Annotated[
@@ -129,7 +127,7 @@ def _write(results: Sequence["AnyEpisode"], form: str, series: bool) -> None:
 FIGURE_NAMES = (
     "boxplot", "curve", "on-path", "recruitment", "table", "paths", "learning", "weights",
 )  # fmt: skip
-"""The kinds of figures, which are not loaded to complete their names."""
+"""Kinds of figures, by name, so that completion loads none."""
 
 
 PageStyleName = Literal["screen", "paper"]
@@ -206,13 +204,13 @@ def plot(  # noqa: PLR0913 the options of a command
 
     **table**: motion by localisation.
 
-    **paths**: a map of where the robots were, from what evaluate --trajectories has kept; where
-    nothing was kept, one episode is run again. Also without a dataset: plot paths es1 nc ssgikf.
+    **paths**: a map of the robots' positions, from the files of evaluate --trajectories; without
+    them one episode is run again. Also without a dataset: plot paths es1 nc ssgikf.
 
     **learning**: learning curves of trained policies, from the cards (.json) beside them.
 
-    **weights**: how far each of some controllers believes what it hears, over the own and the
-    heard path: plot weights ssgikf ssgiff learned-weighting.
+    **weights**: the weight that each controller gives a message, over the own and the heard path:
+    plot weights ssgikf ssgiff learned-weighting.
 
     A controller has the same colour in every figure. What the figure shows, the command and the
     code behind it stand in the metadata of the file and beside it, in FILE.json. Examples:
@@ -262,7 +260,7 @@ def watch(  # noqa: PLR0913 the options of a command
     ] = None,
     start: Annotated[float, Option(help="Show from this time of the episode on [s].")] = 0.0,
     seconds: Annotated[
-        float | None, Option(help="Show so much of the episode [s].", show_default="to its end")
+        float | None, Option(help="Length shown [s].", show_default="to its end")
     ] = None,
     drive: Annotated[
         int | None, Option(help="Drive this robot yourself: hold the arrow keys in the window.")

@@ -1,4 +1,4 @@
-"""What every command does on stderr and with signals: messages, progress bars, errors, Ctrl-C."""
+"""Console of every command: messages on stderr, progress bars, errors and signals."""
 
 import _thread
 import signal
@@ -28,7 +28,7 @@ def say(line: str) -> None:
 def check_file(option: str, file: Path, endings: Collection[str]) -> None:
     """Raise ConfigError unless an option's file can be written.
 
-    A folder that is missing is made, and the user told.
+    A missing folder is made, and reported on stderr.
     """
     if file.suffix.lower() not in endings:
         raise ConfigError(f"{option} {file}: the name must end in {', '.join(endings)}")
@@ -87,7 +87,7 @@ def old_names_told() -> Iterator[None]:
 
 
 WRONG_INPUT, FAILED = 2, 1
-"""Exit statuses: of what was asked, and of what happened on the way."""
+"""Exit statuses: the command was wrong, or failed while it ran."""
 
 
 def error_message(error: Exception, program: str | None) -> tuple[str, int] | None:
@@ -109,7 +109,7 @@ def error_message(error: Exception, program: str | None) -> tuple[str, int] | No
 
 @contextmanager
 def of_option(prefix: str) -> Iterator[None]:
-    """Begin an error message about a value with the option that it was given by.
+    """Prefix an error message about a value with the name of its option.
 
     >>> with of_option("--"):
     ...     raise ConfigError("seed=-1: must be at least 0")
@@ -124,7 +124,7 @@ def of_option(prefix: str) -> Iterator[None]:
 
 
 PAUSE = 0.01
-"""After which a signal that came at a bad moment is sent again [s]."""
+"""Time until a signal that came at a bad moment is sent again [s]."""
 
 
 @contextmanager

@@ -51,15 +51,15 @@ class EpisodeBlock:
 EMPTY: Mapping[int, bytes] = {}
 
 Stores = tuple[Dataset, Trajectories | None]
-"""Where episodes are kept, and their trajectories, if they are."""
+"""Dataset of the episodes, and that of their trajectories, if those are recorded."""
 
 Ended = tuple[str, list[AnyEpisode], Mapping[int, bytes]]
-"""A block that was run: the key of its configuration, its episodes, and the files of their
-trajectories, by seed, that are still to be kept."""
+"""A finished block: the key of its configuration, its episodes, and the files of trajectories, by
+seed, that are still to be written."""
 
 
 class Plan:
-    """The episodes wanted: those found in the dataset, and those still to run."""
+    """Episodes of a command: those that the dataset holds, and those still to run."""
 
     def __init__(
         self,
@@ -68,14 +68,14 @@ class Plan:
         dataset: Dataset,
         trajectories: Trajectories | None = None,
     ) -> None:
-        """Look for every episode in the dataset, with its trajectory if asked; nothing runs yet."""
+        """Look for every episode, and its trajectory if recorded; nothing runs yet."""
         self.configurations = list(configurations)
         self.seeds = list(seeds)
         self.dataset = dataset
         self.trajectories = trajectories
         self.episodes: dict[tuple[str, int], AnyEpisode] = {}
         self.renamed: dict[str, list[AnyEpisode]] = {}
-        """Episodes found whose controller had another name than now, by configuration."""
+        """Episodes whose controller had another name, by configuration."""
         self.todo: dict[str, list[int]] = {}
         self._named = {each.key: each for each in configurations}
         for key, configuration in self._named.items():
@@ -105,10 +105,10 @@ class Plan:
         ]
 
     def run(self, backend: Backend, tell: Callable[[str], None] = lambda _: None) -> Iterator[int]:
-        """Run the missing episodes; yield after each block that is kept how many it holds.
+        """Run the missing episodes; yield the number of episodes of each block once it is written.
 
-        Those found under another name are written again, as figures show it. `tell` receives what
-        is compiled.
+        Episodes whose controller had another name are written again, as figures show the name.
+        `tell` receives what is compiled.
         """
         for key, renamed in self.renamed.items():
             self.keep(key, renamed)

@@ -107,7 +107,7 @@ def seconds_in_environment(case: Case, quick: bool) -> float:
 
 
 def _timed_with_energy(tick: Tick, quick: bool) -> tuple[float, float | None]:
-    """Time of one tick of the GPU [s], and the energy that it took [J]; None if nobody tells it."""
+    """Time of one tick of the GPU [s], and its energy [J]; None if not reported."""
     meter = energy_meter(usable_gpu().get_current_device().uuid)
     calls, before = count(), meter and meter()
 
@@ -212,13 +212,13 @@ def energy_meter(uuid: str, library: ctypes.CDLL | None = None) -> Callable[[], 
 STAGES = "decide", "tick", "observe"
 
 
-def gpu_table(found: list[Measured]) -> Group:
-    """What was measured, a row for each number of worlds; a dash for what the driver tells not."""
-    rows = [_cells(each) for each in found]
+def gpu_table(measured: list[Measured]) -> Group:
+    """Table with a row for each number of worlds; a dash for what the driver does not report."""
+    rows = [_cells(each) for each in measured]
     columns = {heading: [Text(row[heading]) for row in rows] for heading in rows[0]}
     return Group(
         Text("Worlds on a GPU: kinematic, ssgikf; millions of robot-steps a second", style="bold"),
-        FittingTable("worlds", [each["case"] for each in found], columns),
+        FittingTable("worlds", [each["case"] for each in measured], columns),
         Text(
             "Bytes are those of the records that the kernels are handed, each read or written"
             " once. Energy is in joules per million robot-steps. Learning: by the arrays of an"
@@ -245,8 +245,8 @@ def _cells(each: Measured) -> dict[str, str]:
 
 def _millions(speed: float) -> str:
     """A speed in millions a second, with three digits or all whole ones."""
-    found = speed / 1e6
-    return f"{found:,.0f}" if found >= 100.0 else f"{found:.3g}"
+    millions = speed / 1e6
+    return f"{millions:,.0f}" if millions >= 100.0 else f"{millions:.3g}"
 
 
 def _or_dash(number: float | None, form: str, scale: float = 1.0) -> str:
