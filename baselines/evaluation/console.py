@@ -6,10 +6,9 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, TextIO, cast
@@ -140,7 +139,14 @@ def interrupts_raised() -> Iterator[None]:
         numbers.append(signal.SIGINT)
     handlers = {number: signal.signal(number, _interrupt) for number in numbers}
     hook = sys.unraisablehook
-    sys.unraisablehook = partial(_send_again_if_dropped, hook)
+
+    def send_again_if_dropped(dropped: "sys.UnraisableHookArgs") -> None:
+        if issubclass(dropped.exc_type, KeyboardInterrupt):
+            _send_again(signal.SIGINT)
+        else:
+            hook(dropped)
+
+    sys.unraisablehook = send_again_if_dropped
     try:
         yield
     finally:
@@ -165,15 +171,6 @@ def _is_freeing(frame: FrameType | None) -> bool:
             return True
         frame = frame.f_back
     return False
-
-
-def _send_again_if_dropped(
-    hook: Callable[["sys.UnraisableHookArgs"], object], dropped: "sys.UnraisableHookArgs"
-) -> None:
-    if issubclass(dropped.exc_type, KeyboardInterrupt):
-        _send_again(signal.SIGINT)
-    else:
-        hook(dropped)
 
 
 def _send_again(number: int) -> None:

@@ -86,7 +86,6 @@ def test_a_damaged_object_is_set_aside_and_one_that_is_gone_is_told(command, mon
     ("options", "complaint"),
     [
         (("--out=nonsense://x",), "--out nonsense://x: Protocol not known: nonsense"),
-        (("--out=memory://x", "--trajectories"), "--trajectories: need a folder of this machine"),
         (("--out=s3://nowhere/x",), "--out s3://nowhere/x: cannot be written ("),
     ],
 )

@@ -65,7 +65,12 @@ def measure_case(case: Case, threads: int, quick: bool) -> Measured:
     there.step()
     there.check()
     first = time.perf_counter() - start
-    tick = _ticks(there)
+
+    def tick() -> None:
+        for _ in range(TICKS):
+            there.step()
+        there.check()
+
     for _ in range(case.n_warm_up(quick) // TICKS):
         tick()
     there.download()
@@ -167,15 +172,6 @@ def card_bandwidth(device: Card) -> float | None:
     except AttributeError:
         return None
     return float(2.0 * clock * 1e3 * width / 8.0)
-
-
-def _ticks(loop: DeviceLoop) -> Tick:
-    def run() -> None:
-        for _ in range(TICKS):
-            loop.step()
-        loop.check()
-
-    return run
 
 
 LIBRARY = "libnvidia-ml.so.1"
