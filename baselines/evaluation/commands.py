@@ -11,6 +11,7 @@ from typer import Argument, Option
 from baselines.evaluation.common_options import (
     AddressOption,
     BackendOption,
+    FileOption,
     FirstSeedOption,
     PhysicsOption,
     ScenarioArgument,
@@ -20,7 +21,6 @@ from baselines.evaluation.common_options import (
     completion_of,
     controller_names,
     find_backend,
-    path,
 )
 from baselines.evaluation.console import say
 
@@ -59,14 +59,9 @@ def evaluate(  # noqa: PLR0913 the options of a command
     series: Annotated[bool, Option("--series", help="Add the time series to JSON.")] = False,
     trajectories: Annotated[
         bool,
-        Option(
-            "--trajectories",
-            help="Write the pose of every robot in every tick to the folder OUT-trajectories.",
-        ),
+        Option("--trajectories", help="Write each robot's pose in every tick to OUT-trajectories."),
     ] = False,
-    plot: Annotated[
-        Path | None, Option(parser=path, help="Draw the scores to a .png, .pdf or .svg file.")
-    ] = None,
+    plot: Annotated[Path | None, FileOption(help="Draw the scores: .png, .pdf or .svg.")] = None,
     backend: BackendOption = "joblib",
     address: AddressOption = None,
 ) -> None:
@@ -152,10 +147,7 @@ def plot(  # noqa: PLR0913 the options of a command
         ),
     ],
     out: Annotated[
-        list[Path],
-        Option(
-            parser=path, metavar="FILE", help="A .png, .pdf or .svg file; several, if repeated."
-        ),
+        list[Path], FileOption(metavar="FILE", help="A .png, .pdf or .svg file; may be repeated.")
     ],
     scenarios: Annotated[
         list[str] | None,
@@ -255,9 +247,7 @@ def watch(  # noqa: PLR0913 the options of a command
     speed: Annotated[
         float | None, Option(help="Multiple of real time.", show_default="10; 1 with --drive")
     ] = None,
-    select: Annotated[
-        int | None, Option(help="Draw what this robot believes; they count from 0.")
-    ] = None,
+    select: Annotated[int | None, Option(help="Robot whose belief is drawn, from 0 on.")] = None,
     start: Annotated[float, Option(help="Show from this time of the episode on [s].")] = 0.0,
     seconds: Annotated[
         float | None, Option(help="Length shown [s].", show_default="to its end")
@@ -266,15 +256,9 @@ def watch(  # noqa: PLR0913 the options of a command
         int | None, Option(help="Drive this robot yourself: hold the arrow keys in the window.")
     ] = None,
     size: Annotated[int, Option(help="Width of the picture [px].")] = 720,
-    video: Annotated[
-        Path | None, Option(parser=path, help="Write a video: an .mp4, or a looping .gif.")
-    ] = None,
-    html: Annotated[
-        Path | None, Option(parser=path, help="Write a replay for the browser: an .html file.")
-    ] = None,
-    frame: Annotated[
-        Path | None, Option(parser=path, help="Write the last moment shown: a .png file.")
-    ] = None,
+    video: Annotated[Path | None, FileOption(help="Write a video: .mp4 or looping .gif.")] = None,
+    html: Annotated[Path | None, FileOption(help="Write a replay for the browser: .html.")] = None,
+    frame: Annotated[Path | None, FileOption(help="Write the last moment shown: .png.")] = None,
 ) -> None:
     """Watch one episode.
 

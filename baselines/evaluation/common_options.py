@@ -1,6 +1,7 @@
 """The arguments and options that several commands have in the same words, and their completion."""
 
 from collections.abc import Callable, Collection, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -81,6 +82,9 @@ def path(text: str | Path) -> Path:
         )
     return Path(text)
 
+
+FileOption = partial(Option, parser=path)
+"""An option that names a file or folder of this machine to write."""
 
 BackendOption = Annotated[
     Literal["joblib", "ray"],

@@ -164,7 +164,6 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def _is_freeing(frame: FrameType | None) -> bool:
-    """Whether pymunk is freeing a space, a body or a shape."""
     while frame is not None:
         module = frame.f_globals.get("__name__", "")
         if module.startswith("pymunk") and "free" in frame.f_code.co_name:

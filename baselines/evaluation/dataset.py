@@ -207,7 +207,6 @@ def asked_name(table: pa.Table) -> str | None:
 
 
 def _asked(name: str) -> dict[bytes, bytes]:
-    """The metadata of a file: the controller's name as given."""
     text = name.encode()
     return {ASKED: b"%08x %b" % (crc32(text), text)}
 

@@ -183,7 +183,6 @@ def _files(source: str) -> list[Path]:
 
 
 def _in_folder(file: Path, field: str) -> str:
-    """The value of a field in the names of a file's folders (`scenario=es1`)."""
     for part in file.parts:
         if part.startswith(f"{field}="):
             return unquote(part.partition("=")[2])
@@ -194,7 +193,6 @@ def _in_folder(file: Path, field: str) -> str:
 
 
 def _read(file: Path, scenario: str, controller: str) -> EpisodeGroup:
-    """A file as a group of one episode; ConfigError if it holds none."""
     try:
         table = read_table(file.read_bytes())
         name = asked_name(table)
@@ -226,7 +224,6 @@ def _with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
 
 
 def _check_texts(row: Row, file: Path) -> None:
-    """ConfigError unless the settings of an episode are what `evaluate` writes."""
     for name in TEXTS:
         try:
             tree = json.loads(row[name])
@@ -269,7 +266,6 @@ def _wanted(group: EpisodeGroup, controllers: Sequence[str]) -> EpisodeGroup | N
 
 
 def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequence[str]) -> str:
-    """The error message for names that match no episodes: it lists the names there are."""
     files = [file for source in sources for file in _files(source)]
     there = {field: {_in_folder(file, field) for file in files} for field in IN_FOLDERS}
     asked = [f"--scenario {each}" for each in scenarios]
@@ -279,7 +275,6 @@ def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequ
 
 
 def _check_code(groups: Iterable[EpisodeGroup]) -> None:
-    """ConfigError if a configuration was run by several versions of the code."""
     code_of: dict[tuple[str, ...], str] = {}
     for group in groups:
         key = group.scenario, group.controller, group.physics, group.overrides, group.parameters

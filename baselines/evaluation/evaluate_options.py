@@ -85,7 +85,6 @@ class EvaluateOptions:
 
 
 def _check_different(configurations: Sequence[ExperimentConfig]) -> None:
-    """ConfigError if a controller is named twice, be it by two names: `ssgiff:beta=0.01`."""
     for one, other in combinations(configurations, 2):
         if one.label == other.label:
             raise ConfigError(f"controller '{one.label}' is named twice")

@@ -231,6 +231,5 @@ class _WithoutDocstrings(ast.NodeTransformer):
 
 
 def _files(thing: object, base: type) -> set[Path]:
-    """The source files of an object's class and its bases, down to `base`."""
     classes = [each for each in type(thing).__mro__ if issubclass(each, base)]
     return {Path(getfile(each)) for each in classes if each is not Part}

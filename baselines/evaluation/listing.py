@@ -122,7 +122,6 @@ def _parts(whole: Part, prefix: str = "") -> Iterator[tuple[str, Part]]:
 
 
 def _parameters(part: Part, prefix: str, origins: Mapping[str, str] | None) -> Iterator[Parameter]:
-    """The fields of a part, each with the origin of its value."""
     for name, value in part:
         if isinstance(value, Part):
             continue
@@ -200,7 +199,6 @@ def _named(kind: str, registry: Registry[PartT], after: str = "") -> Table:
 
 
 def _table(name: str, *headings: str) -> Table:
-    """A table with a name in front of each row."""
     table = Table(box=None, padding=(0, 2, 0, 0))
     table.add_column(Text(name), no_wrap=True)
     for heading in headings:
@@ -218,7 +216,6 @@ def _score(score: Score | None) -> str:
 
 
 def _way(name: str, listed: Listed) -> str:
-    """How a number is changed in `evaluate`."""
     if isinstance(listed, LayeredController):
         bare = name.partition(":")[0]
         return f"{bare}:FILE,name=value" if bare in POLICIES else f"{bare}:name=value"

@@ -206,7 +206,6 @@ def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
 def _run_block(
     block: EpisodeBlock, threads: int, is_recorded: bool, stores: Stores | None
 ) -> Ended:
-    """Run a block, and keep it in the stores if there are any."""
     config, seeds = block.configuration, block.seeds
     recorder = TrajectoryRecorder(config, seeds) if is_recorded else None
     what = config.scenario, config.controller, seeds, config.physics

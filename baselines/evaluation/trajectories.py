@@ -80,7 +80,6 @@ class Trajectories(Dataset):
     """The folder of trajectories that goes with a dataset."""
 
     def __init__(self, dataset: Dataset) -> None:
-        """Name the folder; it may be missing until `open`."""
         super().__init__(beside(dataset.folder), ENDING)
 
     def holds(self, configuration: ExperimentConfig, seed: int) -> bool:
@@ -93,7 +92,6 @@ class TrajectoryRecorder:
     """Records where the robots of a block are, compressed in memory until the block is over."""
 
     def __init__(self, configuration: ExperimentConfig, seeds: Sequence[int]) -> None:
-        """Start empty, for worlds of these seeds."""
         self._kind = kind_of(task_of(configuration.scenario))
         self._seeds, self._key = tuple(seeds), configuration.key
         self._schema = trajectory_schema(self._kind)
@@ -178,7 +176,6 @@ def _arrow(values: Array, column: TrajectoryColumn) -> pa.Array:
 
 
 def _is_trajectory(configuration: ExperimentConfig, seed: int, table: pa.Table) -> bool:
-    """Raise DamagedFileError unless a table is the trajectory of this episode."""
     scenario = configuration.scenario
     if not table.schema.equals(trajectory_schema(kind_of(task_of(scenario)))):
         raise DamagedFileError("not the columns of a trajectory")

@@ -240,7 +240,6 @@ def _cells(each: Measured) -> dict[str, str]:
 
 
 def _millions(speed: float) -> str:
-    """A speed in millions a second, with three digits or all whole ones."""
     millions = speed / 1e6
     return f"{millions:,.0f}" if millions >= 100.0 else f"{millions:.3g}"
 

@@ -131,7 +131,6 @@ def measure(quick: bool, threads: int, tell: Tell) -> Measured:
 
 
 def _processes(quick: bool, tell: Tell) -> Measured:
-    """Start-up, first run and memory: each in new processes."""
     tell("start-up")
     times = start_up(quick)
     if not quick:
