@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
@@ -137,12 +137,12 @@ def bench(
         console = Console(stderr=True)
         with console.status("") as status:
             tell = status.update if console.is_terminal else lambda _: None
-            on_gpu = device == "cuda"
-            measured: Any = measure_gpu(quick, tell) if on_gpu else measure(quick, threads, tell)
+            on_gpu = measure_gpu(quick, tell) if device == "cuda" else []
+            measured = {} if on_gpu else measure(quick, threads, tell)
         if form == "json":
-            typer.echo(json.dumps(measured, indent=1))
+            typer.echo(json.dumps(on_gpu or measured, indent=1))
         else:
-            Console().print(gpu_table(measured) if on_gpu else report(measured))
+            Console().print(gpu_table(on_gpu) if on_gpu else report(measured))
 
 
 app.command("plot")(stoppable(keeps=False)(plot_figure))

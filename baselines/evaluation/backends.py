@@ -14,6 +14,7 @@ from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
 from multiprocessing import resource_tracker as stdlib_tracker
+from operator import itemgetter
 from typing import ClassVar, TypeVar
 
 from joblib import Parallel, delayed, parallel_config
@@ -84,8 +85,7 @@ def run_in_order(
 ) -> list[ResultT]:
     """Call the function with every job; return what it returned in the order of the jobs."""
     with closing(backend.run(partial(_numbered, function), list(enumerate(jobs)))) as finished:
-        found = dict(finished)
-    return [found[number] for number in range(len(jobs))]
+        return [result for _, result in sorted(finished, key=itemgetter(0))]
 
 
 def _numbered(function: Callable[[JobT], ResultT], job: tuple[int, JobT]) -> tuple[int, ResultT]:

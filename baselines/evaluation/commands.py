@@ -1,4 +1,4 @@
-"""The commands `evaluate`, `plot` and `watch`; what they need is loaded when they run."""
+"""Commands `evaluate`, `plot` and `watch`; their modules are loaded when they run."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,6 +11,7 @@ from typer import Argument, Option
 from baselines.evaluation.common_options import (
     AddressOption,
     BackendOption,
+    FileOption,
     FirstSeedOption,
     PhysicsOption,
     ScenarioArgument,
@@ -20,7 +21,6 @@ from baselines.evaluation.common_options import (
     completion_of,
     controller_names,
     find_backend,
-    path,
 )
 from baselines.evaluation.console import say
 
@@ -56,19 +56,12 @@ def evaluate(  # noqa: PLR0913 the options of a command
     form: Annotated[
         Literal["table", "json", "csv"], Option("--format", help="How to write the result.")
     ] = "table",
-    series: Annotated[
-        bool, Option("--series", help="In JSON, tell what is known over time as well.")
-    ] = False,
+    series: Annotated[bool, Option("--series", help="Add the time series to JSON.")] = False,
     trajectories: Annotated[
         bool,
-        Option(
-            "--trajectories",
-            help="Keep where every robot was in every tick, in the folder OUT-trajectories.",
-        ),
+        Option("--trajectories", help="Write each robot's pose in every tick to OUT-trajectories."),
     ] = False,
-    plot: Annotated[
-        Path | None, Option(parser=path, help="Draw the scores to a .png, .pdf or .svg file.")
-    ] = None,
+    plot: Annotated[Path | None, FileOption(help="Draw the scores: .png, .pdf or .svg.")] = None,
     backend: BackendOption = "joblib",
     address: AddressOption = None,
 ) -> None:
@@ -129,7 +122,7 @@ def _write(results: Sequence["AnyEpisode"], form: str, series: bool) -> None:
 FIGURE_NAMES = (
     "boxplot", "curve", "on-path", "recruitment", "table", "paths", "learning", "weights",
 )  # fmt: skip
-"""The kinds of figures, which are not loaded to complete their names."""
+"""Kinds of figures, by name, so that completion loads none."""
 
 
 PageStyleName = Literal["screen", "paper"]
@@ -154,10 +147,7 @@ def plot(  # noqa: PLR0913 the options of a command
         ),
     ],
     out: Annotated[
-        list[Path],
-        Option(
-            parser=path, metavar="FILE", help="A .png, .pdf or .svg file; several, if repeated."
-        ),
+        list[Path], FileOption(metavar="FILE", help="A .png, .pdf or .svg file; may be repeated.")
     ],
     scenarios: Annotated[
         list[str] | None,
@@ -206,13 +196,13 @@ def plot(  # noqa: PLR0913 the options of a command
 
     **table**: motion by localisation.
 
-    **paths**: a map of where the robots were, from what evaluate --trajectories has kept; where
-    nothing was kept, one episode is run again. Also without a dataset: plot paths es1 nc ssgikf.
+    **paths**: a map of the robots' positions, from the files of evaluate --trajectories; without
+    them one episode is run again. Also without a dataset: plot paths es1 nc ssgikf.
 
     **learning**: learning curves of trained policies, from the cards (.json) beside them.
 
-    **weights**: how far each of some controllers believes what it hears, over the own and the
-    heard path: plot weights ssgikf ssgiff learned-weighting.
+    **weights**: the weight that each controller gives a message, over the own and the heard path:
+    plot weights ssgikf ssgiff learned-weighting.
 
     A controller has the same colour in every figure. What the figure shows, the command and the
     code behind it stand in the metadata of the file and beside it, in FILE.json. Examples:
@@ -257,26 +247,18 @@ def watch(  # noqa: PLR0913 the options of a command
     speed: Annotated[
         float | None, Option(help="Multiple of real time.", show_default="10; 1 with --drive")
     ] = None,
-    select: Annotated[
-        int | None, Option(help="Draw what this robot believes; they count from 0.")
-    ] = None,
+    select: Annotated[int | None, Option(help="Robot whose belief is drawn, from 0 on.")] = None,
     start: Annotated[float, Option(help="Show from this time of the episode on [s].")] = 0.0,
     seconds: Annotated[
-        float | None, Option(help="Show so much of the episode [s].", show_default="to its end")
+        float | None, Option(help="Length shown [s].", show_default="to its end")
     ] = None,
     drive: Annotated[
         int | None, Option(help="Drive this robot yourself: hold the arrow keys in the window.")
     ] = None,
     size: Annotated[int, Option(help="Width of the picture [px].")] = 720,
-    video: Annotated[
-        Path | None, Option(parser=path, help="Write a video: an .mp4, or a looping .gif.")
-    ] = None,
-    html: Annotated[
-        Path | None, Option(parser=path, help="Write a replay for the browser: an .html file.")
-    ] = None,
-    frame: Annotated[
-        Path | None, Option(parser=path, help="Write the last moment shown: a .png file.")
-    ] = None,
+    video: Annotated[Path | None, FileOption(help="Write a video: .mp4 or looping .gif.")] = None,
+    html: Annotated[Path | None, FileOption(help="Write a replay for the browser: .html.")] = None,
+    frame: Annotated[Path | None, FileOption(help="Write the last moment shown: .png.")] = None,
 ) -> None:
     """Watch one episode.
 

@@ -1,6 +1,7 @@
 """The arguments and options that several commands have in the same words, and their completion."""
 
 from collections.abc import Callable, Collection, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -21,27 +22,22 @@ def completion_of(names: Collection[str]) -> Callable[[str], list[str]]:
     >>> completion_of(["paths", "on-path", "png"])("p")
     ['paths', 'png']
     """
-
-    def complete(incomplete: str) -> list[str]:
-        return [name for name in names if name.startswith(incomplete)]
-
-    return complete
+    return lambda incomplete: [name for name in names if name.startswith(incomplete)]
 
 
 def scenario_names(incomplete: str) -> Iterator[str]:
     """Scenarios, and .toml files beside, that begin so."""
-    yield from (name for name in SCENARIOS if name.startswith(incomplete))
-    yield from (str(file) for file in Path().glob("*.toml") if str(file).startswith(incomplete))
+    yield from completion_of([*SCENARIOS, *map(str, Path().glob("*.toml"))])(incomplete)
 
 
 def controller_names(incomplete: str) -> Iterator[str]:
     """Controllers and oracles that begin so, and the kinds of policies that take a file."""
     names = [*CONTROLLERS, *REFERENCES, *(f"{kind}:" for kind in POLICIES)]
-    yield from (name for name in names if name.startswith(incomplete))
+    yield from completion_of(names)(incomplete)
 
 
 def any_name(incomplete: str) -> Iterator[str]:
-    """Whatever can be listed: scenarios and controllers."""
+    """Scenarios and controllers that begin so."""
     yield from scenario_names(incomplete)
     yield from controller_names(incomplete)
 
@@ -86,6 +82,9 @@ def path(text: str | Path) -> Path:
         )
     return Path(text)
 
+
+FileOption = partial(Option, parser=path)
+"""An option that names a file or folder of this machine to write."""
 
 BackendOption = Annotated[
     Literal["joblib", "ray"],

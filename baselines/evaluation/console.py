@@ -1,4 +1,4 @@
-"""What every command does on stderr and with signals: messages, progress bars, errors, Ctrl-C."""
+"""Console of every command: messages on stderr, progress bars, errors and signals."""
 
 import _thread
 import signal
@@ -6,13 +6,12 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, TextIO, cast
 
 from swarm_forage_env.errors import ConfigError, RenamedWarning, UnknownNameError, file_reason
 
@@ -28,7 +27,7 @@ def say(line: str) -> None:
 def check_file(option: str, file: Path, endings: Collection[str]) -> None:
     """Raise ConfigError unless an option's file can be written.
 
-    A folder that is missing is made, and the user told.
+    A missing folder is made, and reported on stderr.
     """
     if file.suffix.lower() not in endings:
         raise ConfigError(f"{option} {file}: the name must end in {', '.join(endings)}")
@@ -59,32 +58,35 @@ def progress_bar(unit: str) -> "Progress":
     )
 
     console = Console(stderr=True)
-    columns = (
+    return Progress(
         unit, BarColumn(), MofNCompleteColumn(), "elapsed", TimeElapsedColumn(),
         "left", TimeRemainingColumn(), "{task.description}",
+        console=console, disable=not console.is_terminal,
     )  # fmt: skip
-    return Progress(*columns, console=console, disable=not console.is_terminal)
 
 
 @contextmanager
 def old_names_told() -> Iterator[None]:
-    """Tell of each old name that a command is given in one line on stderr."""
+    """Report each old name that a command is given in one line on stderr."""
     with warnings.catch_warnings():
         warnings.simplefilter("default", RenamedWarning)
         show = warnings.showwarning
 
-        def tell(message: Warning | str, category: type[Warning], *where: Any) -> None:  # noqa: ANN401 as Python's
+        def report(
+            message: Warning | str, category: type[Warning], filename: str, lineno: int,
+            file: TextIO | None = None, line: str | None = None,
+        ) -> None:  # fmt: skip
             if issubclass(category, RenamedWarning):
                 say(str(message))
             else:
-                show(message, category, *where)
+                show(message, category, filename, lineno, file, line)
 
-        warnings.showwarning = cast(Any, tell)
+        warnings.showwarning = report
         yield
 
 
 WRONG_INPUT, FAILED = 2, 1
-"""Exit statuses: of what was asked, and of what happened on the way."""
+"""Exit statuses: the command was wrong, or failed while it ran."""
 
 
 def error_message(error: Exception, program: str | None) -> tuple[str, int] | None:
@@ -106,7 +108,7 @@ def error_message(error: Exception, program: str | None) -> tuple[str, int] | No
 
 @contextmanager
 def of_option(prefix: str) -> Iterator[None]:
-    """Begin an error message about a value with the option that it was given by.
+    """Prefix an error message about a value with the name of its option.
 
     >>> with of_option("--"):
     ...     raise ConfigError("seed=-1: must be at least 0")
@@ -121,7 +123,7 @@ def of_option(prefix: str) -> Iterator[None]:
 
 
 PAUSE = 0.01
-"""After which a signal that came at a bad moment is sent again [s]."""
+"""Time until a signal that came at a bad moment is sent again [s]."""
 
 
 @contextmanager
@@ -137,7 +139,14 @@ def interrupts_raised() -> Iterator[None]:
         numbers.append(signal.SIGINT)
     handlers = {number: signal.signal(number, _interrupt) for number in numbers}
     hook = sys.unraisablehook
-    sys.unraisablehook = partial(_send_again_if_dropped, hook)
+
+    def send_again_if_dropped(dropped: "sys.UnraisableHookArgs") -> None:
+        if issubclass(dropped.exc_type, KeyboardInterrupt):
+            _send_again(signal.SIGINT)
+        else:
+            hook(dropped)
+
+    sys.unraisablehook = send_again_if_dropped
     try:
         yield
     finally:
@@ -155,22 +164,12 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def _is_freeing(frame: FrameType | None) -> bool:
-    """Whether pymunk is freeing a space, a body or a shape."""
     while frame is not None:
         module = frame.f_globals.get("__name__", "")
         if module.startswith("pymunk") and "free" in frame.f_code.co_name:
             return True
         frame = frame.f_back
     return False
-
-
-def _send_again_if_dropped(
-    hook: Callable[["sys.UnraisableHookArgs"], object], dropped: "sys.UnraisableHookArgs"
-) -> None:
-    if issubclass(dropped.exc_type, KeyboardInterrupt):
-        _send_again(signal.SIGINT)
-    else:
-        hook(dropped)
 
 
 def _send_again(number: int) -> None:

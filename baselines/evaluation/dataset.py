@@ -10,7 +10,7 @@ address that fsspec reads (s3://bucket/x, memory://x): an object, too, appears w
 import logging
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 from urllib.parse import quote
@@ -20,7 +20,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from baselines.evaluation.episode import AnyEpisode, kind_of_episode
-from baselines.evaluation.experiment_config import ExperimentConfig
+from baselines.evaluation.experiment_config import IDENTITY, ExperimentConfig
 from swarm_forage_env.atomic_write import sweep, temporary_of, write_atomically
 from swarm_forage_env.episode import EpisodeKind
 from swarm_forage_env.errors import ConfigError
@@ -29,12 +29,9 @@ from swarm_forage_env.task import task_of
 Row = dict[str, Any]
 """An episode as a dataset file holds it: its columns by name."""
 
-FoundT = TypeVar("FoundT")
+CheckedT = TypeVar("CheckedT")
 
 LOGGER = logging.getLogger("swarm-forage")
-
-IDENTITY = ("overrides", "parameters", "settings", "code")
-"""Columns by which a reader tells configurations apart, beside their key."""
 
 ASKED = b"asked"
 """Metadata key of the controller's name as the user gave it, after a checksum of the name. It is no
@@ -52,45 +49,26 @@ COLUMN_TYPES = {
     tuple[float, ...]: pa.list_(pa.float64()),
 }
 
+FILE_STEM = r"[0-9a-f]{16}-seed[0-9]{8,}"
+"""Regular expression of the name of an episode's file, without its ending."""
+
+LONGEST_NAME = 255  # of a file or folder [byte], on the usual file systems
+DAMAGED = ".damaged"
+"""Ending of files set aside; their names start with `_`, which readers skip."""
+
 
 def schema(kind: EpisodeKind) -> pa.Schema:
     """Columns of a dataset file: the fields of an episode, and what identifies a configuration."""
-    types = get_type_hints(kind.episode)
-    fields = [
+    columns = [
         pa.field(
             name,
             pa.uint64() if name == "seed" else COLUMN_TYPES[each],
             nullable=each in (float | None, int | None),
         )
-        for name, each in types.items()
+        for name, each in get_type_hints(kind.episode).items()
         if name not in IN_FOLDERS
     ]
-    texts = (pa.field(name, pa.string(), nullable=False) for name in (*IDENTITY, "configuration"))
-    return pa.schema([*fields, *texts])
-
-
-FILE_STEM = r"[0-9a-f]{16}-seed[0-9]{8,}"
-"""Regular expression of the name of an episode's file, without its ending."""
-
-
-def with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
-    """The table of a file, with empty columns for the missing ones of `kind.sometimes`."""
-    columns = schema(kind)
-    for number, before in enumerate(table.schema):
-        if (column := before.with_nullable(True)) in columns:
-            table = table.set_column(number, column, table.column(number))
-    lacks = [name for name in columns.names if name not in table.schema.names]
-    if not lacks or not set(lacks) <= set(kind.sometimes):
-        return table
-    for name in lacks:
-        column = columns.field(name)
-        table = table.append_column(column, pa.nulls(len(table), column.type))
-    return table.select(columns.names)
-
-
-LONGEST_NAME = 255  # of a file or folder [byte], on the usual file systems
-DAMAGED = ".damaged"
-"""Ending of files set aside; their names start with `_`, which readers skip."""
+    return pa.schema([*columns, *(pa.field(name, pa.string(), False) for name in IDENTITY)])
 
 
 def folder_name(name: str, prefix: str = "") -> str:
@@ -101,11 +79,11 @@ def folder_name(name: str, prefix: str = "") -> str:
     >>> folder_name("a/b", "scenario=")
     'scenario=a%2Fb'
     """
-    found = prefix + quote(name, safe="")
-    if found in {"", ".", ".."} or len(found) > LONGEST_NAME:
+    quoted = prefix + quote(name, safe="")
+    if quoted in {"", ".", ".."} or len(quoted) > LONGEST_NAME:
         shown = name if len(name) < 40 else f"{name[:40]}..."
         raise ConfigError(f"name='{shown}': cannot name a folder; give it another name")
-    return found
+    return quoted
 
 
 class DamagedFileError(Exception):
@@ -129,11 +107,8 @@ class Dataset:
         """Name the folder, which may be missing until `open`, and how its files' names end."""
         self.folder = folder
         self.ending = ending
-
-    @property
-    def name(self) -> str:
+        self.name = str(folder)
         """Where it is, in messages."""
-        return str(self.folder)
 
     def open(self) -> None:
         """Make the folder, check that it is writable, and remove temporary files of killed runs."""
@@ -158,15 +133,20 @@ class Dataset:
 
     def find(self, configuration: ExperimentConfig, seed: int) -> AnyEpisode | None:
         """Read a kept episode; None if there is none, or a damaged one, which is set aside."""
+        kind = task_of(configuration.scenario).episode
 
         def to_episode(table: pa.Table) -> AnyEpisode:
-            row, asked = _row(table, configuration, seed), asked_name(table)
-            names = configuration.scenario.name, asked or configuration.short_label
-            return episode_of(row, task_of(configuration.scenario).episode, *names)
+            if not table.schema.equals(schema(kind)) or table.num_rows != 1:
+                raise DamagedFileError("not one row with the columns of an episode")
+            (row,) = table.to_pylist()
+            if (row["configuration"], row["seed"]) != (configuration.key, seed):
+                raise DamagedFileError("the episode of another configuration or seed")
+            controller = asked_name(table) or configuration.short_label
+            return episode_of(row, kind, configuration.scenario.name, controller)
 
         return self.read_checked(self.place(configuration, seed), to_episode)
 
-    def read_checked(self, file: Path, check: Callable[[pa.Table], FoundT]) -> FoundT | None:
+    def read_checked(self, file: Path, check: Callable[[pa.Table], CheckedT]) -> CheckedT | None:
         """What `check` makes of a file's table; None without one, or if it raises DamagedFileError.
 
         A damaged file is given a name that readers skip.
@@ -185,7 +165,7 @@ class Dataset:
         """Write each episode atomically to its file, with the controller's name as given."""
         for episode in episodes:
             columns = schema(kind_of_episode(episode)).with_metadata(_asked(configuration.label))
-            row = pa.Table.from_pylist([_columns(episode, configuration)], columns)
+            row = pa.Table.from_pylist([asdict(episode) | configuration.identity], columns)
             content = pa.BufferOutputStream()
             pq.write_table(row, content, write_page_checksum=True)
             self.write(self.place(configuration, episode.seed), content.getvalue().to_pybytes())
@@ -207,17 +187,11 @@ class Dataset:
         return [file for file in files if not file.is_file()]
 
 
-def _columns(episode: AnyEpisode, configuration: ExperimentConfig) -> Row:
-    columns = {name: value for name, value in asdict(episode).items() if name not in IN_FOLDERS}
-    columns |= {name: getattr(configuration, name) for name in IDENTITY}
-    return columns | {"configuration": configuration.key}
-
-
 def episode_of(row: Row, kind: EpisodeKind, scenario: str, controller: str) -> AnyEpisode:
     """Make the episode that a row of a dataset file holds."""
-    numbers = {name: row[name] for name in kind.episode.__dataclass_fields__ if name in row}
-    numbers |= {name: tuple(row[name]) for name in kind.series if name in row}
-    episode: AnyEpisode = kind.episode(scenario=scenario, controller=controller, **numbers)
+    values = {each.name: row[each.name] for each in fields(kind.episode) if each.name in row}
+    values |= {name: tuple(values[name]) for name in kind.series if name in values}
+    episode: AnyEpisode = kind.episode(scenario=scenario, controller=controller, **values)
     return episode
 
 
@@ -233,7 +207,6 @@ def asked_name(table: pa.Table) -> str | None:
 
 
 def _asked(name: str) -> dict[bytes, bytes]:
-    """The metadata of a file: the controller's name as given."""
     text = name.encode()
     return {ASKED: b"%08x %b" % (crc32(text), text)}
 
@@ -248,24 +221,11 @@ def read_table(content: bytes) -> pa.Table:
     return table
 
 
-def _row(table: pa.Table, configuration: ExperimentConfig, seed: int) -> Row:
-    """The one row in a file's table; DamagedFileError if it is another episode's."""
-    if (
-        not table.schema.equals(schema(task_of(configuration.scenario).episode))
-        or table.num_rows != 1
-    ):
-        raise DamagedFileError("not one row with the columns of an episode")
-    row: Row = table.to_pylist()[0]
-    if (row["configuration"], row["seed"]) != (configuration.key, seed):
-        raise DamagedFileError("the episode of another configuration or seed")
-    return row
-
-
 def open_dataset(out: str) -> Dataset:
     """The dataset in a folder or at an address; ConfigError if it cannot be written."""
-    found = RemoteDataset(out) if "://" in out else Dataset(Path(out))
-    found.open()
-    return found
+    dataset = RemoteDataset(out) if "://" in out else Dataset(Path(out))
+    dataset.open()
+    return dataset
 
 
 class RemoteDataset(Dataset):
@@ -287,12 +247,7 @@ class RemoteDataset(Dataset):
         except (ImportError, ValueError) as error:
             raise ConfigError(f"--out {address}: {error}") from None
         super().__init__(Path(path))
-        self.address = address
-
-    @property
-    def name(self) -> str:
-        """The address."""
-        return self.address
+        self.name = address
 
     def open(self) -> None:
         """Check that objects can be written there."""
@@ -303,13 +258,12 @@ class RemoteDataset(Dataset):
         except Exception as error:  # each store has errors of its own
             why = " ".join(str(error).split()) or type(error).__name__
             raise ConfigError(
-                f"--out {self.address}: cannot be written ({why}); name another address"
+                f"--out {self.name}: cannot be written ({why}); name another address"
             ) from None
 
     def read(self, file: Path) -> bytes:
         """The content of an episode's object."""
-        content: bytes = self._store.cat_file(str(file))
-        return content
+        return bytes(self._store.cat_file(str(file)))
 
     def write(self, file: Path, content: bytes) -> None:
         """Put an episode's object."""
@@ -322,6 +276,5 @@ class RemoteDataset(Dataset):
     def missing(self, files: Sequence[Path]) -> list[Path]:
         """Those of some objects that are not there."""
         self._store.invalidate_cache()
-        there: Row = self._store.find(str(self.folder), detail=True)
-        names = {name.strip("/") for name in there}
+        names = {name.strip("/") for name in self._store.find(str(self.folder))}
         return [file for file in files if str(file).strip("/") not in names]

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,7 +20,6 @@ from baselines.evaluation.dataset import (
     read_table,
     schema,
     unread,
-    with_all_columns,
 )
 from baselines.evaluation.episode import AnyEpisode
 from baselines.evaluation.experiment_config import (
@@ -85,9 +84,24 @@ class EpisodeGroup:
     @classmethod
     def of(cls, configuration: ExperimentConfig, episodes: Sequence[AnyEpisode]) -> "EpisodeGroup":
         """The group of episodes that have just been evaluated."""
-        texts = {name: getattr(configuration, name) for name in ("physics", "code", "key", *TEXTS)}
         names = configuration.scenario.name, configuration.controller.name
-        return cls(*names, **texts, episodes=tuple(episodes), asked=configuration.label)
+        return cls.made(configuration.identity, *names, episodes, configuration.label)
+
+    @classmethod
+    def made(
+        cls,
+        identity: Row,
+        scenario: str,
+        controller: str,
+        episodes: Sequence[AnyEpisode],
+        asked: str,
+    ) -> "EpisodeGroup":
+        """The group of episodes whose columns `IDENTITY` are these."""
+        texts = {name: identity[name] for name in ("code", *TEXTS)}
+        key, physics = identity["configuration"], episodes[0].physics
+        return cls(
+            scenario, controller, physics, key=key, episodes=tuple(episodes), asked=asked, **texts
+        )
 
     def configuration(self) -> ExperimentConfig:
         """The same configuration on the present code.
@@ -120,31 +134,14 @@ def read_groups(
     labelled with its controller's name as given; with the short name if names differ. ConfigError
     for what is no dataset, or of another or of several versions of the code.
     """
-    found: dict[str, dict[int, AnyEpisode]] = {}
-    asked: dict[str, set[str]] = {}
-    texts: dict[str, dict[str, str]] = {}
+    parts: dict[str, list[EpisodeGroup]] = {}
     names = {each.partition(":")[0] for each in controllers}
-    for source in sources:
-        for file in _files(source):
-            scenario, controller = (_in_folder(file, field) for field in IN_FOLDERS)
-            if (scenarios and scenario not in scenarios) or (names and controller not in names):
-                continue
-            row, kind, name = _read(file)
-            key = row["configuration"]
-            texts[key] = {each: row[each] for each in ("physics", "code", *TEXTS)}
-            texts[key] |= {"scenario": scenario, "controller": controller, "key": key}
-            asked.setdefault(key, set()).add(name or short_label(controller, row["parameters"]))
-            episode = episode_of(row, kind, scenario, controller)
-            found.setdefault(key, {})[episode.seed] = episode
-    groups = [
-        EpisodeGroup(
-            **texts[key],
-            episodes=tuple(by_seed[seed] for seed in sorted(by_seed)),
-            asked=asked[key].pop() if len(asked[key]) == 1 else "",
-        )
-        for key, by_seed in found.items()
-    ]
-    named = _named_apart(groups)
+    for file in (file for source in sources for file in _files(source)):
+        scenario, controller = (_in_folder(file, field) for field in IN_FOLDERS)
+        if (not scenarios or scenario in scenarios) and (not names or controller in names):
+            part = _read(file, scenario, controller)
+            parts.setdefault(part.key, []).append(part)
+    named = _named_apart([_joined(each) for each in parts.values()])
     wanted = [each for group in named if (each := _wanted(group, controllers))]
     if not wanted:
         raise ConfigError(_nothing(sources, scenarios, controllers))
@@ -152,8 +149,16 @@ def read_groups(
     return sorted(wanted, key=_order)
 
 
+def _joined(parts: Sequence[EpisodeGroup]) -> EpisodeGroup:
+    """Join groups of one configuration; without a name if they have several."""
+    by_seed = {each.seed: each for part in parts for each in part.episodes}
+    names = {part.asked for part in parts}
+    episodes = tuple(by_seed[seed] for seed in sorted(by_seed))
+    return replace(parts[0], episodes=episodes, asked=names.pop() if len(names) == 1 else "")
+
+
 TEXTS = ("settings", "overrides", "parameters")
-"""What tells configurations apart, as JSON text, in the order of a group."""
+"""What tells configurations apart, as JSON text."""
 
 
 def _files(source: str) -> list[Path]:
@@ -178,7 +183,6 @@ def _files(source: str) -> list[Path]:
 
 
 def _in_folder(file: Path, field: str) -> str:
-    """The value of a field in the names of a file's folders (`scenario=es1`)."""
     for part in file.parts:
         if part.startswith(f"{field}="):
             return unquote(part.partition("=")[2])
@@ -188,27 +192,38 @@ def _in_folder(file: Path, field: str) -> str:
     )
 
 
-def _read(file: Path) -> tuple[Row, EpisodeKind, str | None]:
-    """The row of an episode, its kind, the controller's name as given; ConfigError if none."""
+def _read(file: Path, scenario: str, controller: str) -> EpisodeGroup:
     try:
         table = read_table(file.read_bytes())
         name = asked_name(table)
     except (DamagedFileError, OSError) as damage:
         raise unread(f"dataset file {file}", damage) from None
-    for kind in _kinds():
-        whole = with_all_columns(table, kind)
+    for kind in (TASKS[name].episode for name in TASKS):
+        whole = _with_all_columns(table, kind)
         if whole.schema.equals(schema(kind)) and whole.num_rows == 1:
-            row: Row = whole.to_pylist()[0]
+            (row,) = whole.to_pylist()
             _check_texts(row, file)
-            return row, kind, name
+            episode = episode_of(row, kind, scenario, controller)
+            asked = name or short_label(controller, row["parameters"])
+            return EpisodeGroup.made(row, scenario, controller, [episode], asked)
     raise ConfigError(
         f"dataset file {file}: written by another version of swarm-forage ({_differs(table)});"
         " evaluate again into another folder, or plot it with the version that wrote it"
     )
 
 
+def _with_all_columns(table: pa.Table, kind: EpisodeKind) -> pa.Table:
+    """The table of a file, with empty columns for the missing ones of `kind.sometimes`."""
+    columns = schema(kind)
+    if not set(columns.names) - set(table.schema.names) <= set(kind.sometimes):
+        return table
+    try:
+        return pa.concat_tables([columns.empty_table(), table], promote_options="default")
+    except pa.ArrowException:  # columns of other types
+        return table
+
+
 def _check_texts(row: Row, file: Path) -> None:
-    """ConfigError unless the settings of an episode are what `evaluate` writes."""
     for name in TEXTS:
         try:
             tree = json.loads(row[name])
@@ -222,13 +237,9 @@ def _check_texts(row: Row, file: Path) -> None:
             )
 
 
-def _kinds() -> list[EpisodeKind]:
-    return [TASKS[name].episode for name in TASKS]
-
-
 def _differs(table: pa.Table) -> str:
     has = set(table.schema.names)
-    every = (set(schema(kind).names) for kind in _kinds())
+    every = (set(schema(TASKS[name].episode).names) for name in TASKS)
     wanted = min(every, key=lambda names: len(has ^ names))
     lacks, extra = sorted(wanted - has), sorted(has - wanted)
     parts = [f"lacks {', '.join(lacks)}"] if lacks else []
@@ -236,16 +247,13 @@ def _differs(table: pa.Table) -> str:
     return "; ".join(parts) or "columns of other types, or several rows"
 
 
-def _named_apart(groups: Iterable[EpisodeGroup]) -> list[EpisodeGroup]:
+def _named_apart(groups: Sequence[EpisodeGroup]) -> Iterator[EpisodeGroup]:
     """The groups, with short names for those without one, or of one name in the same setup."""
-    listed = list(groups)
-    count = Counter((each.setup(), each.asked) for each in listed)
-    return [
-        each
-        if each.asked and count[each.setup(), each.asked] == 1
-        else replace(each, asked=short_label(each.controller, each.parameters))
-        for each in listed
-    ]
+    count = Counter((each.setup(), each.asked) for each in groups)
+    for each in groups:
+        is_unique = each.asked and count[each.setup(), each.asked] == 1
+        short = short_label(each.controller, each.parameters)
+        yield each if is_unique else replace(each, asked=short)
 
 
 def _wanted(group: EpisodeGroup, controllers: Sequence[str]) -> EpisodeGroup | None:
@@ -258,7 +266,6 @@ def _wanted(group: EpisodeGroup, controllers: Sequence[str]) -> EpisodeGroup | N
 
 
 def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequence[str]) -> str:
-    """The error message for names that match no episodes: it lists the names there are."""
     files = [file for source in sources for file in _files(source)]
     there = {field: {_in_folder(file, field) for file in files} for field in IN_FOLDERS}
     asked = [f"--scenario {each}" for each in scenarios]
@@ -268,16 +275,14 @@ def _nothing(sources: Sequence[str], scenarios: Sequence[str], controllers: Sequ
 
 
 def _check_code(groups: Iterable[EpisodeGroup]) -> None:
-    """ConfigError if a configuration was run by several versions of the code."""
-    by_configuration: dict[tuple[str, ...], set[str]] = {}
+    code_of: dict[tuple[str, ...], str] = {}
     for group in groups:
         key = group.scenario, group.controller, group.physics, group.overrides, group.parameters
-        codes = by_configuration.setdefault(key, set())
-        codes.add(group.code)
-        if len(codes) > 1:
+        if (code := code_of.setdefault(key, group.code)) != group.code:
             raise ConfigError(
                 f"{group.scenario}, {group.label()}: the episodes are of several versions of"
-                f" swarm-forage (code {', '.join(sorted(codes))}); evaluate into another folder"
+                f" swarm-forage (code {min(code, group.code)}, {max(code, group.code)}); evaluate"
+                " into another folder"
             )
 
 

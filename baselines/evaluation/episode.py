@@ -8,6 +8,7 @@ from swarm_forage_env.episode import Episode, EpisodeKind
 from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.loop import Loop
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.task import task_of_episode
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
@@ -16,7 +17,7 @@ AnyEpisode = Episode | ForagingEpisode | WaypointEpisode
 
 
 def run_episodes(
-    scenario: Any,  # noqa: ANN401 of any task
+    scenario: BaseScenario,
     controller: Controller,
     seeds: Sequence[int],
     physics: str | None = None,
@@ -25,8 +26,8 @@ def run_episodes(
 ) -> list[Any]:
     """Run one episode for each seed, side by side; each is the same when run alone.
 
-    The worlds are spread over the threads, which changes no number but the computing time. The
-    observer is shown them at the start and after every tick; it changes nothing.
+    The number of threads changes nothing but the computing time. The observer is called with the
+    loop at the start and after every tick.
     """
     start = time.perf_counter()
     loop = Loop(scenario, controller, seeds, physics, threads)

@@ -40,16 +40,13 @@ class EvaluateOptions:
 
         UnknownNameError for an unknown name, ConfigError for anything else.
         """
-        configurations = self.configurations()
-        seeds = self.seeds()
+        configurations, seeds = self.configurations(), self.seeds()
+        scenario = configurations[0].scenario
+        if trajectories and "://" in str(out):
+            raise ConfigError(f"--trajectories: need a folder of this machine as --out, not {out}")
         if trajectories:
-            if "://" in str(out):
-                raise ConfigError(
-                    f"--trajectories: need a folder of this machine as --out, not {out}"
-                )
-            _ = kind_of(task_of(configurations[0].scenario))
-        folder = out or Path("runs") / folder_name(configurations[0].scenario.name)
-        dataset = open_dataset(str(folder))
+            _ = kind_of(task_of(scenario))
+        dataset = open_dataset(str(out or Path("runs") / folder_name(scenario.name)))
         beside = Trajectories(dataset) if trajectories else None
         if beside:
             beside.open()
@@ -68,9 +65,9 @@ class EvaluateOptions:
             for each in self.controllers
         ]
         _check_different(configurations)
-        for each in configurations:
-            each.controller.check_usable(scenario)
-            if assumed := each.controller.assumed(scenario):
+        for controller in (each.controller for each in configurations):
+            controller.check_usable(scenario)
+            if assumed := controller.assumed(scenario):
                 say(assumed)
         return configurations
 
@@ -88,7 +85,6 @@ class EvaluateOptions:
 
 
 def _check_different(configurations: Sequence[ExperimentConfig]) -> None:
-    """ConfigError if a controller is named twice, be it by two names: `ssgiff:beta=0.01`."""
     for one, other in combinations(configurations, 2):
         if one.label == other.label:
             raise ConfigError(f"controller '{one.label}' is named twice")

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import baselines.controllers
-import baselines.oracles.controllers
+import baselines.oracles.controllers  # noqa: F401 both enter their controllers
 import swarm_forage_env
 from baselines import composition, running
 from baselines.controller import REGISTRIES, LayeredController
@@ -48,11 +48,8 @@ there for."""
 LIBRARIES = ("numba", "numpy", "pymunk")
 """What the world calculates with; another version may round differently."""
 
-NAMED = baselines.controllers.NAMED
-"""The named baselines; importing their module has entered them in the registry."""
-
-ORACLES = baselines.oracles.controllers.NAMED
-"""The references that know the ground truth, entered in a registry of their own."""
+IDENTITY = ("overrides", "parameters", "settings", "code", "configuration")
+"""What tells configurations apart in a dataset: its key last."""
 
 
 @dataclass(frozen=True)
@@ -68,16 +65,16 @@ class ExperimentConfig:
     @cached_property
     def key(self) -> str:
         """Hash of everything but the seed that an episode depends on."""
-        parts = [f"{type(part).__module__}.{type(part).__name__}" for part in self._layers]
+        classes = map(type, self.controller.layers.values())
+        parts = [f"{each.__module__}.{each.__name__}" for each in classes]
         text = json.dumps([self.controller.name, parts, self.settings, self.physics, self.code])
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     @cached_property
     def settings(self) -> str:
         """Every number of the scenario and of the controller, and its layers, as JSON text."""
-        scenario, controller = self.scenario.model_dump(), self.controller
-        numbers = controller.layer_names | controller.parameters
-        return _json({"scenario": scenario, "controller": numbers})
+        numbers = self.controller.layer_names | self.controller.parameters
+        return _json({"scenario": self.scenario.model_dump(), "controller": numbers})
 
     @cached_property
     def overrides(self) -> str:
@@ -90,6 +87,12 @@ class ExperimentConfig:
     def parameters(self) -> str:
         """Layers and parameters that differ from the controller of that name, as JSON text."""
         return _changed_parameters(self.controller)
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """What tells it apart in a dataset, by the names of `IDENTITY`."""
+        texts = self.overrides, self.parameters, self.settings, self.code, self.key
+        return dict(zip(IDENTITY, texts, strict=True))
 
     @property
     def short_label(self) -> str:
@@ -105,24 +108,19 @@ class ExperimentConfig:
         the layers together and measures.
         """
         world = Path(swarm_forage_env.__file__).parent
-        files = set(world.rglob("*.py"))
-        homes = {Path(getfile(ENGINES[self.physics]))}
-        parts = (*self._layers, self.scenario)
-        for part in parts:
-            homes |= _files(part, Part)
-        files |= {file for home in homes for file in home.parent.glob("*.py")}
-        files = {file for file in files if not _is_unhashed(file, world)}
-        files |= {file for part in parts for file in getattr(part, "reads", ())}
+        parts = (*self.controller.layers.values(), self.scenario)
+        homes = {Path(getfile(ENGINES[self.physics]))}.union(
+            *(_files(each, Part) for each in parts)
+        )
+        files = {file for home in homes for file in home.parent.glob("*.py")}
+        files = {each for each in files.union(world.rglob("*.py")) if not _is_unhashed(each, world)}
+        files = files.union(*(getattr(part, "reads", ()) for part in parts))
         files |= _files(self.controller, LayeredController)
         files |= {Path(running.__file__), Path(composition.__file__), Path(episode.__file__)}
         text = hashlib.sha256(" ".join(version(library) for library in LIBRARIES).encode())
         for file in sorted(files):
             text.update(f"\n{file.parent.name}/{file.name}\n".encode() + _content(file))
         return text.hexdigest()[:16]
-
-    @property
-    def _layers(self) -> list[Part]:
-        return list(self.controller.layers.values())
 
 
 def find_layered_controller(controller: str) -> LayeredController:
@@ -131,10 +129,10 @@ def find_layered_controller(controller: str) -> LayeredController:
     UnknownNameError for an unknown name or parameter, ConfigError for a value that does not fit and
     for a controller that is not made of layers.
     """
-    found = find_controller(controller, references=True)
-    if not isinstance(found, LayeredController):
+    layered = find_controller(controller, references=True)
+    if not isinstance(layered, LayeredController):
         raise ConfigError(f"controller '{controller}': only one made of layers can be evaluated")
-    return found
+    return layered
 
 
 def changed_parameters(controller: str) -> str | None:
@@ -165,10 +163,9 @@ def short_label(controller: str, parameters: str, without: str | None = None) ->
 
 def changed_settings(text: str, without: str | None = None, short: bool = False) -> list[str]:
     """Changed numbers, given as JSON text, as a user writes them: `beta=0.01`."""
-    changed = json.loads(text).items()
     return [
         f"{name.rpartition('.')[2] if short else name}={_number(value)}"
-        for name, value in changed
+        for name, value in json.loads(text).items()
         if name != without
     ]
 
@@ -234,6 +231,5 @@ class _WithoutDocstrings(ast.NodeTransformer):
 
 
 def _files(thing: object, base: type) -> set[Path]:
-    """The source files of an object's class and its bases, down to `base`."""
     classes = [each for each in type(thing).__mro__ if issubclass(each, base)]
     return {Path(getfile(each)) for each in classes if each is not Part}

@@ -29,6 +29,7 @@ from ray._private import worker as ray_worker
 from ray.exceptions import RayError, RayTaskError
 
 from baselines.evaluation.backends import Backend, JobT, Results, ResultT
+from baselines.evaluation.experiment_config import LIBRARIES
 from swarm_forage_env.errors import ConfigError
 
 LOGGER = logging.getLogger("swarm-forage")
@@ -40,7 +41,6 @@ WAIT = 10.0
 """How long to wait for an address to answer [s]."""
 
 PACKAGES = ("swarm_forage_env", "baselines", "training")
-LIBRARIES = ("numba", "numpy", "pymunk")
 
 
 @dataclass(frozen=True)
@@ -63,11 +63,11 @@ class RayBackend(Backend):
             return
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # reports nothing to anybody
         options: dict[str, object] = {"address": self.address}
-        if self.address is not None:
-            _check_answers(self.address)
-        else:
+        if self.address is None:
             cpus = self.workers * self.threads
             options = {"address": "local", "num_cpus": cpus, "include_dashboard": False}
+        else:
+            _check_answers(self.address)
         try:
             with _sigterm_kept():
                 ray.init(**options, log_to_driver=False, logging_level=logging.ERROR)
@@ -94,18 +94,15 @@ class RayBackend(Backend):
                 ray.cancel(each, force=True)
 
     def _check_room(self) -> None:
-        """Tell of it in a line if every call has to wait for a node with more CPUs."""
-        cpus = [node["Resources"].get("CPU", 0) for node in ray.nodes() if node["Alive"]]
-        if max(cpus, default=0) < self.threads:
-            LOGGER.warning(
-                "--threads=%d: the largest node has %g CPUs; waiting for one with more",
-                self.threads,
-                max(cpus, default=0),
-            )
+        """Warn if every call has to wait for a node with more CPUs."""
+        cpus = (node["Resources"].get("CPU", 0) for node in ray.nodes() if node["Alive"])
+        if (most := max(cpus, default=0)) < self.threads:
+            waits = "--threads=%d: the largest node has %g CPUs; waiting for one with more"
+            LOGGER.warning(waits, self.threads, most)
 
 
 def _tell(message: Mapping[str, Sequence[str]], ignore_prefix: bool) -> None:
-    """Tell of a node or a worker that died in a line on stderr: Ray's first sentence about it."""
+    """Report a node or a worker that died: the first sentence of Ray's message."""
     for text in message["lines"]:
         LOGGER.warning("ray: %s", text.partition(". ")[0])
 

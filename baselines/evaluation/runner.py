@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,6 @@ WARM_UP_TICKS = 50
 ROUNDS = 2
 """Blocks for each worker, at least, so that all have work until near the end."""
 
-
 WRITERS = 16
 """Files that this process writes at a time."""
 
@@ -48,16 +48,18 @@ class EpisodeBlock:
     seeds: tuple[int, ...]
 
 
+EMPTY: Mapping[int, bytes] = {}
+
 Stores = tuple[Dataset, Trajectories | None]
-"""Where episodes are kept, and their trajectories, if they are."""
+"""Dataset of the episodes, and that of their trajectories, if those are recorded."""
 
 Ended = tuple[str, list[AnyEpisode], Mapping[int, bytes]]
-"""A block that was run: the key of its configuration, its episodes, and the files of their
-trajectories, by seed, that are still to be kept."""
+"""A finished block: the key of its configuration, its episodes, and the files of trajectories, by
+seed, that are still to be written."""
 
 
 class Plan:
-    """The episodes wanted: those found in the dataset, and those still to run."""
+    """Episodes of a command: those that the dataset holds, and those still to run."""
 
     def __init__(
         self,
@@ -66,21 +68,21 @@ class Plan:
         dataset: Dataset,
         trajectories: Trajectories | None = None,
     ) -> None:
-        """Look for every episode in the dataset, with its trajectory if asked; nothing runs yet."""
+        """Look for every episode, and its trajectory if recorded; nothing runs yet."""
         self.configurations = list(configurations)
         self.seeds = list(seeds)
         self.dataset = dataset
         self.trajectories = trajectories
         self.episodes: dict[tuple[str, int], AnyEpisode] = {}
         self.renamed: dict[str, list[AnyEpisode]] = {}
-        """Episodes found whose controller had another name than now, by configuration."""
+        """Episodes whose controller had another name, by configuration."""
         self.todo: dict[str, list[int]] = {}
         self._named = {each.key: each for each in configurations}
         for key, configuration in self._named.items():
             for seed in seeds:
                 episode = dataset.find(configuration, seed)
-                if episode is None or not (
-                    trajectories is None or trajectories.holds(configuration, seed)
+                if episode is None or (
+                    trajectories and not trajectories.holds(configuration, seed)
                 ):
                     self.todo.setdefault(key, []).append(seed)
                 else:
@@ -103,19 +105,22 @@ class Plan:
         ]
 
     def run(self, backend: Backend, tell: Callable[[str], None] = lambda _: None) -> Iterator[int]:
-        """Run the missing episodes; yield after each block that is kept how many it holds.
+        """Run the missing episodes; yield the number of episodes of each block once it is written.
 
-        Those found under another name are written again, as figures show it. `tell` receives what
-        is compiled.
+        Episodes whose controller had another name are written again, as figures show the name.
+        `tell` receives what is compiled.
         """
-        for key, found in self.renamed.items():
-            self.keep(key, found)
+        for key, renamed in self.renamed.items():
+            self.keep(key, renamed)
+        compile_all([self._named[key] for key in self.todo], tell)
         blocks = self.blocks(backend.workers, backend.threads)
-        compile_all({block.configuration.key: block.configuration for block in blocks}, tell)
-        is_recorded, threads = self.trajectories is not None, backend.threads
         worker_keeps = backend.shares_files and self.dataset.shares_files
-        stores = (self.dataset, self.trajectories) if worker_keeps else None
-        run = partial(_run_block, threads=threads, is_recorded=is_recorded, stores=stores)
+        run = partial(
+            _run_block,
+            threads=backend.threads,
+            is_recorded=self.trajectories is not None,
+            stores=(self.dataset, self.trajectories) if worker_keeps else None,
+        )
         with closing(backend.run(run, blocks)) as finished:
             for key, episodes, contents in finished:
                 if not worker_keeps:
@@ -125,37 +130,30 @@ class Plan:
                 yield len(episodes)
 
     def keep(
-        self, key: str, episodes: Sequence[AnyEpisode], contents: Mapping[int, bytes] | None = None
+        self, key: str, episodes: Sequence[AnyEpisode], contents: Mapping[int, bytes] = EMPTY
     ) -> None:
         """Keep the episodes of a block, many at a time: most of it is waiting for the disk.
 
         `contents` are the files of their trajectories, by seed.
         """
+        stores = self.dataset, self.trajectories
 
         def keep_one(episode: AnyEpisode) -> None:
-            own = {seed: file for seed, file in (contents or {}).items() if seed == episode.seed}
-            _keep((self.dataset, self.trajectories), self._named[key], [episode], own)
+            _keep(stores, self._named[key], [episode], contents)
 
         with ThreadPoolExecutor(WRITERS) as pool:
             list(pool.map(keep_one, episodes))
 
     def results(self) -> list[Any]:
         """All episodes, by controller, then seed, under the controllers' names as given."""
-        return [
-            replace(self.episodes[each.key, seed], controller=each.label)
-            for each in self.configurations
-            for seed in self.seeds
-        ]
+        return list(chain.from_iterable(self.by_configuration()))
 
     def by_configuration(self) -> list[list[Any]]:
         """The results of each configuration, in their order."""
-        episodes, n = self.results(), len(self.seeds)
-        return [episodes[k * n : (k + 1) * n] for k in range(len(self.configurations))]
-
-    @property
-    def files(self) -> list[Path]:
-        """The file of every episode, whether it exists or not, by controller, then seed."""
-        return [self.dataset.place(each, s) for each in self.configurations for s in self.seeds]
+        return [
+            [replace(self.episodes[each.key, seed], controller=each.label) for seed in self.seeds]
+            for each in self.configurations
+        ]
 
 
 def worlds_in_a_block(configuration: ExperimentConfig) -> int:
@@ -178,19 +176,17 @@ def evaluate(
     return plan.results()
 
 
-def compile_all(
-    configurations: Mapping[str, ExperimentConfig], tell: Callable[[str], None]
-) -> None:
+def compile_all(configurations: Sequence[ExperimentConfig], tell: Callable[[str], None]) -> None:
     """Compile what each configuration needs; `tell` receives configuration and function."""
-    for number, configuration in enumerate(configurations.values(), 1):
+    for number, configuration in enumerate(configurations, 1):
         which = f"compiling {number} of {len(configurations)}, {configuration.label}"
-        with compiling_told(partial(_tell_compiling, tell, which)):
+
+        def tell_which(function: str, which: str = which) -> None:
+            tell(f"{which}: {function}")
+
+        with compiling_told(tell_which):
             warm_up(configuration)
     tell("")
-
-
-def _tell_compiling(tell: Callable[[str], None], which: str, function: str) -> None:
-    tell(f"{which}: {function}")
 
 
 def warm_up(configuration: ExperimentConfig) -> None:
@@ -210,16 +206,15 @@ def _cut(seeds: Sequence[int], size: int) -> list[np.ndarray]:
 def _run_block(
     block: EpisodeBlock, threads: int, is_recorded: bool, stores: Stores | None
 ) -> Ended:
-    """Run a block, and keep it in the stores if there are any."""
-    configuration = block.configuration
-    what = configuration.scenario, configuration.controller, block.seeds, configuration.physics
-    recorder = TrajectoryRecorder(configuration, block.seeds) if is_recorded else None
+    config, seeds = block.configuration, block.seeds
+    recorder = TrajectoryRecorder(config, seeds) if is_recorded else None
+    what = config.scenario, config.controller, seeds, config.physics
     episodes = run_episodes(*what, threads, recorder)
     contents = recorder.contents() if recorder else {}
-    if stores is not None:
-        _keep(stores, configuration, episodes, contents)
-        contents = {}
-    return configuration.key, episodes, contents
+    if stores is None:
+        return config.key, episodes, contents
+    _keep(stores, config, episodes, contents)
+    return config.key, episodes, {}
 
 
 def _keep(
@@ -230,9 +225,9 @@ def _keep(
 ) -> None:
     """Keep trajectories first: an episode that is there has its own."""
     dataset, trajectories = stores
-    if trajectories is not None:
-        for seed, content in contents.items():
-            trajectories.write(trajectories.place(configuration, seed), content)
+    for seed in (episode.seed for episode in episodes):
+        if trajectories and seed in contents:
+            trajectories.write(trajectories.place(configuration, seed), contents[seed])
     dataset.keep(configuration, episodes)
 
 
@@ -242,38 +237,29 @@ NAMED = 20
 
 def run_with_progress(plan: Plan, backend: Backend) -> None:
     """Run the missing episodes: a line before and after, a bar if stderr is a terminal."""
-    begin = time.monotonic()
+    begin, n_todo = time.monotonic(), plan.n_todo
     total = len(plan.configurations) * len(plan.seeds)
     scenarios = ", ".join(dict.fromkeys(each.scenario.name for each in plan.configurations))
-    say(
-        f"{scenarios}: {total - plan.n_todo} of {total} episodes"
-        f" found in {plan.dataset.name}, {plan.n_todo} to run"
-    )
+    kept = f"{total - n_todo} of {total} episodes found in {plan.dataset.name}"
+    say(f"{scenarios}: {kept}, {n_todo} to run")
     with progress_bar("episodes") as progress:
-        bar = progress.add_task("", total=plan.n_todo)
-
-        def tell(what: str) -> None:
-            progress.update(bar, description=what)
-
-        for n_episodes in plan.run(backend, tell):
+        bar = progress.add_task("", total=n_todo)
+        for n_episodes in plan.run(backend, lambda what: progress.update(bar, description=what)):
             progress.advance(bar, n_episodes)
     say(f"done in {time.monotonic() - begin:.0f} s")
 
 
 def check_kept(plan: Plan) -> None:
     """Raise OSError, which names the files, unless every episode of the plan is kept."""
-    check_files(plan.dataset, plan.files)
-    if plan.trajectories:
-        beside = plan.trajectories
-        wanted = [beside.place(each, s) for each in plan.configurations for s in plan.seeds]
-        check_files(beside, wanted)
+    for dataset in (plan.dataset, plan.trajectories):
+        if dataset:
+            wanted = [dataset.place(each, s) for each in plan.configurations for s in plan.seeds]
+            _check_files(dataset, wanted)
 
 
-def check_files(dataset: Dataset, wanted: Sequence[Path]) -> None:
-    """Raise OSError, which names those that are gone, unless a dataset holds all files."""
-    missing, folder = dataset.missing(wanted), dataset.folder
-    if missing:
-        names = ", ".join(str(file.relative_to(folder)) for file in missing[:NAMED])
+def _check_files(dataset: Dataset, wanted: Sequence[Path]) -> None:
+    if missing := dataset.missing(wanted):
+        names = ", ".join(str(file.relative_to(dataset.folder)) for file in missing[:NAMED])
         more = f" and {len(missing) - NAMED} more" if len(missing) > NAMED else ""
         raise OSError(
             f"{dataset.name}: {len(missing)} of {len(wanted)} episodes are not there any more:"

@@ -58,12 +58,9 @@ def score_of_controller(name: str) -> Score | None:
 def pairs() -> Iterator[tuple[str, str]]:
     """The scenarios and controllers that are scored together."""
     for registry in (CONTROLLERS, REFERENCES):
-        for name in registry:
-            if registry[name].supports(SCENARIOS[ARENA]):
-                yield ARENA, name
-    for name in SCENARIOS:
-        if name != ARENA:
-            yield name, task_of(SCENARIOS[name]).controller
+        yield from ((ARENA, name) for name in registry if registry[name].supports(SCENARIOS[ARENA]))
+    others = (name for name in SCENARIOS if name != ARENA)
+    yield from ((name, task_of(SCENARIOS[name]).controller) for name in others)
 
 
 def measure(scenario: str, controller: str, out: Path, workers: int) -> Score:
@@ -78,12 +75,8 @@ def measure(scenario: str, controller: str, out: Path, workers: int) -> Score:
     run_with_progress(plan, JoblibBackend(workers))
     mean = mean_interval(scores(plan.results()))
     assert mean is not None
-    low, high = (None, None) if mean.interval is None else map(_rounded, mean.interval)
-    return Score(scenario, controller, _rounded(mean.value), low, high, mean.n)
-
-
-def _rounded(value: float) -> float:
-    return round(value, 2)
+    low, high = (round(end, 2) for end in mean.interval) if mean.interval else (None, None)
+    return Score(scenario, controller, round(mean.value, 2), low, high, mean.n)
 
 
 def main() -> None:

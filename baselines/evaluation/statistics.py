@@ -68,10 +68,7 @@ def mean_interval(values: Sequence[float], seed: int = 0) -> Estimate | None:
     if not values:
         return None
     sample = np.asarray(values, dtype=np.float64)
-    varied = np.ptp(sample) > 0.0
-    return Estimate(
-        float(sample.mean()), _interval((sample,), np.mean, seed) if varied else None, len(sample)
-    )
+    return Estimate(float(sample.mean()), _interval((sample,), np.mean, seed), len(sample))
 
 
 def compare(values: Sequence[float], base: Sequence[float], seed: int = 0) -> Comparison:
@@ -80,7 +77,7 @@ def compare(values: Sequence[float], base: Sequence[float], seed: int = 0) -> Co
     The difference is mean(x_k - b_k), the ratio mean(x) / mean(b).
     """
     x, b = np.asarray(values, dtype=np.float64), np.asarray(base, dtype=np.float64)
-    difference = mean_interval([float(d) for d in x - b], seed)
+    difference = mean_interval((x - b).tolist(), seed)
     if difference is None:
         raise ValueError("a comparison needs at least one pair")
     return Comparison(difference, _ratio(x, b, seed), mann_whitney_p(values, base))
@@ -123,9 +120,8 @@ def iqm_interval(strata: Sequence[Sequence[float]], seed: int = 0) -> Estimate |
         return None
     values = np.concatenate([np.asarray(each, np.float64) for each in strata])
     varied = any(np.ptp(each) > 0.0 for each in strata if len(each))
-    interval = _percentiles(iqm(drawn)) if varied else None
-    ends = interval and (float(interval[0]), float(interval[1]))
-    return Estimate(float(iqm(values)), ends, len(values))
+    low, high = map(float, _percentiles(iqm(drawn)))
+    return Estimate(float(iqm(values)), (low, high) if varied else None, len(values))
 
 
 def performance_profile(
@@ -147,41 +143,34 @@ def performance_profile(
 def _resampled(strata: Sequence[Sequence[float]], seed: int) -> Float64[Array, "draws runs"] | None:
     """Resamples of all runs, drawn within each stratum: a row for each; None without runs."""
     generator = np.random.default_rng(seed)
-    parts = [
-        generator.choice(np.asarray(each, np.float64), (RUN_RESAMPLES, len(each)))
-        for each in strata
-        if len(each)
-    ]
+    runs = [np.asarray(each, np.float64) for each in strata if len(each)]
+    parts = [generator.choice(each, (RUN_RESAMPLES, len(each))) for each in runs]
     return np.concatenate(parts, axis=1) if parts else None
 
 
 def _percentiles(values: Values) -> tuple[Values, Values]:
     tail = 50.0 * (1.0 - CONFIDENCE)
-    low, high = np.percentile(values, [tail, 100.0 - tail], axis=0)
-    return low, high
+    return tuple(np.percentile(values, [tail, 100.0 - tail], axis=0))
 
 
 def _ratio(x: Values, b: Values, seed: int) -> Estimate | None:
     """Ratio of the means, its interval resampling whole seeds; None to a base of zero."""
     if b.mean() == 0.0:
         return None
-    ratio = float(x.mean() / b.mean())
-    varied = np.ptp(x) > 0.0 or np.ptp(b) > 0.0
-    return Estimate(ratio, _interval((x, b), _mean_ratio, seed) if varied else None, len(x))
+    return Estimate(float(_mean_ratio(x, b)), _interval((x, b), _mean_ratio, seed), len(x))
 
 
 def _mean_ratio(x: Values, b: Values, axis: int = -1) -> Values:
-    with np.errstate(divide="ignore", invalid="ignore"):  # a resample of b may be all zero
-        return np.asarray(np.mean(x, axis=axis) / np.mean(b, axis=axis))
+    return np.asarray(np.mean(x, axis=axis) / np.mean(b, axis=axis))
 
 
 def _interval(
     samples: tuple[Values, ...], statistic: Callable[..., Values], seed: int
 ) -> tuple[float, float] | None:
-    """Bootstrap interval, resampling the samples together; None where it is not finite."""
-    if len(samples[0]) < 2:
+    """Bootstrap interval, resampling the samples together; None if none varies or not finite."""
+    if not any(np.ptp(each) > 0.0 for each in samples):
         return None
-    with np.errstate(all="ignore"), warnings.catch_warnings():
+    with np.errstate(all="ignore"), warnings.catch_warnings():  # a resample may be all zero
         warnings.simplefilter("ignore", stats.DegenerateDataWarning)  # tested for below
         ends = stats.bootstrap(
             samples,

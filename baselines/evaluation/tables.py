@@ -4,7 +4,8 @@ import csv
 import io
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 
 from rich.cells import cell_len
@@ -13,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from baselines.evaluation.episode import AnyEpisode, kind_of_episode, present_values
-from baselines.evaluation.statistics import Comparison, Estimate, compare, mean_interval
+from baselines.evaluation.statistics import Estimate, compare, mean_interval
 
 
 @dataclass(frozen=True)
@@ -29,33 +30,22 @@ class FittingTable:
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table | Text]:
         """The tables, one below the other, each with the names of the rows."""
-        names = self._names(options.max_width)
-        for number, headings in enumerate(self._parts(options.max_width - _width(names))):
+        widths = {heading: _width([Text(heading), *col]) for heading, col in self.columns.items()}
+        names = [Text(name) for name in (self.head, *self.names)]
+        if _width(names) + sum(widths.values()) > options.max_width:
+            names = [in_lines(name) for name in (self.head, *self.names)]
+        room = left = options.max_width - _width(names)
+        parts: list[list[str]] = [[]]
+        for heading, width in widths.items():
+            if width > left and parts[-1]:
+                parts.append([])
+                left = room
+            parts[-1].append(heading)
+            left -= width
+        for number, headings in enumerate(parts):
             if number:
                 yield Text()
             yield self._table(names, headings)
-
-    def _names(self, width: int) -> list[Text]:
-        """The heading and the names, in one line each if all columns fit beside them."""
-        names = [Text(name) for name in (self.head, *self.names)]
-        if _width(names) + sum(map(self._column_width, self.columns)) <= width:
-            return names
-        return [in_lines(name) for name in (self.head, *self.names)]
-
-    def _parts(self, room: int) -> list[list[str]]:
-        """The headings of the columns that stand side by side."""
-        parts: list[list[str]] = []
-        left = 0
-        for heading in self.columns:
-            left -= self._column_width(heading)
-            if left < 0 or not parts:
-                parts.append([])
-                left = room - self._column_width(heading)
-            parts[-1].append(heading)
-        return parts
-
-    def _column_width(self, heading: str) -> int:
-        return _width([Text(heading), *self.columns[heading]])
 
     def _table(self, names: Sequence[Text], headings: Sequence[str]) -> Table:
         table = Table(box=None, padding=(0, 1, 0, 0))
@@ -69,9 +59,7 @@ class FittingTable:
 
 def in_lines(name: str) -> Text:
     """A controller's name, with its layers or parameters on lines below."""
-    for mark, broken in ((":", ":\n "), (",", ",\n "), ("+", "\n +")):
-        name = name.replace(mark, broken)
-    return Text(name)
+    return Text(re.sub("([:,])", "\\1\n ", name).replace("+", "\n +"))
 
 
 def _width(texts: Sequence[Text]) -> int:
@@ -81,26 +69,21 @@ def _width(texts: Sequence[Text]) -> int:
 
 NOT_APPLICABLE = "n/a"
 
-COMPARED = "difference of means", "ratio of means", "p"
-"""Headings of the comparison."""
-
 EpisodesByController = Mapping[str, Sequence[AnyEpisode]]
 """Episodes by controller, the seeds in the same order for each."""
 
 
 def by_controller(episodes: Sequence[AnyEpisode]) -> dict[str, list[AnyEpisode]]:
     """Group episodes by controller, in the order of their first appearance."""
-    groups: dict[str, list[AnyEpisode]] = {}
-    for episode in episodes:
-        groups.setdefault(episode.controller, []).append(episode)
-    return groups
+    names = dict.fromkeys(episode.controller for episode in episodes)
+    return {name: [each for each in episodes if each.controller == name] for name in names}
 
 
 def to_json(episodes: Sequence[AnyEpisode], series: bool = False) -> str:
     """Episodes as one JSON array, one a line; with `series` also those over time."""
     left_out = () if series else kind_of_episode(episodes[0]).series
     lines = (json.dumps(_without(left_out, episode), allow_nan=False) for episode in episodes)
-    return "[\n" + ",\n".join(lines) + "\n]"
+    return "[\n{}\n]".format(",\n".join(lines))
 
 
 def to_csv(episodes: Sequence[AnyEpisode]) -> str:
@@ -122,53 +105,48 @@ def report(episodes: Sequence[AnyEpisode]) -> Group:
     """The tables of means and, for several controllers, of comparisons with the first."""
     groups = by_controller(episodes)
     first = next(iter(groups.values()))
-    head = first[0]
-    kind = kind_of_episode(head)
-    parts: list[Text | FittingTable] = [
-        Text(
-            f"{head.scenario}: {head.n_robots} robots, {head.duration_s:g} s, {head.physics}"
-            f" physics, seeds {first[0].seed} to {first[-1].seed}",
-            style="bold",
-        ),
-        summary(groups, [metric for metric in kind.columns if metric not in kind.sometimes]),
-    ]
-    sometimes = [metric for metric in kind.columns if metric in kind.sometimes]
-    if added := [metric for metric in sometimes if present_values(episodes, metric)]:
-        parts += [Text(f"\n{kind.sometimes_words}", style="bold"), summary(groups, added)]
-    parts.append(
-        Text(f"n = {len(first)}: the mean, and below it its 95 % bootstrap interval.", style="dim")
+    head, kind = first[0], kind_of_episode(first[0])
+    title = (
+        f"{head.scenario}: {head.n_robots} robots, {head.duration_s:g} s, {head.physics} physics,"
+        f" seeds {head.seed} to {first[-1].seed}"
     )
+    always = [metric for metric in kind.columns if metric not in kind.sometimes]
+    others = [metric for metric in kind.columns if metric in kind.sometimes]
+    present = [metric for metric in others if present_values(episodes, metric)]
+    parts: list[Text | FittingTable] = [Text(title, style="bold"), summary(groups, always)]
+    if present:
+        parts += [Text(f"\n{kind.sometimes_words}", style="bold"), summary(groups, present)]
+    intervals = f"n = {len(first)}: the mean, and below it its 95 % bootstrap interval."
+    parts.append(Text(intervals, style="dim"))
     if len(groups) > 1:
-        parts += [
-            Text(f"\n{kind.score_words} against {next(iter(groups))}", style="bold"),
-            comparison(groups),
-            Text(
-                "On the same seeds, with 95 % bootstrap intervals; p: Mann-Whitney U, two-sided.",
-                style="dim",
-            ),
-        ]
+        heading = f"\n{kind.score_words} against {head.controller}"
+        parts += [Text(heading, style="bold"), comparison(groups), Text(SAME_SEEDS, style="dim")]
     return Group(*parts)
+
+
+SAME_SEEDS = "On the same seeds, with 95 % bootstrap intervals; p: Mann-Whitney U, two-sided."
 
 
 def summary(groups: EpisodesByController, metrics: Sequence[str]) -> FittingTable:
     """The means of these metrics for every controller, over their 95 % bootstrap intervals."""
     (first, *_), *_ = groups.values()
-    columns = {metric: kind_of_episode(first).columns[metric] for metric in metrics}
-    return FittingTable(
-        "controller",
-        list(groups),
-        {
-            heading: [_cell(episodes, metric, factor) for episodes in groups.values()]
-            for metric, (heading, factor) in columns.items()
-        },
-    )
+    headings = kind_of_episode(first).columns
+    columns = {
+        headings[metric][0]: [_cell(each, metric, headings[metric][1]) for each in groups.values()]
+        for metric in metrics
+    }
+    return FittingTable("controller", list(groups), columns)
 
 
 def comparison(groups: EpisodesByController) -> FittingTable:
     """The table of every controller's score against the first one's, seed by seed."""
     (_, base), *others = groups.items()
-    rows = [_verdict(compare(scores(episodes), scores(base))) for _, episodes in others]
-    columns = {heading: [Text(row[k]) for row in rows] for k, heading in enumerate(COMPARED)}
+    compared = [compare(scores(episodes), scores(base)) for _, episodes in others]
+    columns = {
+        "difference of means": [_in_line(each.difference) for each in compared],
+        "ratio of means": [_in_line(each.ratio) for each in compared],
+        "p": [Text(NOT_APPLICABLE if each.p is None else p_value(each.p)) for each in compared],
+    }
     return FittingTable("controller", [name for name, _ in others], columns)
 
 
@@ -177,36 +155,27 @@ def scores(episodes: Sequence[AnyEpisode]) -> list[float]:
     return present_values(episodes, kind_of_episode(episodes[0]).score)
 
 
-def _verdict(comparison: Comparison) -> tuple[str, str, str]:
-    p = NOT_APPLICABLE if comparison.p is None else p_value(comparison.p)
-    return _in_line(comparison.difference), _in_line(comparison.ratio), p
-
-
 def _cell(episodes: Sequence[AnyEpisode], metric: str, factor: float) -> Text:
     """A table cell: mean over interval, and the number of episodes if not all count."""
     estimate = mean_interval(present_values(episodes, metric, factor))
     if estimate is None:
         return Text(NOT_APPLICABLE)
-    number = _formatter(estimate.value)
-    interval = "-".join(map(number, estimate.interval)) if estimate.interval else NOT_APPLICABLE
+    value, interval = _formatted(estimate, "-")
     partly = f"\nn = {estimate.n}" if estimate.n < len(episodes) else ""
-    return Text(number(estimate.value)).append(f"\n{interval}{partly}", style="dim")
+    return Text(value).append(f"\n{interval}{partly}", style="dim")
 
 
-def _in_line(estimate: Estimate | None) -> str:
-    if estimate is None:
-        return NOT_APPLICABLE
-    number = _formatter(estimate.value)
-    interval = " to ".join(map(number, estimate.interval)) if estimate.interval else NOT_APPLICABLE
-    return f"{number(estimate.value)} ({interval})"
+def _in_line(estimate: Estimate | None) -> Text:
+    return Text("{} ({})".format(*_formatted(estimate, " to ")) if estimate else NOT_APPLICABLE)
 
 
-def _formatter(value: float) -> Callable[[float], str]:
-    """A number format with the decimals that `value` needs for three digits; 0.01 gets two."""
-    size = abs(value)
+def _formatted(estimate: Estimate, between: str) -> tuple[str, str]:
+    """A value with three digits, or 0.01 with two, and its interval with as many decimals."""
+    size = abs(estimate.value)
     whole = math.floor(math.log10(size)) + 1 if size else 3
     decimals = 2 if 0.01 <= size < 1.0 else max(0, 3 - whole)
-    return lambda number: f"{number:.{decimals}f}"
+    value, *ends = (f"{x:.{decimals}f}" for x in (estimate.value, *(estimate.interval or ())))
+    return value, between.join(ends) or NOT_APPLICABLE
 
 
 def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

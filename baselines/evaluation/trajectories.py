@@ -6,8 +6,7 @@ They lie in a folder beside that of the dataset, so that readers take either fol
 Files are written atomically, with a checksum for every page.
 """
 
-import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -22,8 +21,6 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import Task, task_of
 from swarm_forage_env.trajectory import TrajectoryColumn, TrajectoryKind
-
-LOGGER = logging.getLogger("swarm-forage")
 
 ENDING = ".trajectory.parquet"
 """Of the names of files, by which readers of episodes pass over them."""
@@ -83,7 +80,6 @@ class Trajectories(Dataset):
     """The folder of trajectories that goes with a dataset."""
 
     def __init__(self, dataset: Dataset) -> None:
-        """Name the folder; it may be missing until `open`."""
         super().__init__(beside(dataset.folder), ENDING)
 
     def holds(self, configuration: ExperimentConfig, seed: int) -> bool:
@@ -93,10 +89,9 @@ class Trajectories(Dataset):
 
 
 class TrajectoryRecorder:
-    """Takes down where the robots of a block are; compressed in memory until the block is over."""
+    """Records where the robots of a block are, compressed in memory until the block is over."""
 
     def __init__(self, configuration: ExperimentConfig, seeds: Sequence[int]) -> None:
-        """Nothing taken down yet, of worlds of these seeds."""
         self._kind = kind_of(task_of(configuration.scenario))
         self._seeds, self._key = tuple(seeds), configuration.key
         self._schema = trajectory_schema(self._kind)
@@ -107,18 +102,23 @@ class TrajectoryRecorder:
             pq.ParquetWriter(sink, self._schema, column_encoding=encoding, **COMPRESSION)
             for sink in self._sinks
         ]
-        self._times: list[Array] = []
-        self._taken: dict[str, list[Array]] = {name: [] for name in self._kind.names}
+        self._ticks: list[dict[str, Array]] = []
 
     def __call__(self, loop: Loop) -> None:
-        """Take down one tick of every world."""
-        world = loop.world
-        ticks = [scenario.tick for scenario in world.scenarios]
-        self._times.append(world.worlds["ticks"] * ticks)
-        found = self._kind.take(world, loop.controller.minds)
-        for column in self._kind.columns:
-            self._taken[column.name].append(found[column.name].astype(column.kind))
-        if len(self._times) * world.robots.size >= GROUP_ROWS:
+        """Record one tick of every world."""
+        world, shape = loop.world, loop.world.robots.shape
+        times = world.worlds["ticks"] * [scenario.tick for scenario in world.scenarios]
+        columns = {
+            "episode": np.array(self._seeds, np.uint64)[:, None],
+            "t": times[:, None],
+            "robot": np.arange(world.n_robots),
+            **self._kind.take(world, loop.controller.minds),
+        }
+        kinds = {each.name: each.kind for each in columns_of(self._kind)}
+        self._ticks.append(
+            {name: np.broadcast_to(columns[name], shape).astype(kinds[name]) for name in kinds}
+        )
+        if len(self._ticks) * world.robots.size >= GROUP_ROWS:
             self._flush()
 
     def contents(self) -> dict[int, bytes]:
@@ -130,28 +130,19 @@ class TrajectoryRecorder:
         return {seed: sink.getvalue().to_pybytes() for seed, sink in sinks}
 
     def _flush(self) -> None:
-        if not self._times:
+        """Write what was recorded: ticks in order, robots in order within each."""
+        if not self._ticks:
             return
-        times = np.stack(self._times)
-        taken = {name: np.stack(each) for name, each in self._taken.items()}
+        ticks = {name: np.stack([tick[name] for tick in self._ticks]) for name in self._ticks[0]}
+        self._ticks.clear()
+        n_ticks, _, n_robots = ticks["robot"].shape
+        key = pa.DictionaryArray.from_arrays(np.zeros(n_ticks * n_robots, np.int16), [self._key])
         for world, writer in enumerate(self._writers):
-            own = {name: each[:, world] for name, each in taken.items()}
-            writer.write_table(self._table(world, times[:, world], own))
-        self._times.clear()
-        for each in self._taken.values():
-            each.clear()
-
-    def _table(self, world: int, times: Array, taken: Mapping[str, Array]) -> pa.Table:
-        """The rows of one world: ticks in order, robots in order within each."""
-        n_ticks, n_robots = next(iter(taken.values())).shape
-        n_rows = n_ticks * n_robots
-        found: dict[str, Array] = {name: each.reshape(-1) for name, each in taken.items()}
-        found["episode"] = np.full(n_rows, self._seeds[world], np.uint64)
-        found["t"] = np.repeat(times, n_robots)
-        found["robot"] = np.tile(np.arange(n_robots), n_ticks)
-        arrays = [_arrow(found[each.name], each) for each in columns_of(self._kind)]
-        key = pa.DictionaryArray.from_arrays(np.zeros(n_rows, np.int16), [self._key])
-        return pa.Table.from_arrays([*arrays, key], schema=self._schema)
+            arrays = [
+                _arrow(ticks[each.name][:, world].reshape(-1), each)
+                for each in columns_of(self._kind)
+            ]
+            writer.write_table(pa.Table.from_arrays([*arrays, key], schema=self._schema))
 
 
 def find_trajectory(sources: Sequence[str], key: str, seed: int) -> Path | None:
@@ -176,8 +167,7 @@ def read_trajectory(file: Path) -> pa.Table:
 def _arrow(values: Array, column: TrajectoryColumn) -> pa.Array:
     """A column as it is written; NaN and the code -1 are empty."""
     if not column.words:
-        is_float = column.kind.startswith("f")
-        return pa.array(values.astype(column.kind), from_pandas=is_float)
+        return pa.array(values, from_pandas=column.is_nullable)
     used, place = np.unique(values, return_inverse=True)
     there = used >= 0
     index = np.where(there, np.cumsum(there) - 1, -1)[place].astype(np.int16)
@@ -186,7 +176,6 @@ def _arrow(values: Array, column: TrajectoryColumn) -> pa.Array:
 
 
 def _is_trajectory(configuration: ExperimentConfig, seed: int, table: pa.Table) -> bool:
-    """Raise DamagedFileError unless a table is the trajectory of this episode."""
     scenario = configuration.scenario
     if not table.schema.equals(trajectory_schema(kind_of(task_of(scenario)))):
         raise DamagedFileError("not the columns of a trajectory")

@@ -55,7 +55,7 @@ class Rigid(Physics):
     def reset(self, world: int, scenario: EpuckScenario) -> None:
         """Start from a new space: the old one keeps the impulses of its last contacts."""
         self._scenarios[world] = scenario
-        self._spaces[world] = _space(scenario)
+        self._spaces[world] = space_of(scenario)
         self._memory["at"][world] = address_of(self._spaces[world]._space)
 
     def snapshot(self) -> list[ContactMemory]:
@@ -77,7 +77,8 @@ class Rigid(Physics):
         self.restore(kept, scenarios)
 
 
-def _space(scenario: EpuckScenario) -> pymunk.Space:
+def space_of(scenario: EpuckScenario) -> pymunk.Space:
+    """A space with the robots of one world, in order, its four walls and its obstacles."""
     space = pymunk.Space()
     space.collision_slop = 1e-4
     radius = scenario.robot.radius

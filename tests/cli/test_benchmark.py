@@ -14,13 +14,6 @@ def _with_benchmark():
     add_benchmark(app)
 
 
-@pytest.mark.parametrize("name", [(), ("list",), ("cards",), ("ladder",)])
-def test_benchmark_explains_itself(command, name):
-    status, stdout, stderr = command("benchmark", *name, "--help")
-    assert (status, stderr) == (0, "")
-    assert max(map(len, stdout.splitlines())) <= 80
-
-
 def test_the_cards_are_listed(command):
     status, stdout, _ = command("benchmark", "list")
     assert status == 0

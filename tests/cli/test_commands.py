@@ -12,27 +12,40 @@ import time
 import pyarrow.parquet as pq
 import pytest
 
+from baselines.cli import app
 from baselines.evaluation import runner
 from baselines.evaluation.commands import FIGURE_NAMES
 from baselines.papers.commands_reproduce import PAPER_NAMES
 from swarm_forage_env.physics import ENGINES
 from swarm_forage_env.registry import CONTROLLERS, POLICIES, REFERENCES, SCENARIOS
+from tests.processes import becomes_true
+from training.ladder.commands import add_benchmark
+from training.train_command import add_commands
 
 SHORT = "--set=task.duration=20", "--physics=kinematic", "--workers=1"
 
 
 def test_help_is_shown_without_a_command(command):
+    add_commands()
+    add_benchmark(app)
     status, stdout, stderr = command()
     assert (status, stderr) == (0, "")
-    for name in ("list", "evaluate", "plot", "reproduce", "watch", "bench"):
+    for name in COMMANDS:
         assert name in stdout
 
 
-@pytest.mark.parametrize("name", ["list", "evaluate", "plot", "reproduce", "watch", "bench"])
+COMMANDS = "list", "evaluate", "plot", "reproduce", "watch", "bench", "train", "benchmark"
+
+
+@pytest.mark.parametrize(
+    "name", [*COMMANDS, "benchmark list", "benchmark cards", "benchmark ladder"]
+)
 def test_every_command_explains_itself(command, name):
-    status, stdout, _ = command(name, "--help")
-    assert status == 0
-    assert command(name, "-h")[:2] == (0, stdout)
+    add_commands()
+    add_benchmark(app)
+    status, stdout, stderr = command(*name.split(), "--help")
+    assert (status, stderr) == (0, "")
+    assert command(*name.split(), "-h")[:2] == (0, stdout)
     assert "Usage" in stdout
     assert max(map(len, stdout.splitlines())) <= 80
 
@@ -89,13 +102,6 @@ def test_an_old_name_of_a_controller_gets_one_line_with_the_new_one(command):
     assert len(stderr.splitlines()) == 3
 
 
-def test_threads_change_no_number(command):
-    told = "evaluate", "es1", "ssgikf", "--episodes=4", "--format=json", *SHORT
-    one = json.loads(command(*told, "--out=one")[1])
-    two = json.loads(command(*told, "--out=two", "--threads=2")[1])
-    assert [each | {"wall_s": 0} for each in one] == [each | {"wall_s": 0} for each in two]
-
-
 def test_a_folder_that_is_deleted_in_mid_run_is_told_with_its_files(command, tmp_path, monkeypatch):
     run, jobs = runner._run_block, []
 
@@ -131,34 +137,17 @@ def test_csv_holds_the_same_episodes_and_they_are_not_run_again(command):
 
 
 def test_the_table_compares_with_the_first_controller_and_the_plot_is_drawn(command, tmp_path):
-    status, stdout, stderr = command(
-        "evaluate", "es1", "nc", "ssgikf", "--episodes=3", "--plot=figures/trips.svg", *SHORT
-    )
+    told = "evaluate", "es1", "nc", "ssgikf", "--episodes=3", "--plot=figures/trips.svg", *SHORT
+    status, stdout, stderr = command(*told)
     assert status == 0
     made = "swarm-forage: --plot figures/trips.svg: made the folder figures\n"
     assert stderr.count(made) == 1
-    _, _, stderr = command(
-        "evaluate", "es1", "nc", "ssgikf", "--episodes=3", "--plot=figures/trips.svg", *SHORT
-    )
+    _, _, stderr = command(*told)
     assert "made the folder" not in stderr, "it is there"
     assert "Round trips against nc" in stdout
     assert max(map(len, stdout.splitlines())) <= 80
     figure = (tmp_path / "figures" / "trips.svg").read_text()
     assert "swarm-forage evaluate es1 nc ssgikf --set=task.duration=20 --episodes=3" in figure
-
-
-def test_one_episode_is_enough(command):
-    status, stdout, _ = command("evaluate", "es1", "nc", "ssgikf", "--episodes=1", *SHORT)
-    assert status == 0
-    assert "n/a" in stdout
-    assert "nan" not in stdout.lower()
-
-
-def test_a_scenario_file_is_evaluated_under_its_name(command, tmp_path):
-    (tmp_path / "mine.toml").write_text('base = "es1"\n[task]\nn_robots = 4\n')
-    _, stdout, _ = command("evaluate", "mine.toml", "nc", "--episodes=1", "--format=json", *SHORT)
-    (episode,) = json.loads(stdout)
-    assert (episode["scenario"], episode["n_robots"]) == ("mine", 4)
 
 
 def test_a_plot_inside_the_dataset_is_drawn_with_a_hint(command):
@@ -170,8 +159,6 @@ def test_a_plot_inside_the_dataset_is_drawn_with_a_hint(command):
 
 
 def test_list_tells_names_and_numbers(command):
-    _, stdout, _ = command("list")
-    assert {"es1", "es3", "ssgikf", "dsgiff", "rigid", "kinematic"} <= set(stdout.split())
     _, stdout, _ = command("list", "ssgiff")
     assert "weighting.beta" in stdout
     assert "rad" in stdout, "a unit"
@@ -187,14 +174,8 @@ def test_list_says_what_each_name_is_in_80_columns_and_breaks_no_name(command):
     _, stdout, _ = command("list")
     assert max(map(len, stdout.splitlines())) <= 80
     first = {line.partition(" ")[0] for line in stdout.splitlines()}
-    names = {
-        *SCENARIOS,
-        *CONTROLLERS,
-        *REFERENCES,
-        *ENGINES,
-        *(f"{kind}:FILE" for kind in POLICIES),
-    }
-    assert names <= first
+    policies = {f"{kind}:FILE" for kind in POLICIES}
+    assert policies.union(SCENARIOS, CONTROLLERS, REFERENCES, ENGINES) <= first
     for registry in (SCENARIOS, CONTROLLERS, REFERENCES, ENGINES, POLICIES):
         told = {name: registry.about(name) for name in registry}
         assert all(len(about.split()) > 2 for about in told.values()), told
@@ -213,41 +194,31 @@ def test_a_reader_that_stops_reading_ends_the_command_in_silence(process):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize("workers", [1, 2])
-def test_ctrl_c_ends_with_one_line_and_the_run_can_go_on(process, interruptible, workers):
-    """To the whole group, as a terminal does."""
-    _, stderr, status = stopped(process, workers, lambda run: os.killpg(run.pid, signal.SIGINT))
-    assert status == 130
-    assert stderr == "swarm-forage: stopped; the same command goes on from here\n"
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="signals")
-def test_a_run_that_is_terminated_takes_its_workers_along(process):
-    """To the command alone, as a scheduler does."""
-    run, stderr, status = stopped(process, 2, lambda run: run.terminate())
-    assert status == 130
-    assert stderr == "swarm-forage: stopped; the same command goes on from here\n"
-    assert is_gone(run.pid)
-
-
-def is_gone(group):
-    """Whether nobody of a process group is left, in ten seconds at most."""
-    for _ in range(100):
-        try:
-            os.killpg(group, 0)
-        except ProcessLookupError:
-            return True
-        time.sleep(0.1)
-    return False
-
-
-def stopped(process, workers, stop):
-    """A run that is stopped after two seconds, what it said then, and its status."""
+@pytest.mark.parametrize("of_terminal", [True, False])
+def test_a_run_that_is_stopped_says_so_in_one_line_and_takes_its_workers_along(
+    process, interruptible, workers, of_terminal
+):
+    """By a terminal, which signals the whole group, or by a scheduler, the command alone."""
     run = process(
         "evaluate", "es1", "nc", "--episodes=8", "--set=task.duration=7200", f"--workers={workers}",
         start_new_session=True,
     )  # fmt: skip
     assert "8 to run" in run.stderr.readline()
     time.sleep(2.0)
-    stop(run)  # `start_new_session`: its group is its own
+    if of_terminal:
+        os.killpg(run.pid, signal.SIGINT)
+    else:
+        run.terminate()
     _, stderr = run.communicate(timeout=60)
-    return run, stderr, run.returncode
+    assert run.returncode == 130
+    assert stderr == "swarm-forage: stopped; the same command goes on from here\n"
+    assert becomes_true(lambda: is_gone(run.pid), 10.0)
+
+
+def is_gone(group):
+    """Whether nobody of a process group is left."""
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return True
+    return False

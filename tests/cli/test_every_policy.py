@@ -140,13 +140,6 @@ def test_a_model_is_evaluated_beside_hand_written_controllers(command, model):
     assert json.loads(again) == found
 
 
-def test_a_model_is_watched_beside_a_hand_written_controller(command, model, tmp_path):
-    told = "watch", "es1", "ssgikf", model, "--seconds=2", "--physics=kinematic"
-    assert command(*told, "--html=both.html")[0] == 0
-    page = (tmp_path / "both.html").read_text(encoding="utf-8")
-    assert "<h1>es1 · ssgikf and sb3:model.zip · seed 0</h1>" in page
-
-
 def test_a_model_of_waypoints_is_watched(command, tmp_path):
     env = SwarmVecEnv("waypoints-05", n_worlds=1)
     PPO("MlpPolicy", env, seed=0, device="cpu").save(tmp_path / "waypoints.zip")

@@ -21,13 +21,6 @@ def _with_train():
     add_commands()
 
 
-def test_train_explains_itself(command):
-    status, stdout, stderr = command("train", "--help")
-    assert (status, stderr) == (0, "")
-    assert max(map(len, stdout.splitlines())) <= 80
-    assert "train" in command()[1]
-
-
 def test_training_ends_with_the_policy_and_how_to_test_it(command, tmp_path):
     status, stdout, stderr = command("train", "weighting", "es1", "--out=mine", *TINY)
     assert status == 0

@@ -1,9 +1,14 @@
 """Small episodes: es1, cut short; and one that was never run."""
 
+import io
+from dataclasses import replace
+
 import pytest
 from matplotlib.text import Text
+from rich.console import Console
 
 from baselines.evaluation.dataset import Dataset
+from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.scenarios import find_scenario
@@ -15,10 +20,38 @@ def configuration():
 
 
 @pytest.fixture
-def dataset(tmp_path):
-    kept = Dataset(tmp_path / "kept")
-    kept.open()
-    return kept
+def new_dataset(tmp_path):
+    """Make a dataset in a folder of this name."""
+
+    def make(name):
+        dataset = Dataset(tmp_path / name)
+        dataset.open()
+        return dataset
+
+    return make
+
+
+@pytest.fixture
+def dataset(new_dataset):
+    return new_dataset("kept")
+
+
+def timeless(episodes):
+    """Episodes without how long they took."""
+    return [replace(episode, wall_s=0.0) for episode in episodes]
+
+
+def run(configuration, seeds, threads=1):
+    """The episodes of a configuration, without how long they took."""
+    what = configuration.scenario, configuration.controller, seeds, configuration.physics
+    return timeless(run_episodes(*what, threads))
+
+
+def printed(what, width=80):
+    """What a terminal of this width shows."""
+    console = Console(file=io.StringIO(), width=width)
+    console.print(what)
+    return console.file.getvalue()
 
 
 def configure(controller="ssgikf", physics="kinematic", **settings):

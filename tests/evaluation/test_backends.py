@@ -2,7 +2,6 @@
 
 import os
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -13,8 +12,7 @@ from joblib.externals.loky import get_reusable_executor
 from baselines.evaluation.backends import IDLE, JoblibBackend, run_in_order
 from baselines.evaluation.common_options import find_backend
 from swarm_forage_env.errors import ConfigError
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.processes import becomes_true, run, start
 
 
 def square(number):
@@ -27,22 +25,11 @@ def square_after_a_while(number):
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_every_job_is_called_once(workers):
+def test_every_job_is_called_once_and_in_order_if_asked(workers):
     backend = JoblibBackend(workers)
     assert sorted(backend.run(square, range(5))) == [0, 1, 4, 9, 16]
     assert list(backend.run(square, [])) == []
-
-
-@pytest.mark.parametrize("workers", [1, 2])
-def test_results_come_in_the_order_of_the_jobs_if_asked(workers):
-    assert run_in_order(JoblibBackend(workers), square_after_a_while, range(4)) == [0, 1, 4, 9]
-
-
-def test_options_that_do_not_fit_are_refused():
-    with pytest.raises(ConfigError, match="--address=auto: is for --backend ray"):
-        find_backend("joblib", 1, address="auto")
-    with pytest.raises(ConfigError, match="--workers=0: must be at least 1"):
-        find_backend("ray", 0)
+    assert run_in_order(backend, square_after_a_while, range(4)) == [0, 1, 4, 9]
 
 
 def test_without_ray_one_line_says_what_to_install(monkeypatch):
@@ -110,10 +97,7 @@ print(reusable_executor._executor._timeout)
 
 def test_idle_workers_do_not_end_where_a_job_may_come():
     """A worker that ends of itself as a job comes lets joblib wait for ever under -W error."""
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    run = [sys.executable, "-c", ENDS]
-    told = subprocess.run(run, env=environment, capture_output=True, text=True, timeout=100)
-    assert told.stdout == f"{IDLE}\n", told.stderr
+    assert run("-c", ENDS)[0] == f"{IDLE}\n"
 
 
 NAP = """
@@ -131,55 +115,34 @@ run_in_order(JoblibBackend(2), nap, range(2))
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 def test_workers_of_every_command_end_with_the_parent_process_that_is_killed():
     """All commands run their calls through a backend: training and benchmark too."""
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    run = subprocess.Popen(
-        [sys.executable, "-c", NAP], env=environment, stderr=subprocess.PIPE, text=True
-    )
-    workers = [int(run.stderr.readline()) for _ in range(2)]
-    os.kill(run.pid, signal.SIGKILL)
-    until = time.monotonic() + 20.0
-    while any(map(is_running, workers)) and time.monotonic() < until:
-        time.sleep(0.1)
+    command = start("-c", NAP)
+    workers = [int(command.stderr.readline()) for _ in range(2)]
+    os.kill(command.pid, signal.SIGKILL)
+    becomes_true(lambda: not any(map(is_running, workers)), 20.0)
     left = [worker for worker in workers if is_running(worker)]
     for worker in left:
         os.kill(worker, signal.SIGKILL)
     assert not left
-    run.communicate(timeout=60)
+    command.communicate(timeout=60)
 
 
 @pytest.mark.skipif(not Path("/dev/shm").exists(), reason="where Linux keeps semaphores")
 def test_a_process_group_that_is_killed_leaves_no_semaphores():
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    run = subprocess.Popen(
-        [sys.executable, "-c", NAP],
-        env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True,
-    )  # fmt: skip
-    assert all(run.stderr.readline() for _ in range(2)), "the workers are at work"
-    assert semaphores_of(run.pid)
-    os.killpg(run.pid, signal.SIGKILL)
-    until = time.monotonic() + 20.0
-    while semaphores_of(run.pid) and time.monotonic() < until:
-        time.sleep(0.1)
-    assert not semaphores_of(run.pid)
-    run.communicate(timeout=60)
+    command = start("-c", NAP, start_new_session=True)
+    assert all(command.stderr.readline() for _ in range(2)), "the workers are at work"
 
+    def semaphores():
+        return [*Path("/dev/shm").glob(f"sem.loky-{command.pid}-*")]
 
-def semaphores_of(process):
-    return [*Path("/dev/shm").glob(f"sem.loky-{process}-*")]
+    assert semaphores()
+    os.killpg(command.pid, signal.SIGKILL)
+    assert becomes_true(lambda: not semaphores(), 20.0)
+    command.communicate(timeout=60)
 
 
 def test_a_worker_whose_parent_was_killed_before_its_first_call_ends():
-    code = "from baselines.evaluation.backends import end_with; end_with(1); input()"
-    run = subprocess.Popen(
-        [sys.executable, "-c", code],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        stdin=subprocess.PIPE,
-    )
-    try:
-        assert run.wait(timeout=60) == 1
-    finally:
-        run.kill()
-        run.communicate(timeout=60)
+    code = "import time; from baselines.evaluation.backends import end_with; end_with(1)"
+    run("-c", f"{code}; time.sleep(60)", status=1)
 
 
 def is_running(process):

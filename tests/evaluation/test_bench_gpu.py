@@ -1,16 +1,15 @@
 """The bench of a GPU, without one: its table, its energy, and the card's bandwidth."""
 
 import ctypes
-import io
 from types import SimpleNamespace
 
 import pytest
-from rich.console import Console
 
 from baselines.evaluation.bench.gpu import card_bandwidth, energy_meter, gpu_table
+from tests.evaluation.conftest import printed
 
 FOUND = {
-    "case": "es1 x 10", "rows": 100, "gpu": 2.5e8, "environment": 1.25e8, "cpu": 3e6, "threads": 16,
+    "case": "es1 x 10", "rows": 100, "gpu": 1.2e9, "environment": 1.25e8, "cpu": 3e6, "threads": 16,
     "shares": {"decide": 0.25, "tick": 0.5, "observe": 0.25}, "bytes_per_robot_step": 5120.0,
     "bandwidth": 2.4e12, "share_of_card": 0.5, "joules_per_million": 2.0, "first_step_s": 30.0,
 }  # fmt: skip
@@ -35,23 +34,23 @@ class Nvml:
         return self.status
 
 
-def text_of(found):
-    console = Console(width=140, record=True, file=io.StringIO())
-    console.print(gpu_table([found]))
-    return console.export_text()
+def row_of(found):
+    """The row of a table in which nothing is cut short."""
+    text = printed(gpu_table([found]), 140)
+    assert "…" not in printed(gpu_table([found]), 80)
+    return next(line for line in text.splitlines() if "es1 x 10" in line)
 
 
 def test_the_table_tells_what_was_measured():
-    row = next(line for line in text_of(FOUND).splitlines() if "es1 x 10" in line)
+    row = row_of(FOUND)
     assert row.removeprefix("es1 x 10").split() == [
-        "250", "125", "3", "16", "25%", "50%", "25%", "5120", "2400", "50%", "2", "30.0",
+        "1,200", "125", "3", "16", "25%", "50%", "25%", "5120", "2400", "50%", "2", "30.0",
     ]  # fmt: skip
 
 
 def test_what_the_driver_does_not_tell_is_a_dash():
     unknown = {"shares": {}, "bandwidth": None, "share_of_card": None, "joules_per_million": None}
-    row = next(line for line in text_of(FOUND | unknown).splitlines() if "es1 x 10" in line)
-    assert row.split().count("-") == 6
+    assert row_of(FOUND | unknown).split().count("-") == 6
 
 
 def test_energy_is_told_in_joules_of_the_gpu_that_was_asked_for():
@@ -61,9 +60,8 @@ def test_energy_is_told_in_joules_of_the_gpu_that_was_asked_for():
     assert joules() - joules() == pytest.approx(-1.5)
 
 
-@pytest.mark.parametrize("status", [3])
-def test_a_driver_that_does_not_tell_energy_has_no_meter(status):
-    assert energy_meter("GPU-1", Nvml(status)) is None
+def test_a_driver_that_does_not_tell_energy_has_no_meter():
+    assert energy_meter("GPU-1", Nvml(status=3)) is None
 
 
 def test_the_bandwidth_of_a_card_is_that_of_its_memory():

@@ -78,18 +78,6 @@ def test_polars_and_duckdb_read_the_folder_as_one_table(dataset, configure, file
         assert table["round_trips"].to_list() == [12, 12]
 
 
-def truncated(content, row):
-    return content[: len(content) // 2]
-
-
-def empty(content, row):
-    return b""
-
-
-def text(content, row):
-    return b"seed,round_trips\n3,12\n"
-
-
 def flipped(content, row):
     """One bit of the stored numbers is another."""
     at = content.index(b"kinematic")
@@ -99,51 +87,34 @@ def flipped(content, row):
 def renamed(content, row):
     """A letter of the name that the controller was asked for by is another."""
     table = pq.ParquetFile(pa.BufferReader(content)).read()
-    kept = table.schema.metadata[b"asked"]
+    asked = table.schema.metadata[b"asked"].replace(b"ssgikf", b"ssgiff")
+    return written(table.replace_schema_metadata({b"asked": asked}))
+
+
+def written(table):
     sink = pa.BufferOutputStream()
-    changed = {b"asked": kept.replace(b"ssgikf", b"ssgiff")}
-    pq.write_table(table.replace_schema_metadata(changed), sink)
+    pq.write_table(table, sink)
     return sink.getvalue().to_pybytes()
 
 
-def table_of(**columns):
-    def damage(content, row):
-        changed = pa.Table.from_pylist([row | columns], schema(FORAGING_EPISODE))
-        sink = pa.BufferOutputStream()
-        pq.write_table(changed, sink)
-        return sink.getvalue().to_pybytes()
-
-    return damage
+def table_of(*rows):
+    return pa.Table.from_pylist(rows, schema(FORAGING_EPISODE))
 
 
-def without_column(content, row):
-    sink = pa.BufferOutputStream()
-    pq.write_table(
-        pa.Table.from_pylist([row], schema(FORAGING_EPISODE)).drop_columns("messages"), sink
-    )
-    return sink.getvalue().to_pybytes()
+DAMAGES = {
+    "truncated": lambda content, row: content[: len(content) // 2],
+    "empty": lambda content, row: b"",
+    "text": lambda content, row: b"seed,round_trips\n3,12\n",
+    "flipped": flipped,
+    "renamed": renamed,
+    "without a column": lambda content, row: written(table_of(row).drop_columns("messages")),
+    "two rows": lambda content, row: written(table_of(row, row)),
+    "another seed": lambda content, row: written(table_of(row | {"seed": 4})),
+    "another key": lambda content, row: written(table_of(row | {"configuration": "0" * 16})),
+}
 
 
-def two_rows(content, row):
-    sink = pa.BufferOutputStream()
-    pq.write_table(pa.Table.from_pylist([row, row], schema(FORAGING_EPISODE)), sink)
-    return sink.getvalue().to_pybytes()
-
-
-@pytest.mark.parametrize(
-    "damage",
-    [
-        truncated,
-        empty,
-        text,
-        flipped,
-        renamed,
-        without_column,
-        two_rows,
-        table_of(seed=4),
-        table_of(configuration="0" * 16),
-    ],
-)
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 def test_a_damaged_file_is_set_aside_with_one_line(
     dataset, configuration, file, damage, caplog, episode
 ):

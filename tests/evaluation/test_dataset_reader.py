@@ -9,11 +9,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from baselines.evaluation.dataset import Dataset, schema
 from baselines.evaluation.dataset_reader import EpisodeGroup, read_groups
 from baselines.evaluation.trajectories import read_trajectory
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.foraging.episode import FORAGING_EPISODE
 
 
 @pytest.fixture
@@ -58,9 +56,8 @@ def test_a_name_chooses_all_its_parameters_and_a_name_with_parameters_those(kept
     assert len(read_groups(source, scenarios=["es1"])) == 4
 
 
-def test_an_episode_in_two_datasets_counts_once(kept, tmp_path, configure, episode):
-    other = Dataset(tmp_path / "other")
-    other.open()
+def test_an_episode_in_two_datasets_counts_once(kept, new_dataset, configure, episode):
+    other = new_dataset("other")
     other.keep(configure("nc"), [replace(episode, seed=seed) for seed in (2, 3)])
     groups = read_groups([str(kept.folder), str(other.folder)], controllers=["nc"])
     assert [each.seed for each in groups[0].episodes] == [0, 1, 2, 3]
@@ -113,14 +110,6 @@ def test_a_missing_or_empty_folder_is_answered_with_how_to_make_one(tmp_path):
             read_groups([str(folder)])
 
 
-def test_a_dataset_of_another_version_is_refused_by_what_differs(kept):
-    file = files(kept)[0]
-    table = pq.ParquetFile(file).read()
-    pq.write_table(table.drop_columns(["lost_events"]), file)
-    with pytest.raises(ConfigError, match=r"another version .*lacks lost_events.*evaluate again"):
-        read_groups([str(kept.folder)])
-
-
 @pytest.mark.parametrize(
     "read", [lambda file: read_groups([str(file.parents[2])]), read_trajectory]
 )
@@ -131,12 +120,6 @@ def test_a_file_that_may_not_be_read_is_not_to_be_removed(kept, monkeypatch, rea
     monkeypatch.setattr(Path, "read_bytes", refuse)
     with pytest.raises(ConfigError, match=r"parquet: cannot be read \(Permission denied\)$"):
         read(files(kept)[0])
-
-
-def test_a_damaged_file_is_named(kept):
-    files(kept)[0].write_bytes(b"PAR1")
-    with pytest.raises(ConfigError, match=r"nc.*parquet: not a readable Parquet file; remove it"):
-        read_groups([str(kept.folder)])
 
 
 def test_of_flipped_bits_none_changes_a_number_in_silence(dataset, configure, episode):
@@ -162,31 +145,38 @@ def flipped(content, bit):
     return bytes(changed)
 
 
+UNREADABLE = "not a readable Parquet file; remove it"
+NOT_OURS = "its column {} is not what swarm-forage writes; remove it"
+
+
 @pytest.mark.parametrize(
-    ("column", "text"),
+    ("column", "text", "told"),
     [
-        ("settings", "{}"),
-        ("settings", '{"scenario": [], "controller": {}}'),
-        ("settings", "[" * 100_000),
-        ("overrides", "none"),
-        ("parameters", "[1]"),
+        ("lost_events", None, "another version .*lacks lost_events.*evaluate again"),
+        ("settings", b"\xff\xfe", UNREADABLE),
+        ("settings", b"{}", NOT_OURS),
+        ("settings", b'{"scenario": [], "controller": {}}', NOT_OURS),
+        ("settings", b"[" * 100_000, NOT_OURS),
+        ("overrides", b"none", NOT_OURS),
+        ("parameters", b"[1]", NOT_OURS),
     ],
 )
-def test_texts_that_are_no_settings_are_told_with_the_file(kept, column, text):
+def test_a_file_without_a_column_or_with_another_text_is_named(kept, column, text, told):
     file = files(kept)[0]
-    row = pq.ParquetFile(file).read().to_pylist()[0] | {column: text}
-    pq.write_table(pa.Table.from_pylist([row], schema(FORAGING_EPISODE)), file)
-    with pytest.raises(ConfigError, match=rf"parquet: its column {column} is not what.*remove it"):
+    table = pq.ParquetFile(file).read()
+    place = table.schema.get_field_index(column)
+    others = table.drop_columns([column])
+    if text is not None:
+        changed = pa.array([text], pa.binary()).view(pa.string())
+        others = others.add_column(place, table.schema.field(place), changed)
+    pq.write_table(others, file)
+    with pytest.raises(ConfigError, match=rf"controller=nc.*parquet: .*{told.format(column)}"):
         read_groups([str(kept.folder)])
 
 
-def test_a_text_that_is_no_unicode_is_told_with_the_file(kept):
-    file = files(kept)[0]
-    table = pq.ParquetFile(file).read()
-    broken = pa.array([b"\xff\xfe"], pa.binary()).view(pa.string())
-    place = table.schema.get_field_index("settings")
-    pq.write_table(table.set_column(place, table.schema.field(place), broken), file)
-    with pytest.raises(ConfigError, match=r"nc.*parquet: not a readable Parquet file; remove it"):
+def test_a_damaged_file_is_named(kept):
+    files(kept)[0].write_bytes(b"PAR1")
+    with pytest.raises(ConfigError, match=rf"controller=nc.*parquet: {UNREADABLE}"):
         read_groups([str(kept.folder)])
 
 

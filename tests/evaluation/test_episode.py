@@ -1,19 +1,10 @@
 """An episode: what it holds, and that it does not depend on its company."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from baselines.evaluation.episode import run_episodes
 from swarm_forage_env.loop import Loop
-
-
-def run(configuration, seeds):
-    episodes = run_episodes(
-        configuration.scenario, configuration.controller, seeds, configuration.physics
-    )
-    return [replace(episode, wall_s=0.0) for episode in episodes]
+from tests.evaluation.conftest import run
 
 
 @pytest.mark.parametrize("physics", ["rigid", "kinematic"])

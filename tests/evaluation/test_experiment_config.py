@@ -55,13 +55,6 @@ def test_another_layer_is_told_by_its_name_and_makes_another_key(configure):
     assert other.key != plain.key
 
 
-def test_a_named_scenario_and_controller_change_nothing():
-    configuration = ExperimentConfig(
-        "ssgiff", find_scenario("es2"), find_layered_controller("ssgiff")
-    )
-    assert (configuration.overrides, configuration.parameters) == ("{}", "{}")
-
-
 RULE = '''
 """A rule."""
 

@@ -1,5 +1,6 @@
-"""A policy without noise that searches by it is told; one that does not is not."""
+"""A policy without noise that searches by it is reported; one that does not is not."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -7,19 +8,22 @@ import pytest
 from baselines.evaluation.noise_search import noise_lines
 
 
-def told(*rows):
+@pytest.fixture
+def lines(episode):
     """The lines of policies: chance or None for a hand-written controller, and round trips."""
-    configurations = [
-        SimpleNamespace(
-            label=f"policy{k}",
-            controller=SimpleNamespace(
-                parameters={"beta": 1.0} if chance is None else {"policy.chance": chance}
-            ),
-        )
-        for k, (chance, _) in enumerate(rows)
-    ]
-    episodes = [[SimpleNamespace(round_trips=n) for n in trips] for _, trips in rows]
-    return noise_lines(configurations, episodes)
+
+    def lines_of(*rows):
+        parameters = [
+            {"beta": 1.0} if chance is None else {"policy.chance": chance} for chance, _ in rows
+        ]
+        configurations = [
+            SimpleNamespace(label=f"policy{k}", controller=SimpleNamespace(parameters=each))
+            for k, each in enumerate(parameters)
+        ]
+        episodes = [[replace(episode, round_trips=n) for n in trips] for _, trips in rows]
+        return list(noise_lines(configurations, episodes))
+
+    return lines_of
 
 
 @pytest.mark.parametrize(
@@ -37,10 +41,12 @@ def told(*rows):
         ([(False, [5])], []),
     ],
 )
-def test_it_is_told_by_episodes_that_differ_and_by_a_score_far_below_that_with_noise(rows, says):
-    lines = told(*rows)
-    assert len(lines) == len(says)
-    for line, part in zip(lines, says, strict=True):
+def test_it_is_told_by_episodes_that_differ_and_by_a_score_far_below_that_with_noise(
+    lines, rows, says
+):
+    told = lines(*rows)
+    assert len(told) == len(says)
+    for line, part in zip(told, says, strict=True):
         assert line.startswith("policy policy0 searches by its noise: ")
         assert part in line
         assert line.endswith("; compare it with policy0,chance=true")
@@ -49,4 +55,4 @@ def test_it_is_told_by_episodes_that_differ_and_by_a_score_far_below_that_with_n
 def test_episodes_without_round_trips_have_none():
     controller = SimpleNamespace(parameters={"policy.chance": False})
     configuration = SimpleNamespace(label="x", controller=controller)
-    assert noise_lines([configuration], [[SimpleNamespace(goals=3)]]) == []
+    assert not list(noise_lines([configuration], [[SimpleNamespace(goals=3)]]))

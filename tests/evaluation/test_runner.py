@@ -6,27 +6,26 @@ import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation.backends import JoblibBackend
-from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.dataset_reader import read_groups
-from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.runner import MAX_ROWS, Plan, evaluate
+from tests.evaluation.conftest import run, timeless
 
 
-def timeless(episodes):
-    return [replace(episode, wall_s=0.0) for episode in episodes]
+@pytest.fixture
+def refuse_to_run(monkeypatch):
+    """From now on every episode must be found."""
 
+    def refuse(*_):
+        raise AssertionError("nothing is left to run")
 
-def fresh(folder):
-    dataset = Dataset(folder)
-    dataset.open()
-    return dataset
+    return lambda: monkeypatch.setattr("baselines.evaluation.runner._run_block", refuse)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_the_number_of_workers_changes_nothing(configure, tmp_path, workers):
+def test_the_number_of_workers_changes_nothing(configure, new_dataset, workers):
     configurations = [configure("nc"), configure("ssgikf")]
-    alone = evaluate(configurations, range(4), fresh(tmp_path / "alone"))
-    spread = evaluate(configurations, range(4), fresh(tmp_path / "spread"), JoblibBackend(workers))
+    alone = evaluate(configurations, range(4), new_dataset("alone"))
+    spread = evaluate(configurations, range(4), new_dataset("spread"), JoblibBackend(workers))
     assert timeless(spread) == timeless(alone)
     assert [(each.controller, each.seed) for each in spread] == [
         (name, seed) for name in ("nc", "ssgikf") for seed in range(4)
@@ -35,52 +34,37 @@ def test_the_number_of_workers_changes_nothing(configure, tmp_path, workers):
 
 def test_the_number_of_threads_changes_nothing(configure):
     configuration = configure(physics="rigid")
-    alone, shared = (
-        run_episodes(configuration.scenario, configuration.controller, range(4), "rigid", threads)
-        for threads in (1, 3)
-    )
-    assert timeless(shared) == timeless(alone)
+    assert run(configuration, range(4), threads=3) == run(configuration, range(4))
 
 
-def test_what_is_kept_is_not_run_again(configure, dataset, monkeypatch):
+def test_what_is_kept_is_not_run_again(configure, dataset, refuse_to_run):
     first = evaluate([configure()], range(3), dataset)
     progress = []
     more = evaluate([configure()], range(5), dataset, progress=progress.append)
     assert more[:3] == first, "computing times included"
     assert sum(progress) == 2
-
-    def refuse(*_):
-        raise AssertionError("nothing is left to run")
-
-    monkeypatch.setattr("baselines.evaluation.runner._run_block", refuse)
+    refuse_to_run()
     assert evaluate([configure()], range(5), dataset) == more
 
 
 def test_one_configuration_under_two_names_runs_once(configure, dataset):
     beta = configure("ssgiff").controller.parameters["weighting.beta"]
     progress = []
-    episodes = evaluate(
-        [configure("ssgiff"), configure(f"ssgiff:beta={beta}")],
-        range(2),
-        dataset,
-        progress=progress.append,
-    )
+    both = configure("ssgiff"), configure(f"ssgiff:beta={beta}")
+    episodes = evaluate(both, range(2), dataset, progress=progress.append)
     assert sum(progress) == 2
     assert [each.controller for each in episodes] == ["ssgiff"] * 2 + [f"ssgiff:beta={beta}"] * 2
 
 
 def test_what_is_kept_is_called_as_it_is_asked_for_now_and_stays_what_it_is(
-    configure, dataset, monkeypatch
+    configure, dataset, refuse_to_run
 ):
-    def refuse(*_):
-        raise AssertionError("nothing is left to run")
-
     def kept():
         return [dataset.place(configure("ssgiff"), seed).read_bytes() for seed in range(2)]
 
     first = evaluate([configure("ssgiff")], range(2), dataset)
     before = kept()
-    monkeypatch.setattr("baselines.evaluation.runner._run_block", refuse)
+    refuse_to_run()
     again = evaluate([configure("ssgiff:beta=0.01")], range(2), dataset)
     assert again == [replace(each, controller="ssgiff:beta=0.01") for each in first]
     assert [group.label() for group in read_groups([str(dataset.folder)])] == ["ssgiff:beta=0.01"]
@@ -95,14 +79,6 @@ def test_a_file_is_not_written_anew_under_the_name_it_has(configure, dataset, mo
             pq.write_table(pq.ParquetFile(file).read().replace_schema_metadata(None), file)
     monkeypatch.setattr(dataset, "write", None)
     evaluate([configure("ssgiff:beta=0.02"), configure("ssgiff")], range(2), dataset)
-
-
-def test_a_damaged_file_is_run_again(configure, dataset):
-    before = evaluate([configure()], range(2), dataset)
-    dataset.place(configure(), 1).write_bytes(b"not an episode")
-    again = evaluate([configure()], range(2), dataset)
-    assert timeless(again) == timeless(before)
-    assert again[0] == before[0]
 
 
 @pytest.mark.parametrize(("robots", "episodes"), [(10, 90), (100, 7), (3, 1), (1000, 4)])

@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from rich.console import Console
 
 from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.dataset_reader import read_groups
@@ -17,25 +16,22 @@ from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
+from tests.evaluation.conftest import printed
 
 SHORT = {"robot.cruise_speed": 0.12, "task.area_distance": 0.62, "task.duration": 60.0}
 SOUND = ("sound_robots", "round_trips_sound", "on_path_share_sound", "lost_events_sound")
 
 
 def episodes(seeds=(0, 1), controller="ssgikf", **faults):
-    changed = {name.replace("__", "."): value for name, value in faults.items()}
-    scenario = find_scenario("es1", SHORT | changed)
+    scenario = find_scenario("es1", SHORT | faults)
     return run_episodes(scenario, find_controller(controller), seeds, "kinematic")
 
 
 def test_the_sound_robots_are_those_without_a_fault():
-    found = episodes(faults__liar__robots=(0, 4), faults__deaf__robots=(4,))
-    loop = Loop(
-        find_scenario(
-            "es1", SHORT | {"faults.liar.robots": (0, 4), "faults.deaf.robots": (4,)}
-        ),
-        find_controller("ssgikf"), (0, 1), "kinematic",
-    )  # fmt: skip
+    faults = {"faults.liar.robots": (0, 4), "faults.deaf.robots": (4,)}
+    found = episodes(**faults)
+    scenario = find_scenario("es1", SHORT | faults)
+    loop = Loop(scenario, find_controller("ssgikf"), (0, 1), "kinematic")
     for _ in range(600):
         loop.step()
     trips = loop.world.robots["round_trips"]
@@ -48,21 +44,15 @@ def test_the_sound_robots_are_those_without_a_fault():
 
 
 def test_a_swarm_without_sound_robots_has_no_shares_of_them():
-    for episode in episodes(faults__mute__share=1.0):
+    for episode in episodes(**{"faults.mute.share": 1.0}):
         assert (episode.sound_robots, episode.round_trips_sound) == (0, 0)
         assert episode.on_path_share_sound is episode.localisation_error_sound_m is None
 
 
 def test_tables_tell_of_sound_robots_where_there_are_faults():
-    def text(found):
-        console = Console(width=200)
-        with console.capture() as capture:
-            console.print(report(found))
-        return capture.get()
-
-    assert "sound" not in text(episodes())
-    found = episodes(faults__liar__share=0.2)
-    assert "sound" in text(found)
+    assert "sound" not in printed(report(episodes()))
+    found = episodes(**{"faults.liar.share": 0.2})
+    assert "sound" in printed(report(found))
     assert json.loads(to_json(found))[0]["round_trips_sound"] == found[0].round_trips_sound
 
 
@@ -88,7 +78,4 @@ def test_every_fault_is_listed_with_its_fields():
         fields = [each["name"] for each in groups[f"faults.{name}"]]
         assert f"faults.{name}.share" in fields
     assert all(each["origin"] for each in groups["faults.liar"])
-    console = Console(width=160)
-    with console.capture() as capture:
-        console.print(detail_table("es1"))
-    assert "faults.liar.conspire" in capture.get()
+    assert "faults.liar.conspire" in printed(detail_table("es1"), 160)

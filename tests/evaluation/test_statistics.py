@@ -40,10 +40,15 @@ def test_the_interval_of_skewed_values_is_corrected_for_bias_and_acceleration():
     assert mean_interval(values.tolist()).interval == pytest.approx(tuple(bca), rel=0.05)
 
 
-def test_one_seed_one_interval():
-    values = np.random.default_rng(0).normal(size=20).tolist()
-    assert mean_interval(values, seed=3) == mean_interval(values, seed=3)
-    assert mean_interval(values, seed=3) != mean_interval(values, seed=4)
+STRATA = [np.random.default_rng(k).normal(k, 1.0, 20).tolist() for k in range(3)]
+
+
+@pytest.mark.parametrize(
+    ("interval", "values"), [(mean_interval, STRATA[0]), (iqm_interval, STRATA)]
+)
+def test_one_seed_one_interval(interval, values):
+    assert interval(values, seed=3) == interval(values, seed=3)
+    assert interval(values, seed=3) != interval(values, seed=4)
 
 
 @pytest.mark.parametrize("values", [[7.0], [7.0, 7.0, 7.0], [0.0] * 30])
@@ -54,12 +59,6 @@ def test_one_value_and_equal_values_have_a_mean_and_no_interval(values):
 
 def test_no_values_have_no_mean():
     assert mean_interval([]) is None
-
-
-def test_mann_whitney_of_two_separate_triples_is_a_tenth():
-    # 2 of the 20 ways to rank three among six are as extreme
-    assert mann_whitney_p([1, 2, 3], [4, 5, 6]) == pytest.approx(0.1)
-    assert mann_whitney_p([4, 5, 6], [1, 2, 3]) == pytest.approx(0.1)
 
 
 def test_mann_whitney_of_interleaved_pairs_by_hand():
@@ -122,12 +121,6 @@ def test_an_interval_of_runs_needs_runs_that_differ():
     assert iqm_interval([[3.0], [4.0]]).value == 3.5
 
 
-def test_one_seed_one_interval_of_runs():
-    strata = [np.random.default_rng(k).normal(k, 1.0, 5).tolist() for k in range(3)]
-    assert iqm_interval(strata, seed=2) == iqm_interval(strata, seed=2)
-    assert iqm_interval(strata, seed=2) != iqm_interval(strata, seed=3)
-
-
 def test_a_profile_is_the_share_of_runs_above_each_score():
     share, low, high = performance_profile([[0.1, 0.5], [0.5, 0.9]], [0.0, 0.1, 0.5, 0.9])
     assert share.tolist() == [1.0, 0.75, 0.25, 0.0]
@@ -148,11 +141,6 @@ def test_the_interval_of_a_profile_is_that_of_a_share_drawn_within_each_task():
 
 def test_an_interval_of_runs_lies_between_the_2_5th_and_the_97_5th_percentile():
     assert _percentiles(np.arange(1001.0)) == pytest.approx((25.0, 975.0))
-
-
-def test_a_ratio_has_an_interval_where_only_one_of_its_samples_varies():
-    for values, base in (([1.0, 2.0, 3.0], [2.0] * 3), ([2.0] * 3, [1.0, 2.0, 3.0])):
-        assert compare(values, base).ratio.interval is not None
 
 
 @pytest.mark.parametrize(

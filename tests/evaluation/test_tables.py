@@ -6,11 +6,10 @@ import json
 from dataclasses import asdict, replace
 
 import pytest
-from rich.console import Console
 from rich.text import Text
 
-from baselines.evaluation.bench.gpu import gpu_table
 from baselines.evaluation.tables import FittingTable, report, to_csv, to_json
+from tests.evaluation.conftest import printed
 
 
 @pytest.fixture
@@ -24,17 +23,6 @@ def episodes(episode):
         ]
 
     return make
-
-
-def shown(listed, width=80):
-    return printed(report(listed), width)
-
-
-def test_json_is_one_array_of_episodes(episodes):
-    listed = episodes("nc", [3, 4])
-    told = json.loads(to_json(listed))
-    assert [each["round_trips"] for each in told] == [3, 4]
-    assert told[0]["recruitment_time_s"] is None
 
 
 def test_the_series_are_told_only_if_asked_for(episodes):
@@ -55,7 +43,7 @@ def test_csv_has_a_line_to_an_episode_and_nothing_for_what_is_missing(episodes):
 
 
 def test_the_table_shows_means_with_intervals_and_the_comparison(episodes):
-    text = shown(episodes("nc", [10, 12, 14, 16]) + episodes("ssgikf", [30, 31, 35, 36]))
+    text = printed(report(episodes("nc", [10, 12, 14, 16]) + episodes("ssgikf", [30, 31, 35, 36])))
     assert "13.0" in text
     assert "33.0" in text
     assert "Round trips against nc" in text
@@ -64,9 +52,9 @@ def test_the_table_shows_means_with_intervals_and_the_comparison(episodes):
     assert "0.029" in text, "2 of 70 rankings"
 
 
-@pytest.mark.parametrize("trips", [[0, 0, 0], [5, 5, 5]])
+@pytest.mark.parametrize("trips", [[0, 0, 0], [5, 5, 5], [5]])
 def test_equal_values_have_no_interval(episodes, trips):
-    text = shown(episodes("nc", trips) + episodes("ssgikf", trips))
+    text = printed(report(episodes("nc", trips) + episodes("ssgikf", trips)))
     assert "n/a" in text
     assert "nan" not in text.lower()
 
@@ -76,7 +64,7 @@ def test_a_mean_over_part_of_the_episodes_says_over_how_many(episodes):
         replace(each, seed=2 + k, recruitment_time_s=100.0 + 10.0 * k)
         for k, each in enumerate(episodes("nc", [3, 4, 5]))
     ]
-    assert "n = 3" in shown(some)
+    assert "n = 3" in printed(report(some))
 
 
 LONG = "ssgikf-sceptical:agreement=0.4,slack=0.5"
@@ -89,12 +77,6 @@ SOUND = {
     "sound_robots": 8, "round_trips_sound": 111, "on_path_share_sound": 0.515,
     "lost_events_sound": 345, "localisation_error_sound_m": 0.2345,
 }  # fmt: skip
-
-
-def printed(what, width):
-    console = Console(file=io.StringIO(), width=width)
-    console.print(what)
-    return console.file.getvalue()
 
 
 def faulty(episode):
@@ -141,16 +123,3 @@ def test_a_name_is_broken_at_its_marks_only_where_it_must_be():
     assert [line.strip().removesuffix("1").strip() for line in narrow.splitlines()[1:]] == [
         "ssgikf-sceptical:", "agreement=0.4,", "slack=0.5",
     ]  # fmt: skip
-
-
-def test_the_table_of_a_gpu_is_whole_in_eighty_columns():
-    row = {
-        "case": "es1 x 65536", "gpu": 1.234e9, "environment": 5.67e8, "cpu": 3.2e6,
-        "threads": 16, "shares": {"decide": 0.23, "tick": 0.5}, "bytes_per_robot_step": 1234.0,
-        "bandwidth": 1.2e12, "share_of_card": None, "joules_per_million": 0.345,
-        "first_step_s": 12.3,
-    }  # fmt: skip
-    text = printed(gpu_table([row]), 80)
-    assert "…" not in text
-    for part in ("es1 x 65536", "1,234", "567", "1200", "0.345", "12.3", "observe", "of card"):
-        assert part in text

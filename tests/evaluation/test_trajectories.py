@@ -10,7 +10,6 @@ import pyarrow.parquet as pq
 import pytest
 
 from baselines.evaluation.backends import JoblibBackend
-from baselines.evaluation.dataset import Dataset
 from baselines.evaluation.evaluate_options import EvaluateOptions
 from baselines.evaluation.runner import Plan, check_kept
 from baselines.evaluation.trajectories import (
@@ -22,8 +21,8 @@ from baselines.evaluation.trajectories import (
 )
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.task import TASKS
+from tests.evaluation.conftest import timeless
 from tests.evaluation.test_figures import draw
-from tests.evaluation.test_runner import timeless
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "trajectories.md"
 
@@ -65,9 +64,8 @@ def test_a_row_is_a_robot_as_it_stood_after_a_tick(configure, dataset):
     assert own.known_nest.any()
 
 
-def test_the_episodes_are_those_without_trajectories(configure, dataset, tmp_path):
-    bare = Dataset(tmp_path / "bare")
-    bare.open()
+def test_the_episodes_are_those_without_trajectories(configure, dataset, new_dataset):
+    bare = new_dataset("bare")
     for store, kept in ((dataset, True), (bare, False)):
         run([configure("nc")], range(3), store, kept)
     found = [[store.find(configure("nc"), s) for s in range(3)] for store in (dataset, bare)]

@@ -1,35 +1,24 @@
 """An episode of waypoints: what it holds, how it is kept, and what a reader is told of it."""
 
-import io
 from dataclasses import replace
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from rich.console import Console
 
 from baselines.evaluation.dataset_reader import read_groups
-from baselines.evaluation.episode import run_episodes
 from baselines.evaluation.experiment_config import ExperimentConfig, find_layered_controller
 from baselines.evaluation.tables import report
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
-from swarm_forage_env.waypoints.episode import (
-    WaypointEpisode,
-)
+from swarm_forage_env.waypoints.episode import WaypointEpisode
+from tests.evaluation.conftest import printed, run
 
 
 def configuration_of(controller="boids-adaptive", scenario="waypoints-10", **task):
     numbers = {f"task.{name}": value for name, value in task.items()}
     chosen = find_scenario(scenario, numbers)
     return ExperimentConfig(controller, chosen, find_layered_controller(controller), "kinematic")
-
-
-def run(configuration, seeds):
-    episodes = run_episodes(
-        configuration.scenario, configuration.controller, seeds, configuration.physics
-    )
-    return [replace(episode, wall_s=0.0) for episode in episodes]
 
 
 @pytest.fixture
@@ -128,12 +117,6 @@ def test_an_episode_of_foraging_in_its_place_is_set_aside(dataset, waypoint_epis
     assert dataset.find(configuration, 3) == waypoint_episode
 
 
-def shown(episodes, width=80):
-    console = Console(file=io.StringIO(), width=width)
-    console.print(report(episodes))
-    return console.file.getvalue()
-
-
 def made(episode, controller, goals):
     return [
         replace(episode, controller=controller, seed=seed, goals_per_robot=count)
@@ -144,7 +127,7 @@ def made(episode, controller, goals):
 def test_the_table_shows_means_and_compares_goals(waypoint_episode):
     few = made(waypoint_episode, "boids-goal", [1.0, 1.2, 1.4, 1.6])
     many = made(waypoint_episode, "boids-adaptive", [3.0, 3.1, 3.5, 3.6])
-    text = shown(few + many)
+    text = printed(report(few + many))
     assert "waypoints-10: 10 robots, 100 s, kinematic physics, seeds 0 to 3" in text
     assert "Goals per robot against boids-goal" in text
     assert "1.3" in text

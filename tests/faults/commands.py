@@ -1,15 +1,12 @@
 """Commands that write something, each of seconds, and how what they kept is read."""
 
 import json
-import os
 import subprocess
-import sys
-from pathlib import Path
 
 import pyarrow.parquet as pq
 from safetensors.numpy import load_file
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests import processes
 
 SHORT = "--workers=1", "--physics=kinematic"
 BUSY = "--set=robot.cruise_speed=0.12", "--set=task.area_distance=0.62"
@@ -35,14 +32,11 @@ REPRODUCE = (
 )  # fmt: skip
 
 
-def start(out, command, **options):
+def start(out, command):
     """Start a command in the folder of its output, in a process group of its own."""
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    environment.pop("SWARM_CHECK_SHAPES", None)
-    return subprocess.Popen(
-        [sys.executable, "-m", "training.cli", *command, f"--out={out.name}"],
-        cwd=out.parent, env=environment, start_new_session=True, text=True,
-        **{"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE} | options,
+    return processes.start(
+        "-m", "training.cli", *command, f"--out={out.name}",
+        cwd=out.parent, start_new_session=True, stdout=subprocess.DEVNULL,
     )  # fmt: skip
 
 

@@ -1,17 +1,13 @@
 """Same seed, same bits: where, and where not. How far machine code and plain Python drift apart."""
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.faults
+from tests.processes import run
 
-ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.faults
 
 TICKS = 60
 
@@ -40,12 +36,8 @@ print(json.dumps(loop.world.robots["pose"].tolist()))
 
 def poses(world, seeds, **variables):
     """Where robots are in the end, in a process of its own."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), **variables}
-    done = subprocess.run(
-        [sys.executable, "-c", SCRIPT, *world, json.dumps(seeds)],
-        env=environment, capture_output=True, text=True, check=True, timeout=3000,
-    )  # fmt: skip
-    return np.array(json.loads(done.stdout))
+    stdout, _ = run("-c", SCRIPT, *world, json.dumps(seeds), variables=variables, timeout=3000)
+    return np.array(json.loads(stdout))
 
 
 @pytest.mark.parametrize("world", WORLDS)

@@ -92,9 +92,17 @@ def test_neither_holds_tests_or_their_data(sdist, wheel):
         assert not parts[-1].startswith("test_"), name
 
 
-def test_both_hold_the_same_files_of_the_packages(sdist, wheel):
-    ours = {name: content for name, content in wheel.items() if tops([name]) <= PACKAGES}
+def test_both_hold_every_file_of_the_packages_and_the_wheel_nothing_else(sdist, wheel):
+    files = {
+        path.relative_to(ROOT).as_posix()
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    ours = {name: content for name, content in wheel.items() if ".dist-info/" not in name}
+    assert ours.keys() == files
     assert ours == {name: sdist[name] for name in sdist if tops([name]) <= PACKAGES}
+    assert {f"{package}/py.typed" for package in PACKAGES} <= files
 
 
 def test_the_wheel_from_the_source_distribution_is_that_of_the_checkout(dist, wheel, tmp_path):

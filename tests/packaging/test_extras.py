@@ -2,8 +2,6 @@
 
 import os
 import re
-import subprocess
-import sys
 import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -12,6 +10,7 @@ import pytest
 from packaging.requirements import Requirement
 
 from swarm_forage_env.extras import EXTRAS, other_package, remedy
+from tests.processes import run
 
 PYPROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"
 CONSTRAINTS = PYPROJECT.with_name("constraints.txt")
@@ -72,22 +71,11 @@ def test_a_package_of_somebody_else_with_one_of_our_names_is_told(tmp_path, file
     other.parent.mkdir(exist_ok=True)
     other.write_text('"""Somebody else\'s."""\n')
     path = os.pathsep.join([str(tmp_path), str(PYPROJECT.parent)])
-    run = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-    last = run.stderr.splitlines()[-1]
-    assert run.returncode == 1
-    assert re.search(told, last), run.stderr
-    assert (
-        f"'baselines' is found first, in {other.parent if other.stem == '__init__' else other}"
-        in last
-    )
+    _, stderr = run("-c", code, status=1, cwd=tmp_path, variables={"PYTHONPATH": path})
+    last = stderr.splitlines()[-1]
+    assert re.search(told, last), stderr
+    place = other.parent if other.stem == "__init__" else other
+    assert f"'baselines' is found first, in {place}" in last
 
 
 def test_our_own_packages_are_nobody_else_s():

@@ -1,11 +1,11 @@
 """A second package adds weighting rules, a controller and an environment id, with no edit here."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.processes import run
 
 SECOND = Path(__file__).parent / "second"
 
@@ -13,13 +13,9 @@ SECOND = Path(__file__).parent / "second"
 def told(code):
     """What a script prints that has the second package on its path, as an installation has."""
     paths = [str(SECOND), str(SECOND.parents[2]), os.environ.get("PYTHONPATH", "")]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
-    command = [sys.executable, "-W", "error", "-c", "import baselines.controllers\n" + code]
-    run = subprocess.run(
-        command, capture_output=True, text=True, env=environment, check=False, timeout=300
-    )
-    assert run.returncode == 0, run.stderr
-    return run.stdout.strip()
+    variables = {"PYTHONPATH": os.pathsep.join(paths), "SWARM_CHECK_SHAPES": "1"}
+    script = "import baselines.controllers\n" + code
+    return run("-W", "error", "-c", script, variables=variables)[0].strip()
 
 
 def test_its_rule_is_found_by_name_and_weighs_in_an_environment():

@@ -1,11 +1,11 @@
 """Benchmark cases: the worlds that are timed, through which interface, and their warm-up."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from itertools import count
-from typing import Any
+from itertools import count, cycle
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -20,6 +20,8 @@ CONTROLLER = "ssgikf"
 
 HELD = 20
 """Ticks for which a random action is held, so that robots get about."""
+
+ActionT = TypeVar("ActionT")
 
 Tick = Callable[[], object]
 """A call that is timed: a tick of a block, or several."""
@@ -57,17 +59,15 @@ class Case:
 
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
         """Run the warm-up and return what is timed."""
-        loop = self.start(physics, quick, threads)
-        return partial(loop.run, self.n_ticks)
+        return partial(self.start(physics, quick, threads).run, self.n_ticks)
 
     def start(self, physics: str, quick: bool, threads: int = 1) -> Loop:
         """Run the warm-up and return the loop whose ticks are timed."""
         controller = find_layered_controller(CONTROLLER)
         loop = Loop(self.scenario, controller, range(self.n_worlds), physics, threads)
         if self.is_spread:
-            world: Any = loop.world
-            world.robots["pose"] = uniform_poses(self.scenario, self.n_worlds)
-            world.sense_first()
+            loop.world.robots["pose"] = uniform_poses(self.scenario, self.n_worlds)
+            loop.world.sense_first()
         loop.run(self.n_warm_up(quick))
         return loop
 
@@ -75,16 +75,10 @@ class Case:
         """Ticks of the warm-up, a fifth of them for a quick run."""
         return self.warm_up // 5 if quick else self.warm_up
 
-    def _warm(self, step: Callable[[int], None], quick: bool) -> Tick:
-        """A step that receives the number of steps before it; after the warm-up."""
-        numbers = count()
-
-        def counted() -> None:
-            step(next(numbers))
-
+    def _next_after_warm_up(self, steps: Iterator[None], quick: bool) -> Tick:
         for _ in range(self.n_warm_up(quick)):
-            counted()
-        return counted
+            next(steps)
+        return partial(next, steps)
 
 
 class EpisodeCase(Case):
@@ -92,9 +86,8 @@ class EpisodeCase(Case):
 
     def tick(self, physics: str, quick: bool, threads: int = 1) -> Tick:
         """Return what evaluates an episode in every world."""
-        scenario = find_scenario(
-            self.scenario, {"task.duration": self.n_ticks * self.scenario.tick}
-        )
+        duration = {"task.duration": self.n_ticks * self.scenario.tick}
+        scenario = find_scenario(self.scenario, duration)
         controller = find_layered_controller(CONTROLLER)
         return partial(run_episodes, scenario, controller, range(self.n_worlds), physics, threads)
 
@@ -106,16 +99,21 @@ class BatchCase(Case):
         """Run the warm-up and return a step of the environment under random actions."""
         from swarm_forage_env import ArrayEnv
 
-        options: dict[str, Any] = {"physics": physics, "threads": threads, "decision_period": 1}
-        env = ArrayEnv(self.scenario, self.n_worlds, CONTROLLER, **options)
-        actions = random_wheels(self.rows).reshape(-1, self.n_worlds, len(env.learners), 2)
+        env = ArrayEnv(
+            self.scenario, self.n_worlds, CONTROLLER,
+            physics=physics, threads=threads, decision_period=1,
+        )  # fmt: skip
+        wheels = random_wheels(self.rows).reshape(-1, self.n_worlds, len(env.learners), 2)
 
-        def step(count: int) -> None:
-            if count % env.max_cycles == 0:
+        def steps() -> Iterator[None]:
+            actions = held(wheels)
+            while True:
                 env.reset(0)
-            env.step(actions[count // HELD % len(actions)])
+                for _ in range(env.max_cycles):
+                    env.step(next(actions))
+                    yield
 
-        return self._warm(step, quick)
+        return self._next_after_warm_up(steps(), quick)
 
 
 class DictionaryCase(Case):
@@ -125,18 +123,24 @@ class DictionaryCase(Case):
         """Run the warm-up and return a step of the environment under random actions."""
         from swarm_forage_env import parallel_env
 
-        env: Any = parallel_env(
-            self.scenario, controller=CONTROLLER, physics=physics, decision_period=1
-        )
+        env = parallel_env(self.scenario, controller=CONTROLLER, physics=physics, decision_period=1)
         agents = env.possible_agents
-        actions = [dict(zip(agents, each, strict=True)) for each in random_wheels(len(agents))]
+        wheels = [dict(zip(agents, each, strict=True)) for each in random_wheels(len(agents))]
 
-        def step(count: int) -> None:
-            if not env.agents:
-                env.reset(seed=count)
-            env.step(actions[count // HELD % len(actions)])
+        def steps() -> Iterator[None]:
+            actions = held(wheels)
+            for seed in count():
+                env.reset(seed=seed)
+                while env.agents:
+                    env.step(next(actions))
+                    yield
 
-        return self._warm(step, quick)
+        return self._next_after_warm_up(steps(), quick)
+
+
+def held(actions: Iterable[ActionT]) -> Iterator[ActionT]:
+    """Each action `HELD` times, again and again."""
+    return (action for action in cycle(actions) for _ in range(HELD))
 
 
 def random_wheels(rows: int) -> Float32[Array, "actions rows 2"]:
@@ -151,10 +155,7 @@ def all_cases() -> list[Case]:
     the arena, and warm up for 300 ticks.
     """
     es1, es3 = find_scenario("es1"), find_scenario("es3")
-    spread = [
-        Case(name, enlarged(es3, factor), is_spread=True, warm_up=300)
-        for name, factor in (("es3 spread", 1), ("es3 x 10", 10), ("es3 x 100", 100))
-    ]
+    spread = {"es3 spread": 1, "es3 x 10": 10, "es3 x 100": 100}
     return [
         Case("es1", es1),
         Case("es1 x 30", es1, n_worlds=30),
@@ -165,7 +166,10 @@ def all_cases() -> list[Case]:
         DictionaryCase("es1, dicts", es1),
         Case("es2", find_scenario("es2")),
         Case("es3", es3),
-        *spread,
+        *(
+            Case(name, enlarged(es3, factor), is_spread=True, warm_up=300)
+            for name, factor in spread.items()
+        ),
     ]
 
 
@@ -182,8 +186,8 @@ def enlarged(scenario: Scenario, factor: int) -> Scenario:
     }
     name = f"{scenario.name} x {factor}"
     robots = {"name": name, "task.n_robots": factor * task.n_robots}
-    found: Scenario = find_scenario(scenario, {**lengths, **robots})
-    return found
+    larger: Scenario = find_scenario(scenario, lengths | robots)
+    return larger
 
 
 def uniform_poses(scenario: Scenario, n_worlds: int) -> Float64[Array, "worlds robots 3"]:

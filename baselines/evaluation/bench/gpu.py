@@ -7,7 +7,8 @@ import ctypes
 import os
 import time
 from collections.abc import Callable
-from typing import Any
+from itertools import count
+from typing import Protocol
 
 import numpy as np
 from rich.console import Group
@@ -20,7 +21,6 @@ from baselines.evaluation.tables import FittingTable
 from swarm_forage_env.device_loop import DeviceLoop
 from swarm_forage_env.device_memory import usable_gpu
 from swarm_forage_env.envs.array_env import array_env
-from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.loop import Loop
 from swarm_forage_env.scenarios import find_scenario
 
@@ -44,18 +44,16 @@ def measure_gpu(quick: bool, tell: Tell) -> list[Measured]:
     """
     usable_gpu()
     threads = os.cpu_count() or 1
-    found = []
-    for name, numbers in N_WORLDS.items():
-        scenario: Scenario = find_scenario(name)
-        for n_worlds in numbers:
-            if not quick or n_worlds <= QUICK_WORLDS:
-                wait = (
-                    f", made in about {MAKING * n_worlds:.0f} s" if n_worlds > QUICK_WORLDS else ""
-                )
-                tell(f"{n_worlds} worlds of {name}{wait}")
-                case = Case(f"{name} x {n_worlds}", scenario, n_worlds)
-                found.append(measure_case(case, threads, quick))
-    return found
+    measured = []
+    for name, n_worlds in ((name, n) for name, numbers in N_WORLDS.items() for n in numbers):
+        is_large = n_worlds > QUICK_WORLDS
+        if quick and is_large:
+            continue
+        wait = f", made in about {MAKING * n_worlds:.0f} s" if is_large else ""
+        tell(f"{n_worlds} worlds of {name}{wait}")
+        case = Case(f"{name} x {n_worlds}", find_scenario(name), n_worlds)
+        measured.append(measure_case(case, threads, quick))
+    return measured
 
 
 def measure_case(case: Case, threads: int, quick: bool) -> Measured:
@@ -67,7 +65,12 @@ def measure_case(case: Case, threads: int, quick: bool) -> Measured:
     there.step()
     there.check()
     first = time.perf_counter() - start
-    tick = _ticks(there)
+
+    def tick() -> None:
+        for _ in range(TICKS):
+            there.step()
+        there.check()
+
     for _ in range(case.n_warm_up(quick) // TICKS):
         tick()
     there.download()
@@ -89,11 +92,13 @@ def measure_case(case: Case, threads: int, quick: bool) -> Measured:
 def seconds_in_environment(case: Case, quick: bool) -> float:
     """Mean time of a tick [s] as a learner of the motion has it: through the arrays of a GPU.
 
-    Actions are checked and written, observations, rewards and the reset of worlds that end among
-    them; episodes end one after the other. No network is asked.
+    It includes checks of actions, observations, rewards and the reset of worlds that end, one
+    after the other, and no network.
     """
-    terms = {"physics": "kinematic", "controller": CONTROLLER, "stagger": True}
-    env = array_env(case.scenario, device="cuda", n_worlds=case.n_worlds, learn="motion", **terms)
+    env = array_env(
+        case.scenario, device="cuda", n_worlds=case.n_worlds, learn="motion",
+        physics="kinematic", controller=CONTROLLER, stagger=True,
+    )  # fmt: skip
     env.reset(seed=0)
     shape = case.n_worlds, len(env.learners), len(env.action_layout)
     actions = env.memory.to_device(np.zeros(shape, np.float32))
@@ -107,20 +112,17 @@ def seconds_in_environment(case: Case, quick: bool) -> float:
 
 
 def _timed_with_energy(tick: Tick, quick: bool) -> tuple[float, float | None]:
-    """Time of one tick of the GPU [s], and the energy that it took [J]; None if nobody tells it."""
+    """Time of one tick of the GPU [s], and its energy [J]; None if not reported."""
     meter = energy_meter(usable_gpu().get_current_device().uuid)
-    if meter is None:
-        return seconds_per_tick(tick, quick) / TICKS, None
-    count = 0
+    calls, before = count(), meter and meter()
 
     def counted() -> None:
-        nonlocal count
         tick()
-        count += TICKS
+        next(calls)
 
-    before = meter()
     seconds = seconds_per_tick(counted, quick) / TICKS
-    return seconds, (meter() - before) / count
+    joules = meter() - before if meter and before is not None else None
+    return seconds, joules and joules / (next(calls) * TICKS)
 
 
 def _memory(loop: DeviceLoop, rows: int) -> Measured:
@@ -154,7 +156,16 @@ def stage_seconds(loop: DeviceLoop) -> dict[str, float]:
     return dict(zip(loop.stages, means, strict=True))
 
 
-def card_bandwidth(device: Any) -> float | None:  # noqa: ANN401 numba's
+class Card(Protocol):
+    """Attributes of a GPU, as numba reports them."""
+
+    MEMORY_CLOCK_RATE: int
+    """[kHz]"""
+    GLOBAL_MEMORY_BUS_WIDTH: int
+    """[bit]"""
+
+
+def card_bandwidth(device: Card) -> float | None:
     """The bandwidth of a GPU's memory, of double data rate [byte/s]; None if not reported."""
     try:
         clock, width = device.MEMORY_CLOCK_RATE, device.GLOBAL_MEMORY_BUS_WIDTH
@@ -163,19 +174,10 @@ def card_bandwidth(device: Any) -> float | None:  # noqa: ANN401 numba's
     return float(2.0 * clock * 1e3 * width / 8.0)
 
 
-def _ticks(loop: DeviceLoop) -> Tick:
-    def run() -> None:
-        for _ in range(TICKS):
-            loop.step()
-        loop.check()
-
-    return run
-
-
 LIBRARY = "libnvidia-ml.so.1"
 
 
-def energy_meter(uuid: str, library: Any = None) -> Callable[[], float] | None:  # noqa: ANN401 a library, or one of a test
+def energy_meter(uuid: str, library: ctypes.CDLL | None = None) -> Callable[[], float] | None:
     """Reads the energy [J] that the GPU of this UUID has used since its driver was loaded.
 
     None where the driver does not report it: another system, or a GPU older than Volta.
@@ -206,13 +208,13 @@ def energy_meter(uuid: str, library: Any = None) -> Callable[[], float] | None: 
 STAGES = "decide", "tick", "observe"
 
 
-def gpu_table(found: list[Measured]) -> Group:
-    """What was measured, a row for each number of worlds; a dash for what the driver tells not."""
-    rows = [_cells(each) for each in found]
+def gpu_table(measured: list[Measured]) -> Group:
+    """Table with a row for each number of worlds; a dash for what the driver does not report."""
+    rows = [_cells(each) for each in measured]
     columns = {heading: [Text(row[heading]) for row in rows] for heading in rows[0]}
     return Group(
         Text("Worlds on a GPU: kinematic, ssgikf; millions of robot-steps a second", style="bold"),
-        FittingTable("worlds", [each["case"] for each in found], columns),
+        FittingTable("worlds", [each["case"] for each in measured], columns),
         Text(
             "Bytes are those of the records that the kernels are handed, each read or written"
             " once. Energy is in joules per million robot-steps. Learning: by the arrays of an"
@@ -238,9 +240,8 @@ def _cells(each: Measured) -> dict[str, str]:
 
 
 def _millions(speed: float) -> str:
-    """A speed in millions a second, with three digits or all whole ones."""
-    found = speed / 1e6
-    return f"{found:,.0f}" if found >= 100.0 else f"{found:.3g}"
+    millions = speed / 1e6
+    return f"{millions:,.0f}" if millions >= 100.0 else f"{millions:.3g}"
 
 
 def _or_dash(number: float | None, form: str, scale: float = 1.0) -> str:

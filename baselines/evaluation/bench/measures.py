@@ -8,12 +8,14 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
 from baselines.evaluation.bench.cases import Measured, Tell, all_cases
 from baselines.evaluation.bench.speed import case_speeds, stage_shares, thread_gain
 from baselines.evaluation.bench.tables import check
+from baselines.evaluation.experiment_config import LIBRARIES
 
 REPEATS = 5
 
@@ -56,23 +58,15 @@ def seconds(code: str, *arguments: str, repeats: int = REPEATS, cache: str | Non
 
 def start_up(quick: bool) -> dict[str, float]:
     """Start-up times [s] of import and commands; for the import, without Python's own."""
-    repeats = 3 if quick else REPEATS
-    empty = seconds("pass", repeats=repeats)
+    timed = partial(seconds, repeats=3 if quick else REPEATS)
+    empty = timed("pass")
+    environment = "import swarm_forage_env; swarm_forage_env.parallel_env"
     return {
-        "import": seconds("import swarm_forage_env", repeats=repeats) - empty,
-        "import_with_environment": seconds(
-            "import swarm_forage_env; swarm_forage_env.parallel_env", repeats=repeats
-        )
-        - empty,
-        "help": seconds(COMMAND, "--help", repeats=repeats),
-        "list": seconds(COMMAND, "list", repeats=repeats),
+        "import": timed("import swarm_forage_env") - empty,
+        "import_with_environment": timed(environment) - empty,
+        "help": timed(COMMAND, "--help"),
+        "list": timed(COMMAND, "list"),
     }
-
-
-def first_run() -> float:
-    """Time of the first run after installation [s]: everything compiles."""
-    with tempfile.TemporaryDirectory() as cache:
-        return seconds(FIRST_RUN, repeats=1, cache=cache)
 
 
 def memory_growth(ticks: int) -> tuple[float, float]:
@@ -88,22 +82,20 @@ def peak_memory() -> float:
     """
     status = Path("/proc/self/status")
     if status.exists():
-        peak = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM:"))
-        return int(peak.split()[1]) / 2**10
+        _, _, rest = status.read_text().partition("VmHWM:")
+        return int(rest.split()[0]) / 2**10
     import resource
 
-    peak_kept = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak_kept / 2 ** (20 if sys.platform == "darwin" else 10)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / 2 ** (20 if sys.platform == "darwin" else 10)
 
 
 def _run(code: str, *arguments: str, cache: str | None = None) -> str:
-    environment = dict(os.environ)
-    if cache is not None:
-        environment["XDG_CACHE_HOME"] = cache
+    environment = os.environ | ({"XDG_CACHE_HOME": cache} if cache else {})
+    command = sys.executable, "-c", code, *arguments
     return subprocess.run(
-        [sys.executable, "-c", code, *arguments],
-        env=environment, check=True, text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-    ).stdout  # fmt: skip
+        command, env=environment, check=True, text=True, capture_output=True
+    ).stdout
 
 
 ENGINES = ("rigid", "kinematic")
@@ -118,42 +110,35 @@ MEMORY_TICKS, QUICK_MEMORY_TICKS = 1_000_000, 5_000
 
 def measure(quick: bool, threads: int, tell: Tell) -> Measured:
     """Run every benchmark; `tell` receives the name of each before it starts."""
-    found: Measured = {"quick": quick, "machine": _machine()}
-    found |= _processes(quick, tell)
-    found["speeds"], found["stages"], found["threads"] = [], [], []
+    machine = {"python": platform.python_version(), "cores": os.cpu_count()}
+    machine |= {library: version(library) for library in LIBRARIES}
+    measured: Measured = {"quick": quick, "machine": machine, **_processes(quick, tell)}
+    measured |= {"speeds": [], "stages": [], "threads": []}
     for case in all_cases():
         tell(f"speed of {case.name}")
-        found["speeds"].append(case_speeds(case, quick))
+        measured["speeds"].append(case_speeds(case, quick))
         for physics in ENGINES if case.name in STAGED else ():
             tell(f"stages of {case.name}, {physics}")
             shares = stage_shares(case, physics, quick)
-            found["stages"].append({"case": case.name, "physics": physics, "shares": shares})
+            measured["stages"].append({"case": case.name, "physics": physics, "shares": shares})
         for physics in ENGINES if case.name == THREADED else ():
             tell(f"{threads} threads, {physics}")
             gain = thread_gain(case, physics, threads, quick)
-            found["threads"].append({"physics": physics, "threads": threads, "gain": gain})
-    found["peak_memory_mb"] = peak_memory()
-    found["budgets"] = check(found)
-    return found
+            measured["threads"].append({"physics": physics, "threads": threads, "gain": gain})
+    measured["peak_memory_mb"] = peak_memory()
+    measured["budgets"] = check(measured)
+    return measured
 
 
 def _processes(quick: bool, tell: Tell) -> Measured:
-    """Start-up, first run and memory: each in new processes."""
     tell("start-up")
     times = start_up(quick)
     if not quick:
         tell("the first run, which compiles")
-        times["first_run"] = first_run()
+        with tempfile.TemporaryDirectory() as cache:
+            times["first_run"] = seconds(FIRST_RUN, repeats=1, cache=cache)
     ticks = QUICK_MEMORY_TICKS if quick else MEMORY_TICKS
     tell(f"memory over {ticks:,} ticks")
     peak, growth = memory_growth(ticks)
-    return {
-        "start_up_s": times,
-        "memory": {"ticks": ticks, "peak_mb": peak, "growth_mb": growth},
-    }
-
-
-def _machine() -> Measured:
-    """What the numbers were measured on."""
-    libraries = {library: version(library) for library in ("numba", "numpy", "pymunk")}
-    return {"python": platform.python_version(), "cores": os.cpu_count()} | libraries
+    memory = {"ticks": ticks, "peak_mb": peak, "growth_mb": growth}
+    return {"start_up_s": times, "memory": memory}

@@ -2,42 +2,37 @@
 
 import statistics
 import time
+from timeit import Timer
 
 import numpy as np
-import pymunk
-from pymunk.batch import BodyFields, Buffer, get_space_bodies, set_space_bodies
+from pymunk.batch import Buffer, get_space_bodies, set_space_bodies
 
 from baselines.evaluation.bench.cases import Case, Measured, Tick, uniform_poses
 from swarm_forage_env.arrays import Array, Float64
 from swarm_forage_env.compiler import bind
-from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.physics.pymunk_buffers import SUBSTEPS
-from swarm_forage_env.physics.rigid import FRICTION, MASS
+from swarm_forage_env.physics.rigid import READ, WRITTEN, space_of
 from swarm_forage_env.ticks import STAGES, only, run_ticks
-
-POSE = BodyFields.POSITION | BodyFields.ANGLE
-POSE_AND_VELOCITY = POSE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 
 
 def bare_pymunk(case: Case) -> Tick:
     """Make a function that runs one tick of pymunk alone for a block of worlds.
 
-    The robots are all over the arena and drive at random; every tick starts at the same
-    places, every world is stepped, and overlaps stay as pymunk leaves them.
+    Robots all over the arena drive randomly, in every tick from the same places; overlaps stay.
     """
     scenario = case.scenario
     written = _bodies(case)
-    spaces = [_space(scenario, world[:, :2]) for world in written]
+    spaces = [space_of(scenario) for _ in written]
     buffers = [_buffer(world) for world in written]
     reads = [_buffer(np.zeros(6 * written.shape[1] + 16)) for _ in spaces]
 
     def tick() -> None:
         for space, buffer, read in zip(spaces, buffers, reads, strict=True):
-            set_space_bodies(space, POSE_AND_VELOCITY, buffer)
+            set_space_bodies(space, WRITTEN, buffer)
             for _ in range(SUBSTEPS):
                 space.step(scenario.tick / SUBSTEPS)
             read.clear()
-            get_space_bodies(space, POSE, read)
+            get_space_bodies(space, READ, read)
 
     return tick
 
@@ -57,41 +52,23 @@ def _bodies(case: Case) -> Float64[Array, "worlds bodies 6"]:
     return bodies
 
 
-def _space(scenario: Scenario, places: Float64[Array, "bodies 2"]) -> pymunk.Space:
-    """A space with robots at their places: at one place, each would be paired with each."""
-    space = pymunk.Space()
-    for number in range(scenario.task.n_robots):
-        radius = scenario.robot.radius
-        body = pymunk.Body(MASS, pymunk.moment_for_circle(MASS, 0.0, radius))
-        body.position = tuple(places[number].tolist())
-        shape = pymunk.Circle(body, radius)
-        shape.friction = FRICTION
-        space.add(body, shape)
-    x, y = 0.5 * scenario.arena.length, 0.5 * scenario.arena.width
-    corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
-    walls = zip(corners, corners[1:] + corners[:1], strict=True)
-    space.add(*(pymunk.Segment(space.static_body, a, b, 0.0) for a, b in walls))
-    return space
-
-
 def _buffer(memory: Array) -> Buffer:
     buffer = Buffer()
     buffer.set_float_buf(memory)
     return buffer
 
 
-REPEATS, LENGTH = 5, 0.5
-"""How often a measure is repeated, and about how long each takes [s]; the median counts."""
-
-QUICK_REPEATS, QUICK_LENGTH = 3, 0.15
+REPEATS, LENGTH = (5, 3), (0.5, 0.15)
+"""Number of repeats and length of each [s], of a full and of a quick run; the median counts."""
 
 
 def seconds_per_tick(tick: Tick, quick: bool) -> float:
     """Median time of one tick [s], over repeats of as many ticks as fill a fixed time."""
-    repeats, length = (QUICK_REPEATS, QUICK_LENGTH) if quick else (REPEATS, LENGTH)
-    tick()
-    count = max(3, round(length / max(_timed(tick, 3), 1e-7)))
-    return statistics.median(_timed(tick, count) for _ in range(repeats))
+    repeats, length = REPEATS[quick], LENGTH[quick]
+    timer = Timer(tick, timer=time.perf_counter)
+    timer.timeit(1)
+    count = max(3, round(length / max(timer.timeit(3) / 3, 1e-7)))
+    return statistics.median(timer.repeat(repeats, count)) / count
 
 
 def case_speeds(case: Case, quick: bool) -> Measured:
@@ -111,18 +88,8 @@ def case_speeds(case: Case, quick: bool) -> Measured:
 
 def thread_gain(case: Case, physics: str, threads: int, quick: bool) -> float:
     """How much faster a block is on several threads than on one."""
-    one, several = (
-        seconds_per_tick(case.tick(physics, quick, each), quick) for each in (1, threads)
-    )
-    return one / several
-
-
-def _timed(tick: Tick, count: int) -> float:
-    """Mean time of a tick over `count` of them [s]."""
-    start = time.perf_counter()
-    for _ in range(count):
-        tick()
-    return (time.perf_counter() - start) / count
+    one = seconds_per_tick(case.tick(physics, quick), quick)
+    return one / seconds_per_tick(case.tick(physics, quick, threads), quick)
 
 
 TICKS, QUICK_TICKS = 600, 100

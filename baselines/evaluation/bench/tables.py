@@ -8,54 +8,48 @@ from baselines.evaluation.bench.cases import Measured
 from baselines.evaluation.bench.speed import SHARES
 
 
-def report(found: Measured) -> Group:
+def report(measured: Measured) -> Group:
     """Tables of speeds, stages and budgets, one below the other."""
-    machine = ", ".join(f"{name} {value}" for name, value in found["machine"].items())
-    hurried = " (quick: less exact)" if found["quick"] else ""
+    machine = ", ".join(f"{name} {value}" for name, value in measured["machine"].items())
+    hurried = " (quick: less exact)" if measured["quick"] else ""
     return Group(
         Text(f"Million robot-steps per second, one core{hurried}", style="bold"),
-        _speeds(found), _note(
+        _speeds(measured), _note(
             "arrays, dicts: through the environment on arrays, or PettingZoo's dictionaries;"
             " es3 spread, x 10, x 100: robots start all over an arena, 1, 10, 100 times the size."
         ),
         Text("\nShare of a tick [%]", style="bold"),
-        _stages(found),
+        _stages(measured),
         Text("\nBudgets", style="bold"),
-        _budgets(found),
-        _note(f"Peak memory of this process {found['peak_memory_mb']:.0f} MB; {machine}."),
+        _budgets(measured),
+        _note(f"Peak memory of this process {measured['peak_memory_mb']:.0f} MB; {machine}."),
     )  # fmt: skip
 
 
-def _speeds(found: Measured) -> Table:
+def _speeds(measured: Measured) -> Table:
     table = _table("", "robots", "rigid", "kinematic", "bare pymunk", "rigid tick : bare")
-    for row in found["speeds"]:
-        engines = (row[name] / MILLION for name in ("rigid", "kinematic", "bare_pymunk"))
-        table.add_row(
-            row["case"],
-            f"{row['rows']:,}",
-            *(f"{speed:.3f}" for speed in engines),
-            f"{row['rigid_over_bare']:.2f}",
-        )
+    for row in measured["speeds"]:
+        engines = [f"{row[name] / MILLION:.3f}" for name in ("rigid", "kinematic", "bare_pymunk")]
+        table.add_row(row["case"], f"{row['rows']:,}", *engines, f"{row['rigid_over_bare']:.2f}")
     return table
 
 
-def _stages(found: Measured) -> Table:
+def _stages(measured: Measured) -> Table:
     table = _table("", "engine", *SHARES)
-    for row in found["stages"]:
+    for row in measured["stages"]:
         shares = (f"{100.0 * row['shares'][stage]:.0f}" for stage in SHARES)
         table.add_row(row["case"], row["physics"], *shares)
     return table
 
 
-def _budgets(found: Measured) -> Table:
+def _budgets(measured: Measured) -> Table:
     table = _table("", "measured", "budget", "")
-    for row in found["budgets"]:
+    for row in measured["budgets"]:
         missed = abs(row["measured"] / row["budget"] - 1.0)
         verdict = Text("met", "green") if row["is_met"] else Text(f"missed by {missed:.0%}", "red")
         unit = f" {row['unit']}" if row["unit"] else ""
-        table.add_row(
-            row["what"], f"{row['measured']:.3g}{unit}", f"{row['budget']:g}{unit}", verdict
-        )
+        numbers = f"{row['measured']:.3g}{unit}", f"{row['budget']:g}{unit}"
+        table.add_row(row["what"], *numbers, verdict)
     return table
 
 
@@ -73,9 +67,6 @@ def _note(text: str) -> Text:
 
 MILLION = 1e6
 
-
-VERDICT = ("what", "measured", "budget", "unit", "is_met")  # of a budget, with its result
-
 SPEEDS = {
     "es1 x 30": {"kinematic": 4.0, "rigid": 1.2},
     "es3": {"kinematic": 3.0, "rigid": 1.0},
@@ -92,42 +83,40 @@ GAIN_PER_THREAD = 0.9
 COST_RATIO = 1.5
 """Most that a robot among 10,000 may cost, against one among 100 at the same density."""
 
-START_UP = {"import": 0.3, "first_run": 30.0, "help": 1.0, "list": 1.0}
-"""Most that each may take [s]."""
-
-START_UP_NAMES = {
-    "import": "import swarm_forage_env",
-    "first_run": "first run, which compiles",
-    "help": "swarm-forage --help",
-    "list": "swarm-forage list",
+START_UP = {
+    "import": ("import swarm_forage_env", 0.3),
+    "first_run": ("first run, which compiles", 30.0),
+    "help": ("swarm-forage --help", 1.0),
+    "list": ("swarm-forage list", 1.0),
 }
+"""What is started, and the most that it may take [s]."""
 
 GROWTH = 1.0
 """Most by which peak memory may grow in a long run [MB]: flat, but for the allocator."""
 
 
-def check(found: Measured) -> list[Measured]:
+def check(measured: Measured) -> list[Measured]:
     """Every budget with its result, as dictionaries."""
-    speeds = {row["case"]: row for row in found["speeds"]}
+    speeds = {row["case"]: row for row in measured["speeds"]}
     least = [
         (f"{case}, {engine}", speeds[case][engine] / MILLION, budget, "M/s")
         for case, budgets in SPEEDS.items()
         for engine, budget in budgets.items()
     ]
-    for row in found["threads"]:
+    for row in measured["threads"]:
         name = f"{row['threads']} threads : 1, {row['physics']}"
         least.append((name, row["gain"], GAIN_PER_THREAD * row["threads"], ""))
     most = []
     for engine in ("kinematic", "rigid"):
         ratio = speeds["es3 spread"][engine] / speeds["es3 x 100"][engine]
         most.append((f"cost of a robot, 10,000 : 100, {engine}", ratio, COST_RATIO, ""))
-    most += [
-        (START_UP_NAMES[name], found["start_up_s"][name], budget, "s")
-        for name, budget in START_UP.items()
-        if name in found["start_up_s"]
-    ]
-    memory = found["memory"]
+    for name, seconds in measured["start_up_s"].items():
+        if name in START_UP:
+            words, budget = START_UP[name]
+            most.append((words, seconds, budget, "s"))
+    memory = measured["memory"]
     most.append((f"memory growth, {memory['ticks']:,} ticks", memory["growth_mb"], GROWTH, "MB"))
     verdicts = [(*each, each[1] >= each[2]) for each in least]
     verdicts += [(*each, each[1] <= each[2]) for each in most]
-    return [dict(zip(VERDICT, each, strict=True)) for each in verdicts]
+    names = "what", "measured", "budget", "unit", "is_met"
+    return [dict(zip(names, each, strict=True)) for each in verdicts]
