@@ -15,6 +15,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
+from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
@@ -29,16 +30,8 @@ from training.policy_file import Policy, Shapes, Weights, load_policy, policy_pa
 NETWORK = "log-odds"
 """Name of this architecture on a policy card."""
 
-FEATURES = (
-    "own_p",
-    "heard_p",
-    "disagreement",
-    "own_p_elsewhere",
-    "own_distance",
-    "heard_distance",
-    "frames",
-    "range",
-)
+FEATURES = ("own_p", "heard_p", "disagreement", "own_p_elsewhere", "own_distance", "heard_distance",
+            "frames", "range")  # fmt: skip
 """Inputs of the network for one area of an exchange."""
 
 SCALES = ((0.1, 3.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.0),
@@ -69,9 +62,8 @@ def unflatten(numbers: Array, shapes: Shapes) -> dict[str, Float32[Array, "..."]
     """Unflatten a vector of weights into the arrays of a network, in single precision."""
     ends = np.cumsum([math.prod(shape) for shape in shapes.values()])
     parts = np.split(np.asarray(numbers, np.float32), ends[:-1])
-    return {
-        name: part.reshape(shape) for (name, shape), part in zip(shapes.items(), parts, strict=True)
-    }
+    arrays = zip(shapes, parts, strict=True)
+    return {name: part.reshape(shapes[name]) for name, part in arrays}
 
 
 @kernel
@@ -195,8 +187,8 @@ REPUTATION_NETWORK = WeightingNetwork(
 
 
 def network_over(estimator: object) -> WeightingNetwork:
-    """The architecture of a weighting over an estimator: what it is shown and asked about."""
-    remembers = getattr(estimator, "weighs_unknown", False)
+    """The architecture of a weighting over an estimator: what it observes and is asked about."""
+    remembers = isinstance(estimator, ReputationOdometryParameters) and estimator.weighs_unknown
     return REPUTATION_NETWORK if remembers else EXCHANGE_NETWORK
 
 

@@ -31,7 +31,7 @@ from training.learned_weighting import (
     flatten,
 )
 from training.policy_file import load_policy, observation_layout
-from training.weighting_actor import ReputationActor
+from training.weighting_actor import WeightingActor
 
 OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
@@ -188,14 +188,14 @@ def test_the_network_trained_among_liars_is_the_one_that_runs(imitating, monkeyp
     mine = imitating(budget=1, controller=AMONG_LIARS, settings=AS_TEXT)
     policy = train(mine, silent)
     assert policy.card.layers["weighting"].network == REPUTATION_NETWORK.name
-    actor = ReputationActor(LAYOUT, HIDDEN)
+    actor = WeightingActor(LAYOUT, HIDDEN, REPUTATION_NETWORK)
     shapes = REPUTATION_NETWORK.shapes(actor.sizes)
     actor.load_numpy(policy.weights_of("weighting", shapes))
     scenario, controller = find_scenario("es1", {**BUSY, **LIARS}), find_controller(AMONG_LIARS)
     numbers = flatten(actor.to_numpy(), shapes).astype(np.float32)
     found = record_exchanges(scenario, controller, numbers, SEEDS[:1], "kinematic")
     with torch.no_grad():
-        g = (actor(torch.from_numpy(found.observed))[0] * torch.from_numpy(found.area)).sum(1)
+        g = (actor(torch.from_numpy(found.observed)) * torch.from_numpy(found.area)).sum(1)
     given = replace(controller, weighting=LearnedReputation(policy=str(policy.source)))
     loop, weights = Loop(scenario, given, SEEDS[:1], "kinematic"), []
     exchanges = loop.controller.minds["estimator"]["exchange"][0]

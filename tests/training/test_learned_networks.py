@@ -1,11 +1,12 @@
 """The networks of learned layers against plain statements of their equations; what fits them."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from baselines.controllers import SINGLE
+from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import one_record
@@ -103,9 +104,9 @@ def test_a_policy_of_another_architecture_is_refused(wrong, rule):
 @pytest.mark.parametrize(
     ("estimator", "network"),
     [
-        (SimpleNamespace(weighs_unknown=True), REPUTATION_NETWORK),
-        (SimpleNamespace(weighs_unknown=False), EXCHANGE_NETWORK),
-        (SimpleNamespace(), EXCHANGE_NETWORK),
+        (ReputationOdometryParameters(weighs_unknown=True), REPUTATION_NETWORK),
+        (ReputationOdometryParameters(), EXCHANGE_NETWORK),
+        (SINGLE, EXCHANGE_NETWORK),
     ],
 )
 def test_a_network_over_an_estimator_that_remembers_is_shown_what_it_remembers(estimator, network):
