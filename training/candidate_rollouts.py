@@ -58,8 +58,7 @@ class RolloutJob:
     scenario: Scenario
     controllers: tuple[LayeredController, ...]
     """Controller of each world: its candidate, and the layers that all share."""
-    seeds: tuple[int, ...]
-    """Seed of each world."""
+    seeds: tuple[int, ...]  # seed of each world
     physics: str
     device: str
 
@@ -75,8 +74,7 @@ class CandidateRollouts:
     layer: LayerName = "weighting"
     architecture: WeightingNetwork = EXCHANGE_NETWORK
     """Architecture of the candidates for a weighting."""
-    device: str = "cpu"
-    """Where worlds run: "cpu" or "cuda"."""
+    device: str = "cpu"  # where worlds run: "cpu" or "cuda"
 
     def warm_up(self, network: Float32[Array, " numbers"]) -> None:
         """Compile every kernel once, so that worker processes find them in the cache.

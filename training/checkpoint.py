@@ -22,8 +22,7 @@ CHECKPOINT = "checkpoint.safetensors"
 BEST_POLICY = "best.safetensors"
 """File of the policy with the best score on the held-back (validation) seeds so far."""
 
-RECORD = "record"
-"""Key of the header in the metadata of the safetensors file."""
+RECORD = "record"  # key of the header in the metadata of the safetensors file
 
 ANY = -1  # any length in the shape of an array
 
@@ -134,8 +133,7 @@ def mean_with_interval(trips: Int64[Array, " worlds"]) -> Interval:
     return Interval(low=low, mean=estimate.value, high=high)
 
 
-LOCK = "lock"
-"""File of the lock in the folder; it holds the process and the machine that have it."""
+LOCK = "lock"  # file of the lock in the folder; it holds the process and the machine that have it
 
 FILES = r"(best|checkpoint|latest)\.(json|safetensors)"
 """Regular expression of the files of a training that are written atomically."""

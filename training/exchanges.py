@@ -3,7 +3,7 @@
 The truth is known in training, and nowhere else, so a weight can be scored without trial and error.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
@@ -41,8 +41,7 @@ MAX_SQUARED_ERROR = 0.5
 UNKNOWN_ERROR = 0.15
 """What it counts in the loss not to know an area [m2]: as if its place erred by 0.4 m."""
 
-BATCH_SIZE = 1024
-"""Exchanges of each scenario in a gradient step."""
+BATCH_SIZE = 1024  # exchanges of each scenario in a gradient step
 
 
 def squared_error(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
@@ -73,14 +72,10 @@ class Exchanges:
 
     observed: Float32[Array, "rows numbers"]
     """Observation of the exchange; of a network that sees it also what is remembered."""
-    area: Float32[Array, "rows areas"]
-    """One-hot vector of the area."""
-    known: Float32[Array, " rows"]
-    """1 where the robot has an estimate of its own, else 0."""
-    own_error: Float32[Array, "rows 2"]
-    """True error of the robot's own estimate of the area [m]."""
-    heard_error: Float32[Array, "rows 2"]
-    """True error of the estimate that it heard [m]."""
+    area: Float32[Array, "rows areas"]  # one-hot vector of the area
+    known: Float32[Array, " rows"]  # 1 where the robot has an estimate of its own, else 0
+    own_error: Float32[Array, "rows 2"]  # true error of the robot's own estimate of the area [m]
+    heard_error: Float32[Array, "rows 2"]  # true error of the estimate that it heard [m]
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -141,10 +136,8 @@ class Exchanges:
 class RecordingWeighting:
     """A weighting by a network that records all exchanges with their true errors."""
 
-    numbers: Float32[Array, " numbers"]
-    """Flat weights of the network."""
-    layout: FieldLayout
-    """Layout of the observations that are recorded."""
+    numbers: Float32[Array, " numbers"]  # flat weights of the network
+    layout: FieldLayout  # layout of the observations that are recorded
     architecture: WeightingNetwork = EXCHANGE_NETWORK
     recorded: list[Exchanges] = field(default_factory=list)
     """The exchanges so far, in the order of the ticks in which they ended."""
@@ -155,43 +148,34 @@ class RecordingWeighting:
         """The network observes what robots remember, and is asked about unknown areas."""
         return self.architecture is REPUTATION_NETWORK
 
-    def start_knowing(self, running: RunningLayers, world: ForagingWorld) -> "ExchangeRecorder":
+    def start_knowing(
+        self, running: RunningLayers, world: ForagingWorld
+    ) -> Callable[[Rows], Float32[Array, "rows areas"]]:
         """Start the running weighting, with access to the beliefs and to the ground truth."""
-        return ExchangeRecorder(self, running, world)
+        layer = self.architecture.layer(self.numbers)
+        weigh = RowWeighting(layer, is_told if self.remembers else is_weighed)
+        is_double = running.estimator.numbers["double"] > 0.0
 
+        def record_and_weigh(exchange: Rows) -> Float32[Array, "rows areas"]:
+            row, area = np.nonzero(self._is_recorded(exchange, is_double))
+            own, heard = errors(running.minds, world)
+            observed = self.layout.matrix({"exchange": exchange})[row]
+            if self.remembers:
+                observed = np.concatenate([observed, _remembered(exchange, row, area)], axis=1)
+            known = exchange.own_known[row, area]
+            columns = observed, np.eye(2)[area], known, own[row, area], heard[row, area]
+            self.recorded.append(Exchanges(*(each.astype(np.float32) for each in columns)))
+            return weigh(exchange)
 
-class ExchangeRecorder:
-    """The running weighting of a `RecordingWeighting`."""
+        return record_and_weigh
 
-    def __init__(
-        self, weighting: RecordingWeighting, running: RunningLayers, world: ForagingWorld
-    ) -> None:
-        """Record the exchanges of the robots of a running controller in their world."""
-        layer = weighting.architecture.layer(weighting.numbers)
-        self._weigh = RowWeighting(layer, is_told if weighting.remembers else is_weighed)
-        self._weighting, self._running, self._world = weighting, running, world
-
-    def __call__(self, exchange: Rows) -> Float32[Array, "rows areas"]:
-        """Record the exchanges that end in this tick, and return g for each row and area."""
-        row, area = np.nonzero(self._is_recorded(exchange))
-        own, heard = errors(self._running.minds, self._world)
-        observed = self._weighting.layout.matrix({"exchange": exchange})[row]
-        if self._weighting.remembers:
-            observed = np.concatenate([observed, _remembered(exchange, row, area)], axis=1)
-        known = exchange.own_known[row, area]
-        columns = observed, np.eye(2)[area], known, own[row, area], heard[row, area]
-        self._weighting.recorded.append(Exchanges(*(each.astype(np.float32) for each in columns)))
-        return self._weigh(exchange)
-
-    def _is_recorded(self, exchange: Rows) -> Bool[Array, "rows areas"]:
-        """What is told of an area counts, and the network is asked about it."""
+    def _is_recorded(self, exchange: Rows, is_double: bool) -> Bool[Array, "rows areas"]:
+        """The partner told of the area, and the network is asked about it."""
         is_told, is_known = exchange.heard_known > 0.0, exchange.own_known > 0.0
         is_merged: Bool[Array, "rows areas"] = is_told & is_known
-        if not self._running.estimator.numbers["double"] > 0.0:
+        if not is_double:
             is_merged &= exchange.goal[:, :2] > 0.0
-        if self._weighting.remembers:
-            is_merged |= is_told & ~is_known
-        return is_merged
+        return is_merged | (is_told & ~is_known) if self.remembers else is_merged
 
 
 @kernel

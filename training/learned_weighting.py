@@ -27,8 +27,7 @@ from swarm_forage_env.parameters import Part
 from swarm_forage_env.record import Numbers
 from training.policy_file import Policy, Shapes, Weights, load_policy, policy_path
 
-NETWORK = "log-odds"
-"""Name of this architecture on a policy card."""
+NETWORK = "log-odds"  # name of this architecture on a policy card
 
 FEATURES = ("own_p", "heard_p", "disagreement", "own_p_elsewhere", "own_distance", "heard_distance",
             "frames", "range")  # fmt: skip
@@ -46,11 +45,8 @@ REMEMBERED_SCALES = ((1.0, 0.35, 0.35), (1.0, 0.35, 0.35), (1.0, 0.7, 0.7), (1.0
                      (0.5, 0.7, 0.7), (0.5, 0.7, 0.7), (0.5, 0.7, 0.7))  # fmt: skip
 """Their scaling: unit u, centre c and spread s of (ln(1 + x / u) - c) / s."""
 
-Features = tuple[float, ...]
-"""The scaled features of one area of an exchange."""
-
-HIDDEN = 4
-"""Default number of hidden units."""
+Features = tuple[float, ...]  # the scaled features of one area of an exchange
+HIDDEN = 4  # default number of hidden units
 
 
 def flatten(weights: Weights, shapes: Shapes) -> Float64[Array, " numbers"]:
@@ -144,14 +140,11 @@ def reputation_gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 class WeightingNetwork:
     """An architecture of learned weightings."""
 
-    name: str
-    """Name on a policy card."""
-    features: tuple[str, ...]
-    """Inputs of the network for one area of an exchange."""
+    name: str  # name on a policy card
+    features: tuple[str, ...]  # inputs of the network for one area of an exchange
     scales: tuple[tuple[float, float, float], ...]
     """Unit, centre and spread by which each input is scaled."""
-    gain: Kernel
-    """The weight that a network of this architecture gives."""
+    gain: Kernel  # the weight that a network of this architecture gives
 
     def shapes(self, sizes: Mapping[str, int]) -> Shapes:
         """Shapes of the arrays of the network, in the order of the flat weights."""

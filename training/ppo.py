@@ -37,8 +37,7 @@ class Preset:
     keywords: Mapping[str, object] = field(default_factory=dict)
     """Keywords of the environment that are not its defaults."""
     hyperparameters: PPOHyperparameters = field(default_factory=PPOHyperparameters)
-    log_std: float = 0.0
-    """Logarithm of the standard deviation of actions before the first update."""
+    log_std: float = 0.0  # logarithm of the standard deviation of actions before the first update
 
 
 PRESETS: Mapping[str, Preset] = {
@@ -51,11 +50,8 @@ PRESETS: Mapping[str, Preset] = {
 """For each choice of the trained layer: chosen for es1, by 6 million robot-steps for the motion
 (decision 0033), by 30 to 80 million for the weighting (0034)."""
 
-LATEST = "latest.safetensors"
-"""File of the policy of the last interval."""
-
-BEST = "best."
-"""What the names of the best policy's arrays begin with in a checkpoint."""
+LATEST = "latest.safetensors"  # file of the policy of the last interval
+BEST = "best."  # what the names of the best policy's arrays begin with in a checkpoint
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> PolicyController:

@@ -12,6 +12,7 @@ from torchrl.data import Bounded, Categorical, Composite, OneHot, TensorSpec, Un
 from torchrl.envs import EnvBase
 
 from swarm_forage_env.arrays import Array
+from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.notebook import title_of
@@ -36,27 +37,27 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     "reward", and under "info" what `parallel_env` tells of a robot. The truth about a world is
     its "state", for centralised critics; `return_state=False` spares the time.
 
-    "done", "terminated" and "truncated" are told of each world and, as the losses of TorchRL
-    want them, once more of each of its robots. Collectors start the worlds anew whose episodes
-    are over, each from the next seed of its sequence; `stagger`ed episodes end one after the
-    other. Choices (`discrete`) are numbers, or one-hot with `categorical_actions=False`.
+    Each world has "done", "terminated" and "truncated" and so, for the losses of TorchRL, has
+    each of its robots. Collectors reset the worlds whose episodes are over, each to the next seed
+    of its sequence; `stagger`ed episodes end one after the other. Choices (`discrete`) are
+    numbers, or one-hot with `categorical_actions=False`.
 
     With `device="cuda"` the worlds run on a GPU, and no tensor leaves its memory but the mask of
-    the worlds that a reset starts anew. What `ArrayEnv` refuses there is refused, and the "state",
-    which a CPU writes: `physics="kinematic"` and `return_state=False` must be said.
+    the worlds to reset. It needs `physics="kinematic"` and, as a CPU writes the "state",
+    `return_state=False`.
     """
 
     def __init__(  # noqa: PLR0913 each is what a user of TorchRL asks for by name
         self,
-        scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
+        scenario: object = "es1",
         n_worlds: int = 1,
-        controller: Any = None,  # noqa: ANN401 a name, a controller, or one for each robot
+        controller: Controllers | None = None,
         seed: int | None = None,
         stagger: bool = False,
         return_state: bool = True,
         categorical_actions: bool = True,
         device: torch.device | str = "cpu",
-        **options: Any,  # noqa: ANN401 checked by EnvConfig and by the scenario
+        **options: object,
     ) -> None:
         """Make the worlds; a `seed` is that of `set_seed`."""
         where = worlds_on(device)
@@ -65,8 +66,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
                 "return_state=True: the state is written on a CPU only; take return_state=False,"
                 " or device='cpu'"
             )
-        terms = {"n_worlds": n_worlds, "controller": controller, "stagger": stagger, **options}
-        self.array_env = env = ArrayEnv(scenario, device=where, **terms)
+        self.array_env = env = ArrayEnv(scenario, n_worlds, controller, stagger, where, **options)
         on = torch_device(where) if where == "cuda" else device
         super().__init__(device=on, batch_size=[n_worlds])
         self.return_state, self.categorical_actions = return_state, categorical_actions
@@ -88,14 +88,16 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         return self.array_env.task.scene is not None
 
     def episodes(self, seen: TensorDictBase) -> dict[str, Tensor]:
-        """What is logged of the episodes that ended in a rollout: by name, one number each.
+        """Logged numbers of the episodes that ended in a rollout, by name.
 
-        Of a world's robots a count, as `round_trips`, is the sum, and all else the mean.
+        Counts, as `round_trips`, are summed over a world's robots, all else is averaged.
         """
         info = seen["next", self.group, "info"][seen["next", "done"].squeeze(-1)]
         counts = self.array_env.truth.counts
-        found = {name: info[name] for name in self.array_env.infos}
-        return {name: v.sum(-1) if name in counts else v.mean(-1) for name, v in found.items()}
+        return {
+            name: info[name].sum(-1) if name in counts else info[name].mean(-1)
+            for name in self.array_env.infos
+        }
 
     def render(self, mode: str = "rgb_array", width: int | None = None) -> Frame | None:
         """The first world as it stands, rows of red, green and blue; None where in a window."""
@@ -115,8 +117,8 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         """The next episode of each world has seed, seed + 1 ...; those that follow are drawn."""
         self._seeds = list(checked_seeds(seed, self.array_env.n_worlds))
 
-    def _reset(self, tensordict: TensorDictBase | None = None, **_: Any) -> TensorDict:  # noqa: ANN401
-        """Start the worlds of "_reset" anew, all without it; the others go on."""
+    def _reset(self, tensordict: TensorDictBase | None = None, **_: object) -> TensorDict:
+        """Reset the worlds of "_reset", or all without it."""
         follow_stream(self.array_env)
         chosen = np.arange(self.array_env.n_worlds)
         if tensordict is not None and "_reset" in tensordict.keys():  # noqa: SIM118 no iterator
@@ -191,13 +193,13 @@ def _of_step(env: ArrayEnv) -> tuple[str, ...]:
     return ("unshaped_reward", *acts, *env.episodes.drawn)
 
 
-def _ends(done: Tensor, never: Tensor) -> dict[str, Any]:
-    """An episode is only ever cut off by its time."""
+def _ends(done: Tensor, never: Tensor) -> dict[str, Tensor]:
+    """Only the time limit ends an episode."""
     return dict(zip(ENDS, (done, never, done.clone()), strict=True))
 
 
 def _spec(space: Space[Any], batch: tuple[int, ...], is_categorical: bool = True) -> TensorSpec:
-    """The spec of a batch of numbers, with their bounds where they have any, or of choices."""
+    """The spec of a batch of numbers, with bounds if they have any, or of choices."""
     if isinstance(space, Discrete):
         spec = Categorical(int(space.n)) if is_categorical else OneHot(int(space.n))
     else:

@@ -32,37 +32,22 @@ from training.policy_file import (
 FOLDER = "tensorboard"
 
 
-class EventFile:
-    """File of curves that TensorBoard reads.
+def write_event(file: Path, **fields: object) -> None:
+    """Append an event to a file of curves that TensorBoard reads; OSError names the file.
 
-    The calling thread writes each point: an OSError reaches the training, where TensorBoard's own
-    writer prints the traceback of a thread.
+    The calling thread writes it: an error reaches the training, where TensorBoard's own writer
+    prints the traceback of a thread.
     """
+    from tensorboard.compat.proto.event_pb2 import Event
+    from tensorboard.summary.writer.record_writer import RecordWriter
 
-    def __init__(self, folder: Path) -> None:
-        """Start a file in a folder, which is made."""
-        name = f"events.out.tfevents.{time.time_ns()}.{socket.gethostname()}.{os.getpid()}"
-        self._file = folder / name
-        self._write(file_version="brain.Event:2")
-
-    def add_scalar(self, name: str, value: float, step: int) -> None:
-        """Add a point to a curve. OSError, which names the file, where that fails."""
-        from tensorboard.compat.proto.summary_pb2 import Summary
-
-        point = Summary.Value(tag=name, simple_value=value)
-        self._write(step=step, summary=Summary(value=[point]))
-
-    def _write(self, **fields: object) -> None:
-        from tensorboard.compat.proto.event_pb2 import Event
-        from tensorboard.summary.writer.record_writer import RecordWriter
-
-        event = Event(wall_time=time.time(), **fields)
-        try:
-            self._file.parent.mkdir(parents=True, exist_ok=True)
-            with self._file.open("ab", buffering=0) as stream:
-                RecordWriter(stream).write(event.SerializeToString())
-        except OSError as error:
-            raise OSError(error.errno, error.strerror, str(self._file)) from error
+    event = Event(wall_time=time.time(), **fields)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with file.open("ab", buffering=0) as stream:
+            RecordWriter(stream).write(event.SerializeToString())
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(file)) from error
 
 
 class ProgressLogger:
@@ -72,7 +57,9 @@ class ProgressLogger:
         """Log TensorBoard curves to `out`; a progress bar is drawn if stderr is a terminal."""
         self._unit = unit
         self._say = say
-        self._curves = EventFile(out / FOLDER)
+        name = f"events.out.tfevents.{time.time_ns()}.{socket.gethostname()}.{os.getpid()}"
+        self._events = out / FOLDER / name
+        write_event(self._events, file_version="brain.Event:2")
         self._progress = progress_bar(f"{unit}s")
         self._bar = self._progress.add_task("", total=None)
 
@@ -92,7 +79,7 @@ class ProgressLogger:
         """Log the scalars of one step; those under `speed/` are also shown beside the bar."""
         speeds = []
         for name, value in values.items():
-            self._curves.add_scalar(name, value, step)
+            self._add_scalar(name, value, step)
             if name.startswith("speed/"):
                 speeds.append(f"{value:.3g} {name.removeprefix('speed/')}")
         self._progress.update(self._bar, completed=step, description=", ".join(speeds))
@@ -100,11 +87,17 @@ class ProgressLogger:
     def log_evaluation(self, point: CurvePoint) -> None:
         """Log an evaluation on the held-back seeds, and print it."""
         step = int(point.step)
-        self._curves.add_scalar("held_back/value", point.value, step)
+        self._add_scalar("held_back/value", point.value, step)
         for name, trips in point.round_trips.items():
-            self._curves.add_scalar(f"held_back/{name}", trips.mean, step)
+            self._add_scalar(f"held_back/{name}", trips.mean, step)
         means = ", ".join(f"{name} {trips.mean:.1f}" for name, trips in point.round_trips.items())
         self._say(f"{self._unit} {step}: held-back round trips {means}; value {point.value:.4f}")
+
+    def _add_scalar(self, name: str, value: float, step: int) -> None:
+        from tensorboard.compat.proto.summary_pb2 import Summary
+
+        point = Summary.Value(tag=name, simple_value=value)
+        write_event(self._events, step=step, summary=Summary(value=[point]))
 
 
 class Training(ABC):

@@ -38,8 +38,7 @@ from baselines.papers.paper import PAPERS, Paper
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 SIZES = (5, 10, 25, 50)
-SIDE = 10.0
-"""Of the world [m]."""
+SIDE = 10.0  # of the world [m]
 
 RULES = ("goal", "static", "adaptive")
 ESTIMATORS = {
@@ -49,24 +48,17 @@ ESTIMATORS = {
 }
 SETTINGS = ("authors", "corrected")
 
-TRIALS = 100
-"""Of each experiment."""
-
-ERRORS = 3.0
-"""Standard errors within which a published mean is met."""
-
-RMS = 1.3
-"""Most that the deviations, in standard errors, may have as their root mean square."""
+TRIALS = 100  # of each experiment
+ERRORS = 3.0  # standard errors within which a published mean is met
+RMS = 1.3  # most that the deviations, in standard errors, may have as their root mean square
 
 
 @dataclass(frozen=True)
 class Measure:
     """A metric of a waypoint episode, with its published column and its words."""
 
-    field: str
-    """Of the episode."""
-    column: str
-    """Of the published values."""
+    field: str  # of the episode
+    column: str  # of the published values
     words: str
     axis: str
     factor: float = 1.0
@@ -86,8 +78,7 @@ MEASURES = (
 COVARIANCE, ERROR, GOALS, SUCCESS = MEASURES
 
 
-Cell = tuple[str, str, int]
-"""Estimator, rule and group size of an experiment of a setting."""
+Cell = tuple[str, str, int]  # estimator, rule and group size of an experiment of a setting
 
 
 def boids_experiment(setting: str, estimator: str, rule: str, size: int) -> Experiment:
@@ -248,8 +239,7 @@ def claims() -> list[Claim]:
 class OverDensity:
     """Figure of a measure over the density of robots, a panel for each estimator."""
 
-    number: int
-    """Of the figure in the paper."""
+    number: int  # of the figure in the paper
     setting: str
     measure: Measure
     reading: ClassVar[str] = ""

@@ -18,8 +18,7 @@ from baselines.papers.experiments import (
 BETAS = tuple(10.0**decade for decade in range(-5, 3))
 """Steepness of the Fermi function [1/cm]: "8 values in [1e-5, 100]" (TR 6.1.2)."""
 
-RESAMPLES = 2000
-"""Of the seeds, for the interval of the best beta."""
+RESAMPLES = 2000  # of the seeds, for the interval of the best beta
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,7 @@ LOCALISATIONS = {
     "dead_reckoning": "dead reckoning",
 }
 
-REPLICATIONS = 30
-"""As in the TR."""
+REPLICATIONS = 30  # as in the TR
 
 LEFT_OPEN = {
     "The filters among e-pucks": "baselines.estimators.localisation:Localisation",

@@ -51,12 +51,10 @@ class Boxes(UsesFields):
 
     name: str
     caption: str
-    axes: tuple[str, str]
-    """Names of x and y."""
+    axes: tuple[str, str]  # names of x and y
     panels: Mapping[str, Mapping[str, Mapping[str, Source]]]
     """Sources by panel, tick of x and series."""
-    metric: Metric = round_trips
-    """NaN leaves an episode out."""
+    metric: Metric = round_trips  # NaN leaves an episode out
     reading: ClassVar[str] = BOXES
 
     def draw(self, results: Results, command: str) -> Figure:
@@ -89,10 +87,8 @@ class Curves(UsesFields):
 
     name: str
     caption: str
-    axes: tuple[str, str]
-    """Names of x and y."""
-    panels: Mapping[str, Mapping[str, Source]]
-    """Sources by panel and series."""
+    axes: tuple[str, str]  # names of x and y
+    panels: Mapping[str, Mapping[str, Source]]  # sources by panel and series
     curve: Callable[[Sequence[ForagingEpisode]], Curve]
     reading: ClassVar[str] = BANDS
 

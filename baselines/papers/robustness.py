@@ -51,14 +51,9 @@ ALONE = "nc"
 DEFENCES = {"ssgikf-sceptical": "ssgikf", "learned-sceptical": "ssgikf-sceptical"}
 """Rules against liars, each with the rule that it is held against."""
 
-SHARES = (0.1, 0.2, 0.5)
-"""Of the robots that are faulty."""
-
-SHOWN = 0.2
-"""Share that the page has a table for."""
-
-LATER = 300
-"""When robots die, and go stale [s]."""
+SHARES = (0.1, 0.2, 0.5)  # of the robots that are faulty
+SHOWN = 0.2  # share that the page has a table for
+LATER = 300  # when robots die, and go stale [s]
 
 FAULTS = {
     "liars, each its own": ("faults.liar.share",),

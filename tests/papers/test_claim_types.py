@@ -22,11 +22,7 @@ from baselines.papers.claim_types import (
     estimate,
     within,
 )
-from baselines.papers.experiments import (
-    Experiment,
-    Pool,
-    round_trips,
-)
+from baselines.papers.experiments import Experiment, Pool, round_trips
 from baselines.papers.paper import PAPERS
 
 A, B, C = Experiment("es1", "nc"), Experiment("es1", "ssgikf"), Experiment("es1", "dsgikf")

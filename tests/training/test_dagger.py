@@ -41,13 +41,7 @@ LAYOUT = observation_layout("weighting", SCENARIO)
 SEEDS = 10_000, 10_001, 10_002
 
 
-def silent(line):
-    """Nobody is told."""
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("elsewhere")
 
 
 @pytest.fixture
@@ -96,9 +90,8 @@ def test_recording_changes_nothing():
         Loop(SCENARIO, replace(controller, weighting=weighting), SEEDS, "kinematic")
         for weighting in (recording, candidate)
     )
-    for _ in range(SCENARIO.n_ticks):
-        seen.step()
-        alone.step()
+    for loop in (seen, alone):
+        loop.run(SCENARIO.n_ticks)
     assert sum(map(len, recording.recorded)) > 20
     np.testing.assert_array_equal(seen.world.state.pose, alone.world.state.pose)
     assert alone.world.state.round_trips.any()
@@ -147,9 +140,8 @@ def test_training_ends_with_the_best_policy_as_a_controller(imitating):
     assert policy.card.layers["weighting"].sizes == {"hidden": HIDDEN}
     assert EXCHANGE_NETWORK.numbers_of(policy).size == 170
     controller = find_controller(f"learned-weighting:policy={policy.source}")
-    episodes = run_episodes(
-        mine.scenarios_by_name["es1"], controller, mine.held_back_seeds, "kinematic"
-    )
+    scenario = mine.scenarios_by_name["es1"]
+    episodes = run_episodes(scenario, controller, mine.held_back_seeds, "kinematic")
     assert np.mean([each.round_trips for each in episodes]) == policy.card.score["es1"].mean
     assert list((mine.out / "tensorboard").iterdir())
 
@@ -186,7 +178,7 @@ def test_among_liars_unknown_areas_are_recorded_too_and_what_is_remembered():
 def test_the_network_trained_among_liars_is_the_one_that_runs(imitating, monkeypatch):
     monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
     mine = imitating(budget=1, controller=AMONG_LIARS, settings=AS_TEXT)
-    policy = train(mine, silent)
+    policy = train(mine, str)
     assert policy.card.layers["weighting"].network == REPUTATION_NETWORK.name
     actor = WeightingActor(LAYOUT, HIDDEN, REPUTATION_NETWORK)
     shapes = REPUTATION_NETWORK.shapes(actor.sizes)

@@ -11,12 +11,7 @@ from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import rows
 from swarm_forage_env.scenarios import find_scenario
 from training import exchanges
-from training.exchanges import (
-    BATCH_SIZE,
-    ExchangeRecorder,
-    Exchanges,
-    RecordingWeighting,
-)
+from training.exchanges import BATCH_SIZE, Exchanges, RecordingWeighting
 from training.learned_weighting import EXCHANGE_NETWORK, REPUTATION_NETWORK
 from training.policy_file import observation_layout
 
@@ -130,7 +125,6 @@ def record(monkeypatch, architecture, double):
     numbers = np.zeros(1 + len(architecture.features) + 1, np.float32)
     weighting = RecordingWeighting(numbers, LAYOUT, architecture)
     recorder = weighting.start_knowing(running, SimpleNamespace(rows=ROWS))
-    assert isinstance(recorder, ExchangeRecorder)
     answer = recorder(seen)
     (found,) = weighting.recorded
     assert {each.dtype for each in found._columns} == {np.dtype(np.float32)}

@@ -7,12 +7,7 @@ import pytest
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from training import experiment as experiments
-from training.experiment import (
-    HELD_BACK_SEEDS,
-    LAST_SEED,
-    TEST_SEEDS,
-    WORLDS_PER_EXPERIMENT,
-)
+from training.experiment import HELD_BACK_SEEDS, LAST_SEED, TEST_SEEDS, WORLDS_PER_EXPERIMENT
 
 
 def test_training_selection_and_test_never_share_a_seed(experiment):

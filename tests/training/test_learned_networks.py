@@ -11,7 +11,6 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
-from training.learned_motion import LearnedMotion
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
     REPUTATION_NETWORK,
@@ -26,7 +25,7 @@ from training.learned_weighting import (
     scaled_features,
     unflatten,
 )
-from training.linear_motion_policy import NETWORK, SHAPES
+from training.linear_motion_policy import NETWORK, SHAPES, LearnedMotion
 from training.policy_file import layer_card, load_policy, save_policy
 
 SCENARIO = find_scenario("es1", {"task.n_robots": 3})
@@ -172,10 +171,7 @@ def test_the_log_odds_of_a_network_of_two_units_and_two_features_by_hand():
     hidden, biases, outputs = (0.5, -1.0, 2.0, 0.25), (0.1, -0.2), (3.0, -4.0)
     direct, bias = (0.7, -0.6, 0.3), 0.05
     x, ahead = (0.2, -0.3), 1.5
-    units = [
-        math.tanh(0.5 * 0.2 - 1.0 * -0.3 + 0.1),
-        math.tanh(2.0 * 0.2 + 0.25 * -0.3 - 0.2),
-    ]
+    units = [math.tanh(0.5 * 0.2 - 1.0 * -0.3 + 0.1), math.tanh(2.0 * 0.2 + 0.25 * -0.3 - 0.2)]
     expected = 1.3 * 1.5 + 0.7 * 0.2 - 0.6 * -0.3 + 3.0 * units[0] - 4.0 * units[1] + 0.05
     numbers = np.array([*hidden, *biases, *outputs, *direct, bias])
     assert log_odds(x, ahead, numbers) == pytest.approx(expected)

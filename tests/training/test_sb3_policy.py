@@ -29,9 +29,12 @@ from training.vec_env import SwarmVecEnv
 NUMBERS = {"task.n_robots": 4}
 
 
+def env_of(**options):
+    return SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS, **options)
+
+
 def untrained(**options):
-    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS)
-    return PPO("MlpPolicy", env, n_steps=8, batch_size=8, seed=0, device="cpu", **options)
+    return PPO("MlpPolicy", env_of(), n_steps=8, batch_size=8, seed=0, device="cpu", **options)
 
 
 usual = functools.cache(untrained)
@@ -44,12 +47,12 @@ def saved(file, **options):
     return made
 
 
-def with_parts(file, **changed):
-    """The same zip with some of its parts changed; None takes one away."""
+def with_parts(file, compression=zipfile.ZIP_STORED, **changed):
+    """The same zip packed anew, with some of its parts changed; None takes one away."""
     with zipfile.ZipFile(file) as archive:
         parts = {name: archive.read(name) for name in archive.namelist()}
     parts |= {name.replace("_pth", ".pth"): content for name, content in changed.items()}
-    with zipfile.ZipFile(file, "w") as archive:
+    with zipfile.ZipFile(file, "w", compression) as archive:
         for name, content in parts.items():
             if content is not None:
                 archive.writestr(name, content)
@@ -158,7 +161,7 @@ def test_by_chance_an_action_is_its_mean_and_a_draw_times_its_deviation(tmp_path
 
 
 def test_by_chance_a_choice_is_as_frequent_as_it_is_probable(tmp_path):
-    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", discrete=True, **NUMBERS)
+    env = env_of(discrete=True)
     made = PPO("MlpPolicy", env, n_steps=8, batch_size=8, seed=0, device="cpu")
     made.save(tmp_path / "m.zip")
     observed = np.repeat(observed_by(made)[:1], 1000, axis=0)
@@ -169,8 +172,7 @@ def test_by_chance_a_choice_is_as_frequent_as_it_is_probable(tmp_path):
 
 
 def test_by_chance_a_squashed_action_is_squashed_after_its_draw(tmp_path):
-    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS)
-    made = SAC("MlpPolicy", env, seed=0, device="cpu")
+    made = SAC("MlpPolicy", env_of(), seed=0, device="cpu")
     made.save(tmp_path / "m.zip")
     observed, draws = observed_by(made), np.array([[0.0, 0.0], [1.0, -2.0], [0.5, 0.0], [0.0, 3.0]])
     with torch.no_grad():
@@ -185,19 +187,16 @@ def test_one_seed_is_one_episode_by_chance_too(tmp_path):
     poses = {}
     for kind, seeds in {"once": (5, 6), "again": (6, 5)}.items():
         loop = Loop(world, find_controller(f"{name},chance=true"), seeds, "kinematic")
-        for _ in range(100):
-            loop.step()
+        loop.run(100)
         poses[kind] = loop.world.robots["pose"]
     np.testing.assert_array_equal(poses["once"], poses["again"][::-1])
     plain = Loop(world, find_controller(name), (5,), "kinematic")
-    for _ in range(100):
-        plain.step()
+    plain.run(100)
     assert not np.array_equal(plain.world.robots["pose"][0], poses["once"][0])
 
 
 def test_a_policy_without_a_distribution_cannot_act_by_chance(tmp_path):
-    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS)
-    TD3("MlpPolicy", env, seed=0, device="cpu").save(tmp_path / "m.zip")
+    TD3("MlpPolicy", env_of(), seed=0, device="cpu").save(tmp_path / "m.zip")
     for name in (f"sb3:{tmp_path}/m.zip", "callable:numpy:zeros_like"):
         with pytest.raises(ConfigError, match="chance=true: tells no distribution"):
             find_controller(f"{name},chance=true").check_usable(find_scenario("es1", NUMBERS))
@@ -364,20 +363,11 @@ def test_finite_weights_that_no_action_comes_of_are_told_in_a_line(tmp_path):
         controller.policy.start(form)(np.ones((4, len(form.layout)), np.float32))
 
 
-def packed(file, **how):
-    """The same zip, packed otherwise."""
-    with zipfile.ZipFile(file) as archive:
-        parts = {name: archive.read(name) for name in archive.namelist()}
-    with zipfile.ZipFile(file, "w", **how) as archive:
-        for name, content in parts.items():
-            archive.writestr(name, content)
-
-
 def test_a_zip_may_be_deflated_and_not_packed_otherwise(tmp_path):
     saved(tmp_path / "m.zip")
-    packed(tmp_path / "m.zip", compression=zipfile.ZIP_DEFLATED)
+    with_parts(tmp_path / "m.zip", compression=zipfile.ZIP_DEFLATED)
     use(tmp_path / "m.zip")
-    packed(tmp_path / "m.zip", compression=zipfile.ZIP_LZMA)
+    with_parts(tmp_path / "m.zip", compression=zipfile.ZIP_LZMA)
     refuses(tmp_path / "m.zip", "'data' is neither stored nor deflated")
 
 
@@ -395,7 +385,7 @@ def test_a_member_that_is_encrypted_or_packed_in_an_unknown_way_is_refused(
 
 def test_of_flipped_bits_of_a_deflated_zip_none_ends_otherwise(tmp_path):
     saved(tmp_path / "m.zip")
-    packed(tmp_path / "m.zip", compression=zipfile.ZIP_DEFLATED)
+    with_parts(tmp_path / "m.zip", compression=zipfile.ZIP_DEFLATED)
     content = (tmp_path / "m.zip").read_bytes()
     for bit in random.Random(0).sample(range(8 * len(content)), 60):
         changed = bytearray(content)
@@ -422,7 +412,7 @@ def test_a_member_that_swells_is_refused_before_it_does(tmp_path, monkeypatch, n
     saved(file)
     for limit in ("LARGEST", "LARGEST_TELLING"):
         monkeypatch.setattr(f"training.sb3_policy.{limit}", 2**20)
-    packed(file, compression=zipfile.ZIP_DEFLATED)
+    with_parts(file, compression=zipfile.ZIP_DEFLATED)
     swollen = bytes(64 * 2**20)
     with_parts(file, **{name.replace(".", "_"): None})
     with zipfile.ZipFile(file, "a", zipfile.ZIP_DEFLATED) as archive:
@@ -438,7 +428,7 @@ def test_a_member_that_swells_is_refused_before_it_does(tmp_path, monkeypatch, n
 def test_weights_that_swell_are_refused_before_they_do(tmp_path, monkeypatch):
     saved(tmp_path / "m.zip")
     (tmp_path / "w.pth").write_bytes(as_torch_saves({"a": torch.zeros(2**20)}))
-    packed(tmp_path / "w.pth", compression=zipfile.ZIP_DEFLATED)
+    with_parts(tmp_path / "w.pth", compression=zipfile.ZIP_DEFLATED)
     with_parts(tmp_path / "m.zip", policy_pth=(tmp_path / "w.pth").read_bytes())
     monkeypatch.setattr("training.foreign_file.LARGEST", 2**20)
     refuses(tmp_path / "m.zip", r"weights cannot be read \(has 4.0 MiB; at most 1 MiB are read")

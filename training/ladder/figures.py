@@ -1,6 +1,7 @@
 """Figures of the ladder: the curves of a rung, and the performance profiles of all."""
 
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,11 +23,10 @@ from training.ladder.runs import Run, by_algorithm, score_word, strata_of
 
 MILLION, MINUTE = 1e6, 60.0
 
-CLOSE = 0.045
-"""Of the height of a panel: labels of lines that lie closer are pushed apart."""
+Over = Literal["robot_steps", "wall_s"]
 
-TAUS = np.linspace(0.0, 1.5, 61)
-"""Normalised scores at which a profile is drawn."""
+CLOSE = 0.045  # of the height of a panel: labels of lines that lie closer are pushed apart
+TAUS = np.linspace(0.0, 1.5, 61)  # normalised scores at which a profile is drawn
 
 
 def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
@@ -34,7 +34,8 @@ def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
     found = by_algorithm(runs)
     styles = _styles(found)
     figure, panels = panel_grid(2, 3.0, 3.0)
-    for axes, name in zip(panels, ("robot_steps", "wall_s"), strict=True):
+    over: tuple[Over, Over] = ("robot_steps", "wall_s")
+    for axes, name in zip(panels, over, strict=True):
         for algorithm, own in found.items():
             title = title_of(algorithm)
             draw_band(axes, title, _curve(own, name), styles[title])
@@ -73,24 +74,20 @@ def _styles(found: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
     return {title_of(name): nth_style(known.index(name)) for name in found}
 
 
-def _curve(runs: Sequence[Run], over: str) -> Means:
+def _curve(runs: Sequence[Run], over: Over) -> Means:
     """The interquartile mean of the runs' scores at each evaluation that all of them have."""
     n_points = min(len(run.curve) for run in runs)
-    x = [np.median([run.curve[k][over] for run in runs]) for k in range(n_points)]
-    found = [
-        iqm_interval([[float(np.mean(run.curve[k]["scores"])) for run in runs]])
-        for k in range(n_points)
-    ]
-    mean = np.array([each.value for each in found if each is not None])
-    low, high = np.array([each.ends for each in found if each is not None]).T
-    return Means(np.array(x) / (MILLION if over == "robot_steps" else MINUTE), mean, low, high)
+    points = [[run.curve[k] for run in runs] for k in range(n_points)]
+    x = np.array([np.median([point[over] for point in each]) for each in points])
+    scores = [[[float(np.mean(point["scores"])) for point in each]] for each in points]
+    estimates = [each for each in map(iqm_interval, scores) if each is not None]
+    low, high = np.array([each.ends for each in estimates]).T
+    mean = np.array([each.value for each in estimates])
+    return Means(x / (MILLION if over == "robot_steps" else MINUTE), mean, low, high)
 
 
 def _draw_references(axes: Axes, rung: Rung, is_named: bool) -> None:
-    """A thin line for each score of the card; the last panel names them at the right end.
-
-    The lines have no colour, as the colours of the figure are those of the algorithms.
-    """
+    """Draw a thin grey line for each score of the card, named at its right end if `is_named`."""
     top = axes.get_ylim()[1]
     wanted = (RANDOM, *rung.references)
     scores = {name: rung.card.scores[name].mean for name in wanted if name in rung.card.scores}
