@@ -5,6 +5,7 @@ import os
 import socket
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from itertools import zip_longest
 from pathlib import Path
 from typing import IO
 
@@ -93,15 +94,12 @@ def read_checkpoint(
                 f" {here}; name another folder"
             )
     for name, shape in wanted.items():
-        has = arrays[name].shape if name in arrays else None
-        if has is None or len(has) != len(shape) or not _fits(has, shape):
-            told = "missing" if has is None else has
-            raise unreadable(file, f"array '{name}' is {told}: must be {shape}")
+        if name not in arrays:
+            raise unreadable(file, f"array '{name}' is missing: must be {shape}")
+        has = arrays[name].shape
+        if has != tuple(n if m == ANY else m for m, n in zip_longest(shape, has)):
+            raise unreadable(file, f"array '{name}' is {has}: must be {shape}")
     return list(record.curve), {name: arrays[name] for name in wanted}
-
-
-def _fits(has: tuple[int, ...], shape: tuple[int, ...]) -> bool:
-    return all(each in (ANY, n) for n, each in zip(has, shape, strict=True))
 
 
 def unreadable(file: Path, why: str) -> ConfigError:

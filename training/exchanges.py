@@ -68,7 +68,7 @@ def error_of_copying(g: Tensor, heard: Tensor) -> Tensor:
 
 @dataclass(frozen=True)
 class Exchanges:
-    """Recorded exchanges in which a robot was told of an area, a row for each such area."""
+    """Recorded exchanges in which a partner told of an area, a row for each such area."""
 
     observed: Float32[Array, "rows numbers"]
     """Observation of the exchange; of a network that sees it also what is remembered."""

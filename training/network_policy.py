@@ -62,7 +62,7 @@ class NetworkPolicy(PolicyFile):
 
 
 def shapes_of(sizes: Sequence[int]) -> Shapes:
-    """Shapes of the arrays of a network of so many inputs, hidden units and actions."""
+    """Shapes of the arrays of a network; `sizes` are inputs, hidden units and actions."""
     shapes: dict[str, tuple[int, ...]] = {LOG_STD: (sizes[-1],)}
     for k, (n_in, n_out) in enumerate(pairwise(sizes)):
         shapes |= {f"{k}.weight": (n_out, n_in), f"{k}.bias": (n_out,)}

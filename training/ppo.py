@@ -1,9 +1,9 @@
 """PPO from scratch on the environment's default keywords: one policy for all robots.
 
-What the policy is shown and what it gives are those of `parallel_env(scenario, learn=layer)`, for
-the round trips alone, so that this is what every other trainer has. Training runs in intervals.
-Each resets the worlds with seeds of its own and ends with an evaluation on held-back seeds and a
-checkpoint, so an interrupted run resumes from the last interval and ends with the same result.
+Observations and actions are those of `parallel_env(scenario, learn=layer)`, and the reward is round
+trips, as for every other trainer. Training runs in intervals. Each resets the worlds with new seeds
+and ends with an evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from
+the last interval and ends with the same result.
 
 Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
@@ -103,11 +103,11 @@ class PPOTraining(Training):
         self._write(file, self._weights, {})
         controller = controller_of(file)
         seeds, physics = experiment.held_back_seeds, experiment.physics
-        found = {}
+        trips = {}
         for name, scenario in experiment.scenarios_by_name.items():
             episodes = run_episodes(scenario, controller, seeds, physics)
-            found[name] = np.array([each.round_trips for each in episodes])
-        return found
+            trips[name] = np.array([each.round_trips for each in episodes])
+        return trips
 
     def _write(self, file: Path, weights: Weights, score: Mapping[str, Interval]) -> None:
         experiment = self._experiment
@@ -141,10 +141,10 @@ class PPOTraining(Training):
 
 def keywords(experiment: Experiment) -> dict[str, object]:
     """Keywords of `parallel_env` under which an experiment trains."""
-    given: dict[str, object] = {"learn": experiment.layer, "physics": experiment.physics}
+    terms: dict[str, object] = {"learn": experiment.layer, "physics": experiment.physics}
     if experiment.device == "cpu":
-        given["threads"] = experiment.workers
-    return {**given, **PRESETS[experiment.layer].keywords}
+        terms["threads"] = experiment.workers
+    return {**terms, **PRESETS[experiment.layer].keywords}
 
 
 def make_env(experiment: Experiment) -> TensorVecEnv:

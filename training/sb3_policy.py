@@ -285,10 +285,11 @@ class SB3Policy(PolicyFile):
 def _distribution(model: "ActorCriticPolicy | SACPolicy", observed: "Tensor") -> "Distribution":
     """The distribution of the actions, before they are squashed."""
     from stable_baselines3.common.policies import ActorCriticPolicy
-    from torch.distributions import Normal
+    from torch.distributions import Distribution, Normal
 
     if isinstance(model, ActorCriticPolicy):
-        distribution: Distribution = model.get_distribution(observed).distribution
+        distribution = model.get_distribution(observed).distribution
+        assert isinstance(distribution, Distribution), "its actions are no dictionary"
         return distribution
     mean, log_std, _ = model.actor.get_action_dist_params(observed)
     return Normal(mean, log_std.exp())

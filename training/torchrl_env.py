@@ -23,7 +23,7 @@ from swarm_forage_env.task import stage_of
 from training.tensor_vec_env import array_for, follow_stream, tensor_of, torch_device, worlds_on
 
 ENDS = ("done", "terminated", "truncated")
-"""What is told of the end of an episode."""
+"""Keys of the end of an episode."""
 
 
 class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
@@ -124,10 +124,10 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         if tensordict is not None and "_reset" in tensordict.keys():  # noqa: SIM118 no iterator
             chosen = np.flatnonzero(tensordict.get("_reset").numpy(force=True))
         seeds = [self._seeds[world] for world in chosen]
-        observations, told = self.array_env.reset(seeds, worlds=chosen)
+        observations, infos = self.array_env.reset(seeds, worlds=chosen)
         for world in chosen:
             self._seeds[world] = None
-        return self._told(observations, told)
+        return self._told(observations, infos)
 
     def _step(self, tensordict: TensorDictBase) -> TensorDict:
         follow_stream(self.array_env)
@@ -135,18 +135,18 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         if self._is_one_hot:
             action = action.to(torch.uint8).argmax(-1)
         given = array_for(self.array_env, action)
-        observations, rewards, _, _, told = self.array_env.step(given)
-        return self._told(observations, told, rewards)
+        observations, rewards, _, _, infos = self.array_env.step(given)
+        return self._told(observations, infos, rewards)
 
     def _told(
-        self, observations: Array, told: Mapping[str, Array], rewards: Array | None = None
+        self, observations: Array, infos: Mapping[str, Array], rewards: Array | None = None
     ) -> TensorDict:
-        """What a reset or, with rewards, a step tells; worlds by robots in the group."""
+        """The tensors of a reset or, with rewards, of a step; worlds by robots in the group."""
         env, per_robot, device = self.array_env, self._per_robot, self.device
         done = torch.from_numpy(env.is_over)[:, None]
         never = torch.zeros_like(done)
         info = dict(zip(self.array_env.infos, _float(env.log()).unbind(-1), strict=True))
-        info |= {name: self._of_robots(numbers) for name, numbers in told.items()}
+        info |= {name: self._of_robots(numbers) for name, numbers in infos.items()}
         group = {
             "observation": tensor_of(observations),
             "info": TensorDict(info, per_robot, device=device),
@@ -154,14 +154,14 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         }
         if rewards is not None:
             group["reward"] = _float(rewards)[..., None]
-        found = {self.group: TensorDict(group, per_robot, device=device), **_ends(done, never)}
+        tensors = {self.group: TensorDict(group, per_robot, device=device), **_ends(done, never)}
         if self.return_state:
-            found["state"] = torch.from_numpy(env.state())
-        return TensorDict(found, self.batch_size, device=device)
+            tensors["state"] = torch.from_numpy(env.state())
+        return TensorDict(tensors, self.batch_size, device=device)
 
     def _of_robots(self, numbers: Array) -> Tensor:
-        found = _float(numbers)
-        return found if found.ndim > 1 else found[:, None].expand(self._per_robot)
+        tensor = _float(numbers)
+        return tensor if tensor.ndim > 1 else tensor[:, None].expand(self._per_robot)
 
     def _make_specs(self) -> None:
         env, worlds, per_robot = self.array_env, self.batch_size, self._per_robot
@@ -169,13 +169,13 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         info = {name: one.clone() for name in (*env.infos, *_of_step(env))}
         seen = _spec(env.observation_space, per_robot)
         observed = {"observation": seen, "info": Composite(info, shape=per_robot)}
-        told: dict[str, TensorSpec] = {self.group: Composite(observed, shape=per_robot)}
+        observations: dict[str, TensorSpec] = {self.group: Composite(observed, shape=per_robot)}
         if self.return_state:
-            told["state"] = _spec(env.state_space, worlds)
+            observations["state"] = _spec(env.state_space, worlds)
         earned = {"reward": Unbounded(shape=(*per_robot, 1))}
         flag = Categorical(2, shape=(1,), dtype=torch.bool)
         acts = {"action": _spec(env.action_space, per_robot, self.categorical_actions)}
-        self.observation_spec = Composite(told, shape=worlds).to(self.device)
+        self.observation_spec = Composite(observations, shape=worlds).to(self.device)
         self.action_spec = self._of_group(acts)
         self.reward_spec = self._of_group(earned)
         ends = {name: flag.expand(*per_robot, 1) for name in ENDS}
@@ -188,7 +188,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
 
 
 def _of_step(env: ArrayEnv) -> tuple[str, ...]:
-    """The names of what a step tells beside what the task logs."""
+    """Names of the infos of a step beside the task's."""
     acts = ("acts",) if env.config.step_on == "exchange" else ()
     return ("unshaped_reward", *acts, *env.episodes.drawn)
 
@@ -210,6 +210,6 @@ def _spec(space: Space[Any], batch: tuple[int, ...], is_categorical: bool = True
     return spec.expand(*batch, *spec.shape)
 
 
-def _float(given: Array) -> Tensor:
+def _float(array: Array) -> Tensor:
     """Numbers as TorchRL's networks take them."""
-    return tensor_of(given).float()
+    return tensor_of(array).float()

@@ -171,7 +171,7 @@ class SwarmVecEnv(VecEnv):
         self.env.download()
         return self._screen.draw()
 
-    def _shown_at(self) -> dict[str, object]:
+    def _shown_at(self) -> dict[str, Any]:
         """The render modes, and the decisions in a second [Hz]."""
         seconds = float(self.scenario.tick * self.env.config.period)
         rate = max(1, round(1.0 / seconds))

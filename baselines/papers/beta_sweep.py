@@ -99,8 +99,8 @@ class OtherBetasBelow(Claim):
             for experiment in self.sweep.experiments
             if experiment != best
         ]
-        found = [compare(base, trips) for trips in others]
+        comparisons = [compare(base, trips) for trips in others]
         ratios = [ratio for trips in others if (ratio := compare(trips, base).ratio)]
         largest = max(ratios, key=lambda ratio: ratio.value, default=None)
-        p = max((each.p for each in found if each.p is not None), default=None)
-        return "< 1", largest, all(map(above, found)), p
+        p = max((each.p for each in comparisons if each.p is not None), default=None)
+        return "< 1", largest, all(map(above, comparisons)), p

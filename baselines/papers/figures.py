@@ -61,8 +61,8 @@ class Boxes(UsesFields):
         """Draw the figure, with the command that made it in the caption."""
 
         def values(source: Source) -> list[float]:
-            found = [self.metric(episode) for episode in source.draw(results)]
-            return [value for value in found if not math.isnan(value)]
+            numbers = [self.metric(episode) for episode in source.draw(results)]
+            return [value for value in numbers if not math.isnan(value)]
 
         panels = {
             title: {
@@ -115,12 +115,12 @@ def caption_of(
 
 def controllers_of(named: Iterable[tuple[str, Source]]) -> dict[str, str]:
     """The controller behind each series; without parameters where these differ among sources."""
-    found: dict[str, set[str]] = {}
+    controllers: dict[str, set[str]] = {}
     for name, source in named:
-        found.setdefault(name, set()).update(each.controller for each in source.experiments)
+        controllers.setdefault(name, set()).update(each.controller for each in source.experiments)
     return {
         name: min(each) if len(each) == 1 else min(each).partition(":")[0]
-        for name, each in found.items()
+        for name, each in controllers.items()
     }
 
 

@@ -127,23 +127,23 @@ def breaking_share(results: Results, rule: str, fault: str) -> float | None:
 
 def claims() -> list[Claim]:
     """Questions that no paper answers for these rules, each an order of two experiments."""
-    found: list[Claim] = []
+    orders: list[Claim] = []
     for rule in RULES:
         if rule == ALONE:
             continue
         for fault in (LIARS, CONSPIRING):
             least = (experiment(rule, fault, 0.0), experiment(rule, fault, SHARES[0]))
             text = f"{rule}: without faults above one liar of ten ({fault})"
-            found.append(Order(text, (least,), sound_trips))
+            orders.append(Order(text, (least,), sound_trips))
             alone = (experiment(ALONE, fault, SHOWN), experiment(rule, fault, SHOWN))
             text = f"nc above {rule}: {100 * SHOWN:.0f} % {fault}"
-            found.append(Order(text, (alone,), sound_trips))
+            orders.append(Order(text, (alone,), sound_trips))
     for defence, other in DEFENCES.items():
         for fault in (LIARS, CONSPIRING):
             pair = (experiment(defence, fault, SHOWN), experiment(other, fault, SHOWN))
             text = f"{defence} above {other}: {100 * SHOWN:.0f} % {fault}"
-            found.append(Order(text, (pair,), sound_trips))
-    return found
+            orders.append(Order(text, (pair,), sound_trips))
+    return orders
 
 
 @dataclass(frozen=True)
@@ -177,8 +177,8 @@ class OverShare:
 
     def _means(self, results: Results, rule: str, fault: str) -> Means:
         shares = (0.0, *SHARES)
-        found = [mean_interval(trips(results, rule, fault, share)) for share in shares]
-        ends = [(each.value, *each.ends) for each in found if each is not None]
+        estimates = [mean_interval(trips(results, rule, fault, share)) for share in shares]
+        ends = [(each.value, *each.ends) for each in estimates if each is not None]
         mean, low, high = np.array(ends).T
         return Means(100.0 * np.array(shares), mean, low, high)
 
@@ -231,15 +231,15 @@ def _kept_table(results: Results) -> str:
     return markdown(("rule", "trips without faults", *FAULTS), lines)
 
 
-def _ratio(found: Comparison) -> float:
-    return found.ratio.value if found.ratio is not None else 0.0
+def _ratio(comparison: Comparison) -> float:
+    return comparison.ratio.value if comparison.ratio is not None else 0.0
 
 
-def _percent(found: Comparison) -> str:
-    if found.ratio is None:
+def _percent(comparison: Comparison) -> str:
+    if comparison.ratio is None:
         return "-"
-    low, high = found.ratio.ends
-    return f"{100 * found.ratio.value:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
+    low, high = comparison.ratio.ends
+    return f"{100 * comparison.ratio.value:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
 
 
 @PAPERS.register("robustness")

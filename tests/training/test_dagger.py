@@ -61,13 +61,6 @@ def random_numbers():
     return np.random.default_rng(0).normal(0.0, 0.5, count).astype(np.float32)
 
 
-@pytest.fixture(scope="module")
-def exchanges():
-    return record_exchanges(
-        SCENARIO, find_controller("ssgiff"), random_numbers(), SEEDS, "kinematic"
-    )
-
-
 def test_the_error_of_a_merged_place_by_hand():
     # own 0.3 and heard -0.1 cancel at three quarters; more than 0.5 m2 counts as 0.5 m2
     g = torch.tensor([0.75, 0.5, 0.0])
@@ -97,7 +90,9 @@ def test_recording_changes_nothing():
     assert alone.world.state.round_trips.any()
 
 
-def test_the_errors_noted_are_as_far_apart_as_the_places(exchanges):
+def test_the_errors_noted_are_as_far_apart_as_the_places():
+    controller = find_controller("ssgiff")
+    exchanges = record_exchanges(SCENARIO, controller, random_numbers(), SEEDS, "kinematic")
     # the two places and the truth form a triangle, of which the encounter knows one side
     seen = LAYOUT.records(exchanges.observed)["exchange"]
     apart = np.linalg.norm(exchanges.heard_error - exchanges.own_error, axis=1)

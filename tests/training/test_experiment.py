@@ -44,7 +44,6 @@ REFUSED = [
     ({"algorithm": "imitation", "population": 8}, "is for cma only"),
     ({"layer": "motion", "controller": "ssgiff:mean_run=1"}, "corrects subsumption as it is by"),
     ({"scenarios": ()}, "must name at least one"),
-    ({"scenarios": ("es1", "es1")}, "scenario 'es1' is named twice"),
     ({"scenarios": ("es9",)}, "no scenario named 'es9'"),
     ({"scenarios": ("waypoints-10",), "settings": {}}, "must be one in which robots forage"),
     ({"scenarios": ("es1:radio.frame=5",)}, "did you mean 'radio.frames'"),

@@ -97,22 +97,10 @@ def test_a_new_episode_forgets_how_far_robots_have_searched():
     assert not searched[1].any()
 
 
-@pytest.fixture
-def kept(tmp_path, make_card):
-    """A file of a linear policy, with arrays left out if wanted."""
-
-    def make(*names):
-        arrays = unflatten(numbers(0), SHAPES)
-        file = tmp_path / "mine.safetensors"
-        card = make_card(layers={"motion": layer_card("motion", SCENARIO, NETWORK, {})})
-        save_policy(file, {f"motion.{name}": arrays[name] for name in names}, card)
-        return file
-
-    return make
-
-
-def test_a_linear_policy_in_a_file_runs_as_a_learned_motion(kept):
-    file = kept(*SHAPES)
+def test_a_linear_policy_in_a_file_runs_as_a_learned_motion(tmp_path, make_card):
+    file, arrays = tmp_path / "mine.safetensors", unflatten(numbers(0), SHAPES)
+    card = make_card(layers={"motion": layer_card("motion", SCENARIO, NETWORK, {})})
+    save_policy(file, {f"motion.{name}": each for name, each in arrays.items()}, card)
     named = Loop(SCENARIO, find_controller(f"learned-motion:policy={file}"), [3], "kinematic")
     loop = loop_with([3], numbers(0))
     for each in (named, loop):

@@ -186,7 +186,7 @@ def write_video(folder: Path, name: str, video: Tensor, step: int) -> None:
 
 
 def _only(env: EnvBase, kind: str) -> Composite:
-    """Of what is told of a group of robots, one kind."""
+    """One kind of observations or infos of a group of robots."""
     spec = env.full_observation_spec_unbatched
     return Composite(
         {

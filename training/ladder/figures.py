@@ -31,12 +31,12 @@ TAUS = np.linspace(0.0, 1.5, 61)  # normalised scores at which a profile is draw
 
 def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
     """The score of a rung over robot-steps and over wall-clock time, a line an algorithm."""
-    found = by_algorithm(runs)
-    styles = _styles(found)
+    groups = by_algorithm(runs)
+    styles = _styles(groups)
     figure, panels = panel_grid(2, 3.0, 3.0)
     over: tuple[Over, Over] = ("robot_steps", "wall_s")
     for axes, name in zip(panels, over, strict=True):
-        for algorithm, own in found.items():
+        for algorithm, own in groups.items():
             title = title_of(algorithm)
             draw_band(axes, title, _curve(own, name), styles[title])
         axes.set_xlim(left=0.0)
@@ -53,10 +53,10 @@ def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
 
 def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure:
     """The share of runs above each normalised score, a line an algorithm."""
-    found = by_algorithm(runs)
-    styles = _styles(found)
+    groups = by_algorithm(runs)
+    styles = _styles(groups)
     figure, (axes,) = panel_grid(1, 4.0, 3.4)
-    for algorithm, own in found.items():
+    for algorithm, own in groups.items():
         share, low, high = performance_profile(strata_of(rungs, own), TAUS.tolist())
         means = Means(TAUS, 100.0 * share, 100.0 * low, 100.0 * high)
         draw_band(axes, title_of(algorithm), means, styles[title_of(algorithm)])
@@ -68,10 +68,10 @@ def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure
     return finish_figure(figure, [axes], Caption(text, command=command), styles)
 
 
-def _styles(found: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
+def _styles(algorithms: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
     """A style for each algorithm, the same on all figures."""
     known = list(read_algorithms())
-    return {title_of(name): nth_style(known.index(name)) for name in found}
+    return {title_of(name): nth_style(known.index(name)) for name in algorithms}
 
 
 def _curve(runs: Sequence[Run], over: Over) -> Means:

@@ -133,8 +133,8 @@ def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
 
 def runs_told_of(text: str) -> int:
     """How many runs a page was made of, as `_made` says."""
-    found = re.search(r"^(\d+) runs?, .* of training in all", text, re.MULTILINE)
-    return int(found[1]) if found else 0
+    match = re.search(r"^(\d+) runs?, .* of training in all", text, re.MULTILINE)
+    return int(match[1]) if match else 0
 
 
 def best_shown(rung: Rung) -> str:

@@ -164,11 +164,11 @@ class Algorithm(Part):
 @cache
 def read_algorithms(folder: Path = ALGORITHMS) -> dict[str, Algorithm]:
     """The algorithms of a folder by name."""
-    found = {}
+    algorithms = {}
     for file in sorted(folder.glob("*.yaml")):
         tree = {**yaml.safe_load(file.read_text(encoding="utf-8")), "name": file.stem}
-        found[file.stem] = validated(Algorithm, tree, str(file))
-    return found
+        algorithms[file.stem] = validated(Algorithm, tree, str(file))
+    return algorithms
 
 
 def title_of(algorithm: str) -> str:

@@ -122,22 +122,22 @@ def read_run(file: Path) -> Run | None:
 
 def read_runs(out: Path, rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> list[Run]:
     """The kept runs of these rungs and algorithms, of any length, as they are configured now."""
-    found = []
+    kept = []
     for rung, algorithm in product(rungs, algorithms):
         job = Job(rung, algorithm, 0)
         runs = map(read_run, job.file(out).parent.glob("seed*.json"))
         alike = (run for run in runs if run is not None and run.key == job.key)
-        found += sorted(alike, key=lambda run: run.seed)
-    return found
+        kept += sorted(alike, key=lambda run: run.seed)
+    return kept
 
 
 def versions() -> dict[str, str]:
     """Versions of the packages that a run depends on."""
-    found = {}
+    installed = {}
     for package in PACKAGES:
         with suppress(PackageNotFoundError):
-            found[package] = version(package)
-    return found
+            installed[package] = version(package)
+    return installed
 
 
 def marl_eval(runs: Sequence[Run]) -> dict[str, object]:
@@ -176,16 +176,16 @@ class Row:
 
 def by_algorithm(runs: Sequence[Run]) -> dict[str, list[Run]]:
     """The runs of each algorithm."""
-    found: dict[str, list[Run]] = {}
+    groups: dict[str, list[Run]] = {}
     for run in runs:
-        found.setdefault(run.algorithm, []).append(run)
-    return found
+        groups.setdefault(run.algorithm, []).append(run)
+    return groups
 
 
 def by_rung(rungs: Sequence[Rung], runs: Sequence[Run]) -> dict[str, list[Run]]:
     """The runs of each rung that has any, the easiest first."""
-    found = {rung.name: [run for run in runs if run.rung == rung.name] for rung in rungs}
-    return {name: own for name, own in found.items() if own}
+    groups = {rung.name: [run for run in runs if run.rung == rung.name] for rung in rungs}
+    return {name: own for name, own in groups.items() if own}
 
 
 def rows_of(rung: Rung, runs: Sequence[Run]) -> list[Row]:
@@ -217,13 +217,13 @@ def strata_of(rungs: Sequence[Rung], runs: Sequence[Run]) -> list[list[float]]:
 
 def over_all(rungs: Sequence[Rung], runs: Sequence[Run]) -> Mapping[str, tuple[Estimate, int]]:
     """Of each algorithm the interquartile mean of all normalised scores, and of how many rungs."""
-    found = {}
+    estimates = {}
     for algorithm, own in by_algorithm(runs).items():
         strata = strata_of(rungs, own)
         estimate = iqm_interval(strata)
         assert estimate is not None
-        found[algorithm] = estimate, len(strata)
-    return dict(sorted(found.items(), key=lambda each: (-each[1][1], -each[1][0].value)))
+        estimates[algorithm] = estimate, len(strata)
+    return dict(sorted(estimates.items(), key=lambda each: (-each[1][1], -each[1][0].value)))
 
 
 def score_word(rung: Rung) -> str:
