@@ -142,10 +142,8 @@ def figures() -> list[PaperFigure]:
 LEFT_OPEN = {**TR_LEFT_OPEN, "The experiments": "baselines.papers.ants2008"}
 """Whose docstring says what the paper leaves open, by heading."""
 
-REPLICATIONS = 30  # of each experiment, in the paper
-
 
 @PAPERS.register("ants2008")
 def ants2008() -> Paper:
     """The paper ANTS: every claim and figure of Section 5."""
-    return Paper("ants2008", "ants2008", tuple(claims()), tuple(figures()), REPLICATIONS, LEFT_OPEN)
+    return Paper("ants2008", "ants2008", tuple(claims()), tuple(figures()), 30, LEFT_OPEN)

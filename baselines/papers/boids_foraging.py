@@ -25,8 +25,6 @@ LOCALISATIONS = {
     "dead_reckoning": "dead reckoning",
 }
 
-REPLICATIONS = 30  # as in the TR
-
 LEFT_OPEN = {
     "The filters among e-pucks": "baselines.estimators.localisation:Localisation",
     "Steering": "baselines.motion.boids_foraging",
@@ -100,4 +98,4 @@ def table(results: Results) -> str:
 def boids_foraging() -> Paper:
     """The experiment of motion by localisation in every arena, as a paper."""
     made = tuple(claims()), tuple(figures())
-    return Paper("boids-foraging", "boids_foraging", *made, REPLICATIONS, LEFT_OPEN, table)
+    return Paper("boids-foraging", "boids_foraging", *made, 30, LEFT_OPEN, table)

@@ -70,8 +70,6 @@ FAULTS = {
 LIARS, CONSPIRING = tuple(FAULTS)[:2]
 MESSAGES, BODIES = tuple(FAULTS)[:5], tuple(FAULTS)[5:]
 
-REPLICATIONS = 10
-
 LEFT_OPEN = {
     "The faults": "swarm_forage_env.epuck.faults",
     "The messages": "baselines.estimators.falsified_messages",
@@ -246,4 +244,4 @@ def _percent(comparison: Comparison) -> str:
 def robustness() -> Paper:
     """The experiment of every rule among robots with every fault, as a paper."""
     made = tuple(claims()), tuple(figures())
-    return Paper("robustness", "robustness", *made, REPLICATIONS, LEFT_OPEN, table)
+    return Paper("robustness", "robustness", *made, 10, LEFT_OPEN, table)

@@ -207,8 +207,6 @@ LEFT_OPEN = {
 }
 """Whose docstring says what the paper leaves open, by heading."""
 
-REPLICATIONS = 30  # of each experiment, in the paper
-
 
 @PAPERS.register("social-odometry")
 def social_odometry() -> Paper:
@@ -222,4 +220,4 @@ def social_odometry() -> Paper:
         *real_claims(),
     ]
     made = tuple(claims), tuple(figures())
-    return Paper("social-odometry", "social_odometry", *made, REPLICATIONS, LEFT_OPEN)
+    return Paper("social-odometry", "social_odometry", *made, 30, LEFT_OPEN)

@@ -161,18 +161,6 @@ def test_a_search_stopped_anywhere_and_started_again_ends_the_same(experiment, b
 
 
 @pytest.mark.usefixtures("_imagined")
-def test_a_larger_budget_goes_on_from_the_smaller_one(experiment, monkeypatch):
-    train(experiment(budget=4, out=Path("a")), str)
-    tried, run = [], CMAESTraining.advance
-    monkeypatch.setattr(
-        CMAESTraining, "advance", lambda self, progress: tried.append(1) or run(self, progress)
-    )
-    longer = train(experiment(budget=6, out=Path("a")), str)
-    assert len(tried) == 2
-    assert longer.card.curve[-1].step == 6
-
-
-@pytest.mark.usefixtures("_imagined")
 @pytest.mark.parametrize(
     ("changes", "complaint"),
     [
