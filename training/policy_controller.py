@@ -59,7 +59,7 @@ class PolicyController(LayeredController):
         """The layers alone."""
         return LayeredController(self.name, self.estimator, self.weighting, self.motion)
 
-    def with_parameters(self, values: Mapping[str, object]) -> "PolicyController":
+    def with_parameters(self, values: Mapping[str, Any]) -> "PolicyController":
         """The same controller with some parameters changed, its file and its controller first.
 
         The card of a file gives the keywords of its training, and the controller beside which it
@@ -76,7 +76,7 @@ class PolicyController(LayeredController):
                 keywords = card.keywords.model_dump()
                 changed = changed._with_policy({**changed.policy.model_dump(), **keywords})
                 beside = beside or changed._written_on(card)
-        if isinstance(beside, str | Controller):
+        if beside is not None:
             changed = changed._beside(beside)
         found = super(PolicyController, changed).with_parameters(own)
         assert isinstance(found, PolicyController)
