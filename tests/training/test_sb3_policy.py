@@ -269,7 +269,7 @@ def test_members_of_a_zip_are_links_to_nothing_and_are_written_nowhere(tmp_path)
     saved(file)
     link = zipfile.ZipInfo("policy.pth")
     link.external_attr = 0o120777 << 16
-    weights = zipfile.ZipFilefile.read("policy.pth")
+    weights = zipfile.ZipFile(file).read("policy.pth")
     (tmp_path / "weights").write_bytes(weights)
     with_parts(file, policy_pth=None, **{"../over": b"", "/tmp/over": b""})
     with zipfile.ZipFile(file, "a") as archive:
