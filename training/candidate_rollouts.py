@@ -4,6 +4,7 @@ Worlds run in batches: on a CPU many of them, side by side, on a GPU one for eac
 candidate has the same round trips in a batch as alone.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -57,8 +58,7 @@ class RolloutJob:
     scenario: Scenario
     controllers: tuple[LayeredController, ...]
     """Controller of each world: its candidate, and the layers that all share."""
-    seeds: tuple[int, ...]
-    """Seed of each world."""
+    seeds: tuple[int, ...]  # seed of each world
     physics: str
     device: str
 
@@ -74,8 +74,7 @@ class CandidateRollouts:
     layer: LayerName = "weighting"
     architecture: WeightingNetwork = EXCHANGE_NETWORK
     """Architecture of the candidates for a weighting."""
-    device: str = "cpu"
-    """Where worlds run: "cpu" or "cuda"."""
+    device: str = "cpu"  # where worlds run: "cpu" or "cuda"
 
     def warm_up(self, network: Float32[Array, " numbers"]) -> None:
         """Compile every kernel once, so that worker processes find them in the cache.
@@ -94,9 +93,9 @@ class CandidateRollouts:
             name: list(self._jobs(scenario, networks, seeds))
             for name, scenario in self.scenarios.items()
         }
-        every = [job for each in jobs.values() for job in each]
-        on_cpu = self.device == "cpu"
-        trips = iter(run_in_order(self.backend, run_job, every) if on_cpu else map(run_job, every))
+        queue = [job for each in jobs.values() for job in each]
+        is_cpu = self.device == "cpu"
+        trips = iter(run_in_order(self.backend, run_job, queue) if is_cpu else map(run_job, queue))
         shape = len(networks), len(seeds)
         return {
             name: np.concatenate([next(trips) for _ in each]).reshape(shape)
@@ -111,17 +110,16 @@ class CandidateRollouts:
         self, scenario: Scenario, networks: Float32[Array, "networks numbers"], seeds: Sequence[int]
     ) -> Iterator[RolloutJob]:
         candidates = [self._with(network) for network in networks]
-        worlds = [(which, seed) for which in range(len(networks)) for seed in seeds]
-        room = max(1, MAX_ROWS // scenario.task.n_robots)
-        size = min(room, -(-len(worlds) // self.backend.workers))
-        size = size if self.device == "cpu" else len(worlds)
-        for part in np.array_split(np.arange(len(worlds)), -(-len(worlds) // size)):
-            which, own_seeds = zip(*(worlds[k] for k in part), strict=True)
-            controllers = tuple(candidates[k] for k in which)
+        worlds = [(candidate, seed) for candidate in candidates for seed in seeds]
+        size = len(worlds)
+        if self.device == "cpu":
+            room = max(1, MAX_ROWS // scenario.task.n_robots)
+            size = min(room, math.ceil(len(worlds) / self.backend.workers))
+        for part in np.array_split(np.arange(len(worlds)), math.ceil(len(worlds) / size)):
+            controllers, own_seeds = zip(*(worlds[k] for k in part), strict=True)
             yield RolloutJob(scenario, controllers, own_seeds, self.physics, self.device)
 
     def _with(self, network: Float32[Array, " numbers"]) -> LayeredController:
-        """The controller with a candidate in the place of its layer."""
         if self.layer == "weighting":
             candidate = CandidateWeighting(network, self.architecture)
             return replace(self.controller, weighting=candidate)
@@ -134,7 +132,7 @@ def run_job(job: RolloutJob) -> Int64[Array, " worlds"]:
 
 
 def after_episode(job: RolloutJob) -> Loop:
-    """The worlds of a job as they stand at the end of their episodes."""
+    """Run the episodes of a job and return its worlds as they are at the end."""
     loop = Loop(job.scenario, job.controllers, job.seeds, job.physics)
     running = loop if job.device == "cpu" else DeviceLoop(loop)
     for tick in range(0, job.scenario.n_ticks, AT_ONCE):

@@ -5,6 +5,7 @@ import os
 import socket
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from itertools import zip_longest
 from pathlib import Path
 from typing import IO
 
@@ -22,11 +23,9 @@ CHECKPOINT = "checkpoint.safetensors"
 BEST_POLICY = "best.safetensors"
 """File of the policy with the best score on the held-back (validation) seeds so far."""
 
-RECORD = "record"
-"""Key of the header in the metadata of the safetensors file."""
+RECORD = "record"  # key of the header in the metadata of the safetensors file
 
-ANY = -1
-"""Stands for any length in the shape of an array."""
+ANY = -1  # any length in the shape of an array
 
 Identity = dict[str, str]
 Shapes = Mapping[str, tuple[int, ...]]
@@ -42,10 +41,10 @@ class Header(Part):
 
     def hashed(self, arrays: Mapping[str, Array]) -> str:
         """The hash of this header, without its own, and of the arrays."""
-        found = hashlib.sha256(self.model_copy(update={"sha256": ""}).model_dump_json().encode())
+        digest = hashlib.sha256(self.model_copy(update={"sha256": ""}).model_dump_json().encode())
         for name, array in sorted(arrays.items()):
-            found.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())
-        return found.hexdigest()
+            digest.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())
+        return digest.hexdigest()
 
 
 def write_checkpoint(
@@ -79,31 +78,28 @@ def read_checkpoint(
     from safetensors import SafetensorError, safe_open
 
     try:
-        with safe_open(file, "np") as kept:
-            record = Header.model_validate_json(kept.metadata()[RECORD])
-            arrays = {name: kept.get_tensor(name) for name in kept.keys()}  # noqa: SIM118 no mapping
+        with safe_open(file, "np") as stream:
+            record = Header.model_validate_json(stream.metadata()[RECORD])
+            arrays = {name: stream.get_tensor(name) for name in stream.keys()}  # noqa: SIM118 no mapping
     except (OSError, SafetensorError, KeyError, TypeError, ValueError) as error:
         raise unreadable(file, str(error).splitlines()[0]) from None
     if record.sha256 not in {"", record.hashed(arrays)}:
         raise unreadable(file, "its content is damaged")
-    found = record.experiment
-    for name in (*identity, *sorted(found.keys() - identity.keys())):
-        there, here = found.get(name, "missing"), identity.get(name, "missing")
+    kept = record.experiment
+    for name in (*identity, *sorted(kept.keys() - identity.keys())):
+        there, here = kept.get(name, "missing"), identity.get(name, "missing")
         if there != here:
             raise ConfigError(
                 f"--out {file.parent}: holds an experiment with {name} = {there}, not"
                 f" {here}; name another folder"
             )
     for name, shape in wanted.items():
-        has = arrays[name].shape if name in arrays else None
-        if has is None or len(has) != len(shape) or not _fits(has, shape):
-            told = "missing" if has is None else has
-            raise unreadable(file, f"array '{name}' is {told}: must be {shape}")
+        if name not in arrays:
+            raise unreadable(file, f"array '{name}' is missing: must be {shape}")
+        has = arrays[name].shape
+        if has != tuple(n if m == ANY else m for m, n in zip_longest(shape, has)):
+            raise unreadable(file, f"array '{name}' is {has}: must be {shape}")
     return list(record.curve), {name: arrays[name] for name in wanted}
-
-
-def _fits(has: tuple[int, ...], shape: tuple[int, ...]) -> bool:
-    return all(each in (ANY, n) for n, each in zip(has, shape, strict=True))
 
 
 def unreadable(file: Path, why: str) -> ConfigError:
@@ -129,14 +125,13 @@ def evaluation_point(
 
 def mean_with_interval(trips: Int64[Array, " worlds"]) -> Interval:
     """Mean over worlds with its 95 % interval; of one world the interval is the mean itself."""
-    found = mean_interval(trips.tolist())
-    assert found is not None
-    low, high = found.ends
-    return Interval(low=low, mean=found.value, high=high)
+    estimate = mean_interval(trips.tolist())
+    assert estimate is not None
+    low, high = estimate.ends
+    return Interval(low=low, mean=estimate.value, high=high)
 
 
-LOCK = "lock"
-"""File of the lock in the folder; it holds the process and the machine that have it."""
+LOCK = "lock"  # file of the lock in the folder; it holds the process and the machine that have it
 
 FILES = r"(best|checkpoint|latest)\.(json|safetensors)"
 """Regular expression of the files of a training that are written atomically."""
@@ -144,9 +139,9 @@ FILES = r"(best|checkpoint|latest)\.(json|safetensors)"
 
 @contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
-    """Hold a folder, which is made, and sweep what killed runs left there.
+    """Make and lock a folder, and remove what killed runs left there.
 
-    The system takes the lock back when the process ends, however it ends. ConfigError if another
+    The system releases the lock when the process ends, however it ends. ConfigError if another
     run holds the folder, or if it cannot be written.
     """
     try:
@@ -155,7 +150,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
     except OSError as error:
         raise not_writable(folder, error) from None
     with stream:
-        _take(stream, folder)
+        _lock(stream, folder)
         try:
             stream.truncate(0)
             stream.write(f"{os.getpid()} on {socket.gethostname()}".encode())
@@ -165,8 +160,8 @@ def lock_folder(folder: Path) -> Iterator[None]:
         yield
 
 
-def _take(stream: IO[bytes], folder: Path) -> None:
-    """Take the lock, where the system and the file system have such locks."""
+def _lock(stream: IO[bytes], folder: Path) -> None:
+    """Lock a file, if the system and the file system have locks."""
     try:
         import fcntl
     except ModuleNotFoundError:  # Windows

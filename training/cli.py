@@ -5,8 +5,7 @@ import sys
 
 from swarm_forage_env.extras import missing_told
 
-INTERRUPTED = 130
-"""Exit status after Ctrl-C (128 + SIGINT)."""
+INTERRUPTED = 130  # exit status after Ctrl-C (128 + SIGINT)
 
 
 def main() -> None:

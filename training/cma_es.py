@@ -17,28 +17,14 @@ from cmaes import CMA
 from baselines.evaluation.backends import Backend, JoblibBackend
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.arrays import Array, Float32, Float64, Int64
+from training import linear_motion_policy
 from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import ANY, unreadable
 from training.experiment import Experiment, step_seed
-from training.learned_weighting import (
-    EXCHANGE_NETWORK,
-    HIDDEN,
-    NETWORK,
-    unflatten,
-)
-from training.linear_motion_policy import NETWORK as LINEAR
-from training.linear_motion_policy import SHAPES as LINEAR_SHAPES
+from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN, NETWORK, unflatten
 from training.linear_motion_policy import linear_policy_of
-from training.policy_file import (
-    CurvePoint,
-    LayerCard,
-    LayerName,
-    Policy,
-    Shapes,
-    layer_card,
-    load_policy,
-)
-from training.training_loop import ProgressLogger, Training, run
+from training.policy_file import CurvePoint, LayerName, Policy, Shapes, load_policy
+from training.training_loop import NetworkTraining, ProgressLogger, run
 
 INITIAL_SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
 """Initial step size: standard deviation of every weight in the first generation."""
@@ -46,7 +32,7 @@ INITIAL_SIGMA: Mapping[LayerName, float] = {"weighting": 0.3, "motion": 0.05}
 INITIAL_BETA = 0.001
 """Beta of the SGIFF rule that the search starts from [1/cm]: the best one in large arenas."""
 
-NETWORKS: Mapping[LayerName, str] = {"weighting": NETWORK, "motion": LINEAR}
+NETWORKS = {"weighting": NETWORK, "motion": linear_motion_policy.NETWORK}
 """Architecture that is searched for each layer, by its name on a card."""
 
 SIZES: Mapping[LayerName, Mapping[str, int]] = {"weighting": {"hidden": HIDDEN}, "motion": {}}
@@ -63,7 +49,7 @@ def train(
     return load_policy(run(CMAESTraining(experiment, backend), experiment, "generation", say))
 
 
-class CMAESTraining(Training):
+class CMAESTraining(NetworkTraining):
     """A resumable CMA-ES search.
 
     Telling a new search the same candidates and losses restores its state bit for bit, so a
@@ -103,8 +89,7 @@ class CMAESTraining(Training):
         """Run one generation (ask, roll out, tell) and save the checkpoint."""
         experiment, begin = self._experiment, time.perf_counter()
         self._search.reseed_rng(step_seed(experiment.seed, self.done))
-        asked = [self._search.ask() for _ in range(self._search.population_size)]
-        population = np.array(asked, np.float32)
+        population = np.array([self._search.ask() for _ in range(self._candidates)], np.float32)
         seeds = experiment.training_seeds(self.done * experiment.worlds, experiment.worlds)
         values = fitness_of(self._rollouts.round_trips(population, seeds))
         self._tell(population, -values)
@@ -125,25 +110,24 @@ class CMAESTraining(Training):
 
     def evaluate(self) -> CurvePoint:
         """Evaluate the search mean on the held-back seeds, and save it if it is the best."""
-        self._means = np.concatenate([self._means, self._mean[None]])
+        self._means = np.concatenate([self._means, self._numbers[None]])
         return super().evaluate()
 
     @property
-    def _mean(self) -> Float32[Array, " numbers"]:
+    def _numbers(self) -> Float32[Array, " numbers"]:
         return np.asarray(self._search.mean, np.float32)
 
     @property
     def _weights(self) -> dict[str, Float32[Array, "..."]]:
-        return self._named(self._mean)
+        return self._named(self._numbers)
 
     def _named(self, numbers: Float32[Array, " numbers"]) -> dict[str, Float32[Array, "..."]]:
         arrays = unflatten(numbers, self._shapes)
         return {f"{self._layer}.{name}": array for name, array in arrays.items()}
 
     @property
-    def _layers(self) -> dict[LayerName, LayerCard]:
-        scenario, layer = next(iter(self._rollouts.scenarios.values())), self._layer
-        return {layer: layer_card(layer, scenario, NETWORKS[layer], self._sizes)}
+    def _network(self) -> tuple[str, Mapping[str, int]]:
+        return NETWORKS[self._layer], self._sizes
 
     @property
     def _simulated_s(self) -> float:
@@ -169,18 +153,12 @@ class CMAESTraining(Training):
             best = int(np.argmax([point.value for point in self.curve]))
             self._best = self._named(self._means[best])
 
-    def _round_trips(self) -> Mapping[str, Int64[Array, " worlds"]]:
-        seeds = self._experiment.held_back_seeds
-        found = self._rollouts.round_trips(self._mean[None], seeds)
-        return {name: each[0] for name, each in found.items()}
-
     @property
     def _candidates(self) -> int:
         return int(self._search.population_size)
 
     def _tell(self, population: Float32[Array, "n numbers"], losses: Float64[Array, " n"]) -> None:
-        told = zip(population.astype(np.float64), losses.tolist(), strict=True)
-        self._search.tell(list(told))
+        self._search.tell(list(zip(population.astype(np.float64), losses.tolist(), strict=True)))
 
 
 def initial_network(
@@ -196,7 +174,9 @@ def initial_network(
 
 def network_shapes(layer: LayerName, sizes: Mapping[str, int]) -> Shapes:
     """Shapes of the arrays of the network that is searched for a layer."""
-    return LINEAR_SHAPES if layer == "motion" else EXCHANGE_NETWORK.shapes(sizes)
+    if layer == "motion":
+        return linear_motion_policy.SHAPES
+    return EXCHANGE_NETWORK.shapes(sizes)
 
 
 def initial_mean(seed: int, layer: LayerName) -> Float64[Array, " numbers"]:

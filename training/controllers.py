@@ -20,13 +20,13 @@ from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.registry import CONTROLLERS, POLICIES
 from training.exported_policies import CallablePolicy, OnnxPolicy, TorchScriptPolicy
-from training.learned_motion import LearnedMotion
 from training.learned_weighting import (
     REPUTATION_NETWORK,
     LearnedReputation,
     LearnedWeighting,
     network_over,
 )
+from training.linear_motion_policy import LearnedMotion
 from training.network_policy import NetworkPolicy
 from training.policy_controller import named_policy
 from training.policy_file import LayerName
@@ -52,7 +52,7 @@ ABOUT = {
     "learned-both": "a learned weighting and motion, over dsgiff-penalised",
     "learned-sceptical": "a network weighs by who told what and how it turned out",
 }
-"""What each controller is, in words."""
+"""Each controller in words."""
 
 for controller in NAMED:
     CONTROLLERS.register(controller.name, ABOUT[controller.name])(controller)
@@ -67,13 +67,9 @@ KINDS = {
 """Policies of other trainers, by the word before the colon."""
 
 
-def about(policy: type) -> str:
-    """What a kind of policy is: the first line of its docstring."""
-    return (getdoc(policy) or "").partition("\n")[0]
-
-
 for kind, policy in KINDS.items():
-    POLICIES.register(kind, about(policy))(named_policy(kind, policy()))
+    first_line = (getdoc(policy) or "").partition("\n")[0]
+    POLICIES.register(kind, first_line)(named_policy(kind, policy()))
 
 
 def learned_layer(layer: LayerName, controller: LayeredController) -> type[Part]:
@@ -88,8 +84,8 @@ def with_learned_layers(
     controller: LayeredController, layers: Sequence[LayerName], policy: Path
 ) -> LayeredController:
     """Copy a controller, with some layers replaced by those of a policy file."""
-    chosen = {"policy": str(policy)}
-    parts = {each: learned_layer(each, controller).model_validate(chosen) for each in layers}
+    file = {"policy": str(policy)}
+    parts = {each: learned_layer(each, controller).model_validate(file) for each in layers}
     return replace(controller, **parts)  # type: ignore[arg-type] # of no `name`
 
 

@@ -1,14 +1,11 @@
 """DAgger for the confidence weighting: supervised learning from the true errors of estimates.
 
-In training, and nowhere else, the true error of a robot's own estimate of an area and that of the
-estimate it hears are known, so a weight can be scored without trial and error. The exchanges that
-robots meet depend on how they weigh. Therefore in each round robots run new worlds under the
-current network, all their exchanges are recorded, and the network is fitted to minimise the error
-of the merged estimates.
+The exchanges that robots meet depend on how they weigh. Therefore in each round robots run new
+worlds under the current network, all their exchanges are recorded, and the network is fitted to
+minimise the error of the merged estimates.
 
-Source: Ross2011, A Reduction of Imitation Learning and Structured Prediction to No-Regret
-Online Learning (DAgger); here without data of earlier
-rounds, and with a falling learning rate.
+Source: Ross2011, A Reduction of Imitation Learning and Structured Prediction to No-Regret Online
+Learning (DAgger); here without data of earlier rounds, and with a falling learning rate.
 """
 
 import operator
@@ -20,41 +17,30 @@ import numpy as np
 import torch
 
 from baselines.evaluation.backends import JoblibBackend, run_in_order
-from swarm_forage_env.arrays import Array, Float32, Int64
+from swarm_forage_env.arrays import Array, Float32
 from training.candidate_rollouts import CandidateRollouts
 from training.exchanges import Exchanges, record_exchanges
 from training.experiment import Experiment, worlds_per_scenario
-from training.learned_weighting import REPUTATION_NETWORK, flatten, network_over, unflatten
-from training.policy_file import (
-    LayerCard,
-    LayerName,
-    Policy,
-    layer_card,
-    load_policy,
-    observation_layout,
-)
-from training.training_loop import ProgressLogger, Training, run
-from training.weighting_actor import ReputationActor, WeightingActor
+from training.learned_weighting import flatten, network_over, unflatten
+from training.policy_file import Policy, load_policy, observation_layout
+from training.training_loop import NetworkTraining, ProgressLogger, run
+from training.weighting_actor import WeightingActor
 
-HIDDEN = 16
-"""Hidden units: supervised learning can fit more of them than a search."""
-
-GRADIENT_STEPS, LEARNING_RATE = 500, 0.01
-"""Of Adam: steps in a round, and initial learning rate, which falls linearly to zero over the
-budget."""
+HIDDEN = 16  # hidden units: supervised learning can fit more of them than a search
+GRADIENT_STEPS = 500  # of Adam, in a round
+LEARNING_RATE = 0.01  # of Adam, in the first round; it falls linearly to zero over the budget
 
 
 def initial_actor(experiment: Experiment) -> WeightingActor:
     """The network to train: the controller's own if it is a learned one, else a new one."""
     layout = observation_layout("weighting", next(iter(experiment.scenarios_by_name.values())))
     architecture = network_over(experiment.base_controller.estimator)
-    kind = ReputationActor if architecture is REPUTATION_NETWORK else WeightingActor
     policy = experiment.policy_of("weighting")
-    if policy is None:
-        return kind(layout, HIDDEN)
-    sizes = policy.card.layers["weighting"].sizes
-    actor = kind(layout, sizes["hidden"])
-    actor.load_numpy(unflatten(architecture.numbers_of(policy), architecture.shapes(sizes)))
+    hidden = HIDDEN if policy is None else policy.card.layers["weighting"].sizes["hidden"]
+    actor = WeightingActor(layout, hidden, architecture)
+    if policy is not None:
+        shapes = architecture.shapes(actor.sizes)
+        actor.load_numpy(unflatten(architecture.numbers_of(policy), shapes))
     return actor
 
 
@@ -63,7 +49,7 @@ def train(experiment: Experiment, say: Callable[[str], None]) -> Policy:
     return load_policy(run(DAggerTraining(experiment), experiment, "round", say))
 
 
-class DAggerTraining(Training):
+class DAggerTraining(NetworkTraining):
     """A resumable DAgger training."""
 
     def __init__(self, experiment: Experiment) -> None:
@@ -93,15 +79,15 @@ class DAggerTraining(Training):
     def advance(self, progress: ProgressLogger) -> str:
         """Run one round (record, fit), save the checkpoint, and return a line on the gain."""
         begin = time.perf_counter()
-        found = self._exchanges()
+        exchanges = self._exchanges()
         wall = time.perf_counter() - begin
-        shares = self._fit(found)
+        shares = self._fit(exchanges)
         self._rounds += 1
         self._save()
-        numbers = {f"share/{name}": share for name, share in shares.items()}
-        numbers["speed/episodes_per_s"] = sum(self._n_worlds.values()) / wall
-        numbers["speed/simulated_s_per_s"] = self._simulated_s / self.done / wall
-        progress.log_scalars(self.done, numbers)
+        scalars = {f"share/{name}": share for name, share in shares.items()}
+        scalars["speed/episodes_per_s"] = sum(self._n_worlds.values()) / wall
+        scalars["speed/simulated_s_per_s"] = self._simulated_s / self.done / wall
+        progress.log_scalars(self.done, scalars)
         gains = ", ".join(f"{name} {share:.0%}" for name, share in shares.items())
         return f"round {self.done}: gain per exchange as a share of the oracle's: {gains}"
 
@@ -120,24 +106,25 @@ class DAggerTraining(Training):
             )
             for name, scenario in self._scenarios.items()
         ]
-        found = run_in_order(self._backend, operator.call, calls)
-        return dict(zip(self._scenarios, found, strict=True))
+        recorded = run_in_order(self._backend, operator.call, calls)
+        return dict(zip(self._scenarios, recorded, strict=True))
 
-    def _fit(self, found: Mapping[str, Exchanges]) -> dict[str, float]:
+    def _fit(self, exchanges: Mapping[str, Exchanges]) -> dict[str, float]:
         """Fit the network; return its error reduction as a share of the oracle's, per scenario."""
         experiment = self._experiment
         torch.set_num_threads(1)  # so that sums are the same whatever the workers
         draws = torch.Generator().manual_seed(experiment.seed + self.done)
-        gains = {name: each.gain(name) for name, each in found.items()}
+        gains = {name: each.gain(name) for name, each in exchanges.items()}
         left = 1.0 - self.done / experiment.budget
         optimiser = torch.optim.Adam(self._actor.parameters(), LEARNING_RATE * left)
         for _ in range(GRADIENT_STEPS):
-            errors = [each.draw(draws).error(self._actor) / gains[k] for k, each in found.items()]
+            batches = {name: each.draw(draws) for name, each in exchanges.items()}
+            errors = [each.error(self._actor) / gains[name] for name, each in batches.items()]
             loss = torch.stack(errors).mean()
             optimiser.zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]
             optimiser.step()
-        return {name: each.share(self._actor, gains[name]) for name, each in found.items()}
+        return {name: each.share(self._actor, gains[name]) for name, each in exchanges.items()}
 
     @property
     def _numbers(self) -> Float32[Array, " numbers"]:
@@ -155,9 +142,8 @@ class DAggerTraining(Training):
         return {f"weighting.{name}": array for name, array in self._actor.to_numpy().items()}
 
     @property
-    def _layers(self) -> dict[LayerName, LayerCard]:
-        scenario, actor = next(iter(self._scenarios.values())), self._actor
-        return {"weighting": layer_card("weighting", scenario, actor.network, actor.sizes)}
+    def _network(self) -> tuple[str, Mapping[str, int]]:
+        return self._actor.architecture.name, self._actor.sizes
 
     @property
     def _state(self) -> dict[str, Array]:
@@ -169,8 +155,3 @@ class DAggerTraining(Training):
         self._rounds = int(arrays["rounds"])
         self._actor.load_numpy({name: arrays[name] for name in names})
         self._best = {f"weighting.{name}": arrays[f"best.{name}"] for name in names}
-
-    def _round_trips(self) -> Mapping[str, Int64[Array, " worlds"]]:
-        seeds = self._experiment.held_back_seeds
-        found = self._rollouts.round_trips(self._numbers[None], seeds)
-        return {name: each[0] for name, each in found.items()}

@@ -1,9 +1,9 @@
-"""Recorded exchanges: what a robot was shown of them, and how far both estimates truly erred.
+"""Recorded exchanges: what a robot observed of them, and how far both estimates truly erred.
 
 The truth is known in training, and nowhere else, so a weight can be scored without trial and error.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
@@ -41,8 +41,7 @@ MAX_SQUARED_ERROR = 0.5
 UNKNOWN_ERROR = 0.15
 """What it counts in the loss not to know an area [m2]: as if its place erred by 0.4 m."""
 
-BATCH_SIZE = 1024
-"""Exchanges of each scenario in a gradient step."""
+BATCH_SIZE = 1024  # exchanges of each scenario in a gradient step
 
 
 def squared_error(g: Tensor, own: Tensor, heard: Tensor) -> Tensor:
@@ -63,24 +62,20 @@ def error_of_copying(g: Tensor, heard: Tensor) -> Tensor:
 
     c is `UNKNOWN_ERROR`, e_j the true error of the heard estimate [m].
     """
-    told = torch.clamp((heard**2).sum(1), max=MAX_SQUARED_ERROR)
-    return (1.0 - g) * UNKNOWN_ERROR + g * told
+    copied = torch.clamp((heard**2).sum(1), max=MAX_SQUARED_ERROR)
+    return (1.0 - g) * UNKNOWN_ERROR + g * copied
 
 
 @dataclass(frozen=True)
 class Exchanges:
-    """Recorded exchanges in which a robot was told of an area, a row for each such area."""
+    """Recorded exchanges in which a partner told of an area, a row for each such area."""
 
     observed: Float32[Array, "rows numbers"]
     """Observation of the exchange; of a network that sees it also what is remembered."""
-    area: Float32[Array, "rows areas"]
-    """One-hot vector of the area."""
-    known: Float32[Array, " rows"]
-    """1 where the robot has an estimate of its own, else 0."""
-    own_error: Float32[Array, "rows 2"]
-    """True error of the robot's own estimate of the area [m]."""
-    heard_error: Float32[Array, "rows 2"]
-    """True error of the estimate that it heard [m]."""
+    area: Float32[Array, "rows areas"]  # one-hot vector of the area
+    known: Float32[Array, " rows"]  # 1 where the robot has an estimate of its own, else 0
+    own_error: Float32[Array, "rows 2"]  # true error of the robot's own estimate of the area [m]
+    heard_error: Float32[Array, "rows 2"]  # true error of the estimate that it heard [m]
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -88,7 +83,7 @@ class Exchanges:
 
     @classmethod
     def of(cls, parts: Sequence["Exchanges"], n_features: int) -> "Exchanges":
-        """Join exchanges whose observations have so many features."""
+        """Join exchanges whose observations have `n_features` features."""
         shapes = (0, n_features), (0, 2), (0,), (0, 2), (0, 2)
         nothing = [np.zeros(shape, np.float32) for shape in shapes]
         columns = zip(nothing, *(each._columns for each in parts), strict=True)
@@ -107,18 +102,18 @@ class Exchanges:
 
     def error(self, actor: WeightingActor) -> Tensor:
         """Mean squared error of the estimates that a network merges [m2]."""
-        weights, _ = actor(torch.from_numpy(self.observed))
+        weights = actor(torch.from_numpy(self.observed))
         return self.loss((weights * torch.from_numpy(self.area)).sum(1)).mean()
 
-    def oracle_gain(self) -> Tensor:
-        """Mean reduction of the squared error by an oracle, which takes the better estimate."""
-        nobody = torch.zeros(len(self))
-        alone, told = self.loss(nobody), self.loss(nobody + 1.0)
-        return (alone - torch.minimum(alone, told)).mean()
-
     def gain(self, name: str) -> Tensor:
-        """Error reduction by an oracle, `oracle_gain`; ConfigError, with `name`, if it is zero."""
-        if not len(self) or not (gain := self.oracle_gain()) > 0.0:
+        """Mean reduction of the squared error by an oracle, which takes the better estimate [m2].
+
+        ConfigError, with the `name` of the scenario, if it is zero.
+        """
+        nobody = torch.zeros(len(self))
+        own, copied = self.loss(nobody), self.loss(nobody + 1.0)
+        gain = (own - torch.minimum(own, copied)).mean()
+        if not gain > 0.0:
             raise ConfigError(
                 f"scenario '{name}': in {len(self)} exchanges nobody who knew an area was told"
                 " a better place of it, so that there is nothing to learn; take more --worlds, or"
@@ -141,10 +136,8 @@ class Exchanges:
 class RecordingWeighting:
     """A weighting by a network that records all exchanges with their true errors."""
 
-    numbers: Float32[Array, " numbers"]
-    """Flat weights of the network."""
-    layout: FieldLayout
-    """Layout of the observations that are recorded."""
+    numbers: Float32[Array, " numbers"]  # flat weights of the network
+    layout: FieldLayout  # layout of the observations that are recorded
     architecture: WeightingNetwork = EXCHANGE_NETWORK
     recorded: list[Exchanges] = field(default_factory=list)
     """The exchanges so far, in the order of the ticks in which they ended."""
@@ -152,54 +145,37 @@ class RecordingWeighting:
 
     @property
     def remembers(self) -> bool:
-        """The network is shown what robots remember, and is asked about unknown areas."""
+        """The network observes what robots remember, and is asked about unknown areas."""
         return self.architecture is REPUTATION_NETWORK
 
-    @property
-    def n_numbers(self) -> int:
-        """Numbers of an observation that is recorded."""
-        return len(self.layout) + (len(REMEMBERED) if self.remembers else 0)
-
-    def start_knowing(self, running: RunningLayers, world: ForagingWorld) -> "ExchangeRecorder":
+    def start_knowing(
+        self, running: RunningLayers, world: ForagingWorld
+    ) -> Callable[[Rows], Float32[Array, "rows areas"]]:
         """Start the running weighting, with access to the beliefs and to the ground truth."""
-        return ExchangeRecorder(self, running, world)
+        layer = self.architecture.layer(self.numbers)
+        weigh = RowWeighting(layer, is_told if self.remembers else is_weighed)
+        is_double = running.estimator.numbers["double"] > 0.0
 
+        def record_and_weigh(exchange: Rows) -> Float32[Array, "rows areas"]:
+            row, area = np.nonzero(self._is_recorded(exchange, is_double))
+            own, heard = errors(running.minds, world)
+            observed = self.layout.matrix({"exchange": exchange})[row]
+            if self.remembers:
+                observed = np.concatenate([observed, _remembered(exchange, row, area)], axis=1)
+            known = exchange.own_known[row, area]
+            columns = observed, np.eye(2)[area], known, own[row, area], heard[row, area]
+            self.recorded.append(Exchanges(*(each.astype(np.float32) for each in columns)))
+            return weigh(exchange)
 
-class ExchangeRecorder:
-    """The running weighting of a `RecordingWeighting`."""
+        return record_and_weigh
 
-    def __init__(
-        self, weighting: RecordingWeighting, running: RunningLayers, world: ForagingWorld
-    ) -> None:
-        """Take the beliefs of the robots of a running controller, and their world."""
-        layer = weighting.architecture.layer(weighting.numbers)
-        is_asked = is_told if weighting.remembers else is_weighed
-        self._weigh, self._layout = RowWeighting(layer, is_asked), weighting.layout
-        self._recorded, self._remembers = weighting.recorded, weighting.remembers
-        self._is_double = running.estimator.numbers["double"] > 0.0
-        self._minds, self._world = running.minds, world
-
-    def __call__(self, exchange: Rows) -> Float32[Array, "rows areas"]:
-        """Record the exchanges that end in this tick, and return g for each row and area."""
-        row, area = np.nonzero(self._is_recorded(exchange))
-        own, heard = errors(self._minds, self._world)
-        observed = self._layout.matrix({"exchange": exchange})[row]
-        if self._remembers:
-            observed = np.concatenate([observed, _remembered(exchange, row, area)], axis=1)
-        known = exchange.own_known[row, area]
-        columns = observed, np.eye(2)[area], known, own[row, area], heard[row, area]
-        self._recorded.append(Exchanges(*(each.astype(np.float32) for each in columns)))
-        return self._weigh(exchange)
-
-    def _is_recorded(self, exchange: Rows) -> Bool[Array, "rows areas"]:
-        """What is told of an area counts, and the network is asked about it."""
+    def _is_recorded(self, exchange: Rows, is_double: bool) -> Bool[Array, "rows areas"]:
+        """The partner told of the area, and the network is asked about it."""
         is_told, is_known = exchange.heard_known > 0.0, exchange.own_known > 0.0
         is_merged: Bool[Array, "rows areas"] = is_told & is_known
-        if not self._is_double:
+        if not is_double:
             is_merged &= exchange.goal[:, :2] > 0.0
-        if self._remembers:
-            is_merged |= is_told & ~is_known
-        return is_merged
+        return is_merged | (is_told & ~is_known) if self.remembers else is_merged
 
 
 @kernel
@@ -210,10 +186,9 @@ def is_told(exchange: Exchange, area: int) -> bool:
 
 def _remembered(exchanges: Array, row: Array, area: Array) -> Float32[Array, "chosen numbers"]:
     """What robots remember of their partners, and of others, of one area each."""
-    columns = [exchanges[name][row] for name in REMEMBERED]
-    of_area = (each[np.arange(len(row)), area] if each.ndim > 1 else each for each in columns)
-    found: Float32[Array, "chosen numbers"] = np.stack(list(of_area), axis=1).astype(np.float32)
-    return found
+    columns = [exchanges[name] for name in REMEMBERED]
+    chosen = [each[row, area] if each.ndim > 1 else each[row] for each in columns]
+    return np.stack(chosen, axis=1, dtype=np.float32)
 
 
 def record_exchanges(
@@ -228,4 +203,5 @@ def record_exchanges(
     weighting = RecordingWeighting(numbers, layout, network_over(controller.estimator))
     loop = Loop(scenario, replace(controller, weighting=weighting), seeds, physics)
     loop.run(scenario.n_ticks)
-    return Exchanges.of(weighting.recorded, weighting.n_numbers)
+    n_features = len(layout) + (len(REMEMBERED) if weighting.remembers else 0)
+    return Exchanges.of(weighting.recorded, n_features)

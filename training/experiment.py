@@ -23,9 +23,8 @@ from swarm_forage_env.parameters import leaves
 from swarm_forage_env.random_streams import checked_seed
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
-from training.learned_motion import LearnedMotion
 from training.learned_weighting import LearnedWeighting
-from training.linear_motion_policy import linear_policy_of
+from training.linear_motion_policy import LearnedMotion, linear_policy_of
 from training.policy_file import LayerName, Policy, load_policy, observation_features
 
 LAYERS: dict[str, tuple[LayerName, ...]] = {
@@ -61,30 +60,26 @@ class Experiment:
     algorithm: str
     out: Path
     seed: int = 0
-    budget: int = 100
-    """Generations (cma), rounds (imitation) or robot steps (ppo)."""
-    every: int = 5
-    """Generations, rounds or robot steps between two evaluations."""
+    budget: int = 100  # generations (cma), rounds (imitation) or robot steps (ppo)
+    every: int = 5  # generations, rounds or robot steps between two evaluations
     worlds: int = 8
     """Parallel worlds: for each candidate in each scenario (cma), or of the scenario with the
     fewest robots (imitation and ppo); scenarios with more robots get fewer worlds."""
-    held_back: int = 10
-    """Number of held-back seeds of an evaluation, in each scenario."""
-    population: int | None = None
-    """Candidates of a generation (cma); None: the default of CMA-ES."""
+    held_back: int = 10  # number of held-back seeds of an evaluation, in each scenario
+    population: int | None = None  # candidates of a generation (cma); None: the default of CMA-ES
     settings: Mapping[str, str] = field(default_factory=dict)
     """Changes of every scenario, by dotted name."""
-    controller: str = "ssgiff"
-    """Controller whose other layers are used."""
+    controller: str = "ssgiff"  # controller whose other layers are used
     physics: str = "rigid"
     workers: int = 1
-    device: str = "cpu"
-    """Where worlds run, and for ppo the learner: "cpu" or "cuda"."""
+    device: str = "cpu"  # where worlds run, and for ppo the learner: "cpu" or "cuda"
 
     def check(self) -> None:
         """Raise ConfigError or UnknownNameError for the first invalid option."""
-        _check_choice("layer", self.layer, LAYERS)
-        _check_choice("--algorithm", self.algorithm, ALGORITHMS)
+        if self.layer not in LAYERS:
+            raise UnknownNameError("layer", self.layer, LAYERS)
+        if self.algorithm not in ALGORITHMS:
+            raise UnknownNameError("algorithm", self.algorithm, ALGORITHMS)
         if self.algorithm == "cma" and len(self.layers) > 1:
             raise ConfigError("--algorithm=cma: trains one layer at a time, not both; use ppo")
         if self.algorithm == "imitation" and self.layer != "weighting":
@@ -110,7 +105,7 @@ class Experiment:
 
     def _check_numbers(self) -> None:
         for option in ("budget", "every", "worlds", "workers"):
-            check_count(f"--{option}", getattr(self, option))
+            check_count(f"--{option}", vars(self)[option])
         if not 1 <= self.held_back <= len(HELD_BACK_SEEDS):
             raise ConfigError(
                 f"--held-back={self.held_back}: must be from 1 to {len(HELD_BACK_SEEDS)}"
@@ -155,32 +150,38 @@ class Experiment:
 
     def _check_same_observations(self) -> None:
         """Raise ConfigError if a layer's observation space differs between the scenarios."""
-        first, *others = self.scenarios_by_name
+        first, *others = self.scenarios_by_name.items()
         for layer in self.layers:
-            shown = observation_features(layer, self.scenarios_by_name[first])
-            for name in others:
-                if observation_features(layer, self.scenarios_by_name[name]) != shown:
+            features = observation_features(layer, first[1])
+            for name, scenario in others:
+                if observation_features(layer, scenario) != features:
                     raise ConfigError(
-                        f"scenarios '{first}' and '{name}': show other numbers to the {layer}, so"
-                        " that no policy fits both; radio.slots and task.n_robots decide how many"
+                        f"scenarios '{first[0]}' and '{name}': show other numbers to the {layer},"
+                        " so that no policy fits both; radio.slots and task.n_robots decide how"
+                        " many"
                     )
 
     @cached_property
     def scenarios_by_name(self) -> dict[str, Scenario]:
-        """Scenarios with all changes applied, by the names that they were asked for."""
-        found = {}
+        """Scenarios with all changes applied, by their names with changes."""
+        scenarios: dict[str, Scenario] = {}
         for text in self.scenarios:
             name, changes = parse_controller(text, "scenario", "es1:radio.frames=5")
-            found[text] = _foraging_scenario(name, {**self.settings, **changes})
-        return found
+            scenario: Scenario = find_scenario(name, {**self.settings, **changes})
+            if task_of(scenario).name != "foraging":
+                raise ConfigError(
+                    f"scenario '{scenario.name}': must be one in which robots forage, as es1"
+                )
+            scenarios[text] = scenario
+        return scenarios
 
     @cached_property
     def base_controller(self) -> LayeredController:
-        """The controller of which layers are replaced."""
-        found = find_controller(self.controller)
-        if not isinstance(found, LayeredController):
+        """The controller whose layers are replaced."""
+        controller = find_controller(self.controller)
+        if not isinstance(controller, LayeredController):
             raise ConfigError(f"controller '{self.controller}': must be a LayeredController")
-        return found
+        return controller
 
     def policy_of(self, layer: LayerName) -> Policy | None:
         """The policy of the controller's own layer; None if that layer is hand-written."""
@@ -209,27 +210,23 @@ class Experiment:
     @property
     def identity(self) -> dict[str, str]:
         """Everything that the result depends on, except how long it runs; stored in checkpoints."""
-        found = {
-            "layer": self.layer,
-            "algorithm": self.algorithm,
-            "scenarios": " ".join(self.scenarios),
-            "controller": self.base_controller.name,
-        }
-        for name in ("seed", "every", "worlds", "held_back", "population", "physics"):
-            found[name] = str(getattr(self, name))
+        controller = self.base_controller
+        names = ["layer", "algorithm", "scenarios", "controller", "seed", "every", "worlds"]
+        names += ["held_back", "population", "physics"]
         if self.algorithm == "imitation":  # the learning rate falls to zero over the budget
-            found["budget"] = str(self.budget)
+            names.append("budget")
         if self.device != "cpu":  # which rounds otherwise
-            found["device"] = self.device
+            names.append("device")
+        terms = vars(self) | {"scenarios": " ".join(self.scenarios), "controller": controller.name}
+        identity = {name: str(terms[name]) for name in names}
         for name, scenario in self.scenarios_by_name.items():
-            found |= {f"{name} {k}": str(v) for k, v in leaves(scenario.model_dump()).items()}
-        rest = self.base_controller.parameters.items()
-        found |= {f"{self.base_controller.name} {k}": str(v) for k, v in rest}
-        for layer, part in self.base_controller.layers.items():
+            identity |= {f"{name} {k}": str(v) for k, v in leaves(scenario.model_dump()).items()}
+        identity |= {f"{controller.name} {k}": str(v) for k, v in controller.parameters.items()}
+        for layer, part in controller.layers.items():
             for file in getattr(part, "reads", ()):
                 digest = hashlib.sha256(file.read_bytes()).hexdigest()
-                found[f"{self.base_controller.name} {layer}, sha256"] = digest
-        return found
+                identity[f"{controller.name} {layer}, sha256"] = digest
+        return identity
 
     @property
     def command(self) -> str:
@@ -259,16 +256,3 @@ def step_seed(seed: int, step: int) -> int:
 def versions(*more: str) -> dict[str, str]:
     """Versions of the packages that a result depends on."""
     return {package: version(package) for package in (*PACKAGES, *more)}
-
-
-def _foraging_scenario(name: str, changes: Mapping[str, str]) -> Scenario:
-    """The scenario of a name, changed; ConfigError for one of another task."""
-    found: Scenario = find_scenario(name, changes)
-    if task_of(found).name != "foraging":
-        raise ConfigError(f"scenario '{found.name}': must be one in which robots forage, as es1")
-    return found
-
-
-def _check_choice(option: str, value: str, choices: Mapping[str, object] | tuple[str, ...]) -> None:
-    if value not in choices:
-        raise UnknownNameError(option.removeprefix("--"), value, choices)

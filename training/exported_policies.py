@@ -11,7 +11,7 @@ scores of all choices (robots, choices) where actions are discrete.
 
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from gymnasium.spaces import Discrete
@@ -19,10 +19,10 @@ from gymnasium.spaces import Discrete
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.extras import remedy
 from training.foreign_file import check_file, check_zip, reason
 from training.policy import SHOWN_BY, PolicyFile, Predict, imported, module_file
 from training.policy_card import PolicyCard
+from training.policy_file import missing_package
 
 if TYPE_CHECKING:
     from onnxruntime import InferenceSession
@@ -41,21 +41,19 @@ class TorchScriptPolicy(PolicyFile):
             warnings.simplefilter("ignore", DeprecationWarning)  # torch prefers its newer export
             try:
                 check_zip(path)
-                load: Any = torch.jit.load
-                network = load(str(path), map_location="cpu").eval()
+                network = torch.jit.load(str(path), map_location="cpu").eval()  # type: ignore[no-untyped-call]
             except (RuntimeError, ValueError) as error:
-                raise ConfigError(
-                    f"policy {self.file}: is no TorchScript ({reason(error)})"
-                ) from None
+                why = reason(error)
+                raise ConfigError(f"policy {self.file}: is no TorchScript ({why})") from None
 
         @torch.no_grad()
         def predict(observed: Array) -> Array:
             try:
-                given = network(torch.from_numpy(observed)).numpy()
+                output = network(torch.from_numpy(observed)).numpy()
             except (RuntimeError, torch.jit.Error) as error:  # the latter is raised by a script
-                told = str(error).strip().rpartition("\n")[2]
-                raise _unfit(self.file, f"{len(form.layout)} numbers", told) from None
-            return _chosen(given, form)
+                last_line = str(error).strip().rpartition("\n")[2]
+                raise _unfit(self.file, f"{len(form.layout)} numbers", last_line) from None
+            return _chosen(output, form)
 
         return predict
 
@@ -74,11 +72,11 @@ class OnnxPolicy(PolicyFile):
 
         def predict(observed: Array) -> Array:
             try:
-                given = np.asarray(session.run(None, {inputs[0]: observed})[0])
+                output = np.asarray(session.run(None, {inputs[0]: observed})[0])
             except Exception as error:  # its own classes have no other base
                 size = f"{observed.shape[0]} robots and {observed.shape[1]} numbers"
                 raise _unfit(self.file, size, reason(error)) from None
-            return _chosen(given, form)
+            return _chosen(output, form)
 
         return predict
 
@@ -88,9 +86,7 @@ class OnnxPolicy(PolicyFile):
         try:
             import onnxruntime
         except ModuleNotFoundError as error:
-            raise ModuleNotFoundError(
-                f"policy {self.file}: needs '{error.name}': {remedy(error.name)}", name=error.name
-            ) from None
+            raise missing_package(f"policy {self.file}", error) from None
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         options.log_severity_level = 4  # it tells everything twice
@@ -106,7 +102,7 @@ class CallablePolicy(PolicyFile):
     """A function of Python's: callable:package.module:function.
 
     It maps what the robots of a world observe to their actions, both (robots, numbers). Its module
-    is looked for on Python's path, and in the current folder. Importing it runs it.
+    is imported, which runs it, from Python's path or the current folder.
     """
 
     @property
@@ -115,7 +111,7 @@ class CallablePolicy(PolicyFile):
         return (*SHOWN_BY, module_file(self._function()))
 
     def card(self) -> PolicyCard | None:
-        """A function has none: its name says what it goes with."""
+        """A function has none: its name gives the keywords."""
         return None
 
     def start(self, form: PolicyForm) -> Predict:
@@ -129,18 +125,19 @@ class CallablePolicy(PolicyFile):
                 " callable:package.module:function"
             )
         try:
-            found: Predict = imported(self.file)
+            function = imported(self.file)
         except ConfigError as error:
             raise ConfigError(f"callable {error}") from None
-        if not callable(found):
-            raise ConfigError(f"callable '{self.file}': is a {type(found).__name__}, no function")
-        return found
+        if not callable(function):
+            kind = type(function).__name__
+            raise ConfigError(f"callable '{self.file}': is a {kind}, no function")
+        return function
 
 
-def _chosen(given: Array, form: PolicyForm) -> Array:
+def _chosen(output: Array, form: PolicyForm) -> Array:
     """The actions of a network; of scores of choices the choices of the highest ones."""
-    scores = isinstance(form.action_space, Discrete) and given.ndim == 2
-    return np.asarray(given.argmax(1) if scores else given)
+    is_scores = isinstance(form.action_space, Discrete) and output.ndim == 2
+    return np.asarray(output.argmax(1) if is_scores else output)
 
 
 def _unfit(file: str, observed: str, why: str) -> ConfigError:

@@ -12,28 +12,22 @@ from pydantic import ValidationError
 
 from swarm_forage_env.errors import ConfigError
 
-LARGEST = 256 * 2**20
-"""Bytes of a file of weights, at most: a network of three layers of 1,024 has a fifth of that."""
-
-LARGEST_ZIP = 4 * LARGEST
-"""Bytes of the zip of a model, at most: what its optimiser remembers is twice its weights."""
-
-LARGEST_TELLING = 16 * 2**20
-"""Bytes of what a zip tells of a model, at most: it has a megabyte for some thousand robots."""
-
-LARGEST_CARD = 2 * 2**20
-"""Bytes of a card, at most: one with a learning curve of some thousand points has one megabyte."""
+# The most bytes that are read:
+LARGEST = 256 * 2**20  # of weights: a network of three layers of 1,024 has a fifth of that
+LARGEST_ZIP = 4 * LARGEST  # of a model: its optimiser's state is twice its weights
+LARGEST_TELLING = 16 * 2**20  # of a model's JSON: it has a megabyte for some thousand robots
+LARGEST_CARD = 2 * 2**20  # with a learning curve of some thousand points it has one megabyte
 
 PACKED = zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED
 """How a member may be packed: others swell to any size while a single byte of them is read."""
 
 DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, KeyError, ValueError, RuntimeError,
           OverflowError, EOFError, OSError)  # fmt: skip
-"""What reading a zip raises that is damaged, encrypted or packed in an unknown way."""
+"""Raised by a zip that is damaged, encrypted or packed in an unknown way."""
 
 
 def reason(error: Exception) -> str:
-    """What an error says in its first line, as far as it can be shown, of 200 letters at most."""
+    """The first line of an error, its printable characters, 200 at most."""
     text = str(error).strip().partition("\n")[0]
     if isinstance(error, ValidationError):
         first = error.errors(include_url=False, include_context=False, include_input=False)[0]
@@ -51,7 +45,7 @@ def is_file(path: Path) -> bool:
 
 
 def check_file(file: Path, what: str, largest: int = LARGEST) -> None:
-    """ConfigError unless it is a regular file of so many bytes at most."""
+    """ConfigError unless it is a regular file of at most `largest` bytes."""
     try:
         state = file.stat()
     except (OSError, ValueError) as error:
@@ -76,9 +70,9 @@ def read_file(file: Path, what: str, largest: int = LARGEST) -> bytes:
 
 
 def read_members(file: Path, largest: Mapping[str, int]) -> list[bytes]:
-    """The members of these names of a zip, each of so many bytes at most.
+    """Read members of a zip, which have at most the bytes given by name.
 
-    ValueError for what is no zip, lacks one or has one that is larger or damaged.
+    ValueError if it is no zip, or lacks a member, or one is larger or damaged.
     """
     try:
         with zipfile.ZipFile(file) as archive:
@@ -88,7 +82,7 @@ def read_members(file: Path, largest: Mapping[str, int]) -> list[bytes]:
 
 
 def check_zip(content: bytes | Path) -> None:
-    """ValueError unless it is a zip whose members have as many bytes as may be read."""
+    """ValueError unless it is a zip whose members have at most `LARGEST` bytes."""
     source = content if isinstance(content, Path) else io.BytesIO(content)
     try:
         with zipfile.ZipFile(source) as archive:
@@ -100,7 +94,7 @@ def check_zip(content: bytes | Path) -> None:
 
 
 def _member(archive: zipfile.ZipFile, name: str, largest: int) -> bytes:
-    """What a member holds, up to the size that it is said to have."""
+    """The content of a member, up to the size in the zip's directory."""
     member = archive.getinfo(name)
     if member.file_size > largest:
         raise ValueError(f"'{name}' {_too_large(member.file_size, largest)}")
@@ -115,7 +109,7 @@ def _too_large(size: int, largest: int) -> str:
 
 
 def _unreadable(file: Path, what: str, error: Exception) -> ConfigError:
-    said = error.strerror if isinstance(error, OSError) else str(error)
+    why = error.strerror if isinstance(error, OSError) else str(error)
     name = str(file)
     shown = name if len(name) <= 200 else f"{name[:200]}..."
-    return ConfigError(f"{what} {shown}: cannot be read ({said})")
+    return ConfigError(f"{what} {shown}: cannot be read ({why})")

@@ -15,6 +15,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
+from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from baselines.weighting.base import WEIGHTING_RULES
 from swarm_forage_env.arrays import Array, Float32, Float64
 from swarm_forage_env.compiler import kernel
@@ -26,19 +27,10 @@ from swarm_forage_env.parameters import Part
 from swarm_forage_env.record import Numbers
 from training.policy_file import Policy, Shapes, Weights, load_policy, policy_path
 
-NETWORK = "log-odds"
-"""Name of this architecture on a policy card."""
+NETWORK = "log-odds"  # name of this architecture on a policy card
 
-FEATURES = (
-    "own_p",
-    "heard_p",
-    "disagreement",
-    "own_p_elsewhere",
-    "own_distance",
-    "heard_distance",
-    "frames",
-    "range",
-)
+FEATURES = ("own_p", "heard_p", "disagreement", "own_p_elsewhere", "own_distance", "heard_distance",
+            "frames", "range")  # fmt: skip
 """Inputs of the network for one area of an exchange."""
 
 SCALES = ((0.1, 3.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.5), (0.1, 3.0, 1.5), (0.1, 2.0, 1.0),
@@ -53,11 +45,8 @@ REMEMBERED_SCALES = ((1.0, 0.35, 0.35), (1.0, 0.35, 0.35), (1.0, 0.7, 0.7), (1.0
                      (0.5, 0.7, 0.7), (0.5, 0.7, 0.7), (0.5, 0.7, 0.7))  # fmt: skip
 """Their scaling: unit u, centre c and spread s of (ln(1 + x / u) - c) / s."""
 
-Features = tuple[float, ...]
-"""The scaled features of one area of an exchange."""
-
-HIDDEN = 4
-"""Default number of hidden units."""
+Features = tuple[float, ...]  # the scaled features of one area of an exchange
+HIDDEN = 4  # default number of hidden units
 
 
 def flatten(weights: Weights, shapes: Shapes) -> Float64[Array, " numbers"]:
@@ -69,9 +58,8 @@ def unflatten(numbers: Array, shapes: Shapes) -> dict[str, Float32[Array, "..."]
     """Unflatten a vector of weights into the arrays of a network, in single precision."""
     ends = np.cumsum([math.prod(shape) for shape in shapes.values()])
     parts = np.split(np.asarray(numbers, np.float32), ends[:-1])
-    return {
-        name: part.reshape(shape) for (name, shape), part in zip(shapes.items(), parts, strict=True)
-    }
+    arrays = zip(shapes, parts, strict=True)
+    return {name: part.reshape(shapes[name]) for name, part in arrays}
 
 
 @kernel
@@ -152,14 +140,11 @@ def reputation_gain(exchange: Exchange, area: int, numbers: Numbers) -> float:
 class WeightingNetwork:
     """An architecture of learned weightings."""
 
-    name: str
-    """Name on a policy card."""
-    features: tuple[str, ...]
-    """Inputs of the network for one area of an exchange."""
+    name: str  # name on a policy card
+    features: tuple[str, ...]  # inputs of the network for one area of an exchange
     scales: tuple[tuple[float, float, float], ...]
     """Unit, centre and spread by which each input is scaled."""
-    gain: Kernel
-    """The weight that a network of this architecture gives."""
+    gain: Kernel  # the weight that a network of this architecture gives
 
     def shapes(self, sizes: Mapping[str, int]) -> Shapes:
         """Shapes of the arrays of the network, in the order of the flat weights."""
@@ -195,8 +180,8 @@ REPUTATION_NETWORK = WeightingNetwork(
 
 
 def network_over(estimator: object) -> WeightingNetwork:
-    """The architecture of a weighting over an estimator: what it is shown and asked about."""
-    remembers = getattr(estimator, "weighs_unknown", False)
+    """The architecture of a weighting over an estimator: what it observes and is asked about."""
+    remembers = isinstance(estimator, ReputationOdometryParameters) and estimator.weighs_unknown
     return REPUTATION_NETWORK if remembers else EXCHANGE_NETWORK
 
 

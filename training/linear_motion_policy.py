@@ -1,4 +1,4 @@
-"""A learned motion of few weights: a linear residual policy over subsumption.
+"""A learned motion of few weights: a linear residual policy over subsumption, from a policy file.
 
     residual = tanh(W_k x)                            k: with a goal, or without one
     wheels   = clip(subsumption + 2 residual, -1, 1)
@@ -12,9 +12,12 @@ gradient on each robot's own trips may teach it to push its neighbours aside.
 """
 
 import math
+from pathlib import Path
 
 import numpy as np
+from pydantic import Field
 
+from baselines.motion.base import MOTIONS
 from baselines.motion.subsumption import (
     WHERE_A_LEARNER_STEERS,
     Course,
@@ -31,12 +34,13 @@ from swarm_forage_env.foraging.inputs import goal_of
 from swarm_forage_env.foraging.records import Situation
 from swarm_forage_env.foraging.scenario import Scenario
 from swarm_forage_env.interface import MotionLayer
+from swarm_forage_env.parameters import Part
 from swarm_forage_env.record import Numbers, field
+from swarm_forage_env.task import task_of
 from training.learned_weighting import flatten
-from training.policy_file import Policy, Shapes
+from training.policy_file import Policy, Shapes, load_policy, policy_path
 
-NETWORK = "reflexes"
-"""Name of this architecture on a policy card."""
+NETWORK = "reflexes"  # name of this architecture on a policy card
 
 FEATURES = (
     "one", "target_left", "target_ahead", "near", "unsure",
@@ -53,14 +57,12 @@ SHAPES: Shapes = {
 }
 """Shapes of the arrays of a policy."""
 
-N_WEIGHTS = 5 * len(FEATURES)
-"""Number of weights of a policy."""
+N_WEIGHTS = 5 * len(FEATURES)  # number of weights of a policy
 
 CLOSE, LONG = 0.15, 2.0
 """Distances [m] at which `near` and the closeness of a robot, and `unsure`, are one half."""
 
-SPAN = math.log(10.0)
-"""Largest change of the logarithm of a straight run's length."""
+SPAN = math.log(10.0)  # largest change of the logarithm of a straight run's length
 
 
 class SearchCourse(Course):
@@ -207,3 +209,30 @@ def linear_policy_of(policy: Policy) -> Float64[Array, " numbers"]:
     """Flat weights of a policy's linear motion; ConfigError if it is another architecture."""
     policy.sizes_of("motion", NETWORK, ())
     return flatten(policy.weights_of("motion", SHAPES), SHAPES)
+
+
+@MOTIONS.register("learned")
+class LearnedMotion(Part):
+    """A trained policy corrects the motion. Not in the papers: all of it."""
+
+    policy: str = Field(
+        "motion", description="The weights: a bundled policy, or a file as runs/x/best.safetensors"
+    )
+
+    @property
+    def reads(self) -> tuple[Path, ...]:
+        """Files, other than source code, that its output depends on."""
+        return (policy_path(self.policy),)
+
+    def check_usable(self, scenario: object = None) -> None:
+        """ConfigError or UnknownNameError if the policy is missing or does not fit."""
+        policy = load_policy(self.policy)
+        if isinstance(scenario, Scenario) and task_of(scenario).name == "foraging":
+            policy.check_fits("motion", scenario)
+        linear_policy_of(policy)
+
+    def layer(self, scenario: Scenario) -> MotionLayer:
+        """The compiled motion; ConfigError if the policy does not fit."""
+        policy = load_policy(self.policy)
+        policy.check_fits("motion", scenario)
+        return linear_motion(linear_policy_of(policy), scenario)

@@ -3,8 +3,8 @@
     x_0 = observation,  x_k+1 = tanh(W_k x_k + b_k),  action = W_n x_n + b_n
 
 The weights are safetensors: `0.weight`, `0.bias` and so on, and `log_std`, the logarithm of the
-standard deviation by which the policy acted in training. The card of the same name says under which
-keywords, and how it was trained.
+standard deviation by which the policy acted in training. The card of the same name tells its
+keywords and its training.
 """
 
 from collections.abc import Sequence
@@ -14,20 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from swarm_forage_env.arrays import Array, Float32
-from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.compiler import entry_point
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
 from training.policy import Draw, PolicyFile, Predict
 from training.policy_card import PolicyCard
-from training.policy_file import (
-    Shapes,
-    Weights,
-    card_path,
-    misfit,
-    packed_weights,
-    read_weights,
-)
+from training.policy_file import Shapes, Weights, misfit, packed_weights, read_weights, write_both
 
 LOG_STD = "log_std"
 
@@ -70,7 +62,7 @@ class NetworkPolicy(PolicyFile):
 
 
 def shapes_of(sizes: Sequence[int]) -> Shapes:
-    """Shapes of the arrays of a network of so many inputs, hidden units and actions."""
+    """Shapes of the arrays of a network; `sizes` are inputs, hidden units and actions."""
     shapes: dict[str, tuple[int, ...]] = {LOG_STD: (sizes[-1],)}
     for k, (n_in, n_out) in enumerate(pairwise(sizes)):
         shapes |= {f"{k}.weight": (n_out, n_in), f"{k}.bias": (n_out,)}
@@ -80,7 +72,7 @@ def shapes_of(sizes: Sequence[int]) -> Shapes:
 def action_of(
     layers: Layers, observed: Float32[Array, "robots numbers"]
 ) -> Float32[Array, "robots numbers"]:
-    """The mean action of each robot, the same to the last bit whatever rows stand beside it."""
+    """The mean action of each robot, bit for bit the same whatever rows are beside it."""
     x = np.ascontiguousarray(observed, np.float32)
     for k, (weight, bias) in enumerate(layers):
         rows = np.empty((len(x), len(bias)), np.float32)
@@ -112,6 +104,4 @@ def save_network(file: Path, weights: Weights, card: PolicyCard) -> None:
     assert card.training is not None
     content, sha256 = packed_weights(file, weights)
     training = card.training.model_copy(update={"sha256": sha256})
-    card = card.model_copy(update={"training": training})
-    write_atomically(file, content)
-    write_atomically(card_path(file), (card.model_dump_json(indent=1) + "\n").encode())
+    write_both(file, content, card.model_copy(update={"training": training}))

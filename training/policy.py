@@ -1,11 +1,10 @@
 """Policies of other trainers: what they are, and the keywords of their training."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from inspect import getfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -28,27 +27,20 @@ from training.policy_card import PolicyCard, read_policy_card
 
 SHOWN_BY = tuple(
     Path(getfile(module))
-    for module in (
-        actions,
-        extra_observations,
-        config,
-        decision_kernels,
-        observations,
-        policy_form,
-    )
+    for module in (actions, extra_observations, config, decision_kernels, observations, policy_form)
 )
 """The code of environments between a policy and the world."""
 
-Predict = Callable[[Float32[Array, "robots numbers"]], Any]
-"""The actions of the robots of a world, from what each of them observes."""
+Predict = Callable[[Float32[Array, "robots numbers"]], object]
+"""Maps what the robots of a world observe to their actions."""
 
-Draw = Callable[[Float32[Array, "robots numbers"], Float64[Array, "robots draws"]], Any]
-"""The same by chance, from draws as well: standard normal, one for each number of an action; or
-one that is uniform in [0, 1), where actions are choices."""
+Draw = Callable[[Float32[Array, "robots numbers"], Float64[Array, "robots draws"]], object]
+"""Maps what the robots observe, and random draws, to their actions. A robot has one standard normal
+draw for each number of its action; or one that is uniform in [0, 1), if actions are choices."""
 
 
-def imported(name: str) -> Any:  # noqa: ANN401 whatever goes by that name
-    """What `package.module:name` stands for, on Python's path or in the current folder.
+def imported(name: str) -> object:
+    """Import `package.module:name`, from Python's path or the current folder.
 
     Importing a module runs it. ConfigError where there is no such thing.
     """
@@ -57,19 +49,16 @@ def imported(name: str) -> Any:  # noqa: ANN401 whatever goes by that name
     if here not in sys.path:
         sys.path.append(here)
     try:
-        return getattr(import_module(home), own)
+        found: object = getattr(import_module(home), own)
     except (ImportError, AttributeError, ValueError) as error:
         raise ConfigError(f"'{name}': {error}") from None
+    return found
 
 
-def module_file(found: Any) -> Path:  # noqa: ANN401 a class or function
-    """The file of the module that a class or function is defined in."""
-    return Path(getattr(sys.modules[found.__module__], "__file__", None) or getfile(found))
-
-
-def _is_class(observation: object) -> bool:
-    """An observation is named by module and class."""
-    return isinstance(observation, str) and ":" in observation
+def module_file(part: object) -> Path:
+    """The file of the module that defines a class or function."""
+    home = sys.modules[part.__module__]
+    return Path(vars(home).get("__file__") or getfile(home))
 
 
 class ForeignPolicy(PolicyKeywords):
@@ -78,7 +67,7 @@ class ForeignPolicy(PolicyKeywords):
     discrete: bool | tuple[Count, Count] = Field(
         False, description="Its actions are choices; 3x5: of 3 speeds times 5 turns"
     )
-    observation: Any = Field(
+    observation: str | Sequence[object] = Field(
         "layer", description="What it observes: layer+previous_action, layer+module:Class"
     )
     chance: bool = Field(
@@ -94,33 +83,35 @@ class ForeignPolicy(PolicyKeywords):
 
     @property
     def reads(self) -> tuple[Path, ...]:
-        """Files that its output depends on, beside those of its kind: what shows it the world."""
+        """Files that its output depends on, beside those of its kind: what observes the world."""
         names = self.observation.split("+") if isinstance(self.observation, str) else ()
-        return (*SHOWN_BY, *(module_file(imported(each)) for each in names if _is_class(each)))
+        return (*SHOWN_BY, *(module_file(imported(each)) for each in names if ":" in each))
 
     @property
     def source(self) -> str:
-        """What a refusal calls it."""
+        """Its name in error messages."""
         return type(self).__name__
 
     def config(self) -> EnvConfig:
         """The keywords, as an environment has them."""
         names = self.observation
-        listed = names.split("+") if isinstance(names, str) else names
-        shown = [imported(each) if _is_class(each) else each for each in listed]
-        given = {name: getattr(self, name) for name in PolicyKeywords.model_fields}
-        return validated(EnvConfig, {**given, "observation": shown})
+        observed = [
+            imported(each) if isinstance(each, str) and ":" in each else each
+            for each in (names.split("+") if isinstance(names, str) else names)
+        ]
+        own = {name: value for name, value in self if name in PolicyKeywords.model_fields}
+        return validated(EnvConfig, {**own, "observation": observed})
 
     def card(self) -> PolicyCard | None:
-        """What it was trained on, where that is known."""
+        """The card of its training, if it has one."""
         return None
 
     def start(self, form: PolicyForm) -> Predict:
-        """The policy, ready to be asked; ConfigError if it does not fit."""
+        """The policy as a function that acts deterministically; ConfigError if it does not fit."""
         raise NotImplementedError
 
     def start_by_chance(self, form: PolicyForm) -> Draw:
-        """The same, to act by chance; ConfigError for one that tells no distribution."""
+        """The policy as a function that acts stochastically; ConfigError without a distribution."""
         raise ConfigError(
             f"policy {self.source}: chance=true: tells no distribution of its actions, only the"
             " actions; leave it out"
@@ -137,7 +128,7 @@ def drawn_choices(
 
 
 class PolicyFile(ForeignPolicy):
-    """A policy that is kept in a file."""
+    """A policy in a file."""
 
     file: str = Field("", description="The file")
 
@@ -161,7 +152,7 @@ class PolicyFile(ForeignPolicy):
 
     @property
     def source(self) -> str:
-        """The file's name as it was given."""
+        """The name of the file."""
         return self.file
 
     def card(self) -> PolicyCard | None:
@@ -170,11 +161,11 @@ class PolicyFile(ForeignPolicy):
 
 
 class FunctionPolicy(ForeignPolicy):
-    """A function of Python's, from what the robots of a world observe to their actions."""
+    """A Python function that maps what the robots of a world observe to their actions."""
 
-    function: Any = None
+    function: Predict | None = None
 
     def start(self, form: PolicyForm) -> Predict:
         """The function itself."""
-        predict: Predict = self.function
-        return predict
+        assert self.function is not None
+        return self.function

@@ -6,16 +6,16 @@ name: `save_policy_card("policy.pt", "es1", learn="motion", decision_period=5)`.
 """
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from gymnasium.spaces import Box
 from pydantic import Field, ValidationError, model_validator
 
-from swarm_forage_env.atomic_write import write_atomically
-from swarm_forage_env.envs.config import EnvConfig, PolicyKeywords
+from baselines.controller import LayeredController
+from swarm_forage_env.envs.config import PolicyKeywords
 from swarm_forage_env.envs.make import EnvParts, checked_parts
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.envs.registration import keywords_of
@@ -23,8 +23,9 @@ from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.parameters import Part
 from swarm_forage_env.registry import CONTROLLERS
+from swarm_forage_env.scenarios import ScenarioSource
 from training.foreign_file import LARGEST_CARD, read_file, reason
-from training.policy_file import TrainingRecord
+from training.policy_file import TrainingRecord, write_card
 
 ON_SPACE = "policy_card"
 """Attribute of an observation space that holds a card as JSON."""
@@ -34,9 +35,9 @@ Word = Annotated[str, Field(max_length=1000, pattern=r"^\P{C}*$")]
 
 
 class CardKeywords(PolicyKeywords):
-    """Keywords of `parallel_env` by which observations are made and actions read.
+    """Keywords of `parallel_env` that make observations and read actions.
 
-    There are no others on a card: which file is run and whether it is trusted, a name says alone.
+    A card holds no others: only a name gives the file that is run, and trusts it.
     """
 
     observation: Word = "layer"
@@ -49,7 +50,7 @@ class PolicyCard(Part):
     """Version of the card; 1 was of environments of version 1, and another one is refused."""
     scenario: Word
     controller: Word
-    """What did the rest, as `ssgiff:weighting.beta=0.01`."""
+    """Controller of the other layers, as `ssgiff:weighting.beta=0.01`."""
     keywords: CardKeywords
     observes: tuple[tuple[Word, Word], ...]
     """Name and unit of each number of an observation."""
@@ -58,42 +59,41 @@ class PolicyCard(Part):
 
     @model_validator(mode="before")
     @classmethod
-    def _of_version_1(cls, told: Any) -> Any:  # noqa: ANN401 whatever was read
-        """A card of format 1 says what was the default then."""
-        if not isinstance(told, dict) or told.get("format") != 1:
-            return told
-        keywords, scenario = told.get("keywords"), told.get("scenario")
+    def _of_version_1(cls, card: object) -> object:
+        """Add to a card of format 1 the defaults of its time."""
+        if not isinstance(card, dict) or card.get("format") != 1:
+            return card
+        keywords, scenario = card.get("keywords"), card.get("scenario")
         if not isinstance(keywords, dict) or not isinstance(scenario, str):
-            return told
+            return card
         first = keywords_of(1, scenario)
         if keywords.get("residual") or keywords.get("action") not in (None, "drive"):
             first.pop("action", None)
-        return {**told, "format": 2, "keywords": {**keywords, **first}}
+        return {**card, "format": 2, "keywords": {**keywords, **first}}
 
 
 def card_of(parts: EnvParts) -> PolicyCard:
     """The card of a policy that is trained under checked keywords of `parallel_env`."""
     config = parts.config
-    form = PolicyForm([parts.scenario], config)
-    keywords = {name: getattr(config, name) for name in CardKeywords.model_fields}
+    keywords = {name: value for name, value in config if name in CardKeywords.model_fields}
     return PolicyCard(
         scenario=parts.scenario.name,
         controller=_text(parts.controller),
-        keywords=CardKeywords(**{**keywords, "observation": "+".join(_names(config))}),
-        observes=form.observes,
+        keywords=CardKeywords(**{**keywords, "observation": "+".join(_names(config.observation))}),
+        observes=PolicyForm([parts.scenario], config).observes,
     )
 
 
 def save_policy_card(
     file: str | Path,
-    scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
+    scenario: ScenarioSource = "es1",
     controller: str | Controller | None = None,
-    **options: Any,  # noqa: ANN401 as parallel_env
+    **options: object,
 ) -> Path:
     """Write the card of a policy file beside it, under the keywords that it was trained with."""
     card = card_of(checked_parts(scenario, controller, options))
     path = Path(file).with_suffix(".json")
-    write_atomically(path, (card.model_dump_json(indent=1) + "\n").encode())
+    write_card(path, card)
     return path
 
 
@@ -117,45 +117,44 @@ def card_from(text: str | bytes, where: str) -> PolicyCard:
 
 
 def as_in_a_name(keywords: Mapping[str, object]) -> str:
-    """Keywords as the name of a policy says them.
+    """Keywords as in the name of a policy.
 
     >>> as_in_a_name({"normalise": True, "discrete": (3, 5), "learn": "motion"})
     'normalise=true, discrete=3x5, learn=motion'
     """
-    said = {name: str(value) for name, value in keywords.items()}
-    for name, value in keywords.items():
-        if isinstance(value, tuple):
-            said[name] = "x".join(map(str, value))
-        elif isinstance(value, bool):
-            said[name] = said[name].lower()
-        elif isinstance(value, float):
-            said[name] = f"{value:g}"
-    return ", ".join(f"{name}={text}" for name, text in said.items())
+    return ", ".join(f"{name}={_in_a_name(value)}" for name, value in keywords.items())
+
+
+def _in_a_name(value: object) -> str:
+    if isinstance(value, tuple):
+        return "x".join(map(str, value))
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def with_card(space: Box, card: PolicyCard) -> Box:
-    """A copy of an observation space that carries a card along, also through pickle."""
-    found = Box(space.low, space.high, dtype=np.float32)
-    setattr(found, ON_SPACE, card.model_dump_json())
-    return found
+    """Copy an observation space and attach a card, which a pickle keeps."""
+    copy = Box(space.low, space.high, dtype=np.float32)
+    setattr(copy, ON_SPACE, card.model_dump_json())
+    return copy
 
 
-def _names(config: EnvConfig) -> Sequence[str]:
-    """What is observed, by name; a class of the user's own by its path."""
-    given = config.observation
-    listed = list(given) if isinstance(given, list | tuple) else [given]
+def _names(observation: object) -> list[str]:
+    """Names of what is observed; for a class of the user's its module and name."""
+    listed = observation if isinstance(observation, list | tuple) else [observation]
     return [each if isinstance(each, str) else _path(each) for each in listed]
 
 
 def _path(observation: object) -> str:
-    made_by = observation if isinstance(observation, type) else type(observation)
-    return f"{made_by.__module__}:{made_by.__qualname__}"
+    kind = observation if isinstance(observation, type) else type(observation)
+    return f"{kind.__module__}:{kind.__qualname__}"
 
 
 def _text(controller: Controller) -> str:
     """A controller as its name and the parameters that differ from those of that name."""
     name = str(controller.name)
-    if name not in CONTROLLERS or not hasattr(controller, "parameters"):
+    if name not in CONTROLLERS or not isinstance(controller, LayeredController):
         return name
     usual = CONTROLLERS[name].parameters
     changes = [f"{k}={v}" for k, v in controller.parameters.items() if usual.get(k) != v]

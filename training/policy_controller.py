@@ -1,9 +1,9 @@
 """Controllers whose learned layer is a policy of another trainer: `sb3:model.zip`.
 
-The rest of the loop is hand-written, by the controller that the policy was trained beside. What
-the policy observes and how its actions are read is the code of the environments, so that a policy
-does in an evaluation what it did in training. It is asked for one world at a time: the rounding of
-a matrix product depends on its number of rows, and an episode must not depend on its neighbours.
+The rest of the loop is hand-written, by the controller that the policy was trained beside. The
+code of the environments makes its observations and reads its actions, so that a policy does in an
+evaluation what it did in training. It acts for one world at a time: the rounding of a matrix
+product depends on its number of rows, and an episode must not depend on its neighbours.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,30 +20,24 @@ from swarm_forage_env.controllers import find_controller, parse_controller
 from swarm_forage_env.envs.config import PolicyKeywords
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.interface import Controller, RunningController
-from swarm_forage_env.parameters import Part, validated
+from swarm_forage_env.interface import Controller, RunningController, TeamController
+from swarm_forage_env.parameters import BaseScenario, Part, validated
 from swarm_forage_env.random_streams import draw_rows
 from swarm_forage_env.registry import CONTROLLERS
 from swarm_forage_env.task import World, task_of
 from training.policy import ForeignPolicy, FunctionPolicy, Predict
 from training.policy_card import PolicyCard, as_in_a_name
-from training.running_policy import (
-    Rows,
-    RunningForeignPolicy,
-    Steer,
-    Streams,
-    usable_rows,
-)
+from training.running_policy import Rows, RunningForeignPolicy, Steer, Streams, usable_rows
 
 
 @dataclass(frozen=True)
 class PolicyController(LayeredController):
-    """A policy in the place of a layer, or of everything, and hand-written layers for the rest."""
+    """A policy that replaces a layer, or everything, and hand-written layers for the rest."""
 
     policy: ForeignPolicy
 
     main_parameter = "file"
-    """What a name says after its colon: `sb3:model.zip`."""
+    """The parameter after the colon of a name: `sb3:model.zip`."""
 
     @property
     def layers(self) -> dict[str, Part]:
@@ -53,12 +47,11 @@ class PolicyController(LayeredController):
     @property
     def layer_names(self) -> dict[str, str]:
         """The name of each layer, and of the kind of policy."""
-        own = type(self.policy).__name__
-        return {**self.hand_written.layer_names, "policy": own}
+        return {**self.hand_written.layer_names, "policy": type(self.policy).__name__}
 
     @property
     def is_everything(self) -> bool:
-        """The policy leaves no layer to anybody else."""
+        """The policy replaces all layers."""
         return self.policy.learn == "everything"
 
     @property
@@ -69,27 +62,28 @@ class PolicyController(LayeredController):
     def with_parameters(self, values: Mapping[str, Any]) -> "PolicyController":
         """The same controller with some parameters changed, its file and its controller first.
 
-        A file brings its card: the keywords of its training, and the controller beside which it
-        was trained. Parameters that are given count for more.
+        The card of a file gives the keywords of its training, and the controller beside which it
+        was trained; `values` override them.
         """
-        given, changed = dict(values), self
-        file = given.pop("policy.file", given.pop("file", None))
-        beside = given.pop("controller", None)
+        own, changed = dict(values), self
+        file = own.pop("policy.file", own.pop("file", None))
+        beside = own.pop("controller", None)
         if file is not None:
-            changed = replace(self, policy=validated(type(self.policy), {"file": file}))
+            changed = self._with_policy({"file": file})
             card = changed.policy.card()
             if card is not None:
-                _check_named(changed.policy, card, given)
-                changed = changed._as_on(card)
+                _check_named(changed.policy, card, own)
+                keywords = card.keywords.model_dump()
+                changed = changed._with_policy({**changed.policy.model_dump(), **keywords})
                 beside = beside or changed._written_on(card)
         if beside is not None:
             changed = changed._beside(beside)
-        found = super(PolicyController, changed).with_parameters(given)
+        found = super(PolicyController, changed).with_parameters(own)
         assert isinstance(found, PolicyController)
         return found
 
     def build(  # type: ignore[override]  # a running controller of another class
-        self, world: World, seeds: Sequence[int], each: Sequence[Any]
+        self, world: World, seeds: Sequence[int], each: Sequence["PolicyController"]
     ) -> "RunningForeignPolicy":
         """The running controller of a block of worlds; ConfigError if the policy does not fit."""
         if any(own.policy != self.policy for own in each):
@@ -98,42 +92,42 @@ class PolicyController(LayeredController):
         inner = under[0].build(world, seeds, under)
         return self.over(world, inner, range(world.n_robots))
 
-    def under(self, scenario: Any) -> Any:  # noqa: ANN401 layers or none, in any task
-        """What does the rest: hand-written layers, or nothing beside a policy of everything."""
-        task = task_of(scenario)
-        if self.is_everything and task.no_layers is not None:
-            return task.no_layers
+    def under(self, scenario: BaseScenario) -> TeamController:
+        """The controller of the other layers; beside a policy of everything there are none."""
+        no_layers = task_of(scenario).no_layers
+        if self.is_everything and isinstance(no_layers, TeamController):
+            return no_layers
         return self.hand_written
 
     def language(self, scenario: Any) -> Any:  # noqa: ANN401 of any task
-        """That of what does the rest."""
+        """The language of the controller of the other layers."""
         return self.under(scenario).language(scenario)
 
     def over(
         self, world: World, inner: RunningController, robots: Sequence[int]
     ) -> "RunningForeignPolicy":
-        """The policy of some robots, over what does the rest; ConfigError if it does not fit."""
+        """The policy of some robots, over the other layers; ConfigError if it does not fit."""
         form = self.form(world.scenario)
         return RunningForeignPolicy(world, inner, form, self._started(form, robots), robots)
 
-    def check_usable(self, scenario: Any) -> None:  # noqa: ANN401 of any task
+    def check_usable(self, scenario: BaseScenario) -> None:
         """ConfigError or UnknownNameError if a layer or the policy does not fit the scenario."""
         if not self.is_everything:
             self.hand_written.check_usable(scenario)
         form = self.form(scenario)
         self._started(form, form.everybody)
 
-    def check_supports(self, scenario: Any) -> None:  # noqa: ANN401 of any task
+    def check_supports(self, scenario: BaseScenario) -> None:
         """ConfigError if a hand-written layer is not made for the world of this scenario."""
         if not self.is_everything:
             super().check_supports(scenario)
 
-    def assumed(self, scenario: Any) -> str:  # noqa: ANN401 of any task
+    def assumed(self, scenario: BaseScenario) -> str:
         """The keywords that a policy without a card is run under; empty for one with a card."""
         if self.policy.card() is not None:
             return ""
         form = self.form(scenario)
-        terms = {name: getattr(form.config, name) for name in PolicyKeywords.model_fields}
+        terms = {name: value for name, value in form.config if name in PolicyKeywords.model_fields}
         terms["observation"] = self.policy.observation
         first = "wheels" if form.config.residual else next(iter(form.task.steerings), "none")
         terms["action"] = form.config.action or first
@@ -145,8 +139,8 @@ class PolicyController(LayeredController):
             f" trained with others, say so: {self.name}:{self.policy.source},decision_period=5"
         )
 
-    def form(self, scenario: Any) -> PolicyForm:  # noqa: ANN401 of any task
-        """What the policy is shown and gives; ConfigError if its card says something else."""
+    def form(self, scenario: BaseScenario) -> PolicyForm:
+        """What the policy observes and gives; ConfigError if its card differs."""
         form = PolicyForm([scenario], self.policy.config())
         card = self.policy.card()
         if card is not None:
@@ -154,7 +148,7 @@ class PolicyController(LayeredController):
         return form
 
     def _started(self, form: PolicyForm, robots: Sequence[int]) -> Steer:
-        """What the layers take of the policy of some robots, after it has been asked once."""
+        """The policy of some robots as a function, which has run once."""
         usable = usable_rows(form, robots, self.policy.source)
         if self.policy.chance:
             draw = self.policy.start_by_chance(form)
@@ -175,16 +169,13 @@ class PolicyController(LayeredController):
         steer(form.dummy(robots), np.zeros(len(robots), np.uint64))
         return steer
 
-    def _as_on(self, card: PolicyCard) -> "PolicyController":
-        """The same, under the keywords on a card."""
-        terms = {**self.policy.model_dump(), **card.keywords.model_dump()}
+    def _with_policy(self, terms: Mapping[str, object]) -> "PolicyController":
         return replace(self, policy=validated(type(self.policy), terms))
 
     def _written_on(self, card: PolicyCard) -> Controller | None:
-        """The controller that did the rest by a card; None beside a policy of everything.
+        """The controller of the other layers on a card; None beside a policy of everything.
 
-        ConfigError for what is no hand-written layers and their numbers: which files are opened, a
-        name says alone.
+        ConfigError unless it is hand-written layers and their parameters: a card opens no file.
         """
         if self.is_everything:
             return None
@@ -192,10 +183,10 @@ class PolicyController(LayeredController):
             bare = find_controller(card.controller.partition(":")[0])
             if not _is_hand_written(bare):
                 raise ConfigError(f"controller '{card.controller}': is not of hand-written layers")
-            numbers = parse_controller(card.controller)[1]
-            if numbers.keys() & REGISTRIES.keys():
+            parameters = parse_controller(card.controller)[1]
+            if parameters.keys() & REGISTRIES.keys():
                 raise ConfigError(f"controller '{card.controller}': must be a name and its numbers")
-            return bare.with_parameters(numbers)
+            return bare.with_parameters(parameters)
         except (ConfigError, UnknownNameError) as error:
             raise ConfigError(
                 f"policy {self.policy.source}: on its card is no controller to run it beside"
@@ -203,7 +194,7 @@ class PolicyController(LayeredController):
             ) from None
 
     def _name_of_layers(self) -> str:
-        """The name of what does the rest; that of each layer where they have none together."""
+        """The name of the controller of the other layers, or else of each of them."""
         layers = self.hand_written.layers
         alike = (
             each.name
@@ -214,11 +205,11 @@ class PolicyController(LayeredController):
 
     def _beside(self, controller: str | Controller) -> "PolicyController":
         """The same beside the layers of another controller."""
-        found = find_controller(controller)
-        if not isinstance(found, LayeredController) or isinstance(found, PolicyController):
+        other = find_controller(controller)
+        if not isinstance(other, LayeredController) or isinstance(other, PolicyController):
             raise ConfigError(f"controller '{controller}': must be made of layers")
-        return replace(
-            self, estimator=found.estimator, weighting=found.weighting, motion=found.motion
+        return PolicyController(
+            self.name, other.estimator, other.weighting, other.motion, self.policy
         )
 
 
@@ -233,7 +224,7 @@ def policy_controller(
     function: Predict,
     controller: str | Controller = "ssgikf",
     name: str = "policy",
-    **keywords: Any,  # noqa: ANN401 of a policy
+    **keywords: object,
 ) -> PolicyController:
     """A controller of a function that maps what the robots of a world observe to their actions.
 
@@ -251,10 +242,10 @@ def named_policy(name: str, policy: ForeignPolicy) -> PolicyController:
     return PolicyController(name, SINGLE, SGIKF(), SUBSUMPTION, policy)
 
 
-def _check_named(policy: ForeignPolicy, card: PolicyCard, given: Mapping[str, object]) -> None:
-    """ConfigError if a card names a class to observe by: which code runs, a name says alone."""
+def _check_named(policy: ForeignPolicy, card: PolicyCard, own: Mapping[str, object]) -> None:
+    """ConfigError if a card alone names a class to observe by: a card runs no code."""
     observation = card.keywords.observation
-    if ":" in observation and not {"observation", "policy.observation"} & given.keys():
+    if ":" in observation and not {"observation", "policy.observation"} & own.keys():
         raise ConfigError(
             f"policy {policy.source}: observes by a class of its trainer's; where you trust its"
             f" module, name it: {policy.source},observation={observation}"
@@ -264,9 +255,9 @@ def _check_named(policy: ForeignPolicy, card: PolicyCard, given: Mapping[str, ob
 def _check_observes(
     policy: ForeignPolicy, trained: Sequence[tuple[str, str]], here: Sequence[tuple[str, str]]
 ) -> None:
-    """ConfigError for the first number that was another one in training."""
-    shown = (["{} [{}]".format(*each) for each in side] for side in (trained, here))
-    for k, (old, new) in enumerate(zip_longest(*shown, fillvalue="nothing")):
+    """ConfigError for the first feature that was another one in training."""
+    features = (["{} [{}]".format(*each) for each in side] for side in (trained, here))
+    for k, (old, new) in enumerate(zip_longest(*features, fillvalue="nothing")):
         if old != new:
             raise ConfigError(
                 f"policy {policy.source}: number {k} of its observations was {old} in training"

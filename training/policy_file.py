@@ -3,7 +3,7 @@
     best.safetensors    arrays of float32, named <layer>.<array>: `weighting.hidden.weight`
     best.json           the card: architecture, training run, scores
 
-Nothing is loaded through pickle. A policy that does not fit a scenario is refused before it runs.
+Nothing is unpickled. A policy that does not fit a scenario is refused before it runs.
 """
 
 import hashlib
@@ -29,7 +29,7 @@ from swarm_forage_env.spaces import Layout
 from training.foreign_file import LARGEST_CARD, read_file, reason
 
 BUNDLED = Path(__file__).parent / "policies"
-"""Folder of the bundled policies; a policy's bare name stands for one of them."""
+"""Folder of the bundled policies, which are loaded by name."""
 
 Weights = Mapping[str, Float32[Array, "..."]]
 Shapes = Mapping[str, tuple[int, ...]]
@@ -97,10 +97,9 @@ class TrainingRecord(Part):
 
 
 class Format(Part):
-    """The version of a card, which is read before all else."""
+    """The version of a card, which is validated first."""
 
     format: Literal[1] = 1
-    """Another one is refused."""
 
 
 class Card(TrainingRecord, Format):
@@ -130,21 +129,21 @@ class Policy:
         if card.network != network:
             raise self._refusal(f"its {layer} is a network '{card.network}', not '{network}'")
         if card.sizes.keys() != set(names):
-            said = ", ".join(card.sizes) or "nothing"
-            raise self._refusal(f"its card gives the sizes {said}: must be {', '.join(names)}")
+            has = ", ".join(card.sizes) or "nothing"
+            raise self._refusal(f"its card gives the sizes {has}: must be {', '.join(names)}")
         return card.sizes
 
     def weights_of(self, layer: LayerName, shapes: Shapes) -> Weights:
         """Weights of one layer, by name without the layer; ConfigError if shapes differ."""
         prefix = f"{layer}."
-        found = arrays_under(prefix, self.weights)
+        weights = arrays_under(prefix, self.weights)
         other = misfit(
-            {f"{prefix}{name}": each.shape for name, each in found.items()},
+            {f"{prefix}{name}": each.shape for name, each in weights.items()},
             {f"{prefix}{name}": shape for name, shape in shapes.items()},
         )
         if other:
             raise self._refusal(other)
-        return found
+        return weights
 
     def check_fits(self, layer: LayerName, scenario: Scenario) -> None:
         """Raise ConfigError if a layer's observation or action differs in a scenario."""
@@ -169,10 +168,10 @@ class Policy:
         return ConfigError(f"policy {self.source}: {why}")
 
 
-def arrays_under(start: str, arrays: Mapping[str, Array]) -> dict[str, Array]:
-    """The arrays whose names begin so, by the rest of their names."""
+def arrays_under(prefix: str, arrays: Mapping[str, Array]) -> dict[str, Array]:
+    """The arrays whose names have a prefix, by the rest of their names."""
     return {
-        name.removeprefix(start): each for name, each in arrays.items() if name.startswith(start)
+        name.removeprefix(prefix): each for name, each in arrays.items() if name.startswith(prefix)
     }
 
 
@@ -180,8 +179,8 @@ def misfit(has: Shapes, wants: Shapes) -> str:
     """The first array, by name, that is missing, too many or of another shape; empty if none is."""
     for name in sorted(has.keys() | wants.keys()):
         if has.get(name) != wants.get(name):
-            told = has.get(name, "missing"), wants.get(name, "no such array")
-            return f"array {name[:100]!r} is {told[0]}: must be {told[1]}"
+            here, wanted = has.get(name, "missing"), wants.get(name, "no such array")
+            return f"array {name[:100]!r} is {here}: must be {wanted}"
     return ""
 
 
@@ -215,9 +214,18 @@ def layer_card(
 def save_policy(file: Path, weights: Weights, card: Card) -> None:
     """Write weights and card to files, each atomically."""
     content, sha256 = packed_weights(file, weights)
-    card = card.model_copy(update={"sha256": sha256})
+    write_both(file, content, card.model_copy(update={"sha256": sha256}))
+
+
+def write_both(file: Path, content: bytes, card: Part) -> None:
+    """Write a file of weights and the card beside it, each atomically."""
     write_atomically(file, content)
-    write_atomically(card_path(file), (card.model_dump_json(indent=1) + "\n").encode())
+    write_card(card_path(file), card)
+
+
+def write_card(file: Path, card: Part) -> None:
+    """Write a card as JSON, atomically."""
+    write_atomically(file, (card.model_dump_json(indent=1) + "\n").encode())
 
 
 def packed_weights(file: Path, weights: Weights) -> tuple[bytes, str]:
@@ -244,7 +252,7 @@ def load_policy(policy: str | Path) -> Policy:
     """Load a policy from a file, or the bundled policy of that name.
 
     ConfigError for a file that is missing, damaged or without a card that fits it,
-    UnknownNameError for a name that stands for nothing, ModuleNotFoundError without safetensors.
+    UnknownNameError for an unknown name, ModuleNotFoundError without safetensors.
     """
     file = policy_path(policy)
     weights, sha256 = read_weights(file)
@@ -282,13 +290,18 @@ def check_weights(weights: Mapping[str, Array], where: str) -> None:
 
 
 def _safetensors(file: Path) -> ModuleType:
-    """The package that reads and writes weights; where it is missing, what installs it is told."""
+    """The package that reads and writes weights; the error without it tells what to install."""
     try:
         import safetensors.numpy
     except ModuleNotFoundError as error:
-        told = f"policy {file}: needs '{error.name}'"
-        raise ModuleNotFoundError(f"{told}: {remedy(error.name)}", name=error.name) from None
+        raise missing_package(f"policy {file}", error) from None
     return safetensors
+
+
+def missing_package(what: str, error: ModuleNotFoundError) -> ModuleNotFoundError:
+    """The error of something that needs a package, with what installs it."""
+    text = f"{what}: needs '{error.name}': {remedy(error.name)}"
+    return ModuleNotFoundError(text, name=error.name)
 
 
 def _read_card(file: Path) -> Card:

@@ -1,9 +1,9 @@
 """PPO from scratch on the environment's default keywords: one policy for all robots.
 
-What the policy is shown and what it gives are those of `parallel_env(scenario, learn=layer)`, for
-the round trips alone, so that this is what every other trainer has. Training runs in intervals.
-Each resets the worlds with seeds of its own and ends with an evaluation on held-back seeds and a
-checkpoint, so an interrupted run resumes from the last interval and ends with the same result.
+Observations and actions are those of `parallel_env(scenario, learn=layer)`, and the reward is round
+trips, as for every other trainer. Training runs in intervals. Each resets the worlds with new seeds
+and ends with an evaluation on held-back seeds and a checkpoint, so an interrupted run resumes from
+the last interval and ends with the same result.
 
 Source: Schulman2017, Proximal Policy Optimization Algorithms.
 """
@@ -37,8 +37,7 @@ class Preset:
     keywords: Mapping[str, object] = field(default_factory=dict)
     """Keywords of the environment that are not its defaults."""
     hyperparameters: PPOHyperparameters = field(default_factory=PPOHyperparameters)
-    log_std: float = 0.0
-    """Logarithm of the standard deviation of actions before the first update."""
+    log_std: float = 0.0  # logarithm of the standard deviation of actions before the first update
 
 
 PRESETS: Mapping[str, Preset] = {
@@ -51,11 +50,8 @@ PRESETS: Mapping[str, Preset] = {
 """For each choice of the trained layer: chosen for es1, by 6 million robot-steps for the motion
 (decision 0033), by 30 to 80 million for the weighting (0034)."""
 
-LATEST = "latest.safetensors"
-"""File of the policy of the last interval."""
-
-BEST = "best."
-"""What the names of the best policy's arrays begin with in a checkpoint."""
+LATEST = "latest.safetensors"  # file of the policy of the last interval
+BEST = "best."  # what the names of the best policy's arrays begin with in a checkpoint
 
 
 def train(experiment: Experiment, say: Callable[[str], None]) -> PolicyController:
@@ -107,11 +103,11 @@ class PPOTraining(Training):
         self._write(file, self._weights, {})
         controller = controller_of(file)
         seeds, physics = experiment.held_back_seeds, experiment.physics
-        found = {}
+        trips = {}
         for name, scenario in experiment.scenarios_by_name.items():
             episodes = run_episodes(scenario, controller, seeds, physics)
-            found[name] = np.array([each.round_trips for each in episodes])
-        return found
+            trips[name] = np.array([each.round_trips for each in episodes])
+        return trips
 
     def _write(self, file: Path, weights: Weights, score: Mapping[str, Interval]) -> None:
         experiment = self._experiment
@@ -145,10 +141,10 @@ class PPOTraining(Training):
 
 def keywords(experiment: Experiment) -> dict[str, object]:
     """Keywords of `parallel_env` under which an experiment trains."""
-    given: dict[str, object] = {"learn": experiment.layer, "physics": experiment.physics}
+    terms: dict[str, object] = {"learn": experiment.layer, "physics": experiment.physics}
     if experiment.device == "cpu":
-        given["threads"] = experiment.workers
-    return {**given, **PRESETS[experiment.layer].keywords}
+        terms["threads"] = experiment.workers
+    return {**terms, **PRESETS[experiment.layer].keywords}
 
 
 def make_env(experiment: Experiment) -> TensorVecEnv:

@@ -239,7 +239,7 @@ class PPOLearner:
         return min(self._hyperparameters.n_steps, max(MIN_STEPS, MAX_ROLLOUT // self.env.n_rows))
 
     def learn(self, robot_steps: int, seed: int | None = None) -> None:
-        """Learn for so many robot-steps, in whole rollouts.
+        """Learn for at least `robot_steps`, in whole rollouts.
 
         A seed resets all worlds, and seeds them and torch; without one the worlds go on.
         """
@@ -281,7 +281,7 @@ class PPOLearner:
     def _roll_out(self, observations: Tensor) -> tuple[Rollout, Tensor]:
         """Let all rows act for `n_steps` decisions; also return the observations after these.
 
-        Episodes end by a time limit only, so the critic's value of the last observation stands for
+        Episodes end by a time limit only, so the critic's value of the last observation replaces
         the rewards that would follow.
         """
         n, env, policy = self.n_steps, self.env, self.policy

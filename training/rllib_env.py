@@ -7,9 +7,8 @@
         .multi_agent(policies={"robot"}, policy_mapping_fn=lambda agent, *_, **__: "robot")
     )
 
-RLlib makes so many environments and steps one after the other; it knows of no other way to make
-many. `SwarmEnvRunner` puts a block of worlds in their place. Without it the same environment works
-world by world.
+RLlib makes `num_envs_per_env_runner` environments and steps one after the other. `SwarmEnvRunner`
+replaces them by a block of worlds. Without it the same environment works world by world.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,11 +23,12 @@ from ray.rllib.env.vector.vector_multi_agent_env import VectorMultiAgentEnv
 
 from swarm_forage_env.arrays import Array, Float32
 from swarm_forage_env.envs.array_env import ArrayEnv
+from swarm_forage_env.envs.episodes import Seeds
 
 OfAgents = dict[str, Any]
-"""What each agent of a world is told; under `__all__`, what holds for all."""
+"""A value for each agent of a world; under `__all__`, for all."""
 
-Told = tuple[list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents]]
+Step = tuple[list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents], list[OfAgents]]
 """Observations, rewards, terminations, truncations and infos of a step, world by world."""
 
 ALL = "__all__"
@@ -48,7 +48,7 @@ class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
         self.action_spaces = self._block.single_action_spaces
 
     def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+        self, *, seed: int | None = None, options: dict[str, object] | None = None
     ) -> tuple[OfAgents, OfAgents]:
         """Start an episode; a seed fixes it and all that follow without one."""
         (observations,), (infos,) = self._block.reset(seed=seed)
@@ -58,16 +58,16 @@ class SwarmMultiAgentEnv(MultiAgentEnv):  # type: ignore[misc]
         self, action_dict: OfAgents
     ) -> tuple[OfAgents, OfAgents, OfAgents, OfAgents, OfAgents]:
         """One decision period."""
-        told = self._block.advance([action_dict])
-        observations, rewards, terminated, truncated, infos = (each[0] for each in told)
+        step = self._block.advance([action_dict])
+        observations, rewards, terminated, truncated, infos = (each[0] for each in step)
         return observations, rewards, terminated, truncated, infos
 
 
 class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
-    """Worlds in one block, whose episodes end together and start anew with the next step."""
+    """Worlds in one block, whose episodes end together; the next step resets them."""
 
     def __init__(self, options: Mapping[str, Any], num_envs: int, envs: Sequence[Any] = ()) -> None:
-        """So many worlds; `envs` tell RLlib the spaces of each."""
+        """Make `num_envs` worlds; `envs` give RLlib the spaces of each."""
         super().__init__()
         self.env = env = ArrayEnv(**options, n_worlds=num_envs)
         self.num_envs, self.envs = num_envs, list(envs)
@@ -78,28 +78,26 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
         self._over = False
 
     def reset(
-        self, *, seed: Any = None, options: dict[str, Any] | None = None  # noqa: ANN401 one, or a list
-    ) -> tuple[list[OfAgents], list[OfAgents]]:  # fmt: skip
-        """Start every world anew; seeds are those of `ArrayEnv`."""
+        self, *, seed: Seeds = None, options: dict[str, object] | None = None
+    ) -> tuple[list[OfAgents], list[OfAgents]]:
+        """Reset every world; seeds are those of `ArrayEnv`."""
         observations, _ = self.env.reset(seed=seed)
         self._over = False
         return self._by_agent(observations), self._silence()
 
-    def step(self, actions: Sequence[OfAgents]) -> Told:
+    def step(self, actions: Sequence[OfAgents]) -> Step:
         """One decision period; after the end of the episodes a reset, whatever the actions."""
         if not self._over:
             return self.advance(actions)
         observations, infos = self.reset()
         rewards = [dict.fromkeys(self.env.learners, 0.0) for _ in range(self.num_envs)]
-        never = self._all(False)
-        return observations, rewards, never, self._all(False), infos
+        return observations, rewards, self._all(False), self._all(False), infos
 
-    def advance(self, actions: Sequence[OfAgents]) -> Told:
-        """One decision period; the last infos tell what `parallel_env` logs of a robot."""
+    def advance(self, actions: Sequence[OfAgents]) -> Step:
+        """One decision period; the last infos hold what `parallel_env` logs of a robot."""
         agents = self.env.learners
         rows = np.array([each[agent] for each in actions for agent in agents])
-        found = self.env.advance(self.env.actions.rows(rows))
-        observations, rewards, _, truncated, _ = found
+        observations, rewards, _, truncated, _ = self.env.advance(self.env.actions.rows(rows))
         self._over = bool(truncated.all())
         return (
             self._by_agent(observations),
@@ -114,8 +112,7 @@ class SwarmVectorEnv(VectorMultiAgentEnv):  # type: ignore[misc]
 
     def _all(self, value: bool) -> list[OfAgents]:
         """The same for every agent of every world, and for all together."""
-        told = {**dict.fromkeys(self.env.learners, value), ALL: value}
-        return [dict(told) for _ in range(self.num_envs)]
+        return [dict.fromkeys([*self.env.learners, ALL], value) for _ in range(self.num_envs)]
 
     def _silence(self) -> list[OfAgents]:
         return [{agent: {} for agent in self.env.learners} for _ in range(self.num_envs)]
@@ -134,7 +131,7 @@ class SwarmEnvRunner(MultiAgentEnvRunner):  # type: ignore[misc]
     """Steps all its worlds at once."""
 
     def make_env(self) -> None:
-        """Make the environments as RLlib does, and put one block in the place of their worlds."""
+        """Make the environments as RLlib does, and replace them by one block."""
         super().make_env()
         worlds: list[Any] = self.env.envs
         self.env: Any = SwarmVectorEnv(worlds[0].unwrapped.options, self.num_envs, worlds)

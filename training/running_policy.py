@@ -1,4 +1,4 @@
-"""The running policy of another trainer: asked between `observe` and `decide`, as a learner is."""
+"""The running policy of another trainer, which acts between `observe` and `decide`."""
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
@@ -10,13 +10,9 @@ from gymnasium.spaces import Box
 from swarm_forage_env.arrays import Array, Bool, Float32, UInt64
 from swarm_forage_env.envs.policy_form import PolicyForm
 from swarm_forage_env.errors import ConfigError
-from swarm_forage_env.interface import (
-    KEEP,
-    RULE,
-    CompiledLayers,
-    RunningController,
-)
+from swarm_forage_env.interface import KEEP, RULE, CompiledLayers, RunningController
 from swarm_forage_env.observed_fields import write_rows
+from swarm_forage_env.parameters import BaseScenario
 from swarm_forage_env.random_streams import NoiseSource, streams
 from swarm_forage_env.task import World
 from swarm_forage_env.ticks import BEGINS, RUNS, STANDS
@@ -26,17 +22,16 @@ from training.foreign_file import reason
 Rows = Float32[Array, "robots numbers"]
 Streams = UInt64[Array, " robots"]
 Steer = Callable[[Rows, Streams], Rows]
-"""What the layers of some robots of a world take, from what each observes, and its stream."""
+"""Maps what each robot of a world observes, and its stream, to the actions of the layers."""
 
 
 class RunningForeignPolicy:
-    """A policy of some robots and what does the rest, on a block of worlds.
+    """A policy of some robots and the controller of the other layers, on a block of worlds.
 
-    It acts where no learner does, so that its robots can be the team-mates of some.
+    It acts where no learner does, so that its robots can be the team-mates of learners.
     """
 
-    has_rules = True
-    """The policy is asked about all worlds at once."""
+    has_rules = True  # the policy acts in all worlds at once
 
     def __init__(
         self,
@@ -46,7 +41,7 @@ class RunningForeignPolicy:
         steer: Steer,
         robots: Sequence[int],
     ) -> None:
-        """The policy has not been asked yet."""
+        """Prepare the policy; it has not acted yet."""
         self._world, self._inner, self._form, self._steer = world, inner, form, steer
         self._robots = np.array(robots)
         self.minds = inner.minds
@@ -60,21 +55,21 @@ class RunningForeignPolicy:
 
     @property
     def compiled(self) -> CompiledLayers | None:
-        """What does the rest, for one call a tick: the policy is asked before."""
+        """The compiled functions of the other layers."""
         return self._inner.compiled
 
     def check_on_gpu(self) -> None:
-        """ConfigError: the policy is asked by a CPU."""
+        """ConfigError: the policy runs on a CPU."""
         raise ConfigError(
             "device='cuda': policies of other trainers run on a CPU only; take device='cpu'"
         )
 
     def observe(self, first: int, last: int) -> None:
-        """Take in what the worlds first .. last - 1 gave back."""
+        """Update the beliefs in the worlds first .. last - 1."""
         self._inner.observe(first, last)
 
     def consult(self) -> None:
-        """Ask the policy in worlds where a decision is due, then the rules written in NumPy."""
+        """Let the policy act in worlds where a decision is due, then the rules in NumPy."""
         if self._own is None:
             self._own = self._take_over()
         ticks, period = self._world.worlds["ticks"], self._form.config.period
@@ -96,16 +91,16 @@ class RunningForeignPolicy:
         self._streams[world] = own[self._robots]
         self._inner.reset(world, seed)
 
-    def numbers_in(self, world: int, scenario: Any) -> Any:  # noqa: ANN401 of any task
-        """The numbers of one world's layers in another scenario."""
+    def numbers_in(self, world: int, scenario: BaseScenario) -> object:
+        """The parameters of one world's layers in another scenario."""
         return self._inner.numbers_in(world, scenario)
 
-    def renumber(self, world: int, numbers: Any) -> None:  # noqa: ANN401 as above
-        """Go by these numbers in one world from now on."""
+    def renumber(self, world: int, numbers: object) -> None:
+        """Set the parameters of one world's layers."""
         self._inner.renumber(world, numbers)
 
     def snapshot(self) -> dict[str, object]:
-        """What was observed and is being done, whose robots are the policy's, and all the rest."""
+        """Copy all that the next ticks depend on."""
         return {
             "frames": self._observing.snapshot(),
             "held": self._held.copy(),
@@ -115,7 +110,7 @@ class RunningForeignPolicy:
         }
 
     def restore(self, kept: Mapping[str, Any]) -> None:
-        """Go on as when that snapshot was taken."""
+        """Restore a snapshot."""
         self._observing.restore(kept["frames"])
         self._held[...] = kept["held"]
         self._streams[...] = kept["streams"]
@@ -123,17 +118,17 @@ class RunningForeignPolicy:
         self._inner.restore(kept["rest"])
 
     def _take_over(self) -> dict[str, Bool[Array, "worlds robots"]]:
-        """Mark as the policy's what no learner has; which robots, for each layer."""
+        """Mark as the policy's what no learner has; returns the robots of each layer."""
         action, own = self._world.robots["action"], {}
+        mine = np.zeros(action.shape, np.bool_)
+        mine[:, self._robots] = True
         for layer in self._form.policy.replaces:
-            mine = np.zeros(action.shape, np.bool_)
-            mine[:, self._robots] = True
             own[layer] = mine & ((action[layer] == KEEP) | (action[layer] == RULE))
         self._form.hand_over(action, own)
         return own
 
     def _seen(self, decisions: Array, due: Array) -> Float32[Array, "worlds robots numbers"]:
-        """What every robot of the policy observes; right in the worlds where a decision is due."""
+        """Observations of the policy's robots; valid in the worlds where a decision is due."""
         modes = np.full(self._world.n_worlds, STANDS, np.int8)
         modes[due] = np.where(decisions[due] == 0, BEGINS, RUNS)
         seen: Float32[Array, "worlds robots numbers"] = self._observing(
@@ -144,37 +139,35 @@ class RunningForeignPolicy:
     def _act(self, own: Mapping[str, Bool[Array, "worlds robots"]]) -> None:
         """Write the actions, and leave those of learners as they were."""
         action, robots = self._world.robots["action"], self._robots
-        before = None if all(mask[:, robots].all() for mask in own.values()) else action.copy()
+        has_learners = not all(mask[:, robots].all() for mask in own.values())
+        before = action.copy() if has_learners else action
         self._write(self._held, self._fields, robots)
-        if before is None:
-            return
-        fields = {"weighting": "weight", "motion": self._form.task.commanded}
-        for layer, mask in own.items():
-            field = fields[layer]
-            action[field][~mask] = before[field][~mask]
+        if has_learners:
+            fields = {"weighting": "weight", "motion": self._form.task.commanded}
+            for layer, mask in own.items():
+                action[fields[layer]][~mask] = before[fields[layer]][~mask]
 
 
 def usable_rows(
     form: PolicyForm, robots: Sequence[int], source: str
 ) -> Callable[[object], Float32[Array, "robots n"]]:
-    """What turns the actions of some robots into what the layers take, clipped to their bounds.
+    """A function from a policy's actions to those of the layers, clipped to their bounds.
 
-    ConfigError for NaN and infinity, and for what else the action space does not hold.
+    It raises ConfigError for NaN and infinity, and for all else that the action space lacks.
     """
     actions, space = form.actions(robots), form.action_space
 
-    def rows(given: object) -> Float32[Array, "robots n"]:
+    def rows(output: object) -> Float32[Array, "robots n"]:
         try:
-            found = np.asarray(given)
+            array = np.asarray(output)
         except (ValueError, TypeError, RuntimeError) as error:  # ragged; a tensor with gradients
-            raise ConfigError(
-                f"policy {source}: gives no array of actions ({reason(error)})"
-            ) from None
-        is_finite = found.dtype.kind == "f" and bool(np.isfinite(found).all())
-        if isinstance(space, Box) and found.shape[1:] == space.shape and is_finite:
-            found = np.clip(found, space.low, space.high)
+            why = reason(error)
+            raise ConfigError(f"policy {source}: gives no array of actions ({why})") from None
+        is_finite = array.dtype.kind == "f" and bool(np.isfinite(array).all())
+        if isinstance(space, Box) and array.shape[1:] == space.shape and is_finite:
+            array = np.clip(array, space.low, space.high)
         try:
-            return form.action.to_raw(actions.rows(found))
+            return form.action.to_raw(actions.rows(array))
         except ConfigError as error:
             raise ConfigError(f"policy {source}: {error}") from None
 

@@ -1,7 +1,7 @@
-"""Policies of stable-baselines3, from what `model.save("model.zip")` writes.
+"""Policies of stable-baselines3, from the zip that `model.save("model.zip")` writes.
 
-Of a zip the weights are read, by torch's loader of weights, and what it holds as plain JSON.
-Nothing is unpickled unless `trust=true` asks for it: a pickle runs whatever code it holds.
+Its plain JSON is read, and its weights by torch's loader of weights. Nothing is unpickled unless
+`trust=true` allows it: a pickle runs whatever code it holds.
 """
 
 import io
@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from gymnasium.spaces import Box, Discrete
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError, field_validator
+from gymnasium.spaces import Discrete
+from pydantic import BaseModel, Field, JsonValue, ValidationError, field_validator
 
 from swarm_forage_env.arrays import Array
 from swarm_forage_env.envs.policy_form import PolicyForm
@@ -40,33 +40,21 @@ if TYPE_CHECKING:
     from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
     from stable_baselines3.sac.policies import SACPolicy
     from torch import Tensor
+    from torch.distributions import Distribution
 
-PICKLED = ":serialized:"
-"""Key of what stable-baselines3 keeps as a pickle, within its JSON."""
-
-NO_MATTER = (PICKLED, ":type:", "optimizer_class", "optimizer_kwargs")
-"""What makes no difference to a policy that is not trained on."""
+NO_MATTER = (":serialized:", ":type:", "optimizer_class", "optimizer_kwargs")
+"""Keys of JSON that a policy does not depend on unless it is trained further."""
 
 ACTIVATION = re.compile(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>")
 
-Widths = Annotated[list[Count], Field(max_length=100)]
-"""Numbers of units of the hidden layers."""
-
-Branches = dict[Literal["pi", "vf", "qf"], Widths]
-"""Hidden layers of the actor, and of the critic."""
+Widths = Annotated[list[Count], Field(max_length=100)]  # numbers of units of the hidden layers
+Branches = dict[Literal["pi", "vf", "qf"], Widths]  # hidden layers of the actor, and of the critic
 
 
-class Told(BaseModel):
-    """What is read of a larger whole."""
-
-    model_config = ConfigDict(frozen=True)
-
-
-class Space(Told):
+class Space(BaseModel, frozen=True):
     """A space of observations or actions."""
 
-    n: int | None = None
-    """How many choices there are."""
+    n: int | None = None  # how many choices there are
     shape: tuple[int, ...] | None = Field(None, alias="_shape", max_length=100)
     policy_card: Annotated[str, Field(max_length=LARGEST_CARD)] | None = None
     """The card of the policy as JSON, on the space of observations."""
@@ -79,17 +67,17 @@ class Space(Told):
         return "x".join(map(str, self.shape or ["no"]))
 
 
-class ClassTold(Told):
-    """A class, as JSON tells of it beside its pickle."""
+class PolicyClass(BaseModel, frozen=True):
+    """A class, as the JSON describes it beside its pickle."""
 
     module: str = Field("", alias="__module__")
     init: str = Field("", alias="__init__")
 
 
-class SavedModel(Told):
-    """What the JSON of a zip tells of a model."""
+class SavedModel(BaseModel, frozen=True):
+    """The description of a model in the JSON of a zip."""
 
-    policy_class: ClassTold
+    policy_class: PolicyClass
     policy_kwargs: Annotated[dict[str, JsonValue], Field(max_length=50)]
     observation_space: Space = Space()
     action_space: Space = Space()
@@ -114,28 +102,30 @@ class Network(Part):
 
     @field_validator("activation_fn", mode="before")
     @classmethod
-    def _of_torch(cls, told: object) -> type[object]:
+    def _of_torch(cls, text: object) -> type[object]:
         from torch.nn.modules import activation
 
-        named = ACTIVATION.fullmatch(str(told))
-        if named is None or named[1] not in activation.__all__:
+        match = ACTIVATION.fullmatch(str(text))
+        if match is None or match[1] not in activation.__all__:
             raise ValueError("must be an activation of torch.nn")
-        found: type[object] = vars(activation)[named[1]]
-        return found
+        kind: type[object] = vars(activation)[match[1]]
+        return kind
 
     def n_weights(self, n_observed: int) -> int:
         """The weights of one of its networks up to the last hidden layer, times its critics."""
         arch = self.net_arch or []
         parts = [arch] if isinstance(arch, dict) else arch
-        branches = [each for part in parts if isinstance(part, dict) for each in part.values()]
         shared = [part for part in parts if isinstance(part, int)]
+        branches = [each for part in parts if isinstance(part, dict) for each in part.values()]
         chains = ([n_observed, *each] for each in (shared, *branches))
         return (self.n_critics or 1) * max(sum(a * b for a, b in pairwise(c)) for c in chains)
 
 
 def read_zip(file: Path) -> tuple[SavedModel, bytes, bytes]:
-    """What a model's zip tells of it, the same as JSON, and its weights; ConfigError for another
-    file."""
+    """The description of a model in its zip, the same as JSON, and the weights as bytes.
+
+    ConfigError for another file.
+    """
     check_file(file, "policy", LARGEST_ZIP)
     try:
         data, weights = read_members(file, {"data": LARGEST_TELLING, "policy.pth": LARGEST})
@@ -147,23 +137,23 @@ def read_zip(file: Path) -> tuple[SavedModel, bytes, bytes]:
 
 
 def network_of(file: str, model: SavedModel, n_observed: int, n_bytes: int) -> Network | None:
-    """The keywords of the policy; None if some are told by a pickle only.
+    """The keywords of the policy; None if some are in a pickle only.
 
     ConfigError for others, and for a network of more weights than its file has bytes for.
     """
-    told = {name: each for name, each in model.policy_kwargs.items() if name not in NO_MATTER}
-    if any(_is_pickled(each) for each in told.values()):
+    keywords = {name: each for name, each in model.policy_kwargs.items() if name not in NO_MATTER}
+    if any(_is_pickled(each) for each in keywords.values()):
         return None
     try:
-        network = Network.model_validate(told)
+        network = Network.model_validate(keywords)
     except ValidationError as error:
+        why = f"policy_kwargs.{reason(error)}"
+        raise ConfigError(f"policy {file}: cannot be made here: {why}") from None
+    n_weights = network.n_weights(n_observed)
+    if 4 * n_weights > n_bytes:
         raise ConfigError(
-            f"policy {file}: cannot be made here: policy_kwargs.{reason(error)}"
-        ) from None
-    if 4 * network.n_weights(n_observed) > n_bytes:
-        raise ConfigError(
-            f"policy {file}: its weights do not fit: net_arch asks for"
-            f" {network.n_weights(n_observed):.3g} of them at least, in {n_bytes} bytes"
+            f"policy {file}: its weights do not fit: net_arch asks for {n_weights:.3g} of them at"
+            f" least, in {n_bytes} bytes"
         )
     return network
 
@@ -174,18 +164,18 @@ def read_weights(file: str, content: bytes) -> Mapping[str, "Tensor"]:
 
     try:
         check_zip(content)
-        found = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
-        if not isinstance(found, Mapping) or not all(
-            isinstance(name, str) and isinstance(each, torch.Tensor) for name, each in found.items()
+        weights = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
+        if not isinstance(weights, Mapping) or not all(
+            isinstance(name, str) and isinstance(w, torch.Tensor) for name, w in weights.items()
         ):
             raise ValueError("they are no arrays by name")
     except Exception as error:  # what is no pickle raises anything
         raise ConfigError(f"policy {file}: its weights cannot be read ({reason(error)})") from None
-    return found
+    return weights
 
 
-def _is_pickled(told: object) -> bool:
-    return isinstance(told, str) and told.startswith("<") and not ACTIVATION.fullmatch(told)
+def _is_pickled(value: object) -> bool:
+    return isinstance(value, str) and value.startswith("<") and not ACTIVATION.fullmatch(value)
 
 
 KNOWN = {
@@ -196,8 +186,7 @@ KNOWN = {
 }
 """Classes of policies that need no pickle: of PPO and A2C, DQN, SAC, TD3 and DDPG."""
 
-Chosen = tuple[type["BasePolicy"], dict[str, Any]]
-"""The class of a policy, and its keywords."""
+Chosen = tuple[type["BasePolicy"], dict[str, Any]]  # the class of a policy, and its keywords
 
 
 class SB3Policy(PolicyFile):
@@ -214,16 +203,16 @@ class SB3Policy(PolicyFile):
 
     def card(self) -> PolicyCard | None:
         """The card on the observation space that the model was trained with."""
-        told = read_zip(self.path)[0].observation_space.policy_card
-        return super().card() if told is None else card_from(told, f"in {self.file}")
+        text = read_zip(self.path)[0].observation_space.policy_card
+        return super().card() if text is None else card_from(text, f"in {self.file}")
 
     def start(self, form: PolicyForm) -> Predict:
-        """The model's policy, without chance."""
+        """The model's policy, deterministic."""
         model = self._model(form)
         return self._asked(lambda observed: model.predict(observed, deterministic=True)[0])
 
     def start_by_chance(self, form: PolicyForm) -> Draw:
-        """The model's policy, from the distribution of its actions; ConfigError without one."""
+        """The model's policy, which draws its actions; ConfigError without a distribution."""
         import torch
         from stable_baselines3.common.policies import ActorCriticPolicy
         from stable_baselines3.sac.policies import SACPolicy
@@ -235,57 +224,55 @@ class SB3Policy(PolicyFile):
 
         @torch.no_grad()
         def by_chance(observed: Array, draws: Array) -> Array:
-            found = _distribution(model, torch.as_tensor(observed))
-            if isinstance(found, Categorical):
-                return drawn_choices(found.probs.double().numpy(), draws)
-            actions = (found.mean + found.stddev * torch.as_tensor(draws)).float().numpy()
-            return model.unscale_action(np.tanh(actions)) if model.squash_output else actions
+            drawn_from = _distribution(model, torch.as_tensor(observed))
+            if isinstance(drawn_from, Categorical):
+                return drawn_choices(drawn_from.probs.double().numpy(), draws)
+            actions = drawn_from.mean + drawn_from.stddev * torch.as_tensor(draws)
+            numbers: Array = actions.float().numpy()
+            return model.unscale_action(np.tanh(numbers)) if model.squash_output else numbers
 
         return self._asked(by_chance)
 
     def _model(self, form: PolicyForm) -> "BasePolicy":
         """The model's policy, with its weights."""
-        told, data, content = read_zip(self.path)
-        _check_spaces(self.file, told, form)
-        chosen = self._trusted(data) if self.trust else self._plain(told, form, len(content))
-        if told.use_sde:
+        saved, data, content = read_zip(self.path)
+        _check_spaces(self.file, saved, form)
+        chosen = self._trusted(data) if self.trust else self._plain(saved, form, len(content))
+        if saved.use_sde:
             chosen[1].setdefault("use_sde", True)
         model = _make(self.file, chosen, form)
         _load(self.file, model, read_weights(self.file, content))
         return model
 
-    def _asked(self, ask: Callable[..., Any]) -> Callable[..., Array]:
+    def _asked(self, ask: Callable[..., object]) -> Callable[..., Array]:
         """The same function; ConfigError where it fails."""
 
-        def asked(*given: Array) -> Array:
+        def asked(*arrays: Array) -> Array:
             try:
-                return np.asarray(ask(*given))
+                return np.asarray(ask(*arrays))
             except (RuntimeError, ValueError) as error:  # of a deviation of 0, as an example
-                raise ConfigError(
-                    f"policy {self.file}: gives no action ({reason(error)})"
-                ) from None
+                why = reason(error)
+                raise ConfigError(f"policy {self.file}: gives no action ({why})") from None
 
         return asked
 
     def _trusted(self, data: bytes) -> Chosen:
-        """What chooses the policy, unpickled."""
+        """Class and keywords of the policy, unpickled."""
         from stable_baselines3.common.save_util import json_to_data
 
         tree = json.loads(data)
         try:
-            found = json_to_data(
-                json.dumps({k: tree[k] for k in ("policy_class", "policy_kwargs")})
-            )
-            return found["policy_class"], dict(found["policy_kwargs"])
+            chosen = {name: tree[name] for name in ("policy_class", "policy_kwargs")}
+            unpickled = json_to_data(json.dumps(chosen))
+            return unpickled["policy_class"], dict(unpickled["policy_kwargs"])
         except Exception as error:  # what a pickle runs raises anything
-            raise ConfigError(
-                f"policy {self.file}: cannot be unpickled ({reason(error)})"
-            ) from None
+            why = reason(error)
+            raise ConfigError(f"policy {self.file}: cannot be unpickled ({why})") from None
 
-    def _plain(self, told: SavedModel, form: PolicyForm, n_bytes: int) -> Chosen:
-        """What chooses the policy, from plain JSON."""
-        policy = _named_class(told.policy_class)
-        network = network_of(self.file, told, len(form.layout), n_bytes)
+    def _plain(self, saved: SavedModel, form: PolicyForm, n_bytes: int) -> Chosen:
+        """Class and keywords of the policy, from plain JSON."""
+        policy = _named_class(saved.policy_class)
+        network = network_of(self.file, saved, len(form.layout), n_bytes)
         if policy is None or network is None:
             what = "policy_class" if policy is None else "policy_kwargs"
             raise ConfigError(
@@ -295,24 +282,26 @@ class SB3Policy(PolicyFile):
         return policy, network.model_dump(exclude_unset=True)
 
 
-def _distribution(model: "ActorCriticPolicy | SACPolicy", observed: "Tensor") -> Any:  # noqa: ANN401 of torch
+def _distribution(model: "ActorCriticPolicy | SACPolicy", observed: "Tensor") -> "Distribution":
     """The distribution of the actions, before they are squashed."""
     from stable_baselines3.common.policies import ActorCriticPolicy
-    from torch.distributions import Normal
+    from torch.distributions import Distribution, Normal
 
     if isinstance(model, ActorCriticPolicy):
-        return model.get_distribution(observed).distribution
+        distribution = model.get_distribution(observed).distribution
+        assert isinstance(distribution, Distribution), "its actions are no dictionary"
+        return distribution
     mean, log_std, _ = model.actor.get_action_dist_params(observed)
     return Normal(mean, log_std.exp())
 
 
-def _named_class(told: ClassTold) -> "type[BasePolicy] | None":
-    """The class of the policy, by what the JSON tells of it; None for one that is not known."""
-    name = KNOWN.get(told.module, "")
-    if not name or f"{name}.__init__ " not in told.init:
+def _named_class(named: PolicyClass) -> "type[BasePolicy] | None":
+    """The class of the policy; None for an unknown one."""
+    name = KNOWN.get(named.module, "")
+    if not name or f"{name}.__init__ " not in named.init:
         return None
-    found: type[BasePolicy] = getattr(import_module(told.module), name)
-    return found
+    policy: type[BasePolicy] = vars(import_module(named.module))[name]
+    return policy
 
 
 def _make(file: str, chosen: Chosen, form: PolicyForm) -> "BasePolicy":
@@ -325,12 +314,11 @@ def _make(file: str, chosen: Chosen, form: PolicyForm) -> "BasePolicy":
 
 
 def _load(file: str, model: "BasePolicy", weights: Mapping[str, "Tensor"]) -> None:
-    """Give a policy its weights; ConfigError for others than it has, NaN and infinity."""
+    """Load the weights of a policy; ConfigError for others than it has, NaN and infinity."""
     import torch
 
-    shapes = ({name: tuple(w.shape) for name, w in each.items()}
-              for each in (weights, model.state_dict()))  # fmt: skip
-    other = misfit(*shapes)
+    has = {name: tuple(w.shape) for name, w in weights.items()}
+    other = misfit(has, {name: tuple(w.shape) for name, w in model.state_dict().items()})
     if other:
         raise ConfigError(f"policy {file}: its weights do not fit: {other}")
     try:
@@ -341,19 +329,15 @@ def _load(file: str, model: "BasePolicy", weights: Mapping[str, "Tensor"]) -> No
     check_weights({name: each.numpy() for name, each in single}, file)
 
 
-def _check_spaces(file: str, told: SavedModel, form: PolicyForm) -> None:
+def _check_spaces(file: str, saved: SavedModel, form: PolicyForm) -> None:
     """ConfigError if the model was trained on observations or actions of other shapes."""
-    trained = told.observation_space.size, told.action_space.size
-    here = str(len(form.layout)), _size_of(form.action_space)
+    space = form.action_space
+    action = Space(n=int(space.n)) if isinstance(space, Discrete) else Space(_shape=space.shape)
+    trained = saved.observation_space.size, saved.action_space.size
+    here = str(len(form.layout)), action.size
     if trained != here:
         raise ConfigError(
             f"policy {file}: maps {trained[0]} numbers to {trained[1]}; under these keywords"
             f" (learn={form.config.learn}) there are {here[0]}, and {here[1]}. Say what it was"
             f" trained with, as in sb3:{file},normalise=false,action=wheels"
         )
-
-
-def _size_of(space: "Box | Discrete[np.int64]") -> str:
-    if isinstance(space, Discrete):
-        return f"one of {space.n} choices"
-    return "x".join(map(str, space.shape))

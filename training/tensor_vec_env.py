@@ -1,12 +1,12 @@
 """TensorVecEnv: all learners of blocks of worlds as rows of tensors, on a CPU or a GPU.
 
-Nothing is copied, but where a tensor goes into numba's simulator.
+Tensors share the memory of the worlds' arrays, except in numba's simulator.
 """
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import torch
@@ -22,7 +22,7 @@ from swarm_forage_env.observed_fields import FieldLayout
 
 @dataclass(frozen=True)
 class Step:
-    """What a decision of all rows leads to."""
+    """The result of a decision of all rows."""
 
     observations: Tensor
     """Rows by numbers; of a world that was reset, the first ones of its new episode."""
@@ -53,12 +53,10 @@ class TensorVecEnv:
         self.device = torch_device(first.device)
         self.observation_space, self.action_space = first.observation_space, first.action_space
         self.observation_layout = cast(FieldLayout, first.observation_layout)
-        self._n_learners = [len(each.learners) for each in self.blocks]
-        self._n_rows = [n * each.n_worlds for n, each in self._with_learners()]
+        self._n_rows = [len(each.learners) * each.n_worlds for each in self.blocks]
         self.n_rows: int = sum(self._n_rows)
         self.stepping_s = 0.0
-        self._all_act = torch.ones(self.n_rows, dtype=torch.bool, device=self.device)
-        self.acts = self._all_act
+        self.acts = torch.ones(self.n_rows, dtype=torch.bool, device=self.device)
         """True for the rows whose next action counts: all, but under `step_on="exchange"`."""
 
     @property
@@ -76,68 +74,60 @@ class TensorVecEnv:
     def reset(self) -> Tensor:
         """Reset all worlds; return the observation of every row."""
         self._follow_stream()
-        begun = [block.reset() for block in self.blocks]
-        self.acts = self._acts([infos for _, infos in begun])
-        return _rows([tensor_of(seen) for seen, _ in begun])
+        observations, infos = zip(*(block.reset() for block in self.blocks), strict=True)
+        self._update_acts(infos)
+        return _rows(observations)
 
     def step(self, actions: Tensor) -> Step:
         """One decision of all rows; ConfigError for an action that is out of bounds."""
         begin = time.perf_counter()
         self._follow_stream()
-        observations, final, rewards, ended, told = [], [], [], [], []
+        observations, final, rewards, ended, infos = [], [], [], [], []
         shares = torch.split(actions, self._n_rows)
-        for (n_learners, block), share in zip(self._with_learners(), shares, strict=True):
+        for block, share in zip(self.blocks, shares, strict=True):
+            n_learners = len(block.learners)
             shaped = share.reshape(block.n_worlds, n_learners, *block.action_shape)
-            after, earned, _, _, infos = block.step(array_for(block, shaped))
-            final.append(tensor_of(after))
+            after, earned, _, _, info = block.step(array_for(block, shaped))
+            final.append(after)
             rewards.append(tensor_of(earned).float().flatten())
             ended.append(np.repeat(block.is_over, n_learners))
             if block.is_over.any():
-                after, infos = block.reset(worlds=block.is_over)
-            observations.append(tensor_of(after))
-            told.append(infos)
-        self.acts = self._acts(told)
+                after, info = block.reset(worlds=block.is_over)
+            observations.append(after)
+            infos.append(info)
+        self._update_acts(infos)
         rows = torch.from_numpy(np.flatnonzero(np.concatenate(ended))).to(self.device)
         self.stepping_s += time.perf_counter() - begin
         return Step(_rows(observations), torch.cat(rewards), _rows(final), rows)
 
-    def _acts(self, told: Sequence[Mapping[str, Any]]) -> Tensor:
-        """Whose next action counts, by the infos of each block."""
-        if "acts" not in told[0]:
-            return self._all_act
-        return torch.cat([tensor_of(infos["acts"]).flatten() for infos in told]) > 0.0
+    def _update_acts(self, infos: Sequence[Mapping[str, object]]) -> None:
+        if "acts" in infos[0]:
+            self.acts = torch.cat([tensor_of(each["acts"]).flatten() for each in infos]) > 0.0
 
     def _follow_stream(self) -> None:
         for block in self.blocks:
             follow_stream(block)
 
-    def _with_learners(self) -> Iterator[tuple[int, ArrayEnv]]:
-        """Each block, after its number of learners in a world."""
-        return zip(self._n_learners, self.blocks, strict=True)
+
+def _rows(observations: Sequence[object]) -> Tensor:
+    return torch.cat([tensor_of(each).flatten(0, 1) for each in observations])
 
 
-def _rows(observations: Sequence[Tensor]) -> Tensor:
-    return torch.cat([each.flatten(0, 1) for each in observations])
-
-
-ON_CPU = torch.device("cpu")
-
-FIRST_GPU = 0
-"""The number of the GPU that worlds run on."""
+FIRST_GPU = 0  # the number of the GPU that worlds run on
 
 
 def torch_device(device: str) -> torch.device:
-    """Where torch finds the numbers of worlds on a device, "cpu" or "cuda".
+    """The device of torch whose memory holds the worlds of a device, "cpu" or "cuda".
 
     ConfigError for another device, and for a GPU that is missing or that torch cannot use. The
     worlds of numba's simulator are in the CPU's memory.
     """
     check_device(device)
     if device == "cpu":
-        return ON_CPU
+        return torch.device("cpu")
     usable_gpu()
     if is_simulated():
-        return ON_CPU
+        return torch.device("cpu")
     if not torch.cuda.is_available():
         raise ConfigError(
             f"device='cuda': torch {torch.__version__} finds no GPU; install its build for CUDA,"
@@ -147,17 +137,19 @@ def torch_device(device: str) -> torch.device:
 
 
 def worlds_on(device: torch.device | str) -> str:
-    """Where worlds run whose tensors are on a device of torch: on a GPU if that is "cuda".
+    """Where worlds run whose tensors are on a device of torch: "cuda" or "cpu".
 
     ConfigError for a second GPU.
     """
     wanted = torch.device(device)
-    if wanted.type == "cuda" and wanted.index:
+    if wanted.type != "cuda":
+        return "cpu"
+    if wanted.index:
         raise ConfigError(
             f"device='{wanted}': worlds run on the first GPU; set CUDA_VISIBLE_DEVICES="
             f"{wanted.index}, and take device='cuda'"
         )
-    return "cuda" if wanted.type == "cuda" else "cpu"
+    return "cuda"
 
 
 def follow_stream(env: ArrayEnv) -> None:
@@ -167,15 +159,15 @@ def follow_stream(env: ArrayEnv) -> None:
 
 
 def tensor_of(array: object) -> Tensor:
-    """The tensor in the place of an array, on its device."""
+    """A tensor over the memory of an array."""
     if hasattr(array, "__cuda_array_interface__"):
         return torch.as_tensor(array, device="cuda")
     return torch.from_numpy(np.ascontiguousarray(array))
 
 
-def array_for(env: ArrayEnv, tensor: Tensor) -> Any:  # noqa: ANN401 of NumPy or of a GPU
-    """The array in the place of a tensor, as the environment's `step` takes it."""
-    given = tensor.detach().contiguous()
+def array_for(env: ArrayEnv, tensor: Tensor) -> object:
+    """An array over the memory of a tensor, for the environment's `step`."""
+    dense = tensor.detach().contiguous()
     if env.device == "cpu":
-        return given.numpy(force=True)
-    return given if given.is_cuda else env.memory.to_device(given.numpy())
+        return dense.numpy(force=True)
+    return dense if dense.is_cuda else env.memory.to_device(dense.numpy())

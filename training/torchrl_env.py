@@ -12,16 +12,18 @@ from torchrl.data import Bounded, Categorical, Composite, OneHot, TensorSpec, Un
 from torchrl.envs import EnvBase
 
 from swarm_forage_env.arrays import Array
+from swarm_forage_env.controllers import Controllers
 from swarm_forage_env.envs.array_env import ArrayEnv
 from swarm_forage_env.envs.episodes import checked_seeds
 from swarm_forage_env.envs.render import Frame, title_of
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.rendering.viewer import Viewer, check_render_mode
+from swarm_forage_env.scenarios import ScenarioSource
 from swarm_forage_env.task import stage_of
 from training.tensor_vec_env import array_for, follow_stream, tensor_of, torch_device, worlds_on
 
 ENDS = ("done", "terminated", "truncated")
-"""What is told of the end of an episode."""
+"""Keys of the end of an episode."""
 
 
 class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
@@ -35,27 +37,27 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
     "reward", and under "info" what `parallel_env` tells of a robot. The truth about a world is
     its "state", for centralised critics; `return_state=False` spares the time.
 
-    "done", "terminated" and "truncated" are told of each world and, as the losses of TorchRL
-    want them, once more of each of its robots. Collectors start the worlds anew whose episodes
-    are over, each from the next seed of its sequence; `stagger`ed episodes end one after the
-    other. Choices (`discrete`) are numbers, or one-hot with `categorical_actions=False`.
+    Each world has "done", "terminated" and "truncated" and so, for the losses of TorchRL, has
+    each of its robots. Collectors reset the worlds whose episodes are over, each to the next seed
+    of its sequence; `stagger`ed episodes end one after the other. Choices (`discrete`) are
+    numbers, or one-hot with `categorical_actions=False`.
 
     With `device="cuda"` the worlds run on a GPU, and no tensor leaves its memory but the mask of
-    the worlds that a reset starts anew. What `ArrayEnv` refuses there is refused, and the "state",
-    which a CPU writes: `physics="kinematic"` and `return_state=False` must be said.
+    the worlds to reset. It needs `physics="kinematic"` and, as a CPU writes the "state",
+    `return_state=False`.
     """
 
     def __init__(  # noqa: PLR0913 each is what a user of TorchRL asks for by name
         self,
-        scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
+        scenario: ScenarioSource = "es1",
         n_worlds: int = 1,
-        controller: Any = None,  # noqa: ANN401 a name, a controller, or one for each robot
+        controller: Controllers | None = None,
         seed: int | None = None,
         stagger: bool = False,
         return_state: bool = True,
         categorical_actions: bool = True,
         device: torch.device | str = "cpu",
-        **options: Any,  # noqa: ANN401 checked by EnvConfig and by the scenario
+        **options: object,
     ) -> None:
         """Make the worlds; a `seed` is that of `set_seed`."""
         where = worlds_on(device)
@@ -64,8 +66,7 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
                 "return_state=True: the state is written on a CPU only; take return_state=False,"
                 " or device='cpu'"
             )
-        terms = {"n_worlds": n_worlds, "controller": controller, "stagger": stagger, **options}
-        self.array_env = env = ArrayEnv(scenario, device=where, **terms)
+        self.array_env = env = ArrayEnv(scenario, n_worlds, controller, stagger, where, **options)
         on = torch_device(where) if where == "cuda" else device
         super().__init__(device=on, batch_size=[n_worlds])
         self.return_state, self.categorical_actions = return_state, categorical_actions
@@ -87,14 +88,16 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         return self.array_env.task.scene is not None
 
     def episodes(self, seen: TensorDictBase) -> dict[str, Tensor]:
-        """What is logged of the episodes that ended in a rollout: by name, one number each.
+        """Logged numbers of the episodes that ended in a rollout, by name.
 
-        Of a world's robots a count, as `round_trips`, is the sum, and all else the mean.
+        Counts, as `round_trips`, are summed over a world's robots, all else is averaged.
         """
         info = seen["next", self.group, "info"][seen["next", "done"].squeeze(-1)]
         counts = self.array_env.truth.counts
-        found = {name: info[name] for name in self.array_env.infos}
-        return {name: v.sum(-1) if name in counts else v.mean(-1) for name, v in found.items()}
+        return {
+            name: info[name].sum(-1) if name in counts else info[name].mean(-1)
+            for name in self.array_env.infos
+        }
 
     def render(self, mode: str = "rgb_array", width: int | None = None) -> Frame | None:
         """The first world as it stands, rows of red, green and blue; None where in a window."""
@@ -114,17 +117,17 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         """The next episode of each world has seed, seed + 1 ...; those that follow are drawn."""
         self._seeds = list(checked_seeds(seed, self.array_env.n_worlds))
 
-    def _reset(self, tensordict: TensorDictBase | None = None, **_: Any) -> TensorDict:  # noqa: ANN401
-        """Start the worlds of "_reset" anew, all without it; the others go on."""
+    def _reset(self, tensordict: TensorDictBase | None = None, **_: object) -> TensorDict:
+        """Reset the worlds of "_reset", or all without it."""
         follow_stream(self.array_env)
         chosen = np.arange(self.array_env.n_worlds)
         if tensordict is not None and "_reset" in tensordict.keys():  # noqa: SIM118 no iterator
             chosen = np.flatnonzero(tensordict.get("_reset").numpy(force=True))
         seeds = [self._seeds[world] for world in chosen]
-        observations, told = self.array_env.reset(seeds, worlds=chosen)
+        observations, infos = self.array_env.reset(seeds, worlds=chosen)
         for world in chosen:
             self._seeds[world] = None
-        return self._told(observations, told)
+        return self._told(observations, infos)
 
     def _step(self, tensordict: TensorDictBase) -> TensorDict:
         follow_stream(self.array_env)
@@ -132,18 +135,18 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         if self._is_one_hot:
             action = action.to(torch.uint8).argmax(-1)
         given = array_for(self.array_env, action)
-        observations, rewards, _, _, told = self.array_env.step(given)
-        return self._told(observations, told, rewards)
+        observations, rewards, _, _, infos = self.array_env.step(given)
+        return self._told(observations, infos, rewards)
 
     def _told(
-        self, observations: Array, told: Mapping[str, Array], rewards: Array | None = None
+        self, observations: Array, infos: Mapping[str, Array], rewards: Array | None = None
     ) -> TensorDict:
-        """What a reset or, with rewards, a step tells; worlds by robots in the group."""
+        """The tensors of a reset or, with rewards, of a step; worlds by robots in the group."""
         env, per_robot, device = self.array_env, self._per_robot, self.device
         done = torch.from_numpy(env.is_over)[:, None]
         never = torch.zeros_like(done)
         info = dict(zip(self.array_env.infos, _float(env.log()).unbind(-1), strict=True))
-        info |= {name: self._of_robots(numbers) for name, numbers in told.items()}
+        info |= {name: self._of_robots(numbers) for name, numbers in infos.items()}
         group = {
             "observation": tensor_of(observations),
             "info": TensorDict(info, per_robot, device=device),
@@ -151,14 +154,14 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         }
         if rewards is not None:
             group["reward"] = _float(rewards)[..., None]
-        found = {self.group: TensorDict(group, per_robot, device=device), **_ends(done, never)}
+        tensors = {self.group: TensorDict(group, per_robot, device=device), **_ends(done, never)}
         if self.return_state:
-            found["state"] = torch.from_numpy(env.state())
-        return TensorDict(found, self.batch_size, device=device)
+            tensors["state"] = torch.from_numpy(env.state())
+        return TensorDict(tensors, self.batch_size, device=device)
 
     def _of_robots(self, numbers: Array) -> Tensor:
-        found = _float(numbers)
-        return found if found.ndim > 1 else found[:, None].expand(self._per_robot)
+        tensor = _float(numbers)
+        return tensor if tensor.ndim > 1 else tensor[:, None].expand(self._per_robot)
 
     def _make_specs(self) -> None:
         env, worlds, per_robot = self.array_env, self.batch_size, self._per_robot
@@ -166,13 +169,13 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
         info = {name: one.clone() for name in (*env.infos, *_of_step(env))}
         seen = _spec(env.observation_space, per_robot)
         observed = {"observation": seen, "info": Composite(info, shape=per_robot)}
-        told: dict[str, TensorSpec] = {self.group: Composite(observed, shape=per_robot)}
+        observations: dict[str, TensorSpec] = {self.group: Composite(observed, shape=per_robot)}
         if self.return_state:
-            told["state"] = _spec(env.state_space, worlds)
+            observations["state"] = _spec(env.state_space, worlds)
         earned = {"reward": Unbounded(shape=(*per_robot, 1))}
         flag = Categorical(2, shape=(1,), dtype=torch.bool)
         acts = {"action": _spec(env.action_space, per_robot, self.categorical_actions)}
-        self.observation_spec = Composite(told, shape=worlds).to(self.device)
+        self.observation_spec = Composite(observations, shape=worlds).to(self.device)
         self.action_spec = self._of_group(acts)
         self.reward_spec = self._of_group(earned)
         ends = {name: flag.expand(*per_robot, 1) for name in ENDS}
@@ -185,18 +188,18 @@ class SwarmTorchEnv(EnvBase):  # type: ignore[misc]
 
 
 def _of_step(env: ArrayEnv) -> tuple[str, ...]:
-    """The names of what a step tells beside what the task logs."""
+    """Names of the infos of a step beside the task's."""
     acts = ("acts",) if env.config.step_on == "exchange" else ()
     return ("unshaped_reward", *acts, *env.episodes.drawn)
 
 
-def _ends(done: Tensor, never: Tensor) -> dict[str, Any]:
-    """An episode is only ever cut off by its time."""
+def _ends(done: Tensor, never: Tensor) -> dict[str, Tensor]:
+    """Only the time limit ends an episode."""
     return dict(zip(ENDS, (done, never, done.clone()), strict=True))
 
 
 def _spec(space: Space[Any], batch: tuple[int, ...], is_categorical: bool = True) -> TensorSpec:
-    """The spec of a batch of numbers, with their bounds where they have any, or of choices."""
+    """The spec of a batch of numbers, with bounds if they have any, or of choices."""
     if isinstance(space, Discrete):
         spec = Categorical(int(space.n)) if is_categorical else OneHot(int(space.n))
     else:
@@ -207,6 +210,6 @@ def _spec(space: Space[Any], batch: tuple[int, ...], is_categorical: bool = True
     return spec.expand(*batch, *spec.shape)
 
 
-def _float(given: Array) -> Tensor:
+def _float(array: Array) -> Tensor:
     """Numbers as TorchRL's networks take them."""
-    return tensor_of(given).float()
+    return tensor_of(array).float()

@@ -165,11 +165,11 @@ def _run(experiment: "Experiment", backend: "Backend") -> Outcome:
     if experiment.algorithm == "ppo":
         from training import ppo
 
-        found = ppo.train(experiment, say).policy
-        card = found.card()
+        foreign = ppo.train(experiment, say).policy
+        card = foreign.card()
         assert card is not None
         assert card.training is not None
-        return card.training.score, Path(found.source), f"network:{found.source}"
+        return card.training.score, Path(foreign.source), f"network:{foreign.source}"
     from training import cma_es, dagger
     from training.controllers import controller_name, with_learned_layers
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import ClassVar
 
 from baselines.evaluation.console import progress_bar
-from swarm_forage_env.arrays import Array, Int64
+from swarm_forage_env.arrays import Array, Float32, Int64
+from training.candidate_rollouts import CandidateRollouts
 from training.checkpoint import (
     BEST_POLICY,
     CHECKPOINT,
@@ -22,47 +23,31 @@ from training.policy_file import (
     Card,
     CurvePoint,
     Interval,
-    LayerCard,
-    LayerName,
     TrainingRecord,
     Weights,
+    layer_card,
     save_policy,
 )
 
 FOLDER = "tensorboard"
 
 
-class EventFile:
-    """File of curves that TensorBoard reads.
+def write_event(file: Path, **fields: object) -> None:
+    """Append an event to a file of curves that TensorBoard reads; OSError names the file.
 
-    The calling thread writes each point: an OSError reaches the training, where TensorBoard's own
-    writer prints the traceback of a thread.
+    The calling thread writes it: an error reaches the training, where TensorBoard's own writer
+    prints the traceback of a thread.
     """
+    from tensorboard.compat.proto.event_pb2 import Event
+    from tensorboard.summary.writer.record_writer import RecordWriter
 
-    def __init__(self, folder: Path) -> None:
-        """Start a file in a folder, which is made."""
-        name = f"events.out.tfevents.{time.time_ns()}.{socket.gethostname()}.{os.getpid()}"
-        self._file = folder / name
-        self._write(file_version="brain.Event:2")
-
-    def add_scalar(self, name: str, value: float, step: int) -> None:
-        """Add a point to a curve. OSError, which names the file, where that fails."""
-        from tensorboard.compat.proto.summary_pb2 import Summary
-
-        point = Summary.Value(tag=name, simple_value=value)
-        self._write(step=step, summary=Summary(value=[point]))
-
-    def _write(self, **fields: object) -> None:
-        from tensorboard.compat.proto.event_pb2 import Event
-        from tensorboard.summary.writer.record_writer import RecordWriter
-
-        event = Event(wall_time=time.time(), **fields)
-        try:
-            self._file.parent.mkdir(parents=True, exist_ok=True)
-            with self._file.open("ab", buffering=0) as stream:
-                RecordWriter(stream).write(event.SerializeToString())
-        except OSError as error:
-            raise OSError(error.errno, error.strerror, str(self._file)) from error
+    event = Event(wall_time=time.time(), **fields)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with file.open("ab", buffering=0) as stream:
+            RecordWriter(stream).write(event.SerializeToString())
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(file)) from error
 
 
 class ProgressLogger:
@@ -72,7 +57,9 @@ class ProgressLogger:
         """Log TensorBoard curves to `out`; a progress bar is drawn if stderr is a terminal."""
         self._unit = unit
         self._say = say
-        self._curves = EventFile(out / FOLDER)
+        name = f"events.out.tfevents.{time.time_ns()}.{socket.gethostname()}.{os.getpid()}"
+        self._events = out / FOLDER / name
+        write_event(self._events, file_version="brain.Event:2")
         self._progress = progress_bar(f"{unit}s")
         self._bar = self._progress.add_task("", total=None)
 
@@ -90,20 +77,27 @@ class ProgressLogger:
 
     def log_scalars(self, step: int, values: Mapping[str, float]) -> None:
         """Log the scalars of one step; those under `speed/` are also shown beside the bar."""
+        speeds = []
         for name, value in values.items():
-            self._curves.add_scalar(name, value, step)
-        speeds = {k: v for k, v in values.items() if k.startswith("speed/")}
-        told = ", ".join(f"{v:.3g} {k.removeprefix('speed/')}" for k, v in speeds.items())
-        self._progress.update(self._bar, completed=step, description=told)
+            self._add_scalar(name, value, step)
+            if name.startswith("speed/"):
+                speeds.append(f"{value:.3g} {name.removeprefix('speed/')}")
+        self._progress.update(self._bar, completed=step, description=", ".join(speeds))
 
     def log_evaluation(self, point: CurvePoint) -> None:
         """Log an evaluation on the held-back seeds, and print it."""
         step = int(point.step)
-        self._curves.add_scalar("held_back/value", point.value, step)
+        self._add_scalar("held_back/value", point.value, step)
         for name, trips in point.round_trips.items():
-            self._curves.add_scalar(f"held_back/{name}", trips.mean, step)
-        told = ", ".join(f"{name} {trips.mean:.1f}" for name, trips in point.round_trips.items())
-        self._say(f"{self._unit} {step}: held-back round trips {told}; value {point.value:.4f}")
+            self._add_scalar(f"held_back/{name}", trips.mean, step)
+        means = ", ".join(f"{name} {trips.mean:.1f}" for name, trips in point.round_trips.items())
+        self._say(f"{self._unit} {step}: held-back round trips {means}; value {point.value:.4f}")
+
+    def _add_scalar(self, name: str, value: float, step: int) -> None:
+        from tensorboard.compat.proto.summary_pb2 import Summary
+
+        point = Summary.Value(tag=name, simple_value=value)
+        write_event(self._events, step=step, summary=Summary(value=[point]))
 
 
 class Training(ABC):
@@ -150,11 +144,6 @@ class Training(ABC):
         """Weights of the present policy, named as in a policy file."""
 
     @property
-    def _layers(self) -> dict[LayerName, LayerCard]:
-        """Cards of the trained layers, of a policy that `_write` keeps as one of layers."""
-        raise NotImplementedError
-
-    @property
     @abstractmethod
     def _simulated_s(self) -> float:
         """Simulated time so far, summed over worlds [s]."""
@@ -188,11 +177,9 @@ class Training(ABC):
     def _save(self) -> None:
         write_checkpoint(self._file, self._experiment.identity, self.curve, self._state)
 
+    @abstractmethod
     def _write(self, file: Path, weights: Weights, score: Mapping[str, Interval]) -> None:
         """Write a policy with its card to files."""
-        controller = self._experiment.controller
-        record = self._record(score).model_dump()
-        save_policy(file, weights, Card(layers=self._layers, controller=controller, **record))
 
     def _record(self, score: Mapping[str, Interval]) -> TrainingRecord:
         experiment = self._experiment
@@ -208,14 +195,43 @@ class Training(ABC):
         )
 
 
+class NetworkTraining(Training):
+    """A training of the network of one layer, which runs as a candidate of rollouts."""
+
+    _rollouts: CandidateRollouts
+
+    @property
+    @abstractmethod
+    def _numbers(self) -> Float32[Array, " numbers"]:
+        """Flat weights of the present network."""
+
+    @property
+    @abstractmethod
+    def _network(self) -> tuple[str, Mapping[str, int]]:
+        """Architecture of the network and its sizes, as on a card."""
+
+    def _round_trips(self) -> Mapping[str, Int64[Array, " worlds"]]:
+        seeds = self._experiment.held_back_seeds
+        trips = self._rollouts.round_trips(self._numbers[None], seeds)
+        return {name: each[0] for name, each in trips.items()}
+
+    def _write(self, file: Path, weights: Weights, score: Mapping[str, Interval]) -> None:
+        (layer,) = self._experiment.layers
+        scenario = next(iter(self._experiment.scenarios_by_name.values()))
+        layers = {layer: layer_card(layer, scenario, *self._network)}
+        record = self._record(score).model_dump()
+        card = Card(layers=layers, controller=self._experiment.controller, **record)
+        save_policy(file, weights, card)
+
+
 def run(training: Training, experiment: Experiment, step: str, say: Callable[[str], None]) -> Path:
     """Run or resume a training until its budget is spent; return the file of the best policy."""
     with ProgressLogger(experiment.out, step, say) as progress:
         progress.start(experiment.budget, training.done)
         _evaluate_if_due(training, experiment, progress)
         while training.done < experiment.budget:
-            if told := training.advance(progress):
-                say(told)
+            if line := training.advance(progress):
+                say(line)
             _evaluate_if_due(training, experiment, progress)
     training.save_best()
     return experiment.out / BEST_POLICY

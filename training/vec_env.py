@@ -15,6 +15,7 @@ from swarm_forage_env.envs.render import EnvRenderer, Frame, render_modes, title
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.interface import Controller
 from swarm_forage_env.rendering.viewer import check_render_mode
+from swarm_forage_env.scenarios import ScenarioSource
 from training.policy_card import card_of, with_card
 
 Infos = list[dict[str, Any]]
@@ -26,11 +27,11 @@ class SwarmVecEnv(VecEnv):
     Environment k is learner k % L of world k // L, where L robots of a world learn: all, unless
     `learners` says which. The keywords are those of `parallel_env`, `render_mode` included.
 
-    A world starts anew from the next seed of its sequence when its episode ends, all worlds
-    together unless they are `stagger`ed. The last infos hold `terminal_observation`,
+    A world resets to the next seed of its sequence when its episode ends, all worlds together
+    unless they are `stagger`ed. The last infos hold `terminal_observation`,
     `TimeLimit.truncated` (time-outs are bootstrapped, as foraging has no end) and what
-    `parallel_env` logs of a robot, as `round_trips`. Actions out of bounds and NaN are refused
-    with a ConfigError: PPO clips its own.
+    `parallel_env` logs of a robot, as `round_trips`. Actions out of bounds and NaN raise a
+    ConfigError: PPO clips its own.
 
     With `device="cuda"` the worlds run on a GPU, under what `ArrayEnv` refuses there. Trainers of
     stable-baselines3 want NumPy: every step copies all actions to the GPU, and all observations
@@ -43,19 +44,18 @@ class SwarmVecEnv(VecEnv):
 
     def __init__(  # noqa: PLR0913 each is what a user of SB3 asks for by name
         self,
-        scenario: Any = "es1",  # noqa: ANN401 a name, a file or a scenario of any task
+        scenario: ScenarioSource = "es1",
         n_worlds: int = 8,
         controller: str | Controller | None = None,
         seed: int | Sequence[int] = 0,
         stagger: bool = False,
         render_mode: str | None = None,
         device: str = "cpu",
-        **options: Any,  # noqa: ANN401 checked by EnvConfig and by the scenario
+        **options: object,
     ) -> None:
         """Make the worlds; a `seed` starts the sequence of each: one number, or one for each."""
         check_render_mode(render_mode)
-        terms = {"n_worlds": n_worlds, "controller": controller, "stagger": stagger, **options}
-        self.env = env = ArrayEnv(scenario, device=device, **terms)
+        self.env = env = ArrayEnv(scenario, n_worlds, controller, stagger, device, **options)
         self.scenario = env.world.scenario
         self.max_cycles = env.max_cycles
         self.observation_layout = env.observation_layout
@@ -79,12 +79,12 @@ class SwarmVecEnv(VecEnv):
 
     @property
     def max_episode_steps(self) -> int:
-        """Decisions in an episode, under the name that trainers ask for."""
+        """Decisions in an episode, under the usual name."""
         return self.max_cycles
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:
-        """The generator of each world's seeds."""
+        """The generators of the worlds' seeds."""
         return tuple(self.env.episodes.generators)
 
     def reset(self) -> Float32[Array, "rows numbers"]:
@@ -133,7 +133,7 @@ class SwarmVecEnv(VecEnv):
         self._screen.close()
 
     def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[object]:
-        """Return an attribute, once for each environment asked for."""
+        """Return an attribute, once for each of these environments."""
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(
@@ -152,7 +152,7 @@ class SwarmVecEnv(VecEnv):
         indices: int | Iterable[int] | None = None,
         **method_kwargs: object,
     ) -> list[object]:
-        """Call a method once, and return its result once for each environment asked for."""
+        """Call a method once, and return its result once for each of these environments."""
         result = getattr(self, method_name)(*method_args, **method_kwargs)
         return [result for _ in self._get_indices(indices)]
 
@@ -172,7 +172,7 @@ class SwarmVecEnv(VecEnv):
         return self._screen.draw()
 
     def _shown_at(self) -> dict[str, Any]:
-        """The render modes, and how many decisions pass in a second [Hz]."""
+        """The render modes, and the decisions in a second [Hz]."""
         seconds = float(self.scenario.tick * self.env.config.period)
         rate = max(1, round(1.0 / seconds))
         return {"render_modes": render_modes(self.scenario), "render_fps": rate}
@@ -183,7 +183,7 @@ class SwarmVecEnv(VecEnv):
         observations: Float32[Array, "worlds learners numbers"],
         over: Bool[Array, " worlds"],
     ) -> None:
-        """Write what the last step of the episodes that ended leaves behind."""
+        """Write the infos of the last step of the episodes that ended."""
         log, n = self.env.memory.read(self.env.log()), len(self.env.learners)
         for world in np.flatnonzero(over):
             for k in range(n):

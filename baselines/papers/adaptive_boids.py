@@ -23,7 +23,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
 from importlib.resources import files
-from itertools import product
+from itertools import chain, product
 from typing import ClassVar, cast
 
 import numpy as np
@@ -38,8 +38,7 @@ from baselines.papers.paper import PAPERS, Paper
 from swarm_forage_env.waypoints.episode import WaypointEpisode
 
 SIZES = (5, 10, 25, 50)
-SIDE = 10.0
-"""Of the world [m]."""
+SIDE = 10.0  # of the world [m]
 
 RULES = ("goal", "static", "adaptive")
 ESTIMATORS = {
@@ -49,31 +48,24 @@ ESTIMATORS = {
 }
 SETTINGS = ("authors", "corrected")
 
-TRIALS = 100
-"""Of each experiment."""
-
-ERRORS = 3.0
-"""Standard errors within which a published mean is met."""
-
-RMS = 1.3
-"""Most that the deviations, in standard errors, may have as their root mean square."""
+TRIALS = 100  # of each experiment
+ERRORS = 3.0  # standard errors within which a published mean is met
+RMS = 1.3  # most that the deviations, in standard errors, may have as their root mean square
 
 
 @dataclass(frozen=True)
 class Measure:
     """A metric of a waypoint episode, with its published column and its words."""
 
-    field: str
-    """Of the episode."""
-    column: str
-    """Of the published values."""
+    field: str  # of the episode
+    column: str  # of the published values
     words: str
     axis: str
     factor: float = 1.0
 
     def __call__(self, episode: object) -> float:
         """The metric's value for an episode; NaN where there is none."""
-        value = getattr(episode, self.field)
+        value = vars(episode)[self.field]
         return math.nan if value is None else self.factor * float(value)
 
 
@@ -86,8 +78,7 @@ MEASURES = (
 COVARIANCE, ERROR, GOALS, SUCCESS = MEASURES
 
 
-Cell = tuple[str, str, int]
-"""Estimator, rule and group size of an experiment of a setting."""
+Cell = tuple[str, str, int]  # estimator, rule and group size of an experiment of a setting
 
 
 def boids_experiment(setting: str, estimator: str, rule: str, size: int) -> Experiment:
@@ -120,8 +111,8 @@ def published() -> dict[Cell, dict[str, tuple[float, float]]]:
 
 def values(results: Results, experiment: Experiment, measure: Measure) -> list[float]:
     """The measure of every trial that has one."""
-    found = sample(results, experiment, measure)
-    return [value for value in found if not math.isnan(value)]
+    numbers = sample(results, experiment, measure)
+    return [value for value in numbers if not math.isnan(value)]
 
 
 def deviation(ours: Sequence[float], mean: float, sd: float) -> float:
@@ -176,10 +167,10 @@ class AllMeansMatch(Claim):
     text = "authors: root mean square of all deviations [standard errors]"
 
     def _verdict(self, results: Results) -> Verdict:
-        all_ = np.array([part.deviation(results) for part in self.parts])
-        rms = float(np.sqrt(np.mean(all_**2)))
-        found = None if math.isnan(rms) else Estimate(rms, None, len(all_))
-        return f"<= {RMS:g}", found, rms <= RMS, None
+        deviations = np.array([part.deviation(results) for part in self.parts])
+        rms = float(np.sqrt(np.mean(deviations**2)))
+        ours = None if math.isnan(rms) else Estimate(rms, None, len(deviations))
+        return f"<= {RMS:g}", ours, rms <= RMS, None
 
 
 @dataclass(frozen=True)
@@ -202,12 +193,8 @@ class NoDivergence(Claim):
         return 0.0, ours, not any(lost), None
 
 
-def orders(setting: str) -> list[Order]:
-    """Claims: the orders that the paper sees in its figures (BOIDS, Section 4)."""
-    return [*_rule_orders(setting), *_estimator_orders(setting)]
-
-
-def _rule_orders(setting: str) -> Iterator[Order]:
+def rule_orders(setting: str) -> Iterator[Order]:
+    """Claims: the orders of rules that the paper sees in its figures (BOIDS, Section 4)."""
     of = partial(boids_experiment, setting)
     for measure, higher, lower, n_estimators in (
         (COVARIANCE, "goal", "static", 3), (COVARIANCE, "static", "adaptive", 3),
@@ -223,7 +210,8 @@ def _rule_orders(setting: str) -> Iterator[Order]:
             yield Order(f"{setting}: {words}", pairs, measure)
 
 
-def _estimator_orders(setting: str) -> Iterator[Order]:
+def estimator_orders(setting: str) -> Iterator[Order]:
+    """Claims: the orders of estimators that the paper sees in its figures (BOIDS, Section 4)."""
     of = partial(boids_experiment, setting)
     reckoning, intersection, filter_ = ESTIMATORS
     for measure, higher, lower in (
@@ -241,15 +229,15 @@ def claims() -> list[Claim]:
     """Every claim on BOIDS: published means, deviations, divergences, and orders."""
     met = tuple(MeanMatches(*each) for each in product(published(), MEASURES))
     no_divergence = NoDivergence(all_experiments("corrected"))
-    return [*met, AllMeansMatch(met), no_divergence, *orders("authors"), *orders("corrected")]
+    orders = (chain(rule_orders(each), estimator_orders(each)) for each in SETTINGS)
+    return [*met, AllMeansMatch(met), no_divergence, *chain.from_iterable(orders)]
 
 
 @dataclass(frozen=True)
 class OverDensity:
     """Figure of a measure over the density of robots, a panel for each estimator."""
 
-    number: int
-    """Of the figure in the paper."""
+    number: int  # of the figure in the paper
     setting: str
     measure: Measure
     reading: ClassVar[str] = ""

@@ -34,8 +34,7 @@ SCENARIO = "ants2008"
 PUBLISHED_BETA = 1e-3
 LOCAL = f"ssgiff:beta={PUBLISHED_BETA:g}"
 
-SIZES = (2, 5, 10, 15, 20, 30, 40, 50)
-"""Robots in a group."""
+SIZES = (2, 5, 10, 15, 20, 30, 40, 50)  # robots in a group
 
 BEND, FEW, MANY = 10, SIZES[0], 30
 """Where the gain begins to rise more slowly; few, and many robots."""
@@ -143,11 +142,8 @@ def figures() -> list[PaperFigure]:
 LEFT_OPEN = {**TR_LEFT_OPEN, "The experiments": "baselines.papers.ants2008"}
 """Whose docstring says what the paper leaves open, by heading."""
 
-REPLICATIONS = 30
-"""Of each experiment, in the paper."""
-
 
 @PAPERS.register("ants2008")
 def ants2008() -> Paper:
     """The paper ANTS: every claim and figure of Section 5."""
-    return Paper("ants2008", "ants2008", tuple(claims()), tuple(figures()), REPLICATIONS, LEFT_OPEN)
+    return Paper("ants2008", "ants2008", tuple(claims()), tuple(figures()), 30, LEFT_OPEN)

@@ -18,8 +18,7 @@ from baselines.papers.experiments import (
 BETAS = tuple(10.0**decade for decade in range(-5, 3))
 """Steepness of the Fermi function [1/cm]: "8 values in [1e-5, 100]" (TR 6.1.2)."""
 
-RESAMPLES = 2000
-"""Of the seeds, for the interval of the best beta."""
+RESAMPLES = 2000  # of the seeds, for the interval of the best beta
 
 
 @dataclass(frozen=True)
@@ -100,8 +99,8 @@ class OtherBetasBelow(Claim):
             for experiment in self.sweep.experiments
             if experiment != best
         ]
-        found = [compare(base, trips) for trips in others]
+        comparisons = [compare(base, trips) for trips in others]
         ratios = [ratio for trips in others if (ratio := compare(trips, base).ratio)]
         largest = max(ratios, key=lambda ratio: ratio.value, default=None)
-        p = max((each.p for each in found if each.p is not None), default=None)
-        return "< 1", largest, all(map(above, found)), p
+        p = max((each.p for each in comparisons if each.p is not None), default=None)
+        return "< 1", largest, all(map(above, comparisons)), p

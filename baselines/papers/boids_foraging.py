@@ -25,9 +25,6 @@ LOCALISATIONS = {
     "dead_reckoning": "dead reckoning",
 }
 
-REPLICATIONS = 30
-"""As in the TR."""
-
 LEFT_OPEN = {
     "The filters among e-pucks": "baselines.estimators.localisation:Localisation",
     "Steering": "baselines.motion.boids_foraging",
@@ -43,20 +40,20 @@ def combination(arena: str, motion: str, localisation: str) -> Experiment:
 
 def claims() -> list[Claim]:
     """Claims on what each layer adds; they are questions, as no paper has an answer."""
-    found: list[Claim] = []
+    orders: list[Claim] = []
     best_filter = next(iter(LOCALISATIONS))
     for arena in ARENAS:
         of = {motion: combination(arena, motion, best_filter) for motion in MOTIONS}
         best = of[MOTIONS[0]]
         for motion in MOTIONS[1:]:
             text = f"{arena}: subsumption above {motion}, social odometry"
-            found.append(Order(text, ((best, of[motion]),)))
+            orders.append(Order(text, ((best, of[motion]),)))
         for name, words in list(LOCALISATIONS.items())[1:]:
             text = f"{arena}: social odometry above {words}, subsumption"
-            found.append(Order(text, ((best, combination(arena, MOTIONS[0], name)),)))
+            orders.append(Order(text, ((best, combination(arena, MOTIONS[0], name)),)))
         text = f"{arena}: adaptive above static boids, social odometry"
-        found.append(Order(text, ((of["boids-adaptive"], of["boids-static"]),)))
-    return found
+        orders.append(Order(text, ((of["boids-adaptive"], of["boids-static"]),)))
+    return orders
 
 
 def figures() -> list[PaperFigure]:
@@ -88,10 +85,10 @@ def table(results: Results) -> str:
         for motion in MOTIONS:
             row = [arena, motion]
             for name in LOCALISATIONS:
-                found = means[motion, name]
-                assert found is not None
-                span = " ({:.0f} to {:.0f})".format(*found.interval) if found.interval else ""
-                text = f"{found.value:.0f}{span}"
+                mean = means[motion, name]
+                assert mean is not None
+                span = " ({:.0f} to {:.0f})".format(*mean.interval) if mean.interval else ""
+                text = f"{mean.value:.0f}{span}"
                 row.append(f"**{text}**" if (motion, name) == best else text)
             lines.append(row)
     return markdown(["arena", "motion", *LOCALISATIONS.values()], lines)
@@ -101,4 +98,4 @@ def table(results: Results) -> str:
 def boids_foraging() -> Paper:
     """The experiment of motion by localisation in every arena, as a paper."""
     made = tuple(claims()), tuple(figures())
-    return Paper("boids-foraging", "boids_foraging", *made, REPLICATIONS, LEFT_OPEN, table)
+    return Paper("boids-foraging", "boids_foraging", *made, 30, LEFT_OPEN, table)

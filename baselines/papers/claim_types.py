@@ -91,10 +91,10 @@ class Claim(UsesFields):
 
 def estimate(values: list[float]) -> Estimate:
     """The mean of a sample with its interval."""
-    found = mean_interval(values)
-    if found is None:
+    mean = mean_interval(values)
+    if mean is None:
         raise ValueError("a claim needs at least one episode")
-    return found
+    return mean
 
 
 def within(ours: Estimate, low: float, high: float) -> bool:
@@ -104,9 +104,10 @@ def within(ours: Estimate, low: float, high: float) -> bool:
     return inside and start <= high + ROUND_OFF and end >= low - ROUND_OFF
 
 
-def above(found: Comparison) -> bool:
+def above(comparison: Comparison) -> bool:
     """Whether the first sample of a comparison lies above the second one, with p < 0.01."""
-    return found.difference.value > 0.0 and found.p is not None and found.p < SIGNIFICANT
+    p = comparison.p
+    return comparison.difference.value > 0.0 and p is not None and p < SIGNIFICANT
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,7 @@ from baselines.evaluation.common_options import (
     path,
 )
 
-QUICK_EPISODES = 6
-"""Replications of each experiment: the fewest that can show an order."""
+QUICK_EPISODES = 6  # replications of each experiment: the fewest that can show an order
 
 
 PAPER_NAMES = "social-odometry", "ants2008", "adaptive-boids", "boids-foraging", "robustness"

@@ -16,11 +16,8 @@ from swarm_forage_env.foraging.episode import ForagingEpisode
 from swarm_forage_env.scenarios import find_scenario
 from swarm_forage_env.task import task_of
 
-Metric = Callable[[ForagingEpisode], float]
-"""A number of an episode."""
-
-FOLDS = 2
-"""Groups of seeds: what is chosen on one is scored on the others."""
+Metric = Callable[[ForagingEpisode], float]  # a number of an episode
+FOLDS = 2  # groups of seeds: what is chosen on one is scored on the others
 
 
 @runtime_checkable
@@ -55,8 +52,7 @@ class Experiment:
 
     scenario: str
     controller: str
-    settings: tuple[str, ...] = ()
-    """Numbers of the scenario to change: `task.n_robots=5`."""
+    settings: tuple[str, ...] = ()  # numbers of the scenario to change: `task.n_robots=5`
 
     @property
     def experiments(self) -> tuple["Experiment", ...]:

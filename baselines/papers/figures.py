@@ -51,20 +51,18 @@ class Boxes(UsesFields):
 
     name: str
     caption: str
-    axes: tuple[str, str]
-    """Names of x and y."""
+    axes: tuple[str, str]  # names of x and y
     panels: Mapping[str, Mapping[str, Mapping[str, Source]]]
     """Sources by panel, tick of x and series."""
-    metric: Metric = round_trips
-    """NaN leaves an episode out."""
+    metric: Metric = round_trips  # NaN leaves an episode out
     reading: ClassVar[str] = BOXES
 
     def draw(self, results: Results, command: str) -> Figure:
         """Draw the figure, with the command that made it in the caption."""
 
         def values(source: Source) -> list[float]:
-            found = [self.metric(episode) for episode in source.draw(results)]
-            return [value for value in found if not math.isnan(value)]
+            numbers = [self.metric(episode) for episode in source.draw(results)]
+            return [value for value in numbers if not math.isnan(value)]
 
         panels = {
             title: {
@@ -89,10 +87,8 @@ class Curves(UsesFields):
 
     name: str
     caption: str
-    axes: tuple[str, str]
-    """Names of x and y."""
-    panels: Mapping[str, Mapping[str, Source]]
-    """Sources by panel and series."""
+    axes: tuple[str, str]  # names of x and y
+    panels: Mapping[str, Mapping[str, Source]]  # sources by panel and series
     curve: Callable[[Sequence[ForagingEpisode]], Means]
     reading: ClassVar[str] = BANDS
 
@@ -119,12 +115,12 @@ def caption_of(
 
 def controllers_of(named: Iterable[tuple[str, Source]]) -> dict[str, str]:
     """The controller behind each series; without parameters where these differ among sources."""
-    found: dict[str, set[str]] = {}
+    controllers: dict[str, set[str]] = {}
     for name, source in named:
-        found.setdefault(name, set()).update(each.controller for each in source.experiments)
+        controllers.setdefault(name, set()).update(each.controller for each in source.experiments)
     return {
         name: min(each) if len(each) == 1 else min(each).partition(":")[0]
-        for name, each in found.items()
+        for name, each in controllers.items()
     }
 
 

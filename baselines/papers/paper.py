@@ -35,8 +35,8 @@ class Paper:
     def experiments(self) -> tuple[Experiment, ...]:
         """Every experiment that a claim or figure needs, once; the longest runs first."""
         parts: tuple[Claim | PaperFigure, ...] = (*self.claims, *self.figures)
-        found = dict.fromkeys(experiment for part in parts for experiment in part.experiments)
-        return tuple(sorted(found, key=_robot_steps, reverse=True))
+        needed = dict.fromkeys(experiment for part in parts for experiment in part.experiments)
+        return tuple(sorted(needed, key=_robot_steps, reverse=True))
 
     def configurations(
         self, physics: str | None, settings: Sequence[str] = ()

@@ -77,25 +77,25 @@ def _figure(figure: PaperFigure) -> str:
 def left_open(place: str) -> str:
     """The list after "Not in the paper" in a docstring; the place is `module` or `module:name`."""
     module, _, name = place.partition(":")
-    found = import_module(module)
-    text = getdoc(getattr(found, name) if name else found) or ""
+    home = import_module(module)
+    text = getdoc(getattr(home, name) if name else home) or ""
     listed = re.search(r"(?:[^\n]+\n)*[^\n]*Not in the papers?\b.*?(?=\n\n|\Z)", text, re.DOTALL)
     if listed is None:
         raise ValueError(f"{place} does not say what the paper leaves open")
     return re.sub(r":\n-", ":\n\n-", listed[0], count=1)
 
 
-def _cells(found: ClaimResult) -> tuple[str, str, str, str, str, str]:
-    published = found.published
-    low, high = found.low, found.high
+def _cells(result: ClaimResult) -> tuple[str, str, str, str, str, str]:
+    published = result.published
+    low, high = result.low, result.high
     interval = MISSING if low is None or high is None else f"{_number(low)} to {_number(high)}"
     return (
-        found.claim,
+        result.claim,
         published if isinstance(published, str) else _number(published),
-        MISSING if found.ours is None else _number(found.ours),
+        MISSING if result.ours is None else _number(result.ours),
         interval,
-        MISSING if found.p is None else p_value(found.p),
-        "yes" if found.reproduced else "no",
+        MISSING if result.p is None else p_value(result.p),
+        "yes" if result.reproduced else "no",
     )
 
 

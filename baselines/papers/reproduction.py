@@ -21,11 +21,8 @@ from baselines.papers.paper import PAPERS
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.loop import Loop
 
-PROBE = 0.3
-"""Computing time of a probe, and as much again to let the robots meet [s]."""
-
-BEAT = 20
-"""Ticks between two looks at the clock."""
+PROBE = 0.3  # computing time of a probe, and as much again to let the robots meet [s]
+BEAT = 20  # ticks between two looks at the clock
 
 
 def expected_seconds(plan: Plan, workers: int) -> float:
@@ -88,13 +85,10 @@ class ReproduceOptions:
     """Options of the command `reproduce`."""
 
     paper: str
-    episodes: int | None = None
-    """None: as many as in the paper."""
+    episodes: int | None = None  # None: as many as in the paper
     seed: int = 0
-    physics: str | None = None
-    """None: the one that each scenario goes with."""
-    settings: Sequence[str] = ()
-    """Numbers of every scenario to change: `task.duration=600`."""
+    physics: str | None = None  # None: the one that each scenario goes with
+    settings: Sequence[str] = ()  # numbers of every scenario to change: `task.duration=600`
 
     @property
     def command(self) -> str:

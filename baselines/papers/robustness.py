@@ -51,14 +51,9 @@ ALONE = "nc"
 DEFENCES = {"ssgikf-sceptical": "ssgikf", "learned-sceptical": "ssgikf-sceptical"}
 """Rules against liars, each with the rule that it is held against."""
 
-SHARES = (0.1, 0.2, 0.5)
-"""Of the robots that are faulty."""
-
-SHOWN = 0.2
-"""Share that the page has a table for."""
-
-LATER = 300
-"""When robots die, and go stale [s]."""
+SHARES = (0.1, 0.2, 0.5)  # of the robots that are faulty
+SHOWN = 0.2  # share that the page has a table for
+LATER = 300  # when robots die, and go stale [s]
 
 FAULTS = {
     "liars, each its own": ("faults.liar.share",),
@@ -74,8 +69,6 @@ FAULTS = {
 
 LIARS, CONSPIRING = tuple(FAULTS)[:2]
 MESSAGES, BODIES = tuple(FAULTS)[:5], tuple(FAULTS)[5:]
-
-REPLICATIONS = 10
 
 LEFT_OPEN = {
     "The faults": "swarm_forage_env.epuck.faults",
@@ -132,23 +125,23 @@ def breaking_share(results: Results, rule: str, fault: str) -> float | None:
 
 def claims() -> list[Claim]:
     """Questions that no paper answers for these rules, each an order of two experiments."""
-    found: list[Claim] = []
+    orders: list[Claim] = []
     for rule in RULES:
         if rule == ALONE:
             continue
         for fault in (LIARS, CONSPIRING):
             least = (experiment(rule, fault, 0.0), experiment(rule, fault, SHARES[0]))
             text = f"{rule}: without faults above one liar of ten ({fault})"
-            found.append(Order(text, (least,), sound_trips))
+            orders.append(Order(text, (least,), sound_trips))
             alone = (experiment(ALONE, fault, SHOWN), experiment(rule, fault, SHOWN))
             text = f"nc above {rule}: {100 * SHOWN:.0f} % {fault}"
-            found.append(Order(text, (alone,), sound_trips))
+            orders.append(Order(text, (alone,), sound_trips))
     for defence, other in DEFENCES.items():
         for fault in (LIARS, CONSPIRING):
             pair = (experiment(defence, fault, SHOWN), experiment(other, fault, SHOWN))
             text = f"{defence} above {other}: {100 * SHOWN:.0f} % {fault}"
-            found.append(Order(text, (pair,), sound_trips))
-    return found
+            orders.append(Order(text, (pair,), sound_trips))
+    return orders
 
 
 @dataclass(frozen=True)
@@ -182,8 +175,8 @@ class OverShare:
 
     def _means(self, results: Results, rule: str, fault: str) -> Means:
         shares = (0.0, *SHARES)
-        found = [mean_interval(trips(results, rule, fault, share)) for share in shares]
-        ends = [(each.value, *each.ends) for each in found if each is not None]
+        estimates = [mean_interval(trips(results, rule, fault, share)) for share in shares]
+        ends = [(each.value, *each.ends) for each in estimates if each is not None]
         mean, low, high = np.array(ends).T
         return Means(100.0 * np.array(shares), mean, low, high)
 
@@ -236,19 +229,19 @@ def _kept_table(results: Results) -> str:
     return markdown(("rule", "trips without faults", *FAULTS), lines)
 
 
-def _ratio(found: Comparison) -> float:
-    return found.ratio.value if found.ratio is not None else 0.0
+def _ratio(comparison: Comparison) -> float:
+    return comparison.ratio.value if comparison.ratio is not None else 0.0
 
 
-def _percent(found: Comparison) -> str:
-    if found.ratio is None:
+def _percent(comparison: Comparison) -> str:
+    if comparison.ratio is None:
         return "-"
-    low, high = found.ratio.ends
-    return f"{100 * found.ratio.value:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
+    low, high = comparison.ratio.ends
+    return f"{100 * comparison.ratio.value:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
 
 
 @PAPERS.register("robustness")
 def robustness() -> Paper:
     """The experiment of every rule among robots with every fault, as a paper."""
     made = tuple(claims()), tuple(figures())
-    return Paper("robustness", "robustness", *made, REPLICATIONS, LEFT_OPEN, table)
+    return Paper("robustness", "robustness", *made, 10, LEFT_OPEN, table)

@@ -55,8 +55,7 @@ LATE = Share(
 
 BETA_AXES = ("beta [1/cm]", "round trips")
 
-REAL_BETA = "beta=0.01"
-"""The only one run on the real robots (TR 6.2)."""
+REAL_BETA = "beta=0.01"  # the only one run on the real robots (TR 6.2)
 
 
 def strategies(setup: str) -> dict[str, Source]:
@@ -208,9 +207,6 @@ LEFT_OPEN = {
 }
 """Whose docstring says what the paper leaves open, by heading."""
 
-REPLICATIONS = 30
-"""Of each experiment, in the paper."""
-
 
 @PAPERS.register("social-odometry")
 def social_odometry() -> Paper:
@@ -224,4 +220,4 @@ def social_odometry() -> Paper:
         *real_claims(),
     ]
     made = tuple(claims), tuple(figures())
-    return Paper("social-odometry", "social_odometry", *made, REPLICATIONS, LEFT_OPEN)
+    return Paper("social-odometry", "social_odometry", *made, 30, LEFT_OPEN)

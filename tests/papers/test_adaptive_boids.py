@@ -2,11 +2,12 @@
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
 
-from baselines.papers import adaptive_boids, boids_foraging
+from baselines.papers import adaptive_boids
 from baselines.papers.adaptive_boids import (
     COVARIANCE,
     ERROR,
@@ -38,21 +39,17 @@ EPISODE = WaypointEpisode(
 def as_published(shift=0.0):
     """Trials of every experiment whose means are the published ones, and more by so many sd."""
     results = {}
-    for setting in ("authors", "corrected"):
-        for estimator in ESTIMATORS:
-            for rule in RULES:
-                for size in SIZES:
-                    theirs = published().get((estimator, rule, size))
-                    theirs = theirs or published()[estimator, rule, 10]
-                    trials = []
-                    for sign in (-1.0, 1.0):
-                        numbers = {
-                            each.field: (theirs[each.column][0] + (shift + 0.1 * sign)
-                                         * theirs[each.column][1]) / each.factor
-                            for each in MEASURES
-                        }  # fmt: skip
-                        trials.append(replace(EPISODE, **numbers))
-                    results[boids_experiment(setting, estimator, rule, size)] = trials * 50
+    for setting, *cell in product(("authors", "corrected"), ESTIMATORS, RULES, SIZES):
+        estimator, rule, _ = cell
+        theirs = published().get(tuple(cell)) or published()[estimator, rule, 10]
+        trials = []
+        for sign in (-1.0, 1.0):
+            numbers = {}
+            for each in MEASURES:
+                mean, sd = theirs[each.column]
+                numbers[each.field] = (mean + (shift + 0.1 * sign) * sd) / each.factor
+            trials.append(replace(EPISODE, **numbers))
+        results[boids_experiment(setting, *cell)] = trials * 50
     return results
 
 
@@ -74,11 +71,9 @@ def test_the_published_means_are_met_by_themselves_and_by_nothing_far_from_them(
     assert not together.judge(far).reproduced
 
 
-@pytest.mark.parametrize("paper", [adaptive_boids, boids_foraging])
-def test_every_experiment_of_a_paper_can_be_set_up(paper):
-    name = "adaptive-boids" if paper is adaptive_boids else "boids-foraging"
-    made = PAPERS[name]()
-    for experiment in made.experiments:
+@pytest.mark.parametrize("name", ["adaptive-boids", "boids-foraging"])
+def test_every_experiment_of_a_paper_can_be_set_up(name):
+    for experiment in PAPERS[name]().experiments:
         configuration = experiment.configuration(None)
         assert configuration.controller.supports(configuration.scenario)
 

@@ -35,9 +35,7 @@ def test_each_order_is_of_the_experiments_that_it_names(paper):
         "local above no communication, at every group size": zip(
             at(MOST, *SIZES), at("nc", *SIZES), strict=True
         ),
-        "local above global": [
-            (Experiment("ants2008", MOST), Experiment("ants2008", "global")),
-        ],
+        "local above global": [(Experiment("ants2008", MOST), Experiment("ants2008", "global"))],
     }
     faster = "recruitment of 30 and more robots faster with communication"
     late = list(zip(at("nc", 30, 40, 50), at(MOST, 30, 40, 50), strict=True))

@@ -83,8 +83,7 @@ def test_what_it_keeps_does_as_a_controller_what_it_does_in_the_environment(ppo,
             action = agent.policy(ppo.rows_of(observations)).clamp(-1.0, 1.0)
         observations, *_ = env.step(action.numpy()[None])
     loop = ppo_loop(ppo, chosen, env.world.scenario)
-    for _ in range(40):
-        loop.step()
+    loop.run(40)
     np.testing.assert_array_equal(loop.world.robots["pose"], env.world.robots["pose"])
 
 

@@ -5,7 +5,6 @@ its own: they hold against another draw of seeds, and break with the filter.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import pytest
 
@@ -34,16 +33,11 @@ def results(request, tmp_path_factory):
     setup = request.param
     dataset = Dataset(tmp_path_factory.mktemp("episodes"))
     dataset.open()
-    experiments = [
-        Experiment(setup, controller, SETTINGS[setup]) for controller in (NC, SSGIKF, SSGIFF)
-    ]
+    names, seeds = (NC, SSGIKF, SSGIFF), SEEDS[setup]
+    experiments = [Experiment(setup, name, SETTINGS[setup]) for name in names]
     configurations = [experiment.configuration("kinematic") for experiment in experiments]
-    seeds = SEEDS[setup]
     episodes = evaluate(configurations, seeds, dataset, JoblibBackend(2))
-    return {
-        experiment.controller: episodes[index * len(seeds) : (index + 1) * len(seeds)]
-        for index, experiment in enumerate(experiments)
-    }
+    return {name: episodes[k * len(seeds) :][: len(seeds)] for k, name in enumerate(names)}
 
 
 BANDS = {
@@ -93,7 +87,7 @@ def test_communication_keeps_more_robots_on_the_path(results, controller):
 class Opposite:
     """A weighting rule that believes whom its own rule doubts: g becomes 1 - g."""
 
-    rule: Any
+    rule: RowWeighting
 
     @property
     def heard_p_share(self):
@@ -109,10 +103,8 @@ def test_the_opposite_gain_is_worse(controller):
 
     With ten messages a tick, so that what is heard is worth weighing.
     """
-    right, scenario = (
-        find_layered_controller(controller),
-        find_scenario("es1", {"radio.frames": 10}),
-    )
+    right = find_layered_controller(controller)
+    scenario = find_scenario("es1", {"radio.frames": 10})
     rule = RowWeighting(right.weighting.layer(scenario))
     opposite = replace(right, weighting=Opposite(rule))
     told, deceived = (

@@ -9,10 +9,14 @@ from swarm_forage_env.foraging.scenario import Scenario
 from training.checkpoint import BEST_POLICY, CHECKPOINT
 from training.experiment import Experiment
 from training.learned_weighting import EXCHANGE_NETWORK, NETWORK, unflatten
-from training.policy_file import Card, layer_card, save_policy
+from training.policy_file import Card, CurvePoint, Interval, layer_card, save_policy
 
 BUSY = {"robot.cruise_speed": "0.12", "task.area_distance": "0.62", "task.duration": "60"}
 """Numbers of es1 under which robots soon find areas and meet."""
+
+POINT = CurvePoint(
+    step=3, simulated_s=1.0, value=0.5, round_trips={"es1": Interval(low=1.0, mean=2.0, high=3.0)}
+)
 
 SIZES = {"hidden": 2}
 
@@ -23,16 +27,9 @@ FILES = BEST_POLICY, "best.json", CHECKPOINT
 def make_card(**changes):
     card = Card(
         layers={"weighting": layer_card("weighting", Scenario(), NETWORK, SIZES)},
-        scenarios=("es1",),
-        settings={},
-        controller="ssgiff",
-        algorithm="cma",
-        command="swarm-forage train weighting es1",
-        seed=0,
-        versions={},
-        curve=(),
-        score={},
-    )
+        scenarios=("es1",), settings={}, controller="ssgiff", algorithm="cma", seed=0, versions={},
+        command="swarm-forage train weighting es1", curve=(), score={},
+    )  # fmt: skip
     return card.model_copy(update=changes)
 
 
@@ -50,6 +47,12 @@ def _make_card():
 
 
 @pytest.fixture
+def elsewhere(tmp_path, monkeypatch):
+    """Run in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
 def policy_file(tmp_path):
     """A policy for the weighting, random but sound."""
     file = tmp_path / "mine.safetensors"
@@ -63,18 +66,10 @@ def experiment():
 
     def make(**changes):
         terms = {
-            "layer": "weighting",
-            "scenarios": ("es1",),
-            "algorithm": "cma",
-            "out": Path("runs/x"),
-            "budget": 3,
-            "every": 2,
-            "worlds": 1,
-            "held_back": 2,
-            "population": 4,
-            "settings": BUSY,
+            "layer": "weighting", "scenarios": ("es1",), "algorithm": "cma", "out": Path("runs/x"),
+            "budget": 3, "every": 2, "worlds": 1, "held_back": 2, "population": 4, "settings": BUSY,
             "physics": "kinematic",
-        }
+        }  # fmt: skip
         return Experiment(**terms | changes)
 
     return make

@@ -13,6 +13,7 @@ from safetensors import safe_open
 from safetensors.numpy import save_file
 
 from swarm_forage_env.errors import ConfigError
+from tests.training.conftest import POINT
 from training.checkpoint import (
     ANY,
     LOCK,
@@ -22,12 +23,8 @@ from training.checkpoint import (
     read_checkpoint,
     write_checkpoint,
 )
-from training.policy_file import CurvePoint, Interval
 
 IDENTITY = {"seed": "3", "layer": "weighting"}
-POINT = CurvePoint(
-    step=3, simulated_s=1.0, value=0.5, round_trips={"es1": Interval(low=1.0, mean=2.0, high=3.0)}
-)
 ARRAYS = {
     "means": np.arange(6, dtype=np.float32).reshape(2, 3) / 7,
     "losses": np.array([[0.1, 0.2]]),

@@ -31,7 +31,7 @@ from training.learned_weighting import (
     flatten,
 )
 from training.policy_file import load_policy, observation_layout
-from training.weighting_actor import ReputationActor
+from training.weighting_actor import WeightingActor
 
 OWN = torch.tensor([[0.3, 0.0], [0.0, 0.2], [3.0, 4.0]])
 HEARD = torch.tensor([[-0.1, 0.0], [0.0, 0.6], [0.1, 0.0]])
@@ -41,13 +41,7 @@ LAYOUT = observation_layout("weighting", SCENARIO)
 SEEDS = 10_000, 10_001, 10_002
 
 
-def silent(line):
-    """Nobody is told."""
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("elsewhere")
 
 
 @pytest.fixture
@@ -65,13 +59,6 @@ def random_numbers():
     shapes = EXCHANGE_NETWORK.shapes({"hidden": HIDDEN})
     count = sum(math.prod(shape) for shape in shapes.values())
     return np.random.default_rng(0).normal(0.0, 0.5, count).astype(np.float32)
-
-
-@pytest.fixture(scope="module")
-def exchanges():
-    return record_exchanges(
-        SCENARIO, find_controller("ssgiff"), random_numbers(), SEEDS, "kinematic"
-    )
 
 
 def test_the_error_of_a_merged_place_by_hand():
@@ -96,15 +83,16 @@ def test_recording_changes_nothing():
         Loop(SCENARIO, replace(controller, weighting=weighting), SEEDS, "kinematic")
         for weighting in (recording, candidate)
     )
-    for _ in range(SCENARIO.n_ticks):
-        seen.step()
-        alone.step()
+    for loop in (seen, alone):
+        loop.run(SCENARIO.n_ticks)
     assert sum(map(len, recording.recorded)) > 20
     np.testing.assert_array_equal(seen.world.state.pose, alone.world.state.pose)
     assert alone.world.state.round_trips.any()
 
 
-def test_the_errors_noted_are_as_far_apart_as_the_places(exchanges):
+def test_the_errors_noted_are_as_far_apart_as_the_places():
+    controller = find_controller("ssgiff")
+    exchanges = record_exchanges(SCENARIO, controller, random_numbers(), SEEDS, "kinematic")
     # the two places and the truth form a triangle, of which the encounter knows one side
     seen = LAYOUT.records(exchanges.observed)["exchange"]
     apart = np.linalg.norm(exchanges.heard_error - exchanges.own_error, axis=1)
@@ -147,9 +135,8 @@ def test_training_ends_with_the_best_policy_as_a_controller(imitating):
     assert policy.card.layers["weighting"].sizes == {"hidden": HIDDEN}
     assert EXCHANGE_NETWORK.numbers_of(policy).size == 170
     controller = find_controller(f"learned-weighting:policy={policy.source}")
-    episodes = run_episodes(
-        mine.scenarios_by_name["es1"], controller, mine.held_back_seeds, "kinematic"
-    )
+    scenario = mine.scenarios_by_name["es1"]
+    episodes = run_episodes(scenario, controller, mine.held_back_seeds, "kinematic")
     assert np.mean([each.round_trips for each in episodes]) == policy.card.score["es1"].mean
     assert list((mine.out / "tensorboard").iterdir())
 
@@ -186,16 +173,16 @@ def test_among_liars_unknown_areas_are_recorded_too_and_what_is_remembered():
 def test_the_network_trained_among_liars_is_the_one_that_runs(imitating, monkeypatch):
     monkeypatch.setattr(dagger, "GRADIENT_STEPS", 20)
     mine = imitating(budget=1, controller=AMONG_LIARS, settings=AS_TEXT)
-    policy = train(mine, silent)
+    policy = train(mine, str)
     assert policy.card.layers["weighting"].network == REPUTATION_NETWORK.name
-    actor = ReputationActor(LAYOUT, HIDDEN)
+    actor = WeightingActor(LAYOUT, HIDDEN, REPUTATION_NETWORK)
     shapes = REPUTATION_NETWORK.shapes(actor.sizes)
     actor.load_numpy(policy.weights_of("weighting", shapes))
     scenario, controller = find_scenario("es1", {**BUSY, **LIARS}), find_controller(AMONG_LIARS)
     numbers = flatten(actor.to_numpy(), shapes).astype(np.float32)
     found = record_exchanges(scenario, controller, numbers, SEEDS[:1], "kinematic")
     with torch.no_grad():
-        g = (actor(torch.from_numpy(found.observed))[0] * torch.from_numpy(found.area)).sum(1)
+        g = (actor(torch.from_numpy(found.observed)) * torch.from_numpy(found.area)).sum(1)
     given = replace(controller, weighting=LearnedReputation(policy=str(policy.source)))
     loop, weights = Loop(scenario, given, SEEDS[:1], "kinematic"), []
     exchanges = loop.controller.minds["estimator"]["exchange"][0]

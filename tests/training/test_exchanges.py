@@ -11,12 +11,7 @@ from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import rows
 from swarm_forage_env.scenarios import find_scenario
 from training import exchanges
-from training.exchanges import (
-    BATCH_SIZE,
-    ExchangeRecorder,
-    Exchanges,
-    RecordingWeighting,
-)
+from training.exchanges import BATCH_SIZE, Exchanges, RecordingWeighting
 from training.learned_weighting import EXCHANGE_NETWORK, REPUTATION_NETWORK
 from training.policy_file import observation_layout
 
@@ -42,7 +37,7 @@ def three(n_features=1):
 def trusting(g):
     """An actor with weights g in the rows, of the area that counts; of the other one 7."""
     weights = torch.tensor([[g[0], 7.0], [7.0, g[1]], [g[2], 7.0]])
-    return lambda observed: (weights[observed[:, 0].long()], None)
+    return lambda observed: weights[observed[:, 0].long()]
 
 
 def test_the_loss_of_known_and_of_unknown_areas():
@@ -61,7 +56,7 @@ def test_the_error_and_the_share_of_a_network_are_of_the_area_that_was_told():
     share = (0.25 - 0.213125) / 0.19
     assert found.share(actor, gain) == pytest.approx(share, rel=1e-5)
     weights = torch.ones(3, requires_grad=True)
-    learning = lambda observed: (weights[:, None] * torch.ones(1, 2), None)  # noqa: E731 short
+    learning = lambda observed: weights[:, None] * torch.ones(1, 2)  # noqa: E731 short
     assert isinstance(found.share(learning, gain), float)
 
 
@@ -130,7 +125,6 @@ def record(monkeypatch, architecture, double):
     numbers = np.zeros(1 + len(architecture.features) + 1, np.float32)
     weighting = RecordingWeighting(numbers, LAYOUT, architecture)
     recorder = weighting.start_knowing(running, SimpleNamespace(rows=ROWS))
-    assert isinstance(recorder, ExchangeRecorder)
     answer = recorder(seen)
     (found,) = weighting.recorded
     assert {each.dtype for each in found._columns} == {np.dtype(np.float32)}

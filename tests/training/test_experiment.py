@@ -7,12 +7,7 @@ import pytest
 
 from swarm_forage_env.errors import ConfigError, UnknownNameError
 from training import experiment as experiments
-from training.experiment import (
-    HELD_BACK_SEEDS,
-    LAST_SEED,
-    TEST_SEEDS,
-    WORLDS_PER_EXPERIMENT,
-)
+from training.experiment import HELD_BACK_SEEDS, LAST_SEED, TEST_SEEDS, WORLDS_PER_EXPERIMENT
 
 
 def test_training_selection_and_test_never_share_a_seed(experiment):
@@ -49,7 +44,6 @@ REFUSED = [
     ({"algorithm": "imitation", "population": 8}, "is for cma only"),
     ({"layer": "motion", "controller": "ssgiff:mean_run=1"}, "corrects subsumption as it is by"),
     ({"scenarios": ()}, "must name at least one"),
-    ({"scenarios": ("es1", "es1")}, "scenario 'es1' is named twice"),
     ({"scenarios": ("es9",)}, "no scenario named 'es9'"),
     ({"scenarios": ("waypoints-10",), "settings": {}}, "must be one in which robots forage"),
     ({"scenarios": ("es1:radio.frame=5",)}, "did you mean 'radio.frames'"),

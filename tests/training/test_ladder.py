@@ -9,7 +9,7 @@ import yaml
 
 from baselines.evaluation.backends import JoblibBackend
 from swarm_forage_env.envs.array_env import ArrayEnv
-from swarm_forage_env.errors import ConfigError, UnknownNameError
+from swarm_forage_env.errors import UnknownNameError
 from training.ladder import benchmark, figures
 from training.ladder.cards import score_references
 from training.ladder.play import play, random_actions
@@ -29,21 +29,13 @@ from training.ladder.runs import (
     keep,
     marl_eval,
     over_all,
-    read_run,
     read_runs,
     rows_of,
     strata_of,
 )
 
-TINY = {
-    "scenario": "near",
-    "learn": "motion",
-    "physics": "kinematic",
-    "decision_period": 10,
-    "discount": 0.9,
-    "task.n_robots": 3,
-    "task.duration": 20.0,
-}
+TINY = {"scenario": "near", "learn": "motion", "physics": "kinematic", "decision_period": 10,
+        "discount": 0.9, "task.n_robots": 3, "task.duration": 20.0}  # fmt: skip
 
 SCORES = {RANDOM: Score(mean=2.0), "nc": Score(mean=4.0), "no-error": Score(mean=12.0)}
 
@@ -71,20 +63,8 @@ def ran(rung):
             {"robot_steps": 500, "wall_s": 30.0 + seed, "scores": [1.0 + seed, 2.0]},
             {"robot_steps": 1000, "wall_s": 60.0, "scores": list(scores)},
         ]
-        versions = {"numpy": "2"}
-        return Run(
-            "tiny",
-            algorithm,
-            seed,
-            job.key,
-            job.config,
-            1000,
-            60.0,
-            curve,
-            scores,
-            scores,
-            versions,
-        )
+        results = curve, scores, scores, {"numpy": "2"}
+        return Run("tiny", algorithm, seed, job.key, job.config, 1000, 60.0, *results)
 
     return rung, make
 
@@ -114,11 +94,9 @@ def test_a_transfer_rung_is_scored_on_more_robots_than_it_is_trained_with():
         assert rung.test_scenario.task.n_robots == robots
 
 
-def test_a_score_is_normalised_between_random_actions_and_the_oracle(ran, rung):
+def test_a_score_is_normalised_between_random_actions_and_the_oracle(ran):
     scored, _ = ran
     assert [scored.normalised(x) for x in (2.0, 7.0, 12.0, 22.0)] == [0.0, 0.5, 1.0, 2.0]
-    with pytest.raises(ConfigError, match="rung 'tiny': no scores; run swarm-forage benchmark"):
-        rung.normalised(1.0)
 
 
 def test_scores_are_written_below_what_is_written_by_hand(rung):
@@ -138,8 +116,6 @@ def test_references_are_scored_in_the_test_worlds(rung, tmp_path):
 
 
 def test_one_seed_one_score_and_blocks_do_not_matter(rung, monkeypatch):
-    from training.ladder import play as module
-
     keywords = rung.test_keywords | {"task.area_distance": 0.62, "task.duration": 60.0}
     act = random_actions(keywords)
     still = ArrayEnv(**keywords).action_space.low * 0.0
@@ -148,7 +124,7 @@ def test_one_seed_one_score_and_blocks_do_not_matter(rung, monkeypatch):
         return np.broadcast_to(still, (*observations.shape[:2], *still.shape))
 
     together = play(keywords, straight, [1, 2, 3])
-    monkeypatch.setattr(module, "ROWS", 3)
+    monkeypatch.setattr("training.ladder.play.ROWS", 3)
     assert play(keywords, straight, [1, 2, 3]) == together
     assert len(play(keywords, act, [5])) == 1
 
@@ -177,10 +153,8 @@ def test_unknown_names_are_told():
         find_named("rung", ["nea"], read_rungs())
     with pytest.raises(UnknownNameError, match="no algorithm named 'mapo'"):
         find_algorithms(["mapo"])
-    assert [each.name for each in find_named("rung", ["es1", "near"], read_rungs())] == [
-        "near",
-        "es1",
-    ]
+    named = find_named("rung", ["es1", "near"], read_rungs())
+    assert [each.name for each in named] == ["near", "es1"]
 
 
 def test_a_run_is_found_again_unless_its_configuration_has_changed(ran, tmp_path):
@@ -188,16 +162,11 @@ def test_a_run_is_found_again_unless_its_configuration_has_changed(ran, tmp_path
     job = Job(rung, read_algorithms()["sb3_ppo"], 0)
     assert find(job, tmp_path) is None
     keep(make(), job.file(tmp_path))
-    found = find(job, tmp_path)
-    assert found is not None
-    assert (found.score, found.robot_steps) == (7.0, 1000)
+    assert find(job, tmp_path).score == 7.0
     assert find(replace(job, budget=999), tmp_path) is None
     other = replace(rung, keywords={**rung.keywords, "discount": 0.5})
     assert find(replace(job, rung=other), tmp_path) is None
     assert read_runs(tmp_path, [other], find_algorithms(None)) == []
-    job.file(tmp_path).write_text("[]")
-    with pytest.raises(ConfigError, match="is no run of the ladder"):
-        read_run(job.file(tmp_path))
 
 
 def test_sb3_learns_and_a_benchmark_goes_on_where_it_was(rung, tmp_path, capsys):
@@ -219,13 +188,8 @@ def test_sb3_learns_and_a_benchmark_goes_on_where_it_was(rung, tmp_path, capsys)
 @pytest.fixture
 def weighting(rung):
     """The rung of the weighting, in a minute's world of fast robots and near areas."""
-    keywords = {
-        **read_rungs()["weighting"].keywords,
-        "task.duration": 100.0,
-        "task.area_distance": 0.7,
-        "robot.cruise_speed": 0.12,
-    }
-    return replace(rung, keywords=keywords)
+    busy = {"task.duration": 100.0, "task.area_distance": 0.7, "robot.cruise_speed": 0.12}
+    return replace(rung, keywords={**read_rungs()["weighting"].keywords, **busy})
 
 
 def test_from_exchange_to_exchange_a_score_is_that_of_whole_episodes(weighting):

@@ -20,13 +20,19 @@ TINY = {"scenario": "es1", "learn": "motion", "physics": "kinematic", "task.n_ro
         "task.duration": 20.0}  # fmt: skip
 
 
+def make_app():
+    app = typer.Typer()
+    app.callback()(lambda: None)
+    for _ in range(2):
+        commands.add_benchmark(app)
+    assert len(app.registered_groups) == 1, "a second call adds no command"
+    return app
+
+
 @pytest.fixture
 def call(monkeypatch):
     """Run a command of the ladder; its output, and what it would have done."""
     done = SimpleNamespace(jobs=[], backends=[])
-    app = typer.Typer()
-    app.callback()(lambda: None)
-    commands.add_benchmark(app)
 
     def found(*given, **named):
         done.backends.append((given, named))
@@ -38,7 +44,7 @@ def call(monkeypatch):
     )
 
     def run(*arguments):
-        result = CliRunner().invoke(app, ["benchmark", *map(str, arguments)])
+        result = CliRunner().invoke(make_app(), ["benchmark", *map(str, arguments)])
         assert result.exception is None, result.output
         return result.output, done
 
@@ -178,16 +184,11 @@ def test_a_decision_of_four_robots_lasts_their_ticks():
 @pytest.fixture
 def call_idly(monkeypatch, tmp_path):
     """Run a command of the ladder, of which nothing is done: its result."""
-    app = typer.Typer()
-    app.callback()(lambda: None)
-    for _ in range(2):
-        commands.add_benchmark(app)
-    assert len(app.registered_groups) == 1, "a second call_idly adds no command"
     monkeypatch.setattr(commands, "find_backend", lambda *given, **named: None)
     monkeypatch.setattr(benchmark, "run_jobs", lambda jobs, out, backend: None)
     monkeypatch.setattr(cards, "score_references", lambda rung, out, backend: {})
     monkeypatch.chdir(tmp_path)
-    return lambda *words: CliRunner().invoke(app, ["benchmark", *words])
+    return lambda *words: CliRunner().invoke(make_app(), ["benchmark", *words])
 
 
 @pytest.mark.parametrize(

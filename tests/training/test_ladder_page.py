@@ -27,24 +27,13 @@ def rung(tmp_path):
     return Rung("tiny", tmp_path / "tiny.yaml", KEYWORDS, CARD)
 
 
-def run_of(algorithm="sb3_ppo", seed=0, score=7.0, robot_steps=2_500_000, rung="tiny"):
+def run_of(algorithm="sb3_ppo", seed=0, score=7.0):
     curve = [
         {"robot_steps": 1_000_000, "wall_s": 30.0, "scores": [score - 3.0, score - 1.0]},
-        {"robot_steps": robot_steps, "wall_s": 90.0 + 60.0 * seed, "scores": [score, score]},
+        {"robot_steps": 2_500_000, "wall_s": 90.0 + 60.0 * seed, "scores": [score, score]},
     ]
-    return Run(
-        rung,
-        algorithm,
-        seed,
-        "key",
-        {},
-        robot_steps,
-        90.0,
-        curve,
-        (score,),
-        (score,),
-        {"numpy": "2"},
-    )
+    results = curve, (score,), (score,), {"numpy": "2"}
+    return Run("tiny", algorithm, seed, "key", {}, 2_500_000, 90.0, *results)
 
 
 @pytest.fixture

@@ -28,19 +28,8 @@ def rung(tmp_path):
 def run_of(algorithm="sb3_ppo", seed=0, score=7.0, rung="tiny", steps=480):
     curve = [{"robot_steps": 240, "wall_s": 30.0, "scores": [1.0]},
              {"robot_steps": steps, "wall_s": 65.4, "scores": [score]}]  # fmt: skip
-    return Run(
-        rung,
-        algorithm,
-        seed,
-        "key",
-        {},
-        steps,
-        65.4,
-        curve,
-        (score,),
-        (0.5 * score,),
-        {"numpy": "2"},
-    )
+    results = curve, (score,), (0.5 * score,), {"numpy": "2"}
+    return Run(rung, algorithm, seed, "key", {}, steps, 65.4, *results)
 
 
 def test_stable_baselines3_learns_rollout_by_rollout_and_is_watched(monkeypatch, rung):
@@ -115,13 +104,12 @@ def test_a_run_is_scored_in_the_test_worlds_by_its_best_policy(
 
     trainer = SimpleNamespace(is_discrete=lambda algorithm: discrete, train=train)
     monkeypatch.setattr(benchmark, "trainer_of", lambda algorithm: trainer)
-    monkeypatch.setattr(
-        benchmark,
-        "play",
-        lambda *given, by_chance=False: (
-            played.append((*given, by_chance)) or [len(given[2]) - 0.5 * by_chance]
-        ),
-    )
+
+    def play(*given, by_chance=False):
+        played.append((*given, by_chance))
+        return [len(given[2]) - 0.5 * by_chance]
+
+    monkeypatch.setattr(benchmark, "play", play)
     own = replace(rung, keywords={**TINY, **keywords})
     job = Job(own, read_algorithms()["sb3_ppo"], 4, 600)
     found = benchmark.make(job)

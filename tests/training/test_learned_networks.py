@@ -1,16 +1,16 @@
 """The networks of learned layers against plain statements of their equations; what fits them."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from baselines.controllers import SINGLE
+from baselines.estimators.reputation_odometry import ReputationOdometryParameters
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.foraging.records import Exchange
 from swarm_forage_env.record import one_record
 from swarm_forage_env.scenarios import find_scenario
-from training.learned_motion import LearnedMotion
 from training.learned_weighting import (
     EXCHANGE_NETWORK,
     REPUTATION_NETWORK,
@@ -25,7 +25,7 @@ from training.learned_weighting import (
     scaled_features,
     unflatten,
 )
-from training.linear_motion_policy import NETWORK, SHAPES
+from training.linear_motion_policy import NETWORK, SHAPES, LearnedMotion
 from training.policy_file import layer_card, load_policy, save_policy
 
 SCENARIO = find_scenario("es1", {"task.n_robots": 3})
@@ -103,9 +103,9 @@ def test_a_policy_of_another_architecture_is_refused(wrong, rule):
 @pytest.mark.parametrize(
     ("estimator", "network"),
     [
-        (SimpleNamespace(weighs_unknown=True), REPUTATION_NETWORK),
-        (SimpleNamespace(weighs_unknown=False), EXCHANGE_NETWORK),
-        (SimpleNamespace(), EXCHANGE_NETWORK),
+        (ReputationOdometryParameters(weighs_unknown=True), REPUTATION_NETWORK),
+        (ReputationOdometryParameters(), EXCHANGE_NETWORK),
+        (SINGLE, EXCHANGE_NETWORK),
     ],
 )
 def test_a_network_over_an_estimator_that_remembers_is_shown_what_it_remembers(estimator, network):
@@ -171,10 +171,7 @@ def test_the_log_odds_of_a_network_of_two_units_and_two_features_by_hand():
     hidden, biases, outputs = (0.5, -1.0, 2.0, 0.25), (0.1, -0.2), (3.0, -4.0)
     direct, bias = (0.7, -0.6, 0.3), 0.05
     x, ahead = (0.2, -0.3), 1.5
-    units = [
-        math.tanh(0.5 * 0.2 - 1.0 * -0.3 + 0.1),
-        math.tanh(2.0 * 0.2 + 0.25 * -0.3 - 0.2),
-    ]
+    units = [math.tanh(0.5 * 0.2 - 1.0 * -0.3 + 0.1), math.tanh(2.0 * 0.2 + 0.25 * -0.3 - 0.2)]
     expected = 1.3 * 1.5 + 0.7 * 0.2 - 0.6 * -0.3 + 3.0 * units[0] - 4.0 * units[1] + 0.05
     numbers = np.array([*hidden, *biases, *outputs, *direct, bias])
     assert log_odds(x, ahead, numbers) == pytest.approx(expected)

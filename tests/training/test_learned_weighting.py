@@ -7,17 +7,15 @@ import numpy as np
 import pytest
 
 from baselines.evaluation.backends import JoblibBackend
+from baselines.evaluation.experiment_config import ExperimentConfig
 from baselines.weighting.rows import RowWeighting
 from baselines.weighting.sgiff import SGIFF
 from swarm_forage_env.controllers import find_controller
 from swarm_forage_env.scenarios import find_scenario
 from tests.outside import exchanges
 from training.candidate_rollouts import CandidateRollouts
-from training.learned_weighting import (
-    EXCHANGE_NETWORK,
-    HIDDEN,
-    LearnedWeighting,
-)
+from training.learned_weighting import EXCHANGE_NETWORK, HIDDEN, LearnedWeighting
+from training.policy_file import load_policy, save_policy
 
 SHAPES = EXCHANGE_NETWORK.shapes({"hidden": HIDDEN})
 N_NUMBERS = sum(math.prod(shape) for shape in SHAPES.values())
@@ -31,16 +29,11 @@ def encounters(rows, seed=0):
     rng = np.random.default_rng(seed)
     p = rng.exponential(5.0, (2, rows, 2)).astype(np.float32)
     return exchanges(
-        rows,
-        is_valid=rng.random(rows) < 0.5,
-        own_p=p[0],
-        heard_p=p[1],
-        disagreement=rng.exponential(0.5, (rows, 2)),
-        own_distance=rng.exponential(1.0, (rows, 2)),
-        heard_distance=rng.exponential(1.0, (rows, 2)),
-        range=rng.uniform(0.07, 0.15, rows),
+        rows, is_valid=rng.random(rows) < 0.5, own_p=p[0], heard_p=p[1],
+        disagreement=rng.exponential(0.5, (rows, 2)), own_distance=rng.exponential(1.0, (rows, 2)),
+        heard_distance=rng.exponential(1.0, (rows, 2)), range=rng.uniform(0.07, 0.15, rows),
         n_averaged=rng.integers(1, 250, rows),
-    )
+    )  # fmt: skip
 
 
 def weigh(network, seen):
@@ -99,9 +92,6 @@ def test_candidates_side_by_side_have_the_round_trips_they_have_alone(alone, wor
 
 
 def test_another_policy_under_the_same_name_is_another_configuration(policy_file):
-    from baselines.evaluation.experiment_config import ExperimentConfig
-    from training.policy_file import load_policy, save_policy
-
     controller = dataclasses.replace(
         find_controller("ssgiff"), weighting=LearnedWeighting(policy=str(policy_file))
     )

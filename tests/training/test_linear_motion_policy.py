@@ -69,9 +69,8 @@ def test_the_nearest_sender_is_heard_whatever_the_order(order):
 
 def test_zeros_are_subsumption_to_the_last_bit():
     own, linear = loop_with([1, 2]), loop_with([1, 2], np.zeros(N_WEIGHTS))
-    for _ in range(1500):
-        own.step()
-        linear.step()
+    for each in (own, linear):
+        each.run(1500)
     assert own.world.state.round_trips.sum() > 0
     assert_array_equal(linear.world.state.pose, own.world.state.pose)
 
@@ -90,8 +89,7 @@ def test_a_candidate_does_in_a_block_what_it_does_alone():
 
 def test_a_new_episode_forgets_how_far_robots_have_searched():
     loop = loop_with([1, 2], numbers(0))
-    for _ in range(50):
-        loop.step()
+    loop.run(50)
     searched = loop.controller.minds["motion"]["searched"]
     assert (searched > 0.0).all()
     loop.controller.reset(1, 7)
@@ -99,27 +97,14 @@ def test_a_new_episode_forgets_how_far_robots_have_searched():
     assert not searched[1].any()
 
 
-@pytest.fixture
-def kept(tmp_path, make_card):
-    """A file of a linear policy, with arrays left out if wanted."""
-
-    def make(*names):
-        arrays = unflatten(numbers(0), SHAPES)
-        file = tmp_path / "mine.safetensors"
-        card = make_card(layers={"motion": layer_card("motion", SCENARIO, NETWORK, {})})
-        save_policy(file, {f"motion.{name}": arrays[name] for name in names}, card)
-        return file
-
-    return make
-
-
-def test_a_linear_policy_in_a_file_runs_as_a_learned_motion(kept):
-    file = kept(*SHAPES)
+def test_a_linear_policy_in_a_file_runs_as_a_learned_motion(tmp_path, make_card):
+    file, arrays = tmp_path / "mine.safetensors", unflatten(numbers(0), SHAPES)
+    card = make_card(layers={"motion": layer_card("motion", SCENARIO, NETWORK, {})})
+    save_policy(file, {f"motion.{name}": each for name, each in arrays.items()}, card)
     named = Loop(SCENARIO, find_controller(f"learned-motion:policy={file}"), [3], "kinematic")
     loop = loop_with([3], numbers(0))
-    for _ in range(300):
-        named.step()
-        loop.step()
+    for each in (named, loop):
+        each.run(300)
     assert_array_equal(named.world.state.pose, loop.world.state.pose)
 
 

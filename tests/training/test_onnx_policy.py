@@ -32,18 +32,14 @@ def file(tmp_path):
     def make(n_seen, n_given, inputs=("seen",)):
         rng = np.random.default_rng(0)
         weights = rng.normal(0.0, 0.2, (n_seen, n_given)).astype(np.float32)
-        of_file = [
-            helper.make_tensor_value_info(name, TensorProto.FLOAT, ["robots", n_seen])
-            for name in inputs
-        ]
-        given = helper.make_tensor_value_info("given", TensorProto.FLOAT, ["robots", n_given])
-        graph = helper.make_graph(
-            [helper.make_node("MatMul", ["seen", "weights"], ["given"])],
-            "policy",
-            of_file,
-            [given],
-            [numpy_helper.from_array(weights, "weights")],
-        )
+
+        def info(name, size):
+            return helper.make_tensor_value_info(name, TensorProto.FLOAT, ["robots", size])
+
+        nodes = [helper.make_node("MatMul", ["seen", "weights"], ["given"])]
+        of_file, given = [info(name, n_seen) for name in inputs], [info("given", n_given)]
+        arrays = [numpy_helper.from_array(weights, "weights")]
+        graph = helper.make_graph(nodes, "policy", of_file, given, arrays)
         opset = [helper.make_opsetid("", 13)]
         onnx.save(helper.make_model(graph, opset_imports=opset, ir_version=8), tmp_path / "p.onnx")
         return tmp_path / "p.onnx", weights
@@ -54,8 +50,7 @@ def file(tmp_path):
 def poses(controller, ticks):
     """Where the robots are after so many ticks."""
     loop = Loop(find_scenario("es1", SMALL), find_controller(controller), [7], "kinematic")
-    for _ in range(ticks):
-        loop.step()
+    loop.run(ticks)
     return loop.world.robots["pose"].copy()
 
 
@@ -123,13 +118,16 @@ def test_a_network_has_one_thread_and_says_nothing_of_its_own(file, monkeypatch)
     assert providers == ["CPUExecutionProvider"]
 
 
-@pytest.mark.parametrize(
+every_output = pytest.mark.parametrize(
     ("space", "given", "told"),
     [
-        (Discrete(3), [[0.1, 0.9, 0.5], [3.0, 1.0, 2.0]], [1, 0]), (Discrete(3), [2, 0], [2, 0]),
-        (Box(-1.0, 1.0, (2,)), [[0.1, 0.9], [3.0, 1.0]], [[0.1, 0.9], [3.0, 1.0]]),
+        (Discrete(3), [[0.0, 1.0, 0.5], [3.0, 1.0, 2.0]], [1, 0]), (Discrete(3), [2, 0], [2, 0]),
+        (Box(-1.0, 1.0, (2,)), [[0.0, 1.0], [3.0, 1.0]], [[0.0, 1.0], [3.0, 1.0]]),
     ],
 )  # fmt: skip
+
+
+@every_output
 def test_choices_may_be_told_by_number_or_by_score(monkeypatch, space, given, told):
     session = SimpleNamespace(
         get_inputs=lambda: [SimpleNamespace(name="seen")],
@@ -153,11 +151,7 @@ class Network(torch.nn.Module):
         return self.given
 
 
-@pytest.mark.parametrize(
-    ("space", "given", "told"),
-    [(Discrete(3), [[0.0, 1.0, 0.5], [3.0, 1.0, 2.0]], [1, 0]), (Discrete(3), [2, 0], [2, 0]),
-     (Box(-1.0, 1.0, (2,)), [[0.0, 1.0], [3.0, 1.0]], [[0.0, 1.0], [3.0, 1.0]])],
-)  # fmt: skip
+@every_output
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_a_network_in_torchscript_tells_choices_likewise(tmp_path, space, given, told):
     torch.jit.script(Network(given)).save(str(tmp_path / "p.pt"))

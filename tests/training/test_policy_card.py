@@ -43,7 +43,7 @@ HERE = f"{__name__}:Own"
      (Own, [HERE]), (Own(), [HERE])],
 )  # fmt: skip
 def test_an_observation_is_told_by_its_name_or_by_the_path_of_its_class(observation, names):
-    assert policy_card._names(SimpleNamespace(observation=observation)) == names
+    assert policy_card._names(observation) == names
 
 
 @pytest.mark.parametrize(

@@ -72,8 +72,7 @@ def stepped(model, env, seed):
 def ran(controller, scenario, seed, ticks):
     """Round trips of the second episode of the controller, and poses after so many ticks."""
     loop = Loop(scenario, controller, [seed + 1], "kinematic")
-    for _ in range(13):
-        loop.step()
+    loop.run(13)
     loop.reset([seed])
     for tick in range(scenario.n_ticks):
         if tick == ticks:
@@ -120,8 +119,7 @@ def test_an_episode_does_not_depend_on_its_neighbours_or_threads(model, scenario
 
 
 @pytest.mark.parametrize(
-    ("algorithm", "options"),
-    [(A2C, {}), (DQN, {"discrete": True}), (SAC, {}), (TD3, {})],
+    ("algorithm", "options"), [(A2C, {}), (DQN, {"discrete": True}), (SAC, {}), (TD3, {})]
 )
 def test_other_algorithms_need_no_pickle_either(algorithm, options, model, scenario, tmp_path):
     made, _ = model(algorithm, **options)
@@ -240,8 +238,7 @@ def test_a_policy_can_be_the_team_mate_of_a_learner(model, tmp_path):
     made, env = model(decision_period=5)
     name = f"sb3:{tmp_path / 'model.zip'}"
     mates = ArrayEnv("es1", 1, name, learners=[1], decision_period=5, **FAST)
-    observed = env.reset()
-    env.env.reset(seed=5)
+    env.reset()
     observed = env.env.reset(seed=5)[0][0]
     mates.reset(seed=5)
     for _ in range(40):
@@ -333,10 +330,7 @@ def test_a_policy_of_everything_is_a_team_mate_of_learners(learn, model, scenari
         ("sb3:model.zip,stack=0", "stack='0'"),
         ("sb3:model.zip,observation=layer+radar", "no observation named 'radar'"),
         ("sb3:model.zip,learn=motoin", "did you mean 'motion'"),
-        (
-            "sb3:model.zip,normalise=false",
-            "number 8 .* was situation.ground.left .of its",
-        ),
+        ("sb3:model.zip,normalise=false", "number 8 .* was situation.ground.left .of its"),
         ("sb3:model.zip,file=model.zip", "given twice"),
         ("sb:model.zip", "must be parameter=value|did you mean 'sb3'"),
     ],

@@ -19,13 +19,6 @@ from training.learned_weighting import EXCHANGE_NETWORK
 from training.policy_file import layer_card, load_policy, save_policy
 
 
-def changed(file, **changes):
-    """The same policy with other entries in its card."""
-    policy = load_policy(file)
-    save_policy(file, policy.weights, policy.card.model_copy(update=changes))
-    return file
-
-
 def with_weights(file, **changes):
     """The same card with other weights; None takes an array away."""
     policy = load_policy(file)
@@ -200,18 +193,17 @@ def test_a_controller_that_is_named_with_no_policy_is_refused(tmp_path, name):
 
 
 def test_a_policy_for_another_layer_is_refused(policy_file):
-    motion = layer_card("motion", Scenario(), "any", {"hidden": 1})
-    weights = {"motion.x": np.zeros(1, np.float32)}
-    save_policy(policy_file, weights, load_policy(policy_file).card.model_copy(
-        update={"layers": {"motion": motion}}
-    ))  # fmt: skip
+    layers = {"motion": layer_card("motion", Scenario(), "any", {"hidden": 1})}
+    card = load_policy(policy_file).card.model_copy(update={"layers": layers})
+    save_policy(policy_file, {"motion.x": np.zeros(1, np.float32)}, card)
     with pytest.raises(ConfigError, match="takes the place of motion, not of weighting"):
         EXCHANGE_NETWORK.numbers_of(load_policy(policy_file))
 
 
 def test_the_features_of_the_motion_follow_the_scenario(policy_file):
-    trained = layer_card("motion", find_scenario("es1"), "any", {"hidden": 1})
-    changed(policy_file, layers={**load_policy(policy_file).card.layers, "motion": trained})
+    trained, mine = layer_card("motion", find_scenario("es1"), "any", {}), load_policy(policy_file)
+    layers = {**mine.card.layers, "motion": trained}
+    save_policy(policy_file, mine.weights, mine.card.model_copy(update={"layers": layers}))
     policy = load_policy(policy_file)
     assert policy.card.layer == "both"
     policy.check_fits("motion", find_scenario("es2"))

@@ -35,22 +35,12 @@ def motion(experiment):
 
     def make(**changes):
         terms = {
-            "layer": "motion",
-            "algorithm": "ppo",
-            "scenarios": ("es1", "es1:task.n_robots=6"),
-            "population": None,
-            "settings": BUSY,
-            "budget": 2048,
-            "every": 1024,
-            "worlds": 2,
-        }
+            "layer": "motion", "algorithm": "ppo", "scenarios": ("es1", "es1:task.n_robots=6"),
+            "population": None, "settings": BUSY, "budget": 2048, "every": 1024, "worlds": 2,
+        }  # fmt: skip
         return experiment(**terms | changes)
 
     return make
-
-
-def silent(_):
-    """Say nothing."""
 
 
 def weights(folder, file=ppo.LATEST):
@@ -87,25 +77,25 @@ def test_a_policy_begins_with_the_deviation_of_its_layer(motion, monkeypatch):
 
 def test_a_finished_run_writes_its_best_again(motion):
     experiment = motion()
-    ppo.train(experiment, silent)
+    ppo.train(experiment, str)
     first = weights(experiment.out, BEST_POLICY)
     (experiment.out / BEST_POLICY).unlink()
-    ppo.train(experiment, silent)
+    ppo.train(experiment, str)
     for name, array in weights(experiment.out, BEST_POLICY).items():
         assert_array_equal(first[name], array)
 
 
 def test_a_stopped_run_ends_where_it_would_have_ended(motion, tmp_path):
     whole = motion(out=tmp_path / "whole")
-    ppo.train(whole, silent)
+    ppo.train(whole, str)
     stopped = motion(out=tmp_path / "stopped")
-    with ProgressLogger(stopped.out, "robot step", silent) as progress:
+    with ProgressLogger(stopped.out, "robot step", str) as progress:
         training = ppo.PPOTraining(stopped)
         training.evaluate()
         training.advance(progress)
         training.evaluate()
         training.advance(progress)  # lost, as nothing was kept after it
-    ppo.train(stopped, silent)
+    ppo.train(stopped, str)
     expected, found = weights(whole.out), weights(stopped.out)
     assert expected.keys() == found.keys()
     for name, array in expected.items():
@@ -119,7 +109,7 @@ def test_the_policy_that_is_kept_is_the_best_one(motion, tmp_path, monkeypatch):
     )
     experiment = motion(out=tmp_path / "run", scenarios=("es1",), budget=4000)
     training, latest = ppo.PPOTraining(experiment), []
-    with ProgressLogger(experiment.out, "robot step", silent) as progress:
+    with ProgressLogger(experiment.out, "robot step", str) as progress:
         for _ in range(4):
             training.evaluate()
             latest.append(weights(experiment.out))
@@ -144,7 +134,7 @@ def test_every_layer_is_trained_under_the_defaults_of_the_environment(motion, la
     for name, wanted in {"learn": layer, "shaping": 0.0, "action": None, **keywords}.items():
         assert getattr(config, name) == wanted
     before = training._weights
-    with ProgressLogger(experiment.out, "robot step", silent) as progress:
+    with ProgressLogger(experiment.out, "robot step", str) as progress:
         training.evaluate()
         training.advance(progress)
     for name, array in training._weights.items():

@@ -2,12 +2,8 @@
 
 import pytest
 
-from training.policy_file import CurvePoint, Interval
+from tests.training.conftest import POINT
 from training.training_loop import FOLDER, ProgressLogger
-
-POINT = CurvePoint(
-    step=3, simulated_s=1.0, value=0.5, round_trips={"es1": Interval(low=1.0, mean=2.0, high=3.0)}
-)
 
 
 def test_tensorboard_reads_the_curves(tmp_path):

@@ -29,9 +29,12 @@ from training.vec_env import SwarmVecEnv
 NUMBERS = {"task.n_robots": 4}
 
 
+def env_of(**options):
+    return SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS, **options)
+
+
 def untrained(**options):
-    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS)
-    return PPO("MlpPolicy", env, n_steps=8, batch_size=8, seed=0, device="cpu", **options)
+    return PPO("MlpPolicy", env_of(), n_steps=8, batch_size=8, seed=0, device="cpu", **options)
 
 
 usual = functools.cache(untrained)
@@ -44,12 +47,19 @@ def saved(file, **options):
     return made
 
 
-def with_parts(file, **changed):
-    """The same zip with some of its parts changed; None takes one away."""
+@pytest.fixture
+def file(tmp_path):
+    """An untrained model in a file."""
+    saved(tmp_path / "m.zip")
+    return tmp_path / "m.zip"
+
+
+def with_parts(file, compression=zipfile.ZIP_STORED, **changed):
+    """The same zip packed anew, with some of its parts changed; None takes one away."""
     with zipfile.ZipFile(file) as archive:
         parts = {name: archive.read(name) for name in archive.namelist()}
     parts |= {name.replace("_pth", ".pth"): content for name, content in changed.items()}
-    with zipfile.ZipFile(file, "w") as archive:
+    with zipfile.ZipFile(file, "w", compression) as archive:
         for name, content in parts.items():
             if content is not None:
                 archive.writestr(name, content)
@@ -87,21 +97,19 @@ class Intruder:
     ],
     ids=["code", "nothing", "junk", "others", "a list", "none"],
 )  # fmt: skip
-def test_weights_that_are_none_are_refused_and_nothing_of_them_is_run(tmp_path, content, told):
-    saved(tmp_path / "m.zip")
-    use(tmp_path / "m.zip")
-    with_parts(tmp_path / "m.zip", policy_pth=content)
+def test_weights_that_are_none_are_refused_and_nothing_of_them_is_run(file, content, told):
+    use(file)
+    with_parts(file, policy_pth=content)
     with pytest.raises(ConfigError, match=told) as refusal:
-        use(tmp_path / "m.zip")
-    assert str(refusal.value).startswith(f"policy {tmp_path / 'm.zip'}: ")
+        use(file)
+    assert str(refusal.value).startswith(f"policy {file}: ")
 
 
 @pytest.mark.parametrize("data", [None, b"no JSON", b"\xff"], ids=["none", "text", "bytes"])
-def test_a_zip_without_what_a_model_tells_of_itself_is_refused(tmp_path, data):
-    saved(tmp_path / "m.zip")
-    with_parts(tmp_path / "m.zip", data=data)
+def test_a_zip_without_what_a_model_tells_of_itself_is_refused(file, data):
+    with_parts(file, data=data)
     with pytest.raises(ConfigError, match="must be what stable-baselines3's"):
-        read_zip(tmp_path / "m.zip")
+        read_zip(file)
 
 
 def changed_data(file, **changes):
@@ -121,11 +129,10 @@ def told_of(file):
          "__init__": "<function ActorCriticCnnPolicy.__init__ at 0x1>"},
     ],
 )  # fmt: skip
-def test_a_class_that_is_not_known_is_not_guessed(tmp_path, told):
-    saved(tmp_path / "m.zip")
-    changed_data(tmp_path / "m.zip", policy_class=told)
+def test_a_class_that_is_not_known_is_not_guessed(file, told):
+    changed_data(file, policy_class=told)
     with pytest.raises(ConfigError, match=r"its policy_class can only .*trust=true"):
-        use(tmp_path / "m.zip")
+        use(file)
 
 
 def test_a_model_that_explores_by_its_state_is_one_as_a_controller_too(tmp_path):
@@ -158,7 +165,7 @@ def test_by_chance_an_action_is_its_mean_and_a_draw_times_its_deviation(tmp_path
 
 
 def test_by_chance_a_choice_is_as_frequent_as_it_is_probable(tmp_path):
-    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", discrete=True, **NUMBERS)
+    env = env_of(discrete=True)
     made = PPO("MlpPolicy", env, n_steps=8, batch_size=8, seed=0, device="cpu")
     made.save(tmp_path / "m.zip")
     observed = np.repeat(observed_by(made)[:1], 1000, axis=0)
@@ -169,8 +176,7 @@ def test_by_chance_a_choice_is_as_frequent_as_it_is_probable(tmp_path):
 
 
 def test_by_chance_a_squashed_action_is_squashed_after_its_draw(tmp_path):
-    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS)
-    made = SAC("MlpPolicy", env, seed=0, device="cpu")
+    made = SAC("MlpPolicy", env_of(), seed=0, device="cpu")
     made.save(tmp_path / "m.zip")
     observed, draws = observed_by(made), np.array([[0.0, 0.0], [1.0, -2.0], [0.5, 0.0], [0.0, 3.0]])
     with torch.no_grad():
@@ -179,33 +185,28 @@ def test_by_chance_a_squashed_action_is_squashed_after_its_draw(tmp_path):
     np.testing.assert_allclose(by_chance(tmp_path / "m.zip", observed, draws), wanted, atol=1e-6)
 
 
-def test_one_seed_is_one_episode_by_chance_too(tmp_path):
-    saved(tmp_path / "m.zip")
-    world, name = find_scenario("es1", {**NUMBERS, "task.duration": 20.0}), f"sb3:{tmp_path}/m.zip"
+def test_one_seed_is_one_episode_by_chance_too(file):
+    world, name = find_scenario("es1", {**NUMBERS, "task.duration": 20.0}), f"sb3:{file}"
     poses = {}
     for kind, seeds in {"once": (5, 6), "again": (6, 5)}.items():
         loop = Loop(world, find_controller(f"{name},chance=true"), seeds, "kinematic")
-        for _ in range(100):
-            loop.step()
+        loop.run(100)
         poses[kind] = loop.world.robots["pose"]
     np.testing.assert_array_equal(poses["once"], poses["again"][::-1])
     plain = Loop(world, find_controller(name), (5,), "kinematic")
-    for _ in range(100):
-        plain.step()
+    plain.run(100)
     assert not np.array_equal(plain.world.robots["pose"][0], poses["once"][0])
 
 
 def test_a_policy_without_a_distribution_cannot_act_by_chance(tmp_path):
-    env = SwarmVecEnv("es1", n_worlds=1, physics="kinematic", **NUMBERS)
-    TD3("MlpPolicy", env, seed=0, device="cpu").save(tmp_path / "m.zip")
+    TD3("MlpPolicy", env_of(), seed=0, device="cpu").save(tmp_path / "m.zip")
     for name in (f"sb3:{tmp_path}/m.zip", "callable:numpy:zeros_like"):
         with pytest.raises(ConfigError, match="chance=true: tells no distribution"):
             find_controller(f"{name},chance=true").check_usable(find_scenario("es1", NUMBERS))
 
 
-def test_a_file_may_be_named_without_its_ending(tmp_path):
-    saved(tmp_path / "m.zip")
-    assert SB3Policy(file=str(tmp_path / "m")).path == tmp_path / "m.zip"
+def test_a_file_may_be_named_without_its_ending(file, tmp_path):
+    assert SB3Policy(file=str(tmp_path / "m")).path == file
     (tmp_path / "n").write_text("")
     assert SB3Policy(file=str(tmp_path / "n")).path == tmp_path / "n"
     with pytest.raises(ConfigError, match=r"policy .*gone: there is no such file"):
@@ -244,9 +245,7 @@ def with_card(file, **changes):
 
 
 @pytest.mark.parametrize("part", ["policy_class", "policy_kwargs"])
-def test_no_file_can_say_that_it_is_trusted(tmp_path, part):
-    file = tmp_path / "m.zip"
-    saved(file)
+def test_no_file_can_say_that_it_is_trusted(file, part):
     with_card(file, keywords={"trust": True})
     changed_data(file, **{part: PICKLED})
     with pytest.raises(ConfigError, match=r"card in .*m.zip: keywords.trust: Extra inputs"):
@@ -258,11 +257,10 @@ def test_no_file_can_say_that_it_is_trusted(tmp_path, part):
     [("policy_class", "its policy_class can only be had by unpickling"),
      ("observation_space", "maps no numbers to 2"), ("action_space", r"maps \d+ numbers to no;")],
 )  # fmt: skip
-def test_a_pickle_in_what_a_model_tells_of_itself_is_not_opened(tmp_path, part, told):
-    saved(tmp_path / "m.zip")
-    changed_data(tmp_path / "m.zip", **{part: PICKLED})
+def test_a_pickle_in_what_a_model_tells_of_itself_is_not_opened(file, part, told):
+    changed_data(file, **{part: PICKLED})
     with pytest.raises(ConfigError, match=told):
-        use(tmp_path / "m.zip")
+        use(file)
 
 
 def test_members_of_a_zip_are_links_to_nothing_and_are_written_nowhere(tmp_path):
@@ -290,10 +288,9 @@ def deep(n):
     [b"[]", b"null", b"3", b'"text"', b"NaN", b"{}", deep(100_000)],
     ids=["list", "null", "number", "text", "NaN", "empty", "deep"],
 )  # fmt: skip
-def test_what_a_model_tells_of_itself_must_be_an_object(tmp_path, data):
-    saved(tmp_path / "m.zip")
-    with_parts(tmp_path / "m.zip", data=data)
-    refuses(tmp_path / "m.zip", "must be what stable-baselines3's model.save")
+def test_what_a_model_tells_of_itself_must_be_an_object(file, data):
+    with_parts(file, data=data)
+    refuses(file, "must be what stable-baselines3's model.save")
 
 
 def refuses(file, told):
@@ -312,10 +309,9 @@ def refuses(file, told):
      {"action_space": {"n": "many"}}, {"use_sde": {":serialized:": ""}}],
     ids=str,
 )  # fmt: skip
-def test_what_a_model_tells_of_itself_is_of_known_types(tmp_path, changes):
-    saved(tmp_path / "m.zip")
-    changed_data(tmp_path / "m.zip", **changes)
-    refuses(tmp_path / "m.zip", f"must be what .* writes .{next(iter(changes))}")
+def test_what_a_model_tells_of_itself_is_of_known_types(file, changes):
+    changed_data(file, **changes)
+    refuses(file, f"must be what .* writes .{next(iter(changes))}")
 
 
 @pytest.mark.parametrize(
@@ -332,10 +328,9 @@ def test_what_a_model_tells_of_itself_is_of_known_types(tmp_path, changes):
      ({"log_std_init": 1e999}, "log_std_init"), ({"a\nb": 1}, "policy_kwargs.ab: Extra")],
     ids=str,
 )  # fmt: skip
-def test_a_network_is_made_only_where_its_weights_are_there(tmp_path, keywords, told):
-    saved(tmp_path / "m.zip")
-    changed_data(tmp_path / "m.zip", policy_kwargs=keywords)
-    refuses(tmp_path / "m.zip", told)
+def test_a_network_is_made_only_where_its_weights_are_there(file, keywords, told):
+    changed_data(file, policy_kwargs=keywords)
+    refuses(file, told)
 
 
 @pytest.mark.parametrize("keywords", [{"net_arch": [{"pi": [8], "vf": [4]}]}, {"net_arch": []}])
@@ -346,63 +341,48 @@ def test_a_network_may_be_told_in_every_form(tmp_path, keywords):
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_weights_that_are_not_finite_are_refused(tmp_path, value):
-    made = saved(tmp_path / "m.zip")
-    weights = {**made.policy.state_dict(), "log_std": torch.full((2,), value)}
-    with_parts(tmp_path / "m.zip", policy_pth=as_torch_saves(weights))
-    refuses(tmp_path / "m.zip", "array 'log_std' holds NaN or infinity")
+def test_weights_that_are_not_finite_are_refused(file, value):
+    weights = {**usual().policy.state_dict(), "log_std": torch.full((2,), value)}
+    with_parts(file, policy_pth=as_torch_saves(weights))
+    refuses(file, "array 'log_std' holds NaN or infinity")
 
 
-def test_finite_weights_that_no_action_comes_of_are_told_in_a_line(tmp_path):
-    made = saved(tmp_path / "m.zip")
-    weights = {**made.policy.state_dict(), "log_std": torch.full((2,), -1e4)}
-    with_parts(tmp_path / "m.zip", policy_pth=as_torch_saves(weights))
-    file = tmp_path / "m.zip"
+def test_finite_weights_that_no_action_comes_of_are_told_in_a_line(file):
+    weights = {**usual().policy.state_dict(), "log_std": torch.full((2,), -1e4)}
+    with_parts(file, policy_pth=as_torch_saves(weights))
     controller = find_controller(f"sb3:{file}")
     form = controller.form(find_scenario("es1", NUMBERS))
     with pytest.raises(ConfigError, match=r"m.zip: gives no action \("):
         controller.policy.start(form)(np.ones((4, len(form.layout)), np.float32))
 
 
-def packed(file, **how):
-    """The same zip, packed otherwise."""
-    with zipfile.ZipFile(file) as archive:
-        parts = {name: archive.read(name) for name in archive.namelist()}
-    with zipfile.ZipFile(file, "w", **how) as archive:
-        for name, content in parts.items():
-            archive.writestr(name, content)
-
-
-def test_a_zip_may_be_deflated_and_not_packed_otherwise(tmp_path):
-    saved(tmp_path / "m.zip")
-    packed(tmp_path / "m.zip", compression=zipfile.ZIP_DEFLATED)
-    use(tmp_path / "m.zip")
-    packed(tmp_path / "m.zip", compression=zipfile.ZIP_LZMA)
-    refuses(tmp_path / "m.zip", "'data' is neither stored nor deflated")
+def test_a_zip_may_be_deflated_and_not_packed_otherwise(file):
+    with_parts(file, compression=zipfile.ZIP_DEFLATED)
+    use(file)
+    with_parts(file, compression=zipfile.ZIP_LZMA)
+    refuses(file, "'data' is neither stored nor deflated")
 
 
 @pytest.mark.parametrize("name", [b"data", b"policy.pth"])
 @pytest.mark.parametrize(("at", "to", "told"), [(8, 1, "encrypted"), (10, 77, "neither stored")])
 def test_a_member_that_is_encrypted_or_packed_in_an_unknown_way_is_refused(
-    tmp_path, name, at, to, told
+    file, name, at, to, told
 ):
-    saved(tmp_path / "m.zip")
-    content = bytearray((tmp_path / "m.zip").read_bytes())
+    content = bytearray(file.read_bytes())
     content[content.rindex(b"PK\1\2", 0, content.rindex(name)) + at] |= to
-    (tmp_path / "m.zip").write_bytes(content)
-    refuses(tmp_path / "m.zip", f"must be what stable-baselines3's .*{told}")
+    file.write_bytes(content)
+    refuses(file, f"must be what stable-baselines3's .*{told}")
 
 
-def test_of_flipped_bits_of_a_deflated_zip_none_ends_otherwise(tmp_path):
-    saved(tmp_path / "m.zip")
-    packed(tmp_path / "m.zip", compression=zipfile.ZIP_DEFLATED)
-    content = (tmp_path / "m.zip").read_bytes()
+def test_of_flipped_bits_of_a_deflated_zip_none_ends_otherwise(file):
+    with_parts(file, compression=zipfile.ZIP_DEFLATED)
+    content = file.read_bytes()
     for bit in random.Random(0).sample(range(8 * len(content)), 60):
         changed = bytearray(content)
         changed[bit // 8] ^= 1 << bit % 8
-        (tmp_path / "m.zip").write_bytes(bytes(changed))
+        file.write_bytes(bytes(changed))
         with contextlib.suppress(ConfigError):
-            use(tmp_path / "m.zip")
+            use(file)
 
 
 def peak(call):
@@ -417,12 +397,10 @@ def peak(call):
 
 @pytest.mark.parametrize("lies", [False, True], ids=["honest", "lies of its size"])
 @pytest.mark.parametrize("name", ["data", "policy.pth"])
-def test_a_member_that_swells_is_refused_before_it_does(tmp_path, monkeypatch, name, lies):
-    file = tmp_path / "m.zip"
-    saved(file)
+def test_a_member_that_swells_is_refused_before_it_does(file, monkeypatch, name, lies):
     for limit in ("LARGEST", "LARGEST_TELLING"):
         monkeypatch.setattr(f"training.sb3_policy.{limit}", 2**20)
-    packed(file, compression=zipfile.ZIP_DEFLATED)
+    with_parts(file, compression=zipfile.ZIP_DEFLATED)
     swollen = bytes(64 * 2**20)
     with_parts(file, **{name.replace(".", "_"): None})
     with zipfile.ZipFile(file, "a", zipfile.ZIP_DEFLATED) as archive:
@@ -435,16 +413,14 @@ def test_a_member_that_swells_is_refused_before_it_does(tmp_path, monkeypatch, n
     assert peak(lambda: refuses(file, wanted)) < 8
 
 
-def test_weights_that_swell_are_refused_before_they_do(tmp_path, monkeypatch):
-    saved(tmp_path / "m.zip")
+def test_weights_that_swell_are_refused_before_they_do(file, tmp_path, monkeypatch):
     (tmp_path / "w.pth").write_bytes(as_torch_saves({"a": torch.zeros(2**20)}))
-    packed(tmp_path / "w.pth", compression=zipfile.ZIP_DEFLATED)
-    with_parts(tmp_path / "m.zip", policy_pth=(tmp_path / "w.pth").read_bytes())
+    with_parts(tmp_path / "w.pth", compression=zipfile.ZIP_DEFLATED)
+    with_parts(file, policy_pth=(tmp_path / "w.pth").read_bytes())
     monkeypatch.setattr("training.foreign_file.LARGEST", 2**20)
-    refuses(tmp_path / "m.zip", r"weights cannot be read \(has 4.0 MiB; at most 1 MiB are read")
+    refuses(file, r"weights cannot be read \(has 4.0 MiB; at most 1 MiB are read")
 
 
-def test_names_of_arrays_are_text(tmp_path):
-    saved(tmp_path / "m.zip")
-    with_parts(tmp_path / "m.zip", policy_pth=as_torch_saves({1: torch.zeros(2)}))
-    refuses(tmp_path / "m.zip", "weights cannot be read .they are no arrays by name")
+def test_names_of_arrays_are_text(file):
+    with_parts(file, policy_pth=as_torch_saves({1: torch.zeros(2)}))
+    refuses(file, "weights cannot be read .they are no arrays by name")

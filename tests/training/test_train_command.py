@@ -8,11 +8,7 @@ from typer.testing import CliRunner
 
 from swarm_forage_env.errors import ConfigError
 from training import train_command
-from training.experiment import (
-    Experiment,
-    step_seed,
-    worlds_per_scenario,
-)
+from training.experiment import Experiment, step_seed, worlds_per_scenario
 from training.policy_file import CurvePoint, Interval
 from training.training_loop import run
 

@@ -39,11 +39,11 @@ MAX_FRAMES = 2000
 
 
 class SwarmForageClass(TaskClass):  # type: ignore[misc]
-    """Tells BenchMARL how a task is made, and what it can do.
+    """Tells BenchMARL how to make a task, and what it can do.
 
-    `config` holds keywords of `parallel_env`. What `discrete` says counts only for algorithms of
-    discrete actions; where it says nothing, they choose among the usual few. The card of a rung
-    (`training.ladder`) is left out.
+    `config` holds keywords of `parallel_env`, without the card of a rung (`training.ladder`).
+    `discrete` counts only for algorithms of discrete actions, which have the default choices
+    without it.
     """
 
     def __init__(self, name: str, config: dict[str, Any]) -> None:
@@ -70,7 +70,7 @@ class SwarmForageClass(TaskClass):  # type: ignore[misc]
         return True
 
     def has_render(self, env: EnvBase) -> bool:
-        """The task has a drawing, its episodes are short, and what draws and films is there."""
+        """The task can be drawn, its episodes are short, and the extra `render` is installed."""
         has_extra = all(find_spec(name) for name in EXTRAS["render"])
         return has_extra and env.has_render and env.max_cycles <= MAX_FRAMES
 
@@ -87,7 +87,7 @@ class SwarmForageClass(TaskClass):  # type: ignore[misc]
         return _only(env, "observation")
 
     def info_spec(self, env: EnvBase) -> Composite:
-        """What is told of the robots and not observed."""
+        """Infos of the robots."""
         return _only(env, "info")
 
     def state_spec(self, env: EnvBase) -> Composite:
@@ -103,9 +103,9 @@ class SwarmForageClass(TaskClass):  # type: ignore[misc]
         return
 
     def log_info(self, batch: TensorDictBase) -> dict[str, float]:
-        """Of the episodes that ended in a batch, what is logged of them: the means."""
-        found = self._one_world.episodes(batch)
-        return {f"collection/{name}": float(v.mean()) for name, v in found.items() if len(v)}
+        """The means of the logged numbers of the episodes that ended in a batch."""
+        episodes = self._one_world.episodes(batch)
+        return {f"collection/{name}": float(v.mean()) for name, v in episodes.items() if len(v)}
 
     def get_reward_sum_transform(self, env: EnvBase) -> RewardSum:
         """Of the worlds of training only: sums of rewards, and episodes of all phases at once."""
@@ -150,10 +150,10 @@ class StaggeredRewardSum(RewardSum):  # type: ignore[misc]
 
 
 class EpisodeMetrics(Callback):  # type: ignore[misc]
-    """Logs what the task tells of the episodes of an evaluation, as their round trips.
+    """Logs the metrics of the episodes of an evaluation, as their round trips.
 
-    The first of it, the score, is written beside the return into the JSON file of marl-eval.
-    `last` is that of the last evaluation: by name, a number for each episode.
+    The first one, the score, is written beside the return into the JSON file of marl-eval. `last`
+    holds those of the last evaluation: by name, a number for each episode.
     """
 
     def __init__(self) -> None:
@@ -164,8 +164,8 @@ class EpisodeMetrics(Callback):  # type: ignore[misc]
         """Log the means, and the score of each episode."""
         experiment = self.experiment
         env = experiment.test_env
-        told = [env.episodes(each) for each in rollouts]
-        self.last = {name: torch.cat([each[name] for each in told]) for name in told[0]}
+        episodes = [env.episodes(each) for each in rollouts]
+        self.last = {name: torch.cat([each[name] for each in episodes]) for name in episodes[0]}
         means = {f"eval/{name}": float(values.mean()) for name, values in self.last.items()}
         experiment.logger.log(means, step=experiment.n_iters_performed)
         writer = experiment.logger.json_writer
@@ -186,7 +186,7 @@ def write_video(folder: Path, name: str, video: Tensor, step: int) -> None:
 
 
 def _only(env: EnvBase, kind: str) -> Composite:
-    """Of what is told of a group of robots, one kind."""
+    """One kind of observations or infos of a group of robots."""
     spec = env.full_observation_spec_unbatched
     return Composite(
         {
@@ -197,9 +197,10 @@ def _only(env: EnvBase, kind: str) -> Composite:
 
 
 def _read(file: Path) -> dict[str, Any]:
-    """The keywords of a file, without what it says to Hydra."""
-    found: dict[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))
-    return {name: value for name, value in found.items() if name != "defaults"}
+    """The keywords of a file, without Hydra's."""
+    keywords: dict[str, Any] = yaml.safe_load(file.read_text(encoding="utf-8"))
+    keywords.pop("defaults", None)
+    return keywords
 
 
 class _FromFiles(Task):  # type: ignore[misc]
@@ -226,19 +227,14 @@ SwarmForageTask = _FromFiles(
 task_config_registry |= {f"swarm_forage/{task.name.lower()}": task for task in SwarmForageTask}
 
 
-def settings(
-    task: TaskClass,
-    **changes: Any,  # noqa: ANN401 fields of ExperimentConfig
-) -> ExperimentConfig:
-    """BenchMARL's settings of an experiment with ours, the task's discount, and these changes.
-
-    Ours are those of `conf/experiment/swarm_forage.yaml`.
-    """
+def settings(task: TaskClass, **changes: object) -> ExperimentConfig:
+    """BenchMARL's settings of an experiment with those of `conf/experiment/swarm_forage.yaml`,
+    the task's discount, and these changes."""
     config = ExperimentConfig.get_from_yaml()
     discount = task.config.get("discount", EnvConfig.model_fields["discount"].default)
     own = {**_read(CONF / "experiment" / "swarm_forage.yaml"), "gamma": discount}
     for name, value in {**own, **changes}.items():
-        if not hasattr(config, name):
+        if name not in vars(config):
             raise UnknownNameError("setting of an experiment", name, vars(config))
         setattr(config, name, value)
     return config

@@ -1,4 +1,4 @@
-"""Make the runs that are missing, in processes, and tell how far it is."""
+"""Make the runs that are missing, in processes, with a bar of progress."""
 
 import importlib
 import time
@@ -24,7 +24,7 @@ class Trainer(Protocol):
         """The algorithm needs actions that are choices."""
 
     def train(self, rung: Rung, algorithm: Algorithm, seed: int, watch: Watch) -> None:
-        """Train from scratch; the watch is told."""
+        """Train from scratch; the watch evaluates the policy meanwhile."""
 
 
 def trainer_of(algorithm: Algorithm) -> Trainer:

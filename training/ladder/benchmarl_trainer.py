@@ -98,9 +98,9 @@ def _acting(policy: TensorDictModuleBase, group: str) -> Act:
         how = ExplorationType.RANDOM if by_chance else ExplorationType.DETERMINISTIC
         worlds, robots = observations.shape[:2]
         seen = TensorDict({"observation": torch.from_numpy(observations)}, [worlds, robots])
-        told = TensorDict({group: seen}, [worlds])
+        observed = TensorDict({group: seen}, [worlds])
         with torch.no_grad(), set_exploration_type(how):
-            actions: Array = policy(told)[group, "action"].numpy()
+            actions: Array = policy(observed)[group, "action"].numpy()
         return actions
 
     return act

@@ -28,7 +28,7 @@ def score_references(rung: Rung, out: Path, backend: Backend) -> dict[str, Score
     seeds = seeds_of_tests(rung.card.episodes)
     keywords = rung.test_keywords
     say(f"{rung.name}: random actions, {len(seeds)} episodes")
-    found = {RANDOM: _score(play(keywords, random_actions(keywords), seeds))}
+    results = {RANDOM: _score(play(keywords, random_actions(keywords), seeds))}
     scenario, dataset = rung.test_scenario, Dataset(out)
     physics = task_of(scenario).physics
     dataset.open()
@@ -39,16 +39,16 @@ def score_references(rung: Rung, out: Path, backend: Backend) -> dict[str, Score
     plan = Plan(configurations, seeds, dataset)
     run_with_progress(plan, backend)
     for name, episodes in zip(rung.references, plan.by_configuration(), strict=True):
-        found[name] = _score(scores(episodes))
-    write_scores(rung, found)
-    return found
+        results[name] = _score(scores(episodes))
+    write_scores(rung, results)
+    return results
 
 
 def _score(values: Sequence[float]) -> Score:
-    found = mean_interval(values)
-    assert found is not None
-    low, high = found.interval or (None, None)
-    return Score(mean=found.value, low=low, high=high, episodes=found.n)
+    estimate = mean_interval(values)
+    assert estimate is not None
+    low, high = estimate.interval or (None, None)
+    return Score(mean=estimate.value, low=low, high=high, episodes=estimate.n)
 
 
 def tables(rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> Group:
@@ -58,8 +58,8 @@ def tables(rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> Group:
         card = rung.card
         parts.append(Text(f"{card.rung} {rung.name}", style="bold").append(f"  {card.title}"))
         parts.append(Text(textwrap.fill(card.hard, 78)))
-        shown = [name for name in (RANDOM, *rung.references) if name in card.scores]
-        listed = ", ".join(f"{name} {card.scores[name].mean:.1f}" for name in shown)
+        named = [name for name in (RANDOM, *rung.references) if name in card.scores]
+        listed = ", ".join(f"{name} {card.scores[name].mean:.1f}" for name in named)
         parts += [Text(listed or "no scores yet: swarm-forage benchmark cards"), Text()]
     table = Table(box=None, padding=(0, 2, 0, 0))
     for heading in ("algorithm", "", "trained by"):

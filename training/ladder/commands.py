@@ -40,11 +40,11 @@ def list_cards(form: ListedFormat = "table") -> None:
 
     rungs = list(read_rungs().values())
     if form == "json":
-        found = [
+        tree = [
             {"name": each.name, "keywords": each.keywords, **each.card.model_dump()}
             for each in rungs
         ]
-        typer.echo(json.dumps(found, indent=1))
+        typer.echo(json.dumps(tree, indent=1))
     else:
         Console().print(tables(rungs, list(read_algorithms().values())))
 
@@ -65,9 +65,9 @@ def cards(
     from training.ladder.cards import score_references
     from training.ladder.rungs import find_named, read_rungs
 
-    found = find_named("rung", rungs, read_rungs())
+    chosen = find_named("rung", rungs, read_rungs())
     spread = find_backend(backend, workers, address=address)
-    for rung in [each for each in found if not (missing and each.card.scores)]:
+    for rung in [each for each in chosen if not (missing and each.card.scores)]:
         for name, score in score_references(rung, out, spread).items():
             typer.echo(f"{rung.name} {name}: {score.mean:.1f}")
 
@@ -146,16 +146,16 @@ def defaults(
 
 
 def _check_loses_nothing(page: Path, n_runs: int, out: Path) -> None:
-    """ConfigError if a page tells of more runs than there are to write it anew from."""
+    """ConfigError if a page reports more runs than there are now."""
     from swarm_forage_env.errors import ConfigError
     from training.ladder.page import runs_told_of
 
-    told = runs_told_of(page.read_text("utf-8")) if page.exists() else 0
-    if told > n_runs:
+    n_before = runs_told_of(page.read_text("utf-8")) if page.exists() else 0
+    if n_before > n_runs:
         raise ConfigError(
-            f"--page={page}: tells of {told} runs, and {out} holds {n_runs} of the rungs as they"
-            " are now, so that results would be lost; name the folder of those runs by --out, or"
-            " another page"
+            f"--page={page}: tells of {n_before} runs, and {out} holds {n_runs} of the rungs as"
+            " they are now, so that results would be lost; name the folder of those runs by --out,"
+            " or another page"
         )
 
 

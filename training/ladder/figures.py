@@ -1,6 +1,7 @@
 """Figures of the ladder: the curves of a rung, and the performance profiles of all."""
 
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,20 +23,20 @@ from training.ladder.runs import Run, by_algorithm, score_word, strata_of
 
 MILLION, MINUTE = 1e6, 60.0
 
-CLOSE = 0.045
-"""Of the height of a panel: labels of lines that lie closer are pushed apart."""
+Over = Literal["robot_steps", "wall_s"]
 
-TAUS = np.linspace(0.0, 1.5, 61)
-"""Normalised scores at which a profile is drawn."""
+CLOSE = 0.045  # of the height of a panel: labels of lines that lie closer are pushed apart
+TAUS = np.linspace(0.0, 1.5, 61)  # normalised scores at which a profile is drawn
 
 
 def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
     """The score of a rung over robot-steps and over wall-clock time, a line an algorithm."""
-    found = by_algorithm(runs)
-    styles = _styles(found)
+    groups = by_algorithm(runs)
+    styles = _styles(groups)
     figure, panels = panel_grid(2, 3.0, 3.0)
-    for axes, name in zip(panels, ("robot_steps", "wall_s"), strict=True):
-        for algorithm, own in found.items():
+    over: tuple[Over, Over] = ("robot_steps", "wall_s")
+    for axes, name in zip(panels, over, strict=True):
+        for algorithm, own in groups.items():
             title = title_of(algorithm)
             draw_band(axes, title, _curve(own, name), styles[title])
         axes.set_xlim(left=0.0)
@@ -52,10 +53,10 @@ def curves(rung: Rung, runs: Sequence[Run], command: str) -> Figure:
 
 def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure:
     """The share of runs above each normalised score, a line an algorithm."""
-    found = by_algorithm(runs)
-    styles = _styles(found)
+    groups = by_algorithm(runs)
+    styles = _styles(groups)
     figure, (axes,) = panel_grid(1, 4.0, 3.4)
-    for algorithm, own in found.items():
+    for algorithm, own in groups.items():
         share, low, high = performance_profile(strata_of(rungs, own), TAUS.tolist())
         means = Means(TAUS, 100.0 * share, 100.0 * low, 100.0 * high)
         draw_band(axes, title_of(algorithm), means, styles[title_of(algorithm)])
@@ -67,30 +68,26 @@ def profiles(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> Figure
     return finish_figure(figure, [axes], Caption(text, command=command), styles)
 
 
-def _styles(found: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
+def _styles(algorithms: Mapping[str, Sequence[Run]]) -> dict[str, SeriesStyle]:
     """A style for each algorithm, the same on all figures."""
     known = list(read_algorithms())
-    return {title_of(name): nth_style(known.index(name)) for name in found}
+    return {title_of(name): nth_style(known.index(name)) for name in algorithms}
 
 
-def _curve(runs: Sequence[Run], over: str) -> Means:
+def _curve(runs: Sequence[Run], over: Over) -> Means:
     """The interquartile mean of the runs' scores at each evaluation that all of them have."""
     n_points = min(len(run.curve) for run in runs)
-    x = [np.median([run.curve[k][over] for run in runs]) for k in range(n_points)]
-    found = [
-        iqm_interval([[float(np.mean(run.curve[k]["scores"])) for run in runs]])
-        for k in range(n_points)
-    ]
-    mean = np.array([each.value for each in found if each is not None])
-    low, high = np.array([each.ends for each in found if each is not None]).T
-    return Means(np.array(x) / (MILLION if over == "robot_steps" else MINUTE), mean, low, high)
+    points = [[run.curve[k] for run in runs] for k in range(n_points)]
+    x = np.array([np.median([point[over] for point in each]) for each in points])
+    scores = [[[float(np.mean(point["scores"])) for point in each]] for each in points]
+    estimates = [each for each in map(iqm_interval, scores) if each is not None]
+    low, high = np.array([each.ends for each in estimates]).T
+    mean = np.array([each.value for each in estimates])
+    return Means(x / (MILLION if over == "robot_steps" else MINUTE), mean, low, high)
 
 
 def _draw_references(axes: Axes, rung: Rung, is_named: bool) -> None:
-    """A thin line for each score of the card; the last panel names them at the right end.
-
-    The lines have no colour, as the colours of the figure are those of the algorithms.
-    """
+    """Draw a thin grey line for each score of the card, named at its right end if `is_named`."""
     top = axes.get_ylim()[1]
     wanted = (RANDOM, *rung.references)
     scores = {name: rung.card.scores[name].mean for name in wanted if name in rung.card.scores}

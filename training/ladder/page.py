@@ -12,18 +12,14 @@ from baselines.papers.reproduction import format_duration
 from training.ladder.rungs import RANDOM, Rung, Score, title_of
 from training.ladder.runs import Row, Run, by_algorithm, by_rung, over_all, rows_of, score_word
 
-PROFILE = "profile"
-"""The name of the figure of all rungs."""
+PROFILE = "profile"  # the name of the figure of all rungs
 
 MILLION = 1e6
 
 MISSING = "-"
 
-COARSE = 1000.0
-"""Numbers from here on are shown as whole ones."""
-
-FINE = 5.0
-"""Numbers below are shown with two digits."""
+COARSE = 1000.0  # numbers from here on are shown as whole ones
+FINE = 5.0  # numbers below are shown with two digits
 
 
 def page(rungs: Sequence[Rung], runs: Sequence[Run], command: str) -> str:
@@ -137,8 +133,8 @@ def _made(rungs: Sequence[Rung], runs: Sequence[Run]) -> str:
 
 def runs_told_of(text: str) -> int:
     """How many runs a page was made of, as `_made` says."""
-    found = re.search(r"^(\d+) runs?, .* of training in all", text, re.MULTILINE)
-    return int(found[1]) if found else 0
+    match = re.search(r"^(\d+) runs?, .* of training in all", text, re.MULTILINE)
+    return int(match[1]) if match else 0
 
 
 def best_shown(rung: Rung) -> str:

@@ -1,9 +1,9 @@
-"""Play the test worlds with a policy, and watch one learn."""
+"""Play the test worlds with a policy, and evaluate one while it learns."""
 
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -14,29 +14,26 @@ from training.experiment import HELD_BACK_SEEDS, TEST_SEEDS
 from training.ladder.rungs import Keywords
 
 Act = Callable[[Array, bool], Array]
-"""Actions (worlds, robots, numbers) of observations (worlds, robots, numbers); by chance, as in
-training, or without."""
+"""Maps observations (worlds, robots, numbers) to actions (worlds, robots, numbers), which are
+stochastic, as in training, or deterministic."""
 
-ROWS = 1000
-"""Robots in a block, about."""
+ROWS = 1000  # robots in a block, about
 
 PER_ROBOT = "per_robot"
 """The end of a score's name that is a mean over the robots, and not their sum."""
 
-POINTS = 8
-"""Evaluations of a curve, evenly spread over the robot-steps."""
+POINTS = 8  # evaluations of a curve, evenly spread over the robot-steps
 
 
 def play(
     keywords: Keywords, act: Act, seeds: Sequence[int], by_chance: bool = False
 ) -> list[float]:
     """The score in the episodes of these seeds: round trips of the swarm, or goals of a robot."""
-    env = ArrayEnv(**keywords)
-    at_once = max(1, ROWS // len(env.learners))
-    found: list[float] = []
-    for first in range(0, len(seeds), at_once):
-        found += _play_block(keywords, act, seeds[first : first + at_once], by_chance)
-    return found
+    n_worlds = max(1, ROWS // len(ArrayEnv(**keywords).learners))
+    scores: list[float] = []
+    for first in range(0, len(seeds), n_worlds):
+        scores += _play_block(keywords, act, seeds[first : first + n_worlds], by_chance)
+    return scores
 
 
 def _play_block(keywords: Keywords, act: Act, seeds: Sequence[int], by_chance: bool) -> list[float]:
@@ -50,8 +47,8 @@ def _play_block(keywords: Keywords, act: Act, seeds: Sequence[int], by_chance: b
             score = np.where(is_scored, score, _score(env))
             is_scored |= over
             observations, _ = env.reset(worlds=over)
-    found: list[float] = score.tolist()
-    return found
+    scores: list[float] = score.tolist()
+    return scores
 
 
 def _score(env: ArrayEnv) -> Float64[Array, " worlds"]:
@@ -75,7 +72,7 @@ def robot_steps_of_a_decision(keywords: Keywords) -> float:
 
 
 def random_actions(keywords: Keywords, seed: int = 0) -> Act:
-    """A policy that draws each action anew, evenly from the action space."""
+    """A policy that draws each action uniformly from the action space."""
     space, generator = ArrayEnv(**keywords).action_space, np.random.default_rng(seed)
 
     def act(observations: Array, by_chance: bool) -> Array:
@@ -86,26 +83,29 @@ def random_actions(keywords: Keywords, seed: int = 0) -> Act:
 
 
 def seeds_of_tests(episodes: int) -> list[int]:
-    """The seeds of test episodes, in which nobody trains and by which nothing is chosen."""
+    """The seeds of test episodes, which are used for no training and no choice."""
     return list(TEST_SEEDS)[:episodes]
+
+
+class Point(TypedDict):
+    """An evaluation on held-back seeds."""
+
+    robot_steps: int
+    wall_s: float  # wall-clock time of the training so far, without evaluations [s]
+    scores: list[float]
 
 
 @dataclass
 class Watch:
     """Scores a policy on held-back seeds while it learns, and keeps the best one."""
 
-    keywords: Keywords
-    """Of the test worlds."""
-    robot_steps: int
-    """When it ends."""
-    episodes: int
-    """Of an evaluation."""
-    curve: list[dict[str, Any]] = field(default_factory=list)
-    """Of each evaluation `robot_steps`, `wall_s` without evaluations, and `scores`."""
+    keywords: Keywords  # of the test worlds
+    robot_steps: int  # of the whole training
+    episodes: int  # of an evaluation
+    curve: list[Point] = field(default_factory=list)
     best: Act | None = None
 
     def __post_init__(self) -> None:
-        """Start the clock."""
         self._clock, self._best_score = time.perf_counter(), -np.inf
 
     def due(self, robot_steps: int) -> bool:
@@ -116,8 +116,7 @@ class Watch:
         """Score a policy; if it is the best so far, keep its `copy`."""
         wall = time.perf_counter() - self._clock
         scores = play(self.keywords, act, list(HELD_BACK_SEEDS[: self.episodes]))
-        point = {"robot_steps": robot_steps, "wall_s": round(wall, 2), "scores": scores}
-        self.curve.append(point)
+        self.curve.append({"robot_steps": robot_steps, "wall_s": round(wall, 2), "scores": scores})
         if np.mean(scores) > self._best_score:
             self.best, self._best_score = copy(), float(np.mean(scores))
         self._clock = time.perf_counter() - wall

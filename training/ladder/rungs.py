@@ -11,7 +11,7 @@ from pydantic import Field
 
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError, UnknownNameError
-from swarm_forage_env.parameters import Count, Part, Positive, validated
+from swarm_forage_env.parameters import BaseScenario, Count, Part, Positive, validated
 from swarm_forage_env.scenarios import find_scenario
 
 FOLDER = Path(__file__).parents[1] / "benchmarl_tasks" / "conf" / "task" / "swarm_forage"
@@ -71,25 +71,26 @@ class Rung:
 
     @property
     def test_keywords(self) -> dict[str, Any]:
-        """In tests: the engine is the one that the scenario goes with.
+        """In tests, where the engine is the default one of the scenario.
 
-        Of another scenario none of the numbers changed for the training count.
+        Changes of the training's scenario do not apply to another one.
         """
-        given = {name: value for name, value in self.keywords.items() if name != "physics"}
+        own = {name: value for name, value in self.keywords.items() if name != "physics"}
         if "scenario" in self.card.test:
-            given = {name: value for name, value in given.items() if "." not in name}
-        return {**given, **self.card.test}
+            own = {name: value for name, value in own.items() if "." not in name}
+        return {**own, **self.card.test}
 
     @property
-    def test_scenario(self) -> Any:  # noqa: ANN401 of any task
+    def test_scenario(self) -> BaseScenario:
         """The scenario of the test worlds."""
-        given = self.test_keywords
-        changes = {name: value for name, value in given.items() if "." in name}
-        return find_scenario(given["scenario"], changes)
+        keywords = self.test_keywords
+        changes = {name: value for name, value in keywords.items() if "." in name}
+        scenario: BaseScenario = find_scenario(keywords["scenario"], changes)
+        return scenario
 
     @property
     def references(self) -> Sequence[str]:
-        """The controllers that are scored beside what is learned, each once."""
+        """The controllers that are scored for comparison, each once."""
         card = self.card
         return list(dict.fromkeys((*card.controllers, *card.also, card.oracle)))
 
@@ -108,17 +109,17 @@ class Rung:
 @cache
 def read_rungs(folder: Path = FOLDER) -> dict[str, Rung]:
     """The rungs of a folder by name, the easiest first; files without a card are none."""
-    found = []
+    rungs = []
     for file in folder.glob("*.yaml"):
         keywords = yaml.safe_load(file.read_text(encoding="utf-8"))
         card = keywords.pop("card", None)
         if card is not None:
-            found.append(Rung(file.stem, file, keywords, validated(Card, card, str(file))))
-    return {rung.name: rung for rung in sorted(found, key=lambda each: each.card.rung)}
+            rungs.append(Rung(file.stem, file, keywords, validated(Card, card, str(file))))
+    return {rung.name: rung for rung in sorted(rungs, key=lambda each: each.card.rung)}
 
 
 def find_named(what: str, names: Sequence[str] | None, known: Mapping[str, NamedT]) -> list[NamedT]:
-    """Those of these names, all without names; UnknownNameError for a name of none."""
+    """The entries of these names, or all; UnknownNameError for an unknown name."""
     for name in names or ():
         if name not in known:
             raise UnknownNameError(what, name, known)
@@ -128,11 +129,11 @@ def find_named(what: str, names: Sequence[str] | None, known: Mapping[str, Named
 def write_scores(rung: Rung, scores: Mapping[str, Score]) -> None:
     """Write scores at the end of a rung's file, where the card stands, instead of older ones."""
     text, _, _ = rung.file.read_text(encoding="utf-8").partition(MARK)
-    lines = [MARK, "  scores:\n"]
+    text += f"{MARK}  scores:\n"
     for name, score in scores.items():
         numbers = ", ".join(f"{key}: {_number(value)}" for key, value in score)
-        lines.append(f"    {name}: {{{numbers}}}\n")
-    write_atomically(rung.file, (text + "".join(lines)).encode())
+        text += f"    {name}: {{{numbers}}}\n"
+    write_atomically(rung.file, text.encode())
     read_rungs.cache_clear()
 
 
@@ -163,11 +164,11 @@ class Algorithm(Part):
 @cache
 def read_algorithms(folder: Path = ALGORITHMS) -> dict[str, Algorithm]:
     """The algorithms of a folder by name."""
-    found = {}
+    algorithms = {}
     for file in sorted(folder.glob("*.yaml")):
         tree = {**yaml.safe_load(file.read_text(encoding="utf-8")), "name": file.stem}
-        found[file.stem] = validated(Algorithm, tree, str(file))
-    return found
+        algorithms[file.stem] = validated(Algorithm, tree, str(file))
+    return algorithms
 
 
 def title_of(algorithm: str) -> str:
@@ -176,5 +177,5 @@ def title_of(algorithm: str) -> str:
 
 
 def find_algorithms(names: Sequence[str] | None) -> list[Algorithm]:
-    """The algorithms of these names, all without names; UnknownNameError for a name of none."""
+    """The algorithms of these names, or all; UnknownNameError for an unknown name."""
     return find_named("algorithm", names, read_algorithms())

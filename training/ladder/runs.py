@@ -9,11 +9,12 @@ are missing. Nothing of a run that was under way is kept.
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
+from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from baselines.evaluation.statistics import Estimate, iqm_interval
 from swarm_forage_env.atomic_write import write_atomically
 from swarm_forage_env.errors import ConfigError
 from swarm_forage_env.task import task_of
+from training.ladder.play import Point
 from training.ladder.rungs import Algorithm, Rung
 
 PACKAGES = ("swarm-forage", "numpy", "numba", "torch", "stable-baselines3", "torchrl", "benchmarl")
@@ -33,8 +35,7 @@ class Job:
     rung: Rung
     algorithm: Algorithm
     seed: int
-    budget: int | None = None
-    """Robot-steps; None: the rung's times the algorithm's share."""
+    budget: int | None = None  # robot-steps; None: the rung's times the algorithm's share
 
     @property
     def robot_steps(self) -> int:
@@ -62,44 +63,34 @@ class Job:
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
     def file(self, out: Path) -> Path:
-        """Where the run is kept."""
-        return file_of(out, self.rung.name, self.algorithm.name, self.seed)
+        """The file of the run in a folder of runs."""
+        return out / self.rung.name / self.algorithm.name / f"seed{self.seed}.json"
 
 
 @dataclass(frozen=True)
 class Run:
-    """What came of a job."""
+    """The result of a job."""
 
     rung: str
     algorithm: str
     seed: int
     key: str
     config: Mapping[str, object]
-    robot_steps: int
-    """How long it was to train, over all robots [ticks]."""
-    train_s: float
-    """Wall-clock time of the training, without evaluations [s]."""
-    curve: Sequence[Mapping[str, Any]]
-    """Evaluations on held-back seeds: `robot_steps`, `wall_s`, `scores`."""
-    scores: Sequence[float]
-    """Of the best of these policies, in each test episode, without chance."""
-    scores_by_chance: Sequence[float]
-    """The same by chance, as in training."""
+    robot_steps: int  # how long it was to train, over all robots [ticks]
+    train_s: float  # wall-clock time of the training, without evaluations [s]
+    curve: Sequence[Point]  # evaluations on held-back seeds
+    scores: Sequence[float]  # of the best of these policies, deterministic, in each test episode
+    scores_by_chance: Sequence[float]  # of the same policy, stochastic as in training
     versions: Mapping[str, str]
 
     def file(self, out: Path) -> Path:
-        """Where it is kept."""
-        return file_of(out, self.rung, self.algorithm, self.seed)
+        """Its file in a folder of runs."""
+        return out / self.rung / self.algorithm / f"seed{self.seed}.json"
 
     @property
     def score(self) -> float:
         """The mean over the test episodes."""
         return float(np.mean(self.scores))
-
-
-def file_of(out: Path, rung: str, algorithm: str, seed: int) -> Path:
-    """The file of a run in a folder of runs."""
-    return out / rung / algorithm / f"seed{seed}.json"
 
 
 def keep(run: Run, file: Path) -> None:
@@ -114,14 +105,13 @@ def write_json(tree: Mapping[str, object], file: Path) -> None:
 
 def find(job: Job, out: Path) -> Run | None:
     """The kept run of a job, if it is of this configuration and length."""
-    found = read_run(job.file(out))
-    if found is None or found.key != job.key or found.robot_steps != job.robot_steps:
-        return None
-    return found
+    run = read_run(job.file(out))
+    is_same = run is not None and (run.key, run.robot_steps) == (job.key, job.robot_steps)
+    return run if is_same else None
 
 
 def read_run(file: Path) -> Run | None:
-    """The run of a file; None if there is no file, ConfigError if it is none of ours."""
+    """The run of a file; None if there is no file, ConfigError if it holds no run."""
     try:
         return Run(**json.loads(file.read_text(encoding="utf-8")))
     except FileNotFoundError:
@@ -132,33 +122,30 @@ def read_run(file: Path) -> Run | None:
 
 def read_runs(out: Path, rungs: Sequence[Rung], algorithms: Sequence[Algorithm]) -> list[Run]:
     """The kept runs of these rungs and algorithms, of any length, as they are configured now."""
-    found = []
-    for rung in rungs:
-        for algorithm in algorithms:
-            job = Job(rung, algorithm, 0)
-            files = sorted((out / rung.name / algorithm.name).glob("seed*.json"), key=_seed_of)
-            runs = [run for run in map(read_run, files) if run is not None]
-            found += [run for run in runs if run.key == job.key]
-    return found
+    kept = []
+    for rung, algorithm in product(rungs, algorithms):
+        job = Job(rung, algorithm, 0)
+        runs = map(read_run, job.file(out).parent.glob("seed*.json"))
+        alike = (run for run in runs if run is not None and run.key == job.key)
+        kept += sorted(alike, key=lambda run: run.seed)
+    return kept
 
 
 def versions() -> dict[str, str]:
     """Versions of the packages that a run depends on."""
-    found = {}
+    installed = {}
     for package in PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            continue
-    return found
+        with suppress(PackageNotFoundError):
+            installed[package] = version(package)
+    return installed
 
 
-def marl_eval(runs: Sequence[Run]) -> dict[str, Any]:
+def marl_eval(runs: Sequence[Run]) -> dict[str, object]:
     """The runs as marl-eval reads them: by rung, algorithm, seed and evaluation.
 
     Source: Gorsane et al. 2022.
     """
-    tree: dict[str, Any] = {}
+    tree: dict[str, dict[str, dict[str, object]]] = {}
     for run in runs:
         seeds = tree.setdefault(run.rung, {}).setdefault(run.algorithm, {})
         steps: dict[str, object] = {
@@ -173,63 +160,49 @@ def marl_eval(runs: Sequence[Run]) -> dict[str, Any]:
     return {"swarm_forage": tree}
 
 
-def _seed_of(file: Path) -> int:
-    return int(file.stem.removeprefix("seed"))
-
-
 @dataclass(frozen=True)
 class Row:
     """An algorithm on a rung."""
 
     algorithm: str
-    score: Estimate
-    """Interquartile mean over the runs, each the mean of its test episodes."""
-    by_chance: Estimate
-    """The same of policies that act by chance."""
-    worst: float
-    """The least of these means, without chance."""
+    score: Estimate  # interquartile mean over the runs, each the mean of its test episodes
+    by_chance: Estimate  # the same of stochastic policies
+    worst: float  # the least mean of the deterministic policies
     normalised: float
     seeds: int
     robot_steps: int
-    train_s: float
-    """Median wall-clock time of a training [s]."""
+    train_s: float  # median wall-clock time of a training [s]
 
 
 def by_algorithm(runs: Sequence[Run]) -> dict[str, list[Run]]:
     """The runs of each algorithm."""
-    found: dict[str, list[Run]] = {}
+    groups: dict[str, list[Run]] = {}
     for run in runs:
-        found.setdefault(run.algorithm, []).append(run)
-    return found
+        groups.setdefault(run.algorithm, []).append(run)
+    return groups
 
 
 def by_rung(rungs: Sequence[Rung], runs: Sequence[Run]) -> dict[str, list[Run]]:
     """The runs of each rung that has any, the easiest first."""
-    found = {rung.name: [run for run in runs if run.rung == rung.name] for rung in rungs}
-    return {name: own for name, own in found.items() if own}
+    groups = {rung.name: [run for run in runs if run.rung == rung.name] for rung in rungs}
+    return {name: own for name, own in groups.items() if own}
 
 
 def rows_of(rung: Rung, runs: Sequence[Run]) -> list[Row]:
     """The algorithms on a rung, the best first."""
-    found = []
+    rows = []
     for algorithm, own in by_algorithm(runs).items():
         score = iqm_interval([[run.score for run in own]])
         by_chance = iqm_interval([[float(np.mean(run.scores_by_chance)) for run in own]])
         assert score is not None
         assert by_chance is not None
-        found.append(
-            Row(
-                algorithm,
-                score,
-                by_chance,
-                min(run.score for run in own),
-                rung.normalised(score.value),
-                len(own),
-                max(run.robot_steps for run in own),
-                float(np.median([run.train_s for run in own])),
-            )
+        worst, robot_steps = min(run.score for run in own), max(run.robot_steps for run in own)
+        train_s = float(np.median([run.train_s for run in own]))
+        normalised = rung.normalised(score.value)
+        rows.append(
+            Row(algorithm, score, by_chance, worst, normalised, len(own), robot_steps, train_s)
         )
-    return sorted(found, key=lambda row: -row.score.value)
+    return sorted(rows, key=lambda row: -row.score.value)
 
 
 def strata_of(rungs: Sequence[Rung], runs: Sequence[Run]) -> list[list[float]]:
@@ -244,16 +217,16 @@ def strata_of(rungs: Sequence[Rung], runs: Sequence[Run]) -> list[list[float]]:
 
 def over_all(rungs: Sequence[Rung], runs: Sequence[Run]) -> Mapping[str, tuple[Estimate, int]]:
     """Of each algorithm the interquartile mean of all normalised scores, and of how many rungs."""
-    found = {}
+    estimates = {}
     for algorithm, own in by_algorithm(runs).items():
         strata = strata_of(rungs, own)
         estimate = iqm_interval(strata)
         assert estimate is not None
-        found[algorithm] = estimate, len(strata)
-    return dict(sorted(found.items(), key=lambda each: (-each[1][1], -each[1][0].value)))
+        estimates[algorithm] = estimate, len(strata)
+    return dict(sorted(estimates.items(), key=lambda each: (-each[1][1], -each[1][0].value)))
 
 
 def score_word(rung: Rung) -> str:
-    """What is counted."""
+    """The score of a rung's task in words."""
     words: str = task_of(rung.test_scenario).episode.score_words
     return words

@@ -10,11 +10,8 @@ from training.ladder.play import Act, Watch
 from training.ladder.rungs import Algorithm, Rung
 from training.vec_env import SwarmVecEnv
 
-MODELS = {"": PPO, "sac": SAC, "dqn": DQN}
-"""The algorithms, by their names."""
-
-STRIDE = 1000
-"""Steps of all environments between two looks at how far an off-policy training is."""
+MODELS = {"": PPO, "sac": SAC, "dqn": DQN}  # the algorithms, by their names
+STRIDE = 1000  # steps of all environments between two looks at how far an off-policy training is
 
 
 def is_discrete(algorithm: Algorithm) -> bool:
